@@ -1,0 +1,91 @@
+"""The command line: where errors become text and exit codes.
+
+Exit codes: 0 done; 1 a check failed; 2 usage; 3 the log cannot be used; 70 internal error; 130 interrupted.
+"""
+
+import importlib
+import os
+import sys
+from typing import NoReturn
+
+import click
+
+from wmr_schemas import __version__
+from wmr_schemas.errors import InvalidFile, InvalidSetting, LogUnusable, WmrError
+
+EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTED = 1, 2, 3, 70, 130
+
+COMMANDS = {
+    "run": "Identify contact modes and alpha in a log.",
+    "info": "What a log holds, and what would be used of it.",
+    "synth": "Write a synthetic log.",
+}
+
+
+class LazyGroup(click.Group):
+    """Imports a command's module only when that command is asked for, so that --help stays quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands in the order of a user's day."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command ``wmr_replay.cli.<name>.command``."""
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = importlib.import_module(f"wmr_replay.cli.{cmd_name}").command
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The list under --help, without importing any command."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="wmr-replay")
+def cli() -> None:
+    """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs.
+
+    \b
+    Examples:
+      wmr-replay synth paper-acceleration --out demo.mcap
+      wmr-replay info demo.mcap
+      wmr-replay run demo.mcap --view
+    """
+
+
+def fail(message: str, code: int) -> NoReturn:
+    """Print a message for a person and leave."""
+    click.echo(f"error: {message}", err=True)
+    sys.exit(code)
+
+
+def main() -> None:
+    """Entry point of ``wmr-replay``."""
+    try:
+        cli.main(standalone_mode=False)
+    except click.exceptions.Exit as done:
+        sys.exit(done.exit_code)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except (click.Abort, KeyboardInterrupt):
+        fail("interrupted; nothing half-written was left", EXIT_INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(EXIT_CHECK_FAILED)
+    except LogUnusable as error:
+        fail(str(error), EXIT_LOG_UNUSABLE)
+    except (InvalidFile, InvalidSetting) as error:
+        fail(str(error), EXIT_USAGE)
+    except WmrError as error:
+        fail(str(error), EXIT_LOG_UNUSABLE)
+    except Exception as error:
+        if os.environ.get("WMR_REPLAY_TRACEBACK"):
+            raise
+        fail(
+            f"internal error: {type(error).__name__}: {error}\nset WMR_REPLAY_TRACEBACK=1 for the traceback, "
+            "and please report it with the log's `wmr-replay info`",
+            EXIT_INTERNAL,
+        )

@@ -1,0 +1,41 @@
+"""What ingest hands on: rows of the signals in use, in file order, as columns."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_schemas.arrays import F64, I64
+
+POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
+TORQUE_COLUMNS = ("left_nm", "right_nm", "left_radps", "right_radps")
+MODE_COLUMNS = ("mode",)
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of one signal: stamps ``t_ns`` (n,), ``order`` (n,), ``values`` (k, n), NaN where unknown.
+
+    ``order`` is the message's ordinal among all messages in use, in file order, common to all signals: it tells later
+    stages how the signals were interleaved, whatever the batches.
+    """
+
+    t_ns: I64
+    order: I64
+    values: F64
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    @classmethod
+    def empty(cls, n_columns: int) -> "Rows":
+        """No rows."""
+        return cls(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((n_columns, 0)))
+
+
+@dataclass(frozen=True, eq=False)
+class RawBatch:
+    """One bounded piece of a log: pose rows (x, y, yaw), torque rows (left, right, wheel speeds), mode rows."""
+
+    pose: Rows
+    torque: Rows
+    mode: Rows

@@ -1,0 +1,52 @@
+"""Errors that carry facts; only the command line turns them into text and exit codes."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+
+class WmrError(Exception):
+    """Root of everything that this toolkit raises on purpose."""
+
+
+class InvalidSignal(WmrError):
+    """A signal breaks its own rules: ``signal``, ``problem`` and, where one row is at fault, ``row``."""
+
+    def __init__(self, signal: str, problem: str, row: int | None = None) -> None:
+        self.signal, self.problem, self.row = signal, problem, row
+        super().__init__(f"{signal}: {problem}" + ("" if row is None else f" at row {row}"))
+
+
+class InvalidFile(WmrError):
+    """A model, robot or scenario file that cannot be used; ``key`` names the place inside it."""
+
+    def __init__(self, path: Path | str, key: str, problem: str) -> None:
+        self.path, self.key, self.problem = str(path), key, problem
+        super().__init__(f"{path}: {key}: {problem}" if key else f"{path}: {problem}")
+
+
+class LogUnusable(WmrError):
+    """A log that cannot be analysed: what is wrong, where, and what to try."""
+
+    def __init__(self, path: Path | str, problem: str, advice: str = "") -> None:
+        self.path, self.problem, self.advice = str(path), problem, advice
+        super().__init__(f"{path}: {problem}" + (f"\n{advice}" if advice else ""))
+
+
+class ChannelNotFound(LogUnusable):
+    """No channel serves as ``wanted``; ``available`` lists (topic, schema name, why it does not serve)."""
+
+    def __init__(
+        self, wanted: str, path: Path | str, available: Sequence[tuple[str, str, str]], advice: str = ""
+    ) -> None:
+        self.wanted, self.available = wanted, tuple(available)
+        rows = "\n".join(f"  {topic} ({schema}): {why}" for topic, schema, why in self.available)
+        held = f"the file holds:\n{rows}" if rows else "the file holds no channel at all"
+        super().__init__(path, f"no {wanted} found; {held}", advice)
+
+
+class DamagedLog(LogUnusable):
+    """Raised under ``--strict`` when something in the file was lost."""
+
+
+class InvalidSetting(WmrError):
+    """A setting that makes no sense, such as a window of no length."""

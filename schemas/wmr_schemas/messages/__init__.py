@@ -1,0 +1,12 @@
+"""Message definitions of the canonical log, and vectorised encoders for its three encodings.
+
+:mod:`~wmr_schemas.messages.ros2` writes ROS 2 CDR, :mod:`~wmr_schemas.messages.proto` protobuf,
+:mod:`~wmr_schemas.messages.jsonmsg` JSON. Each turns whole columns into messages.
+"""
+
+POSE_TOPIC = "/pose"
+TORQUE_TOPIC = "/wheel_torques"
+MODE_TOPIC = "/ground_truth/mode"
+METADATA_NAME = "wmr_replay"
+POSE_FRAME = "map"
+WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")

@@ -1,0 +1,148 @@
+"""``model.toml``: a robot, its noise, the effects beyond the base model, and where all that came from."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
+from wmr_schemas.errors import InvalidFile
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.tomlfile import check_keys, expect_table, read_toml
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """Pose noise (standard deviation of a sample) and disturbance (diffusion by channel)."""
+
+    position_sd_m: float | None = None
+    yaw_sd_rad: float | None = None
+    disturbance_longitudinal_mps2_rthz: float | None = None
+    disturbance_lateral_mps2_rthz: float | None = None
+    disturbance_yaw_mps2_rthz: float | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect with its parameters, and their standard deviations where they were fitted."""
+
+    name: str
+    parameters: dict[str, float]
+    sd: dict[str, float] = field(default_factory=dict)
+    formula: str = ""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where a model came from."""
+
+    log_sha256: str = ""
+    version: str = ""
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Model:
+    """The contents of a model file."""
+
+    robot: RobotParameters = RobotParameters()
+    robot_sd: dict[str, float] = field(default_factory=dict)
+    noise: NoiseModel = NoiseModel()
+    effects: tuple[Effect, ...] = ()
+    provenance: Provenance = Provenance()
+
+
+def read_model(path: Path) -> Model:
+    """Read and check a model file. Raises InvalidFile naming the key at fault."""
+    tables = read_toml(path)
+    check_keys(path, "", tables, ("robot", "noise", "effects", "provenance"))
+    robot, robot_sd = split_sd(path, "[robot]", expect_table(path, "[robot]", tables.get("robot", {})))
+    noise = expect_table(path, "[noise]", tables.get("noise", {}))
+    check_keys(path, "[noise]", noise, (f.name for f in fields(NoiseModel)))
+    provenance = expect_table(path, "[provenance]", tables.get("provenance", {}))
+    check_keys(path, "[provenance]", provenance, (f.name for f in fields(Provenance)))
+    effects = tables.get("effects", [])
+    if not isinstance(effects, list):
+        raise InvalidFile(path, "effects", "expected [[effects]], an array of tables")
+    return Model(
+        robot=RobotParameters.from_values(robot, str(path)),
+        robot_sd=robot_sd,
+        noise=NoiseModel(**{key: non_negative(path, f"[noise] {key}", value) for key, value in noise.items()}),
+        effects=tuple(parse_effect(path, index, entry) for index, entry in enumerate(effects)),
+        provenance=Provenance(**{key: str(value) for key, value in provenance.items()}),
+    )
+
+
+def parse_effect(path: Path, index: int, entry: object) -> Effect:
+    """One ``[[effects]]`` table against the catalogue."""
+    place = f"[[effects]] #{index + 1}"
+    table = dict(expect_table(path, place, entry))
+    name = table.pop("name", None)
+    if not isinstance(name, str) or (name not in EFFECTS and not name.startswith(UNNAMED_PREFIX)):
+        raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
+    formula = str(table.pop("formula", ""))
+    values, sd = split_sd(path, place, table)
+    if name in EFFECTS:
+        known = EFFECTS[name].parameters
+        check_keys(path, f"{place} ({name})", values, known)
+        missing = [key for key in known if key not in values]
+        if missing:
+            raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
+    return Effect(name, {key: number(path, f"{place} {key}", value) for key, value in values.items()}, sd, formula)
+
+
+def split_sd(path: Path, place: str, table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
+    """Values and their ``…_sd``, which need a value of the same name."""
+    values = {key: value for key, value in table.items() if not key.endswith("_sd")}
+    sd: dict[str, float] = {}
+    for key, value in table.items():
+        if key.endswith("_sd"):
+            base = key.removesuffix("_sd")
+            if base not in values:
+                raise InvalidFile(path, f"{place} {key}", f"stands without {base}")
+            sd[base] = non_negative(path, f"{place} {key}", value)
+    return values, sd
+
+
+def number(path: Path, key: str, value: object) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InvalidFile(path, key, f"expected a number, found {value!r}")
+    return float(value)
+
+
+def non_negative(path: Path, key: str, value: object) -> float:
+    """A finite number that is not below 0."""
+    result = number(path, key, value)
+    if result < 0:
+        raise InvalidFile(path, key, f"expected a number not below 0, found {value!r}")
+    return result
+
+
+def model_to_toml(model: Model) -> str:
+    """The text of a model file; ``read_model`` gives the same model back."""
+    tables: dict[str, Any] = {"robot": with_sd(model.robot.known(), model.robot_sd)}
+    noise = {f.name: getattr(model.noise, f.name) for f in fields(NoiseModel)}
+    tables["noise"] = {key: value for key, value in noise.items() if value is not None}
+    tables["provenance"] = {f.name: getattr(model.provenance, f.name) for f in fields(Provenance)}
+    tables["effects"] = [effect_table(effect) for effect in model.effects]
+    return tomli_w.dumps({key: value for key, value in tables.items() if value})
+
+
+def with_sd(values: Mapping[str, float | str], sd: Mapping[str, float]) -> dict[str, float | str]:
+    """Each value followed by its standard deviation, where there is one."""
+    table: dict[str, float | str] = {}
+    for key, value in values.items():
+        table[key] = value
+        if key in sd:
+            table[f"{key}_sd"] = sd[key]
+    return table
+
+
+def effect_table(effect: Effect) -> dict[str, float | str]:
+    """One ``[[effects]]`` table."""
+    formula = {"formula": effect.formula} if effect.formula else {}
+    return {"name": effect.name, **formula, **with_sd(effect.parameters, effect.sd)}

@@ -1,0 +1,107 @@
+"""Nominal parameters of a robot: the model that a user believes in.
+
+A missing value means "unknown": it is estimated, or what needs it is left out and said so. The paper's 1000 kg robot
+is never assumed for somebody else's.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Literal
+
+from wmr_schemas.errors import InvalidFile
+
+AUTO: Literal["auto"] = "auto"
+AverageSpeed = float | Literal["auto"] | None
+
+
+@dataclass(frozen=True)
+class RobotParameters:
+    """The keys of the ``wmr_replay`` metadata record and of ``[robot]`` in model and mapping files.
+
+    ``alpha`` in (m/s²)/(N·m): dv_long/dt = alpha·(effort_left + effort_right). ``alpha_yaw`` likewise:
+    half_track_m·d(yaw_rate)/dt = alpha_yaw·(effort_right − effort_left); equal to ``alpha`` when absent.
+    ``average_speed_mps`` is the speed v in the stiffness terms: a number, or ``"auto"`` for the paper's assumption 4,
+    √(ẋ² + ẏ² + l²θ̇²) with a floor of 0.3 m/s.
+    """
+
+    alpha: float | None = None
+    alpha_yaw: float | None = None
+    half_track_m: float | None = None
+    wheel_radius_m: float | None = None
+    mass_kg: float | None = None
+    wheel_inertia_kgm2: float | None = None
+    yaw_inertia_kgm2: float | None = None
+    cornering_stiffness_over_epsilon: float | None = None
+    longitudinal_stiffness_over_epsilon: float | None = None
+    average_speed_mps: AverageSpeed = None
+
+    def __post_init__(self) -> None:
+        for name, value in self.known().items():
+            check_value("robot", name, value)
+
+    def known(self) -> dict[str, float | str]:
+        """The parameters that are known, in their documented order."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        return {name: value for name, value in values.items() if value is not None}
+
+    @property
+    def alpha_yaw_or_alpha(self) -> float | None:
+        """``alpha_yaw``, or ``alpha`` where that is all that is known."""
+        return self.alpha if self.alpha_yaw is None else self.alpha_yaw
+
+    def to_metadata(self) -> dict[str, str]:
+        """As the metadata record holds them: strings, numbers in their shortest exact form."""
+        return {name: value if isinstance(value, str) else repr(float(value)) for name, value in self.known().items()}
+
+    @classmethod
+    def from_metadata(cls, record: Mapping[str, str], source: str = "metadata record wmr_replay") -> "RobotParameters":
+        """From strings; unknown keys are left alone (other tools may write theirs beside ours)."""
+        parsed: dict[str, object] = {}
+        for name in (f.name for f in fields(cls)):
+            text = record.get(name)
+            if text is not None:
+                parsed[name] = text if text == AUTO else parse_number(source, name, text)
+        return cls.from_values(parsed, source)
+
+    @classmethod
+    def from_values(cls, table: Mapping[str, object], source: str) -> "RobotParameters":
+        """From a table of numbers (``[robot]`` of a TOML file). Raises InvalidFile naming the key at fault."""
+        names = [f.name for f in fields(cls)]
+        for key, value in table.items():
+            if key not in names:
+                raise InvalidFile(source, f"[robot] {key}", f"unknown key; known are {', '.join(names)}")
+            check_value(source, key, value)
+        return cls(**{key: value if isinstance(value, str) else float(value) for key, value in table.items()})  # type: ignore[arg-type]
+
+
+def parse_number(source: str, key: str, text: str) -> float:
+    """A number out of a metadata string."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidFile(source, key, f"{text!r} is not a number") from None
+
+
+def check_value(source: str, key: str, value: object) -> None:
+    """Every parameter is a finite positive number; the average speed may be ``auto``."""
+    if value == AUTO and key == "average_speed_mps":
+        return
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or not math.isfinite(value) or value <= 0:  # type: ignore[arg-type,operator]
+        expected = "a number above 0" + (' or "auto"' if key == "average_speed_mps" else "")
+        raise InvalidFile(source, key, f"expected {expected}, found {value!r}")
+
+
+PAPER_ROBOT = RobotParameters(
+    alpha=0.35**2 / (3 * 1.6),
+    half_track_m=1.0,
+    wheel_radius_m=0.35,
+    mass_kg=1000.0,
+    wheel_inertia_kgm2=1.6,
+    yaw_inertia_kgm2=500.0,
+    cornering_stiffness_over_epsilon=0.4 / 1e-4,
+    longitudinal_stiffness_over_epsilon=1.0 / 1e-4,
+    average_speed_mps=AUTO,
+)
+"""The published parameter set (§5). Its mass breaks m = I_φ/r², so that slipping leaves 3.8 % of the traction."""
