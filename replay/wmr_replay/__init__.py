@@ -1,4 +1,4 @@
-"""Log replay for wheeled mobile robots: contact modes and α from MCAP, as Rerun timelines and polars tables."""
+"""Log replay for wheeled mobile robots: contact modes and α out of MCAP, into Rerun and polars."""
 
 from wmr_schemas import __version__
 

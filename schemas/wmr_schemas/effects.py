@@ -1,7 +1,7 @@
 """The effects that a model can carry beyond the base: names, forms, parameters and units.
 
-One catalogue for ``model.toml``, ``gap.json`` and ``--hide``; terms after ISO 8855. ``v`` is the longitudinal speed, ``u``
-the effort, both in robot conventions.
+One catalogue for ``model.toml``, ``gap.json`` and ``--hide``; terms after ISO 8855. ``v`` is the longitudinal
+speed, ``u`` the effort, both in robot conventions.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,10 @@ _FORMS = (
     EffectForm("wheel_coulomb", "both", "u − torque·sgn(wheel speed), each wheel", {"torque_nm": "N·m"}),
     EffectForm("wheel_viscous", "both", "u − c·wheel speed, each wheel", {"nm_per_radps": "N·m/(rad/s)"}),
     EffectForm(
-        "slope", "both", "grade_x·cos(yaw) + grade_y·sin(yaw)", {"grade_x_mps2": "m/s²", "grade_y_mps2": "m/s²"}
+        "slope",
+        "both",
+        "grade_x·cos(yaw) + grade_y·sin(yaw)",
+        {"grade_x_mps2": "m/s²", "grade_y_mps2": "m/s²"},
     ),
     EffectForm("torque_imbalance", "input", "right·(1 + ratio), left·(1 − ratio)", {"ratio": _RATIO}),
     EffectForm("torque_bias_common", "input", "u + bias on both wheels", {"bias_nm": "N·m"}),
@@ -43,7 +46,10 @@ _FORMS = (
     EffectForm("torque_deadzone", "input", "sgn(u)·max(|u| − threshold, 0)", {"threshold_nm": "N·m"}),
     EffectForm("torque_saturation", "input", "clip(u, −limit, limit)", {"limit_nm": "N·m"}),
     EffectForm(
-        "com_offset", "both", "d·yaw_rate² on dv_long/dt, −(l·m·d/I)·v·yaw_rate on l·yaw_acc", {"offset_m": "m"}
+        "com_offset",
+        "both",
+        "d·yaw_rate² on dv_long/dt, −(l·m·d/I)·v·yaw_rate on l·yaw_acc",
+        {"offset_m": "m"},
     ),
     EffectForm("heading_misalignment", "measurement", "yaw + angle", {"angle_rad": "rad"}),
     EffectForm("pose_lever_arm", "measurement", "position + R(yaw)·(x, y)", {"x_m": "m", "y_m": "m"}),
@@ -56,13 +62,19 @@ _FORMS = (
         {"x_m": "m", "y_m": "m", "radius_m": "m", "loss": _RATIO},
     ),
     EffectForm(
-        "slip_interval", "both", "alpha·(1 − loss) in an interval", {"start_s": "s", "end_s": "s", "loss": _RATIO}
+        "slip_interval",
+        "both",
+        "alpha·(1 − loss) in an interval",
+        {"start_s": "s", "end_s": "s", "loss": _RATIO},
     ),
     EffectForm(
-        "undeclared_skid", "lateral", "the skidding dynamics while the mode says ideal", {"stiffness_ratio": _RATIO}
+        "undeclared_skid",
+        "lateral",
+        "the skidding dynamics while the mode says ideal",
+        {"stiffness_ratio": _RATIO},
     ),
 )
 
 EFFECTS: dict[str, EffectForm] = {form.name: form for form in _FORMS}
 UNNAMED_PREFIX = "unnamed:"
-"""An effect that only a dictionary term describes is called ``unnamed:<channel>:<term>`` and carries its formula."""
+"""Prefix of an effect that only a dictionary term describes: ``unnamed:<channel>:<term>``, with a formula."""

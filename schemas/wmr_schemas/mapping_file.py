@@ -1,11 +1,11 @@
-"""``robot.toml``: which topics of a log hold the pose, the torques and the truth, and what is known of the robot."""
+"""``robot.toml``: which topics of a log hold pose, torques and truth, and what is known of the robot."""
 
 from dataclasses import dataclass
 from pathlib import Path
 
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tomlfile import check_keys, expect_table, read_toml
+from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,7 @@ def read_mapping(path: Path) -> LogMapping:
 
 def text(path: Path, key: str, value: object) -> str | None:
     """A string, or nothing."""
-    if value is not None and not isinstance(value, str):
-        raise InvalidFile(path, key, f"expected a string, found {value!r}")
-    return value
+    return None if value is None else expect_text(path, key, value)
 
 
 def names(path: Path, key: str, value: object) -> tuple[str, ...]:

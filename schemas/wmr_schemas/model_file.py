@@ -10,19 +10,29 @@ import tomli_w
 
 from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidFile
-from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tomlfile import check_keys, expect_table, read_toml
+from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
 
 
 @dataclass(frozen=True)
 class NoiseModel:
     """Pose noise (standard deviation of a sample) and disturbance (diffusion by channel)."""
 
-    position_sd_m: float | None = None
-    yaw_sd_rad: float | None = None
-    disturbance_longitudinal_mps2_rthz: float | None = None
-    disturbance_lateral_mps2_rthz: float | None = None
-    disturbance_yaw_mps2_rthz: float | None = None
+    position_sd_m: float | None = field(
+        default=None, metadata=described("m", "standard deviation of a pose sample in x and in y")
+    )
+    yaw_sd_rad: float | None = field(
+        default=None, metadata=described("rad", "standard deviation of a pose sample in yaw")
+    )
+    disturbance_longitudinal_mps2_rthz: float | None = field(
+        default=None, metadata=described("(m/s²)/√Hz", "white disturbance on dv_long/dt")
+    )
+    disturbance_lateral_mps2_rthz: float | None = field(
+        default=None, metadata=described("(m/s²)/√Hz", "white disturbance on dv_lat/dt")
+    )
+    disturbance_yaw_mps2_rthz: float | None = field(
+        default=None, metadata=described("(m/s²)/√Hz", "white disturbance on half_track_m·d(yaw_rate)/dt")
+    )
 
 
 @dataclass(frozen=True)
@@ -39,9 +49,11 @@ class Effect:
 class Provenance:
     """Where a model came from."""
 
-    log_sha256: str = ""
-    version: str = ""
-    command: str = ""
+    log_sha256: str = field(
+        default="", metadata=described("–", "hash of the log that the model was fitted to")
+    )
+    version: str = field(default="", metadata=described("–", "version of wmr-replay that wrote the file"))
+    command: str = field(default="", metadata=described("–", "the command line that wrote it"))
 
 
 @dataclass(frozen=True)
@@ -70,9 +82,13 @@ def read_model(path: Path) -> Model:
     return Model(
         robot=RobotParameters.from_values(robot, str(path)),
         robot_sd=robot_sd,
-        noise=NoiseModel(**{key: non_negative(path, f"[noise] {key}", value) for key, value in noise.items()}),
+        noise=NoiseModel(
+            **{key: non_negative(path, f"[noise] {key}", value) for key, value in noise.items()}
+        ),
         effects=tuple(parse_effect(path, index, entry) for index, entry in enumerate(effects)),
-        provenance=Provenance(**{key: str(value) for key, value in provenance.items()}),
+        provenance=Provenance(
+            **{key: expect_text(path, f"[provenance] {key}", value) for key, value in provenance.items()}
+        ),
     )
 
 
@@ -83,7 +99,7 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
     name = table.pop("name", None)
     if not isinstance(name, str) or (name not in EFFECTS and not name.startswith(UNNAMED_PREFIX)):
         raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
-    formula = str(table.pop("formula", ""))
+    formula = expect_text(path, f"{place} formula", table.pop("formula", ""))
     values, sd = split_sd(path, place, table)
     if name in EFFECTS:
         known = EFFECTS[name].parameters
@@ -91,7 +107,9 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
         missing = [key for key in known if key not in values]
         if missing:
             raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
-    return Effect(name, {key: number(path, f"{place} {key}", value) for key, value in values.items()}, sd, formula)
+    return Effect(
+        name, {key: number(path, f"{place} {key}", value) for key, value in values.items()}, sd, formula
+    )
 
 
 def split_sd(path: Path, place: str, table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
@@ -125,9 +143,8 @@ def non_negative(path: Path, key: str, value: object) -> float:
 def model_to_toml(model: Model) -> str:
     """The text of a model file; ``read_model`` gives the same model back."""
     tables: dict[str, Any] = {"robot": with_sd(model.robot.known(), model.robot_sd)}
-    noise = {f.name: getattr(model.noise, f.name) for f in fields(NoiseModel)}
-    tables["noise"] = {key: value for key, value in noise.items() if value is not None}
-    tables["provenance"] = {f.name: getattr(model.provenance, f.name) for f in fields(Provenance)}
+    tables["noise"] = {key: value for key, value in vars(model.noise).items() if value is not None}
+    tables["provenance"] = {key: value for key, value in vars(model.provenance).items() if value}
     tables["effects"] = [effect_table(effect) for effect in model.effects]
     return tomli_w.dumps({key: value for key, value in tables.items() if value})
 

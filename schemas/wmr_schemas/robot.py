@@ -1,12 +1,12 @@
 """Nominal parameters of a robot: the model that a user believes in.
 
-A missing value means "unknown": it is estimated, or what needs it is left out and said so. The paper's 1000 kg robot
-is never assumed for somebody else's.
+A missing value means "unknown": it is estimated, or what needs it is left out and said so. The paper's
+1000 kg robot is never assumed for somebody else's.
 """
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from wmr_schemas.errors import InvalidFile
@@ -15,26 +15,58 @@ AUTO: Literal["auto"] = "auto"
 AverageSpeed = float | Literal["auto"] | None
 
 
+def described(unit: str, meaning: str) -> dict[str, str]:
+    """A field's metadata: its unit and meaning, from which the documentation's tables are made."""
+    return {"unit": unit, "meaning": meaning}
+
+
 @dataclass(frozen=True)
 class RobotParameters:
     """The keys of the ``wmr_replay`` metadata record and of ``[robot]`` in model and mapping files.
 
-    ``alpha`` in (m/s²)/(N·m): dv_long/dt = alpha·(effort_left + effort_right). ``alpha_yaw`` likewise:
-    half_track_m·d(yaw_rate)/dt = alpha_yaw·(effort_right − effort_left); equal to ``alpha`` when absent.
-    ``average_speed_mps`` is the speed v in the stiffness terms: a number, or ``"auto"`` for the paper's assumption 4,
-    √(ẋ² + ẏ² + l²θ̇²) with a floor of 0.3 m/s.
+    All are finite and positive, or None where unknown; the fields' metadata say what each means. Raises
+    InvalidFile naming the key at fault.
     """
 
-    alpha: float | None = None
-    alpha_yaw: float | None = None
-    half_track_m: float | None = None
-    wheel_radius_m: float | None = None
-    mass_kg: float | None = None
-    wheel_inertia_kgm2: float | None = None
-    yaw_inertia_kgm2: float | None = None
-    cornering_stiffness_over_epsilon: float | None = None
-    longitudinal_stiffness_over_epsilon: float | None = None
-    average_speed_mps: AverageSpeed = None
+    alpha: float | None = field(
+        default=None,
+        metadata=described(
+            "(m/s²)/(N·m)", "dv_long/dt = alpha·(effort_left + effort_right) in ideal rolling"
+        ),
+    )
+    alpha_yaw: float | None = field(
+        default=None,
+        metadata=described(
+            "(m/s²)/(N·m)",
+            "half_track_m·d(yaw_rate)/dt = alpha_yaw·(effort_right − effort_left); as `alpha` when absent",
+        ),
+    )
+    half_track_m: float | None = field(
+        default=None, metadata=described("m", "l, half the distance between the two driven wheels")
+    )
+    wheel_radius_m: float | None = field(default=None, metadata=described("m", "r, of the driven wheels"))
+    mass_kg: float | None = field(default=None, metadata=described("kg", "m, of the whole robot"))
+    wheel_inertia_kgm2: float | None = field(
+        default=None,
+        metadata=described("kg·m²", "I_φ, of one driven wheel with its drive, about the wheel's axis"),
+    )
+    yaw_inertia_kgm2: float | None = field(
+        default=None, metadata=described("kg·m²", "I_θ, of the robot about the vertical")
+    )
+    cornering_stiffness_over_epsilon: float | None = field(
+        default=None, metadata=described("–", "G_x/ε: how fast lateral velocity dies out while skidding")
+    )
+    longitudinal_stiffness_over_epsilon: float | None = field(
+        default=None, metadata=described("–", "G_y/ε: how fast slip velocity dies out")
+    )
+    average_speed_mps: AverageSpeed = field(
+        default=None,
+        metadata=described(
+            "m/s",
+            'v in the stiffness terms: a number, or "auto" for the paper\'s assumption 4, '
+            "√(ẋ² + ẏ² + l²θ̇²) with a floor of 0.3",
+        ),
+    )
 
     def __post_init__(self) -> None:
         for name, value in self.known().items():
@@ -52,26 +84,33 @@ class RobotParameters:
 
     def to_metadata(self) -> dict[str, str]:
         """As the metadata record holds them: strings, numbers in their shortest exact form."""
-        return {name: value if isinstance(value, str) else repr(float(value)) for name, value in self.known().items()}
+        return {
+            name: value if isinstance(value, str) else repr(float(value))
+            for name, value in self.known().items()
+        }
 
     @classmethod
-    def from_metadata(cls, record: Mapping[str, str], source: str = "metadata record wmr_replay") -> "RobotParameters":
+    def from_metadata(
+        cls, record: Mapping[str, str], source: str = "metadata record wmr_replay"
+    ) -> "RobotParameters":
         """From strings; unknown keys are left alone (other tools may write theirs beside ours)."""
         parsed: dict[str, object] = {}
         for name in (f.name for f in fields(cls)):
             text = record.get(name)
             if text is not None:
                 parsed[name] = text if text == AUTO else parse_number(source, name, text)
-        return cls.from_values(parsed, source)
+        return cls.from_values(parsed, source, place="")
 
     @classmethod
-    def from_values(cls, table: Mapping[str, object], source: str) -> "RobotParameters":
-        """From a table of numbers (``[robot]`` of a TOML file). Raises InvalidFile naming the key at fault."""
+    def from_values(
+        cls, table: Mapping[str, object], source: str, place: str = "[robot] "
+    ) -> "RobotParameters":
+        """From a table of numbers (``[robot]`` of a file). Raises InvalidFile naming the key at fault."""
         names = [f.name for f in fields(cls)]
         for key, value in table.items():
             if key not in names:
-                raise InvalidFile(source, f"[robot] {key}", f"unknown key; known are {', '.join(names)}")
-            check_value(source, key, value)
+                raise InvalidFile(source, f"{place}{key}", f"unknown key; known are {', '.join(names)}")
+            check_value(source, f"{place}{key}", value)
         return cls(**{key: value if isinstance(value, str) else float(value) for key, value in table.items()})  # type: ignore[arg-type]
 
 
@@ -85,11 +124,12 @@ def parse_number(source: str, key: str, text: str) -> float:
 
 def check_value(source: str, key: str, value: object) -> None:
     """Every parameter is a finite positive number; the average speed may be ``auto``."""
-    if value == AUTO and key == "average_speed_mps":
+    may_be_auto = key.endswith("average_speed_mps")
+    if value == AUTO and may_be_auto:
         return
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or not math.isfinite(value) or value <= 0:  # type: ignore[arg-type,operator]
-        expected = "a number above 0" + (' or "auto"' if key == "average_speed_mps" else "")
+        expected = "a number above 0" + (' or "auto"' if may_be_auto else "")
         raise InvalidFile(source, key, f"expected {expected}, found {value!r}")
 
 
@@ -104,4 +144,4 @@ PAPER_ROBOT = RobotParameters(
     longitudinal_stiffness_over_epsilon=1.0 / 1e-4,
     average_speed_mps=AUTO,
 )
-"""The published parameter set (§5). Its mass breaks m = I_φ/r², so that slipping leaves 3.8 % of the traction."""
+"""The published parameter set (§5). Its mass breaks m = I_φ/r²: slipping leaves 3.8 % of the traction."""

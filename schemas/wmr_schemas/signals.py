@@ -1,7 +1,7 @@
 """Signals that are checked once, at construction, and trusted afterwards.
 
-Conventions: REP 103 (x forward, y left, yaw counter-clockwise from the world's x axis; a positive effort drives
-forward), int64 nanoseconds, SI units named in every field. All arrays of a track have shape (n,).
+Conventions: REP 103 (x forward, y left, yaw counter-clockwise from the world's x axis; a positive effort
+drives forward), int64 nanoseconds, SI units named in every field. All arrays of a track have shape (n,).
 """
 
 from dataclasses import dataclass, fields
@@ -22,7 +22,9 @@ def first_true(mask: np.ndarray) -> int | None:
 def check_stamps(signal: str, t_ns: I64) -> None:
     """Stamps are int64, one-dimensional and strictly increasing."""
     if t_ns.ndim != 1 or t_ns.dtype != np.int64:
-        raise InvalidSignal(signal, f"t_ns must be int64 of shape (n,), not {t_ns.dtype} of shape {t_ns.shape}")
+        raise InvalidSignal(
+            signal, f"t_ns must be int64 of shape (n,), not {t_ns.dtype} of shape {t_ns.shape}"
+        )
     row = first_true(np.diff(t_ns) <= 0)
     if row is not None:
         raise InvalidSignal(signal, "t_ns not increasing", row + 1)
@@ -42,7 +44,7 @@ def check_columns(signal: str, n: int, columns: dict[str, F64], *, allow_nan: bo
 
 @dataclass(frozen=True, eq=False)
 class PoseTrack:
-    """External pose of the midpoint N of the driving axle: ``x_m, y_m`` in the world, ``yaw_rad`` unwrapped or not."""
+    """External pose of the midpoint N of the driving axle; ``yaw_rad`` wrapped or not."""
 
     t_ns: I64
     x_m: F64

@@ -12,7 +12,7 @@ from wmr_schemas.modes import MODES
 
 
 class Status(StrEnum):
-    """Why a row of ``samples`` says what it says; the first that applies, in this order of precedence."""
+    """Why a row of ``samples`` says what it says: ``ok``, or what stands in its way."""
 
     OK = "ok"
     WARMING_UP = "warming_up"
@@ -27,6 +27,17 @@ class Status(StrEnum):
 
 STATUSES = tuple(Status)
 STATUS_DTYPE = pl.Enum([status.value for status in STATUSES])
+STATUS_MEANING = {
+    Status.OK: "the row's mode is an estimate like any other",
+    Status.WARMING_UP: "the first window is not full yet",
+    Status.GAP: "a hole in the pose restarted the window, which is not full again",
+    Status.NO_TORQUE: "no torque in force: ideal and slipping cannot be told apart",
+    Status.NOT_EXCITED: "torques too small: ideal and slipping give the same motion",
+    Status.NOT_TURNING: "no turning at speed: once it has decayed, a skid leaves no trace",
+    Status.POSE_NOT_INDEPENDENT: "the pose was integrated from wheel speeds: skidding cannot be seen in it",
+    Status.POSE_JUMP: "the pose jumped further than the robot can move; the window restarted",
+    Status.OUTLIER: "the pose sample was set aside as an outlier",
+}
 
 
 @dataclass(frozen=True)
@@ -39,39 +50,60 @@ class Column:
     meaning: str
 
 
+def _real(name: str, unit: str, meaning: str) -> Column:
+    return Column(name, pl.Float64, unit, meaning)
+
+
+def _count(name: str, meaning: str) -> Column:
+    return Column(name, pl.Int64, "–", meaning)
+
+
 def _with_sd(name: str, unit: str, meaning: str) -> tuple[Column, Column]:
-    return Column(name, pl.Float64, unit, meaning), Column(f"{name}_sd", pl.Float64, unit, f"standard deviation of {name}")
+    return _real(name, unit, meaning), _real(f"{name}_sd", unit, f"standard deviation of {name}")
 
 
 SAMPLES: tuple[Column, ...] = (
-    Column("t_ns", pl.Int64, "ns", "stamp of the pose sample (header stamp, since the epoch of the log's clock)"),
-    Column("t_s", pl.Float64, "s", "seconds since the first pose sample"),
-    Column("x_m", pl.Float64, "m", "measured position of N, world x"),
-    Column("y_m", pl.Float64, "m", "measured position of N, world y"),
-    Column("yaw_rad", pl.Float64, "rad", "measured yaw, unwrapped, counter-clockwise from the world's x axis"),
+    Column(
+        "t_ns", pl.Int64, "ns", "stamp of the pose sample (header stamp, since the epoch of the log's clock)"
+    ),
+    _real("t_s", "s", "seconds since the first pose sample"),
+    _real("x_m", "m", "measured position of N, world x"),
+    _real("y_m", "m", "measured position of N, world y"),
+    _real("yaw_rad", "rad", "measured yaw, unwrapped, counter-clockwise from the world's x axis"),
     *_with_sd("v_long_mps", "m/s", "longitudinal velocity at t − delay_s, forward positive"),
     *_with_sd("v_lat_mps", "m/s", "lateral velocity at t − delay_s, left positive"),
     *_with_sd("yaw_rate_radps", "rad/s", "yaw rate at t − delay_s"),
     *_with_sd("a_long_mps2", "m/s²", "dv_long/dt at t − delay_s"),
     *_with_sd("yaw_acc_radps2", "rad/s²", "yaw acceleration at t − delay_s"),
-    Column("delay_s", pl.Float64, "s", "the derivative columns of the row describe the instant t − delay_s"),
-    Column(
-        "sigma_sum_mps", pl.Float64, "m/s", "mean slip velocity of the two wheels (−σ₂): wheels faster than the ground positive; from wheel speeds"
+    _real("delay_s", "s", "the derivative columns of the row describe the instant t − delay_s"),
+    _real(
+        "sigma_sum_mps",
+        "m/s",
+        "mean slip velocity of the two wheels (−σ₂): faster than the ground positive; from wheel speeds",
     ),
-    Column(
-        "sigma_diff_mps", pl.Float64, "m/s", "difference slip velocity, right minus left (−σ₁); from wheel speeds and half track"
+    _real(
+        "sigma_diff_mps",
+        "m/s",
+        "difference slip velocity, right minus left (−σ₁); from wheel speeds and half track",
     ),
     *_with_sd("c_k_mps", "m/s", "the kinematic constraint C_k = −v_lat; 0 unless the robot skids"),
     *_with_sd(
-        "c_d_mps2", "m/s²", "the dynamic constraint C_d = dv_long/dt − alpha·Σeffort, torques through the same window; 0 in ideal rolling"
+        "c_d_mps2",
+        "m/s²",
+        "the dynamic constraint C_d = dv_long/dt − alpha·Σeffort, both in one window; 0 in ideal rolling",
     ),
-    Column("c_k_threshold_mps", pl.Float64, "m/s", "|C_k| above this is called skidding"),
-    Column("c_d_threshold_mps2", pl.Float64, "m/s²", "|C_d| above this is called slipping"),
-    Column("mode", pl.Int8, "–", "estimate, made at t, of the mode at t: −1 undecided, 0 ideal, 1 skidding, 2 slipping, 3 both"),
-    Column("p_ideal", pl.Float64, "–", "posterior probability of ideal rolling"),
-    Column("p_skidding", pl.Float64, "–", "posterior probability of skidding"),
-    Column("p_slipping", pl.Float64, "–", "posterior probability of slipping"),
-    Column("p_skidding_slipping", pl.Float64, "–", "posterior probability of both at once; null when not enabled"),
+    _real("c_k_threshold_mps", "m/s", "|C_k| above this is called skidding"),
+    _real("c_d_threshold_mps2", "m/s²", "|C_d| above this is called slipping"),
+    Column(
+        "mode",
+        pl.Int8,
+        "–",
+        "estimate, made at t, of the mode at t: −1 undecided, 0 ideal, 1 skidding, 2 slipping, 3 both",
+    ),
+    _real("p_ideal", "–", "posterior probability of ideal rolling"),
+    _real("p_skidding", "–", "posterior probability of skidding"),
+    _real("p_slipping", "–", "posterior probability of slipping"),
+    _real("p_skidding_slipping", "–", "posterior probability of both at once; null when not enabled"),
     Column("mode_set", pl.UInt8, "–", "bit k set: mode k is not excluded"),
     *_with_sd("alpha", "(m/s²)/(N·m)", "estimate of α from the data up to t"),
     Column("status", STATUS_DTYPE, "–", "why the row says what it says"),
@@ -80,34 +112,36 @@ SAMPLES: tuple[Column, ...] = (
 
 SEGMENTS: tuple[Column, ...] = (
     Column("start_ns", pl.Int64, "ns", "stamp of the segment's first row"),
-    Column("end_ns", pl.Int64, "ns", "stamp of the next segment's first row; of its own last row for the last"),
-    Column("duration_s", pl.Float64, "s", "end − start"),
+    Column(
+        "end_ns", pl.Int64, "ns", "stamp of the next segment's first row; of its own last row for the last"
+    ),
+    _real("duration_s", "s", "end − start"),
     Column("mode", pl.Int8, "–", "the estimated mode that all rows of the segment share"),
-    Column("mean_p", pl.Float64, "–", "mean posterior of that mode; null when undecided"),
-    Column("alpha", pl.Float64, "(m/s²)/(N·m)", "α at the segment's last row"),
-    Column("alpha_sd", pl.Float64, "(m/s²)/(N·m)", "its standard deviation"),
-    Column("n_samples", pl.Int64, "–", "rows in the segment"),
+    _real("mean_p", "–", "mean posterior of that mode; null when undecided"),
+    _real("alpha", "(m/s²)/(N·m)", "α at the segment's last row"),
+    _real("alpha_sd", "(m/s²)/(N·m)", "its standard deviation"),
+    _count("n_samples", "rows in the segment"),
 )
 
 CONFUSION: tuple[Column, ...] = (
     Column("mode_true", pl.Int8, "–", "true mode"),
     Column("mode", pl.Int8, "–", "estimated mode"),
-    Column("seconds", pl.Float64, "s", "time in which the two met, after warm-up"),
+    _real("seconds", "s", "time in which the two met, after warm-up"),
 )
 
 ANOMALIES: tuple[Column, ...] = (
-    Column("n_pose_duplicate", pl.Int64, "–", "pose rows left out: a stamp that the channel had already"),
-    Column("n_pose_backward", pl.Int64, "–", "pose rows left out: stamped before a row already used"),
-    Column("n_pose_not_finite", pl.Int64, "–", "pose rows left out: NaN, infinity or a zero quaternion"),
-    Column("n_torque_duplicate", pl.Int64, "–", "torque rows left out: a stamp that the channel had already"),
-    Column("n_torque_backward", pl.Int64, "–", "torque rows left out: stamped before a row already used"),
-    Column("n_torque_empty", pl.Int64, "–", "torque messages without an effort"),
-    Column("n_undecodable", pl.Int64, "–", "messages of the channels in use that could not be decoded"),
-    Column("n_chunks_damaged", pl.Int64, "–", "chunks left out: bad checksum, unknown compression, unreadable"),
+    _count("n_pose_duplicate", "pose rows left out: a stamp that the channel had already"),
+    _count("n_pose_backward", "pose rows left out: stamped before a row already used"),
+    _count("n_pose_not_finite", "pose rows left out: NaN, infinity or a zero quaternion"),
+    _count("n_torque_duplicate", "torque rows left out: a stamp that the channel had already"),
+    _count("n_torque_backward", "torque rows left out: stamped before a row already used"),
+    _count("n_torque_empty", "torque messages without an effort"),
+    _count("n_undecodable", "messages of the channels in use that could not be decoded"),
+    _count("n_chunks_damaged", "chunks left out: bad checksum, unknown compression, unreadable"),
     Column("truncated", pl.Boolean, "–", "the file ends inside a record or without its closing magic"),
-    Column("n_gaps", pl.Int64, "–", "holes in the pose that restarted the window"),
-    Column("n_pose_jumps", pl.Int64, "–", "jumps of the pose that restarted the window"),
-    Column("n_outliers", pl.Int64, "–", "pose rows set aside as outliers"),
+    _count("n_gaps", "holes in the pose that restarted the window"),
+    _count("n_pose_jumps", "jumps of the pose that restarted the window"),
+    _count("n_outliers", "pose rows set aside as outliers"),
 )
 
 SUMMARY: tuple[Column, ...] = (
@@ -115,28 +149,31 @@ SUMMARY: tuple[Column, ...] = (
     Column("log_sha256", pl.String, "–", "hash of the file"),
     Column("version", pl.String, "–", "version of wmr-replay"),
     Column("settings", pl.String, "–", "JSON, enough to repeat the run"),
-    Column("duration_s", pl.Float64, "s", "last minus first pose stamp"),
-    Column("n_pose", pl.Int64, "–", "pose rows used"),
-    Column("n_torque", pl.Int64, "–", "torque rows used"),
-    Column("rate_hz", pl.Float64, "Hz", "pose rate, from the median step of the initial stretch"),
+    _real("duration_s", "s", "last minus first pose stamp"),
+    _count("n_pose", "pose rows used"),
+    _count("n_torque", "torque rows used"),
+    _real("rate_hz", "Hz", "pose rate, from the median step of the initial stretch"),
     *ANOMALIES,
-    Column("share_ideal", pl.Float64, "–", "share of the rows estimated ideal"),
-    Column("share_skidding", pl.Float64, "–", "share estimated skidding"),
-    Column("share_slipping", pl.Float64, "–", "share estimated slipping"),
-    Column("share_skidding_slipping", pl.Float64, "–", "share estimated both at once"),
-    Column("share_undecided", pl.Float64, "–", "share undecided"),
+    _real("share_ideal", "–", "share of the rows estimated ideal"),
+    _real("share_skidding", "–", "share estimated skidding"),
+    _real("share_slipping", "–", "share estimated slipping"),
+    _real("share_skidding_slipping", "–", "share estimated both at once"),
+    _real("share_undecided", "–", "share undecided"),
     *_with_sd("alpha", "(m/s²)/(N·m)", "last estimate of α"),
-    Column("accuracy", pl.Float64, "–", "share of rows after warm-up whose mode is the true one; −1 counts as wrong"),
-    Column("decided_share", pl.Float64, "–", "share of rows after warm-up with a mode"),
-    Column("accuracy_decided", pl.Float64, "–", "accuracy over those"),
-    *(Column(f"recall_{mode.label}", pl.Float64, "–", f"share of truly {mode.label} rows found; null without any") for mode in MODES),
-    Column("median_detection_delay_s", pl.Float64, "s", "from a true switch to the first estimate that then holds .2 s"),
-    Column("p95_detection_delay_s", pl.Float64, "s", "its 95th percentile"),
-    Column("missed_switches", pl.Int64, "–", "true switches not detected before the next"),
-    Column("false_alarms_per_hour", pl.Float64, "1/h", "estimated switches with no true one within the preceding 2 s"),
-    Column("brier", pl.Float64, "–", "Brier score of the posterior"),
-    Column("ece", pl.Float64, "–", "expected calibration error, 10 bins"),
-    Column("alpha_error", pl.Float64, "–", "relative error of the last α against the truth (side file)"),
+    _real("accuracy", "–", "share of rows after warm-up whose mode is the true one; −1 counts as wrong"),
+    _real("decided_share", "–", "share of rows after warm-up with a mode"),
+    _real("accuracy_decided", "–", "accuracy over those"),
+    *(
+        _real(f"recall_{mode.label}", "–", f"share of truly {mode.label} rows found; null without any")
+        for mode in MODES
+    ),
+    _real("median_detection_delay_s", "s", "from a true switch to the first estimate that then holds .2 s"),
+    _real("p95_detection_delay_s", "s", "its 95th percentile"),
+    _count("missed_switches", "true switches not detected before the next"),
+    _real("false_alarms_per_hour", "1/h", "estimated switches with no true one within the preceding 2 s"),
+    _real("brier", "–", "Brier score of the posterior"),
+    _real("ece", "–", "expected calibration error, 10 bins"),
+    _real("alpha_error", "–", "relative error of the last α against the truth (side file)"),
 )
 
 

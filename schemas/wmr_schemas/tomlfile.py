@@ -26,6 +26,13 @@ def check_keys(path: Path | str, section: str, table: Mapping[str, object], know
             raise InvalidFile(path, f"{section} {key}".strip(), f"unknown key; known are {', '.join(names)}")
 
 
+def expect_text(path: Path | str, key: str, value: object) -> str:
+    """A string."""
+    if not isinstance(value, str):
+        raise InvalidFile(path, key, f"expected a string, found {value!r}")
+    return value
+
+
 def expect_table(path: Path | str, key: str, value: object) -> dict[str, Any]:
     """A TOML table."""
     if not isinstance(value, dict):

@@ -1,0 +1,90 @@
+# What a person types here: make demo, make test. Everything else is a part of these, or upkeep.
+# Needs make and Python 3.11 or newer; the environment goes to .venv, its versions are those of constraints.txt.
+
+PYTHON ?= python3
+VENV ?= .venv
+DEMO ?= demo
+JOBS ?= 2
+PYTEST_ARGS ?=
+
+BIN := $(VENV)/bin
+PY := $(BIN)/python
+RUNTIME := $(VENV)/.installed
+TOOLS := $(VENV)/.installed-dev
+
+# A sourced ROS workspace puts its packages, and pytest plugins with them, in front of ours: keep them out.
+unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
+export PYTHONNOUSERSITE := 1
+export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint types imports check-docs unit docs lock clean
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
+
+demo: $(RUNTIME) ## write the paper's acceleration log, analyse it, say how to look at it
+	@mkdir -p $(DEMO)
+	$(BIN)/wmr-replay synth paper-acceleration --out $(DEMO)/paper-acceleration.mcap
+	$(BIN)/wmr-replay run $(DEMO)/paper-acceleration.mcap --out $(DEMO)
+
+test: lint types imports check-docs unit ## lint, type-check, build the docs, run the tests
+
+lint: $(TOOLS) ## ruff: rules and format
+	$(PY) -m ruff check
+	$(PY) -m ruff format --check
+
+types: $(TOOLS) ## mypy, strict
+	$(PY) -m mypy
+
+imports: $(TOOLS) ## who may import whom
+	$(BIN)/lint-imports
+
+check-docs: $(TOOLS)
+	$(PY) -m mkdocs build --strict --quiet --site-dir $(abspath $(VENV))/site
+
+unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
+	$(PYTEST) -n $(JOBS) $(PYTEST_ARGS)
+
+docs: $(TOOLS) ## the documentation, into site/
+	$(PY) -m mkdocs build --strict
+
+lock: ## resolve constraints.txt anew; UPGRADE=1 takes the newest versions (needs uv)
+	uv pip compile --universal --python-version 3.11 --all-extras --no-header --no-annotate \
+	    $(if $(UPGRADE),--upgrade) --quiet --output-file constraints.txt pyproject.toml
+
+clean: ## remove the environment and everything made in it
+	rm -rf $(VENV) $(DEMO) site dist .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find schemas synth replay tests docs -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# --- environment -------------------------------------------------------------------------------------------
+
+define TOO_OLD
+$(1) is missing or older than Python 3.11. Either name a newer one,
+    make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)
+or let uv bring one:
+    uv venv --seed --python 3.12 $(VENV) && make $(MAKECMDGOALS)
+endef
+export NO_VENV := $(PYTHON) has no working venv module (Debian, Ubuntu: apt install python3-venv)
+export OLD_PYTHON := $(call TOO_OLD,$(PYTHON))
+export OLD_VENV := $(call TOO_OLD,$(PY))
+RECENT := -c 'import sys; sys.exit(sys.version_info < (3, 11))'
+INSTALL := $(PY) -m pip install --quiet --constraint constraints.txt
+
+$(PY):
+	@$(PYTHON) $(RECENT) 2>/dev/null || { echo "$$OLD_PYTHON" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "$$NO_VENV" >&2; exit 1; }
+
+$(RUNTIME): pyproject.toml constraints.txt | $(PY)
+	@$(PY) $(RECENT) || { echo "$$OLD_VENV" >&2; exit 1; }
+	@$(PY) -m pip --version >/dev/null 2>&1 || $(PY) -m ensurepip
+	@echo "installing into $(VENV); this takes a few minutes the first time"
+	$(INSTALL) hatchling
+	$(INSTALL) --no-build-isolation --editable .
+	@touch $@
+
+$(TOOLS): $(RUNTIME)
+	$(INSTALL) --no-build-isolation --editable '.[dev]'
+	@touch $@

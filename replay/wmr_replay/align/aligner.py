@@ -1,0 +1,118 @@
+"""One row per pose sample: the pose, the mean inputs of the interval that it ends, and the true mode."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.align.hold import hold_mean, last_before
+from wmr_replay.align.reorder import EARLIEST, Reorder, join, take
+from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedBatch:
+    """Rows in strictly increasing time: ``t_ns`` (n,), ``pose`` (3, n) with yaw unwrapped, ``inputs`` (4, n),
+    ``mode_true`` (n,).
+
+    ``inputs`` are left and right effort in N·m and left and right wheel speed in rad/s, each the mean over
+    the interval that ends at the row's stamp, NaN where unknown. ``mode_true`` is −1 where there is no truth.
+    """
+
+    t_ns: I64
+    pose: F64
+    inputs: F64
+    mode_true: I8
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+
+@dataclass
+class AlignmentCounts:
+    """What alignment used and what it left out."""
+
+    n_pose: int = 0
+    n_torque: int = 0
+    n_pose_duplicate: int = 0
+    n_pose_backward: int = 0
+    n_pose_not_finite: int = 0
+    n_torque_duplicate: int = 0
+    n_torque_backward: int = 0
+
+
+class Aligner:
+    """Stage: raw batches → aligned rows, which depend neither on later stamps nor on the batches."""
+
+    def __init__(self, *, reorder_window_s: float = 2.0, max_hold_s: float = 1.0) -> None:
+        self.counts = AlignmentCounts()
+        self._reorder = Reorder(round(reorder_window_s * NS_PER_S))
+        self._max_hold_ns = round(max_hold_s * NS_PER_S)
+        self._inputs, self._modes = Rows.empty(4), Rows.empty(1)
+        self._held, self._held_ns, self._mode = np.full(4, np.nan), EARLIEST, -1.0
+        self._last_ns, self._yaw, self._turns = EARLIEST, np.nan, 0
+
+    def push(self, batch: RawBatch) -> AlignedBatch:
+        """Rows that are complete: every input up to their stamps has come."""
+        return self._align(self._reorder.push(batch))
+
+    def finish(self) -> AlignedBatch:
+        """The rows that were waiting."""
+        return self._align(self._reorder.finish())
+
+    def _align(self, ready: RawBatch) -> AlignedBatch:
+        pose = self._clean_pose(ready.pose)
+        inputs = self._hold(pose.t_ns, self._clean_torque(ready.torque))
+        mode_true = self._truth(pose.t_ns, ready.mode)
+        self.counts.n_pose += len(pose)
+        if len(pose):
+            self._last_ns = int(pose.t_ns[-1])
+        return AlignedBatch(pose.t_ns, pose.values, inputs, mode_true)
+
+    def _clean_pose(self, rows: Rows) -> Rows:
+        finite = np.asarray(np.isfinite(rows.values).all(axis=0))
+        self.counts.n_pose_not_finite += int(np.count_nonzero(~finite))
+        self.counts.n_pose_backward = self._reorder.n_late[0]
+        rows = take(rows, finite)
+        first = np.asarray(np.diff(rows.t_ns, prepend=EARLIEST) != 0)
+        self.counts.n_pose_duplicate += int(np.count_nonzero(~first))
+        rows = take(rows, first)
+        rows.values[2] = self._unwrap(rows.values[2])
+        return rows
+
+    def _unwrap(self, yaw: F64) -> F64:
+        """Yaw without steps of a turn: yaw + 2π·(whole turns counted so far)."""
+        if not yaw.size:
+            return yaw
+        steps = np.diff(yaw, prepend=yaw[0] if np.isnan(self._yaw) else self._yaw)
+        turns = self._turns - np.cumsum(np.rint(steps / (2 * np.pi)).astype(np.int64))
+        self._yaw, self._turns = float(yaw[-1]), int(turns[-1])
+        return yaw + 2 * np.pi * turns
+
+    def _clean_torque(self, rows: Rows) -> Rows:
+        first = np.asarray(np.diff(rows.t_ns, prepend=EARLIEST) != 0)
+        self.counts.n_torque_duplicate += int(np.count_nonzero(~first))
+        self.counts.n_torque_backward = self._reorder.n_late[1]
+        rows = take(rows, first)
+        self.counts.n_torque += len(rows)
+        return rows
+
+    def _hold(self, pose_ns: I64, arrived: Rows) -> F64:
+        rows = join(self._inputs, arrived)
+        if not pose_ns.size:
+            self._inputs = rows
+            return np.empty((4, 0))
+        before_ns = int(pose_ns[0]) if self._last_ns == EARLIEST else self._last_ns
+        means, self._held_ns, used = hold_mean(
+            pose_ns, before_ns, rows.t_ns, rows.values, self._held_ns, self._held, self._max_hold_ns
+        )
+        self._inputs = take(rows, np.arange(used, len(rows)))
+        return means
+
+    def _truth(self, pose_ns: I64, arrived: Rows) -> I8:
+        rows = join(self._modes, arrived)
+        mode, used = last_before(pose_ns, rows.t_ns, rows.values[0], self._mode)
+        if used:
+            self._mode = float(rows.values[0, used - 1])
+        self._modes = take(rows, np.arange(used, len(rows)))
+        return np.where((mode >= 0) & (mode <= 3), mode, -1).astype(np.int8)

@@ -1,0 +1,78 @@
+"""Rows of several signals into the order of their stamps, within a stated window.
+
+Channels of one log are interleaved by the time of recording, which differs from the time of measurement by
+transport delays. A row is handed on once some row of the log is stamped ``window_ns`` later; a row that comes
+later still is left out and counted. Both rules look at file order alone, so the batches in which a file is
+read change nothing.
+"""
+
+import numpy as np
+
+from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_schemas.arrays import I64, Bool
+
+EARLIEST = np.iinfo(np.int64).min
+
+
+class Reorder:
+    """Stage: raw batches in file order → batches sorted and complete up to a common stamp."""
+
+    def __init__(self, window_ns: int) -> None:
+        self.window_ns = window_ns
+        self._newest_ns = EARLIEST
+        self._held: tuple[Rows, ...] | None = None
+        self.n_late = [0, 0, 0]
+        """Rows left out because they came later than the window allows: pose, torque, mode."""
+
+    def push(self, batch: RawBatch) -> RawBatch:
+        """Take a batch in; give back every row that can have no predecessor any more."""
+        arrivals = (batch.pose, batch.torque, batch.mode)
+        keep = self._in_time(arrivals)
+        for k, mask in enumerate(keep):
+            self.n_late[k] += int(np.count_nonzero(~mask))
+        arrived = tuple(take(rows, mask) for rows, mask in zip(arrivals, keep, strict=True))
+        held = arrived if self._held is None else tuple(map(join, self._held, arrived))
+        limit = self._newest_ns - self.window_ns if self._newest_ns > EARLIEST else EARLIEST
+        ready = tuple(sort(rows, rows.t_ns < limit) for rows in held)
+        self._held = tuple(take(rows, rows.t_ns >= limit) for rows in held)
+        return RawBatch(*ready)
+
+    def finish(self) -> RawBatch:
+        """Everything that is left."""
+        held = self._held or (Rows.empty(3), Rows.empty(4), Rows.empty(1))
+        self._held = None
+        return RawBatch(*(sort(rows, np.ones(len(rows), bool)) for rows in held))
+
+    def _in_time(self, signals: tuple[Rows, ...]) -> tuple[Bool, ...]:
+        """Whether each row came before its place was handed on, judged in file order."""
+        stamps = np.concatenate([rows.t_ns for rows in signals])
+        if not stamps.size:
+            return tuple(np.ones(0, bool) for _ in signals)
+        by_file = np.argsort(np.concatenate([rows.order for rows in signals]), kind="stable")
+        newest = np.maximum(np.maximum.accumulate(stamps[by_file]), self._newest_ns)
+        before = np.concatenate([[self._newest_ns], newest[:-1]])
+        in_time = np.empty(stamps.size, bool)
+        in_time[by_file] = (before == EARLIEST) | (stamps[by_file] >= before - self.window_ns)
+        self._newest_ns = int(newest[-1])
+        ends = np.cumsum([len(rows) for rows in signals])[:-1]
+        return tuple(np.split(in_time, ends))
+
+
+def take(rows: Rows, index: Bool | I64) -> Rows:
+    """The rows of a mask or of indices."""
+    return Rows(rows.t_ns[index], rows.order[index], rows.values[:, index])
+
+
+def join(first: Rows, second: Rows) -> Rows:
+    """Rows one after the other."""
+    return Rows(
+        np.concatenate([first.t_ns, second.t_ns]),
+        np.concatenate([first.order, second.order]),
+        np.concatenate([first.values, second.values], axis=1),
+    )
+
+
+def sort(rows: Rows, mask: Bool) -> Rows:
+    """The rows of a mask by stamp, ties in file order."""
+    chosen = np.flatnonzero(mask)
+    return take(rows, chosen[np.lexsort((rows.order[chosen], rows.t_ns[chosen]))])

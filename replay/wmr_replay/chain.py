@@ -1,0 +1,88 @@
+"""The stages behind the initial stretch, tuned by it: differentiate, track the noise, identify."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.align import AlignedBatch
+from wmr_replay.columns import Columns, estimated
+from wmr_replay.differentiate import GAP, Differentiator, KernelSpec, noise_coefficient
+from wmr_replay.identify import PaperIdentifier, make_rules, motion_of, wheel_slip
+from wmr_replay.identify.independence import fresh_independence, judge_independence
+from wmr_replay.identify.noise import NoiseTracker, initial_noise
+from wmr_replay.settings import Settings
+from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.robot import RobotParameters
+
+MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
+EFFORT_FOLD, SPEED_FOLD = 2, 1
+GAP_STATUS = 2
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What the initial stretch decided."""
+
+    rate_hz: float
+    position_sd_m: float
+    yaw_sd_rad: float
+    window_s: float
+    delay_s: float
+
+
+def choose_window_s(settings: Settings, spec: KernelSpec, step_s: float, position_sd_m: float) -> float:
+    """T from sd(d²x/dt²) = s √(c·step/T⁵) = target; at least 10 steps and .1 s, at most 2 s."""
+    if settings.window_s is not None:
+        return settings.window_s
+    ratio = (position_sd_m / settings.target_a_long_sd_mps2) ** 2
+    window_s = float((noise_coefficient(2, spec) * step_s * ratio) ** 0.2)
+    return max(min(window_s, MAX_WINDOW_S), MIN_WINDOW_S, MIN_WINDOW_STEPS * step_s)
+
+
+class Chain:
+    """Stage: aligned rows → rows of the samples table."""
+
+    def __init__(self, settings: Settings, robot: RobotParameters, stretch: AlignedBatch) -> None:
+        spec = KernelSpec(settings.degree, settings.kappa, settings.mu, settings.theta)
+        step_s = float(np.median(np.diff(stretch.t_ns))) / NS_PER_S
+        position_sd_m, yaw_sd_rad = initial_noise(stretch.pose[:2]), initial_noise(stretch.pose[2:])
+        self.differentiator = Differentiator(
+            spec,
+            window_s=choose_window_s(settings, spec, step_s, position_sd_m),
+            step_s=step_s,
+            folds=(EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD),
+        )
+        window_s, self._delay_s = self.differentiator.window_s, self.differentiator.delay_s
+        self.tuning = Tuning(1 / step_s, position_sd_m, yaw_sd_rad, window_s, self._delay_s)
+        self._noise = NoiseTracker(
+            position_sd_m=position_sd_m,
+            yaw_sd_rad=yaw_sd_rad,
+            step_s=step_s,
+            time_constant_s=settings.noise_time_constant_s,
+        )
+        self._identifier = PaperIdentifier(
+            make_rules(
+                robot,
+                window_ns=round(window_s * NS_PER_S),
+                threshold_sd=settings.threshold_sd,
+                min_c_k_mps=settings.min_c_k_mps,
+                min_c_d_mps2=settings.min_c_d_mps2,
+            )
+        )
+        self._robot, self._start_ns = robot, int(stretch.t_ns[0])
+        self._independence = fresh_independence()
+
+    def push(self, rows: AlignedBatch) -> Columns:
+        """One row for each."""
+        derivatives = self.differentiator.push(rows.t_ns, rows.pose, rows.inputs)
+        variances = self._noise.push(rows.t_ns, rows.pose)
+        independence = judge_independence(rows.t_ns, rows.pose, self._independence)
+        motion = motion_of(derivatives.estimates, derivatives.gains, variances)
+        slip = wheel_slip(
+            motion, derivatives.inputs[2:], self._robot.wheel_radius_m, self._robot.half_track_m
+        )
+        force = derivatives.inputs[0] + derivatives.inputs[1]
+        verdict = self._identifier.push(rows.t_ns, motion, force, independence)
+        status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
+        delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
+        return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)

@@ -1,0 +1,75 @@
+"""``wmr-replay run``."""
+
+from pathlib import Path
+
+import click
+
+from wmr_replay.cli.mapping import mapping_from_options, mapping_options
+
+
+@click.command(name="run")
+@click.argument("log", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Where results go.  [default: ./<stem>.wmr/]")
+@click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
+@click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--strict", is_flag=True, help="Fail (exit code 3) when something in the file was damaged.")
+@mapping_options
+@click.option("--window", "window_s", type=float, help="Differentiator window T in s.  [default: from rate and noise]")
+@click.option("--degree", type=int, default=2, show_default=True, help="Degree N of the local polynomial.")
+@click.option("--kappa", type=int, default=0, show_default=True, help="Weight exponent at the window's newest end.")
+@click.option("--mu", type=int, default=0, show_default=True, help="Weight exponent at the window's oldest end.")
+@click.option("--theta", type=float, default=0.0, show_default=True, help="Instant described: 0 the window's middle, 1 now.")
+@click.option("--threshold-sd", type=float, default=3.0, show_default=True, help="Thresholds in standard deviations.")
+def command(
+    log: Path,
+    out: Path | None,
+    view: bool,
+    as_json: bool,
+    no_rrd: bool,
+    strict: bool,
+    window_s: float | None,
+    degree: int,
+    kappa: int,
+    mu: int,
+    theta: float,
+    threshold_sd: float,
+    **mapping: str | Path | None,
+) -> None:
+    """Identify contact modes and alpha in LOG.
+
+    Writes tables (Parquet, JSON) and a Rerun timeline to ./<stem>.wmr/ or --out DIR, then prints the summary.
+
+    \b
+    Examples:
+      wmr-replay run log.mcap
+      wmr-replay run log.mcap --out results/ --view
+      wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
+    """
+    from wmr_replay.cli.progress import byte_progress
+    from wmr_replay.cli.report import print_summary, summary_json
+    from wmr_replay.run import run_log
+    from wmr_replay.settings import Settings
+    from wmr_replay.timeline import open_viewer
+
+    if view and no_rrd:
+        raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
+    settings = Settings(
+        window_s=window_s, degree=degree, kappa=kappa, mu=mu, theta=theta, threshold_sd=threshold_sd
+    )
+    with byte_progress(f"replaying {log.name}") as progress:
+        result = run_log(
+            log,
+            out,
+            settings=settings,
+            mapping=mapping_from_options(mapping),
+            timeline=not no_rrd,
+            strict=strict,
+            progress=progress,
+        )
+    if as_json:
+        click.echo(summary_json(result.summary))
+    else:
+        print_summary(result)
+    if view and "timeline" in result.files:
+        open_viewer(result.files["timeline"])

@@ -1,0 +1,94 @@
+"""Kernels of the causal algebraic differentiator: the continuous form, the delay, the noise gain, and the
+taps.
+
+Sources: Mboup, Join, Fliess, "Numerical differentiation with annihilators in noisy environment" (2009);
+Othmane, Kiltz, Rudolph, "Survey on algebraic numerical differentiation" (2022). The annihilator-based
+estimator of order n and degree N with parameters κ, μ over a window T is weighted least squares of degree N
+with weight τ^κ(1−τ)^μ, τ = age/T, whose n-th derivative is taken at the age δ = T(1−θ)/2. All orders share
+one θ here, so that they describe one instant.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.special import jacobi
+
+from wmr_schemas.arrays import F64
+from wmr_schemas.errors import InvalidSetting
+
+
+@dataclass(frozen=True)
+class KernelSpec:
+    """Degree N, weight exponents κ and μ, evaluation point θ in [−1, 1] (0: the window's middle; 1: now)."""
+
+    degree: int = 2
+    kappa: int = 0
+    mu: int = 0
+    theta: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 2 <= self.degree <= 8:
+            raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
+        if min(self.kappa, self.mu) < 0 or max(self.kappa, self.mu) > 8:
+            raise InvalidSetting(f"kappa and mu must be 0 to 8, not {self.kappa} and {self.mu}")
+        if not -1 <= self.theta <= 1:
+            raise InvalidSetting(f"theta must lie in -1 to 1, not {self.theta}")
+
+    def delay_s(self, window_s: float) -> float:
+        """δ = T(1 − θ)/2."""
+        return window_s * (1 - self.theta) / 2
+
+
+def root_theta(order: int, spec: KernelSpec) -> float:
+    """The largest root of P_{q+1}^{(κ+n, μ+n)}, q = N − n: at it one more order of exactness is gained."""
+    polynomial = jacobi(spec.degree - order + 1, spec.kappa + order, spec.mu + order)
+    return float(np.max(polynomial.roots.real))
+
+
+def fit_functionals(spec: KernelSpec, age: F64, window_s: float, orders: int = 3) -> F64:
+    """Taps (orders, L): the derivative of order n of the fit over samples of these ages is taps[n] @ samples.
+
+    Weighted least squares in the Legendre basis by QR: with V_ki = P_i(u_k), u = 1 − 2·age/T, W =
+    diag(τ^κ(1−τ)^μ), h_n = W V (VᵀWV)⁻¹ p⁽ⁿ⁾(θ)·(2/T)ⁿ. Exact for polynomials up to N on any stamps. ``age``
+    (L,) in s, ``window_s`` = T.
+    """
+    tau = age / window_s
+    root_weight = np.sqrt(tau**spec.kappa * (1 - tau) ** spec.mu)
+    q, r = np.linalg.qr(root_weight[:, None] * legendre.legvander(1 - 2 * tau, spec.degree))
+    rows = [np.linalg.solve(r.T, basis_derivative(spec, n) * (2 / window_s) ** n) for n in range(orders)]
+    return np.ascontiguousarray((np.stack(rows) @ q.T) * root_weight)
+
+
+def basis_derivative(spec: KernelSpec, order: int) -> F64:
+    """n-th derivatives of P_0 … P_N at θ, shape (N+1,)."""
+    eye = np.eye(spec.degree + 1)
+    return np.array([legendre.legval(spec.theta, legendre.legder(row, order)) for row in eye])
+
+
+def uniform_taps(spec: KernelSpec, n_taps: int, step_s: float) -> F64:
+    """Taps (3, L) on uniform stamps, newest sample first; the window is T = (L − 1)·step."""
+    return fit_functionals(spec, np.arange(n_taps, dtype=np.float64) * step_s, (n_taps - 1) * step_s)
+
+
+def input_taps(taps: F64, step_s: float, fold: int) -> F64:
+    """Taps (L,) for the mean inputs of the intervals that end at the samples: the fold-times integrated
+    kernel.
+
+    An input u with x⁽ᶠ⁾ = u makes Σ_k h_k x(t_k) = ∫ g(s) u(s) ds with g(s) = Σ_k h_k (t_k −
+    s)₊^{f−1}/(f−1)!. For an input that is constant over each interval (t_k − step, t_k] this is exact: out[k]
+    = ∫ g over that interval. Newest first; the oldest interval lies before the window and has weight 0.
+    ``fold`` is 1 or 2.
+    """
+    once = np.cumsum(taps)
+    if fold == 1:
+        return np.append(once[:-1] * step_s, 0.0)
+    g = np.concatenate([[0.0], np.cumsum(once)[:-1]]) * step_s
+    return np.append((g[:-1] + g[1:]) / 2 * step_s, 0.0)
+
+
+def noise_coefficient(order: int, spec: KernelSpec) -> float:
+    """C in sd = σ·√(c·step/T^{2n+1}): Σ h² of the continuous kernel over a window of 1 s."""
+    n_taps = 4001
+    taps = uniform_taps(spec, n_taps, 1 / (n_taps - 1))
+    return float(np.sum(taps[order] ** 2) * (n_taps - 1))

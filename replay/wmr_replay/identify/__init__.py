@@ -1,0 +1,6 @@
+"""The identifier of the contact mode and of α. Pure: numpy and numba alone."""
+
+from wmr_replay.identify.motion import Motion, Slip, motion_of, wheel_slip
+from wmr_replay.identify.paper import PaperIdentifier, Verdict, make_rules
+
+__all__ = ["Motion", "PaperIdentifier", "Slip", "Verdict", "make_rules", "motion_of", "wheel_slip"]

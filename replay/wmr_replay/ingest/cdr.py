@@ -1,0 +1,81 @@
+"""The layout of ROS 2 messages: CDR as in OMG DDS-XTypes 7.4 (plain CDR versions 1 and 2, both byte orders)."""
+
+from wmr_replay.ingest.definitions import PRIMITIVES, Node
+from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
+
+_HEADER_BYTES = 4
+_KINDS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
+"""Representation identifier → byte order and largest alignment."""
+
+
+def cdr_layout(definition: Node, message: bytes) -> Layout:
+    """Walk one message. Raises Undecodable when it does not fit its definition."""
+    return _CdrWalk(message).run(definition)
+
+
+class _CdrWalk:
+    def __init__(self, message: bytes) -> None:
+        if len(message) < _HEADER_BYTES or message[0] != 0 or message[1] not in _KINDS:
+            raise Undecodable("no plain CDR header")
+        self.order, self.max_alignment = _KINDS[message[1]]
+        self.message, self.position = message, _HEADER_BYTES
+        self.layout = Layout(message)
+        self.layout.fix(0, 2)
+
+    def run(self, definition: Node) -> Layout:
+        self._node(definition, "")
+        return self.layout
+
+    def _node(self, node: Node, path: str) -> None:
+        if node.count is not None:
+            self._repeated(Node(node.name, node.fields), node.count, path)
+        elif node.fields is not None:
+            self._struct(node.fields, path)
+        elif node.name in PRIMITIVES:
+            self.layout.leaves[path] = self._numbers(node.name, 1)
+        elif node.name == "string":
+            self._string(path)
+        else:
+            raise Undecodable(f"{path}: {node.name} has no fixed form in CDR")
+
+    def _struct(self, fields: tuple[tuple[str, Node], ...], path: str) -> None:
+        if not fields:
+            self._advance(1, 1)  # an empty message carries one dummy byte
+        for name, node in fields:
+            self._node(node, f"{path}.{name}" if path else name)
+
+    def _repeated(self, item: Node, count: int, path: str) -> None:
+        if count < 0:
+            count = self._length()
+        self.layout.counts[path] = count
+        if count > len(self.message) - self.position:
+            raise Undecodable(f"{path}: {count} elements in {len(self.message) - self.position} bytes")
+        if item.name in PRIMITIVES:
+            if count:
+                self.layout.leaves[path] = self._numbers(item.name, count)
+            return
+        for k in range(count):
+            self._node(item, f"{path}[{k}]")
+
+    def _numbers(self, name: str, count: int) -> Leaf:
+        size = int(PRIMITIVES[name][1])
+        return Leaf(self._advance(size, size * count), self.order + PRIMITIVES[name], count, size)
+
+    def _string(self, path: str) -> None:
+        length = self._length()
+        start = self._advance(1, length)
+        content = self.message[start : start + length].removesuffix(b"\0")
+        self.layout.texts[path] = Text(start, content.decode(errors="replace"), length)
+
+    def _length(self) -> int:
+        start = self._advance(4, 4)
+        self.layout.fix(start, start + 4)
+        return int.from_bytes(self.message[start : start + 4], "little" if self.order == "<" else "big")
+
+    def _advance(self, alignment: int, n_bytes: int) -> int:
+        """Start of the next ``n_bytes``, aligned; moves behind them."""
+        start = self.position + (_HEADER_BYTES - self.position) % min(alignment, self.max_alignment)
+        if start + n_bytes > len(self.message):
+            raise Undecodable(f"{n_bytes} bytes wanted at {start}, the message has {len(self.message)}")
+        self.position = start + n_bytes
+        return start

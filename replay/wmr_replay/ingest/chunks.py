@@ -1,0 +1,111 @@
+"""From a stretch of the file to the bytes of its records: reading, decompressing, checking.
+
+A chunk's header is not trusted: nothing is allocated on its word alone. What cannot be read yields no bytes and a
+reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
+"""
+
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import BinaryIO
+
+import numpy as np
+
+from wmr_replay.ingest.records import ChunkHead
+from wmr_schemas.arrays import U8
+
+MAX_CHUNK_BYTES = 2 << 30
+"""No writer makes chunks of this size; a header that claims more is damaged."""
+NO_BYTES: U8 = np.empty(0, np.uint8)
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the file that holds messages: a chunk (with its head), or records outside any chunk.
+
+    ``counts``: messages by channel id, empty where neither the file's index nor a walk told them. ``whole``: the file
+    does not end in the middle of it.
+    """
+
+    offset: int
+    data_offset: int
+    data_bytes: int
+    head: ChunkHead | None = None
+    counts: dict[int, int] = field(default_factory=dict)
+    whole: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """The records of a span; ``problem`` says why there are none, or why some may be missing."""
+
+    span: Span
+    data: U8
+    problem: str = ""
+
+
+class Unreadable(Exception):
+    """A chunk that yields no records, and why."""
+
+
+def load(file: BinaryIO, span: Span) -> Block:
+    """Read, decompress and check one span."""
+    file.seek(span.data_offset)
+    stored = file.read(span.data_bytes)
+    if span.head is None:
+        return Block(span, np.frombuffer(stored, np.uint8))
+    try:
+        records = open_chunk(span.head, stored, whole=span.whole)
+    except Unreadable as error:
+        return Block(span, NO_BYTES, str(error))
+    return Block(span, np.frombuffer(records, np.uint8), "" if span.whole else "the file ends inside it")
+
+
+def open_chunk(head: ChunkHead, stored: bytes, *, whole: bool) -> bytes:
+    """Decompress a chunk's records and check them. Raises Unreadable."""
+    if head.uncompressed_bytes > MAX_CHUNK_BYTES:
+        raise Unreadable(f"its header claims {head.uncompressed_bytes} bytes")
+    codec = _CODECS.get(head.compression)
+    if codec is None:
+        raise Unreadable(f"unknown compression {head.compression[:40]!r}")
+    try:
+        records = codec(stored, head.uncompressed_bytes, whole)
+    except (MemoryError, ValueError, RuntimeError) as error:
+        raise Unreadable(f"{head.compression or 'plain'} data are damaged ({error})") from None
+    if not whole:
+        return records
+    if len(records) != head.uncompressed_bytes:
+        raise Unreadable(f"holds {len(records)} bytes where its header claims {head.uncompressed_bytes}")
+    if head.uncompressed_crc and zlib.crc32(records) != head.uncompressed_crc:
+        raise Unreadable("its checksum does not match")
+    return records
+
+
+def _plain(stored: bytes, size: int, whole: bool) -> bytes:
+    return stored[: size + 1]
+
+
+def _zstd(stored: bytes, size: int, whole: bool) -> bytes:
+    import zstandard  # noqa: PLC0415 – only logs that use it pay for it
+
+    try:
+        if not whole:
+            return zstandard.ZstdDecompressor().decompressobj().decompress(stored)[:size]
+        claimed = zstandard.frame_content_size(stored)
+        if claimed not in {-1, size}:
+            raise ValueError(f"the frame claims {claimed} bytes, the chunk {size}")
+        return zstandard.ZstdDecompressor().decompress(stored, max_output_size=size) if size else b""
+    except zstandard.ZstdError as error:
+        raise ValueError(error) from None
+
+
+def _lz4(stored: bytes, size: int, whole: bool) -> bytes:
+    from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
+
+    try:
+        return bytes(LZ4FrameDecompressor().decompress(stored, max_length=size)) if stored else b""
+    except EOFError as error:
+        raise ValueError(error) from None
+
+
+_CODECS: dict[str, Callable[[bytes, int, bool], bytes]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}

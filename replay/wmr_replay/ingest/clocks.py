@@ -1,0 +1,68 @@
+"""Which clock a channel goes by, and how far that clock is from the recorder's.
+
+The header's stamp is the clock of choice. A channel whose first messages carry none, or zero, goes by the publish
+time, or where that is missing too by the log time. The choice is made on the first two messages and then kept.
+"""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from wmr_replay.ingest.decode import Decoder
+from wmr_replay.ingest.detect import Use
+from wmr_replay.ingest.sampling import N_WANTED
+from wmr_schemas.arrays import I64, NS_PER_S
+
+ClockName = Literal["header stamp", "publish time", "log time"]
+
+
+@dataclass
+class Clock:
+    """The clock of one channel: ``name``, and why it is not the header's stamp if it is not."""
+
+    name: ClockName
+    reason: str = ""
+    offsets_ns: list[float] = field(default_factory=list)
+    """Median of stamp − log time, block by block."""
+
+    @classmethod
+    def choose(cls, use: Use) -> "Clock":
+        """The clock for a channel, from its first messages."""
+        if use.binding.stamp is None:
+            reason = "its messages carry no stamp"
+        elif first_stamps(use).any():
+            return cls("header stamp")
+        else:
+            reason = "its first stamps are zero"
+        published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
+        return cls("publish time" if published else "log time", reason)
+
+    def stamps(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
+        """Stamps of one block's messages by this clock."""
+        t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
+        if len(t_ns):
+            self.offsets_ns.append(float(np.median(t_ns - log_ns)))
+        return t_ns
+
+    @property
+    def offset_s(self) -> float | None:
+        """Median of the blocks' median offsets against the log time."""
+        return float(np.median(self.offsets_ns)) / NS_PER_S if self.offsets_ns else None
+
+    def describe(self) -> str:
+        """One line for people."""
+        text = self.name + (f" ({self.reason})" if self.reason else "")
+        if self.offset_s is None or self.name == "log time":
+            return text
+        drift_s = (max(self.offsets_ns) - min(self.offsets_ns)) / NS_PER_S
+        return f"{text}, {self.offset_s:+.6g} s from log time" + (f", varying by {drift_s:.3g} s" if drift_s > 0 else "")
+
+
+def first_stamps(use: Use) -> I64:
+    """Header stamps of the first messages that concern the signal."""
+    messages = [sample.data for sample in use.samples]
+    lengths = np.array([len(message) for message in messages], np.int64)
+    data = np.frombuffer(b"".join(messages), np.uint8)
+    decoded = Decoder(use.definition, use.binding).decode(data, np.cumsum(lengths) - lengths, lengths)
+    return decoded.stamp_ns[decoded.used][:N_WANTED]

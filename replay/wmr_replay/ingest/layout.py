@@ -1,0 +1,100 @@
+"""The place of every field in a message, found once and reused for all messages that are built alike.
+
+A :class:`Layout` comes from walking one *exemplar* message in Python. Another message has the same layout when a few
+of its bytes, the *skeleton* (string and sequence lengths, tags, joint names), equal the exemplar's. Those are compared
+over whole columns of messages, and the fields of all that agree are gathered with one index operation each.
+"""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from wmr_schemas.arrays import F64, I64, Bool
+
+
+class Undecodable(ValueError):
+    """A message that its schema does not describe."""
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A number at ``offset``, or ``count`` equal ones ``stride`` apart.
+
+    In binary encodings ``offset`` and ``stride`` count bytes and ``dtype`` is numpy's, or ``varint`` or ``zigzag`` of
+    ``stride`` bytes. In JSON ``offset`` counts the message's scalar values.
+    """
+
+    offset: int
+    dtype: str
+    count: int = 1
+    stride: int = 1
+
+    def item(self, k: int) -> "Leaf":
+        """The k-th of several numbers."""
+        return Leaf(self.offset + k * self.stride, self.dtype, 1, self.stride)
+
+
+@dataclass(frozen=True)
+class Text:
+    """A string: where it is, and its content in the exemplar."""
+
+    offset: int
+    content: str
+    extent: int = 1
+
+
+@dataclass
+class Layout:
+    """Fields of an exemplar by dotted path (``pose.position.x``; ``name[0]`` in sequences) and its skeleton."""
+
+    exemplar: bytes
+    leaves: dict[str, Leaf] = field(default_factory=dict)
+    texts: dict[str, Text] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    skeleton: dict[int, int] = field(default_factory=dict)
+    """Offset → mask of the bits that must agree."""
+    absent_is_zero: bool = False
+    """Fields with their default value are left out on the wire (protobuf)."""
+
+    def fix(self, start: int, stop: int, mask: int = 0xFF) -> None:
+        """These places belong to the skeleton."""
+        for offset in range(start, stop):
+            self.skeleton[offset] = self.skeleton.get(offset, 0) | mask
+
+    def leaf(self, path: str) -> Leaf | None:
+        """The number at ``path``; ``path[k]`` is the k-th of a row of numbers."""
+        if path in self.leaves:
+            return self.leaves[path]
+        stem, bracket, index = path.rpartition("[")
+        row = self.leaves.get(stem) if bracket else None
+        return row.item(int(index[:-1])) if row is not None and int(index[:-1]) < row.count else None
+
+    def names(self, path: str) -> list[str]:
+        """The strings of a sequence. They join the skeleton, for somebody relies on them."""
+        found = []
+        for k in range(self.counts.get(path, 0)):
+            text = self.texts.get(f"{path}[{k}]")
+            if text is None:
+                raise Undecodable(f"{path}[{k}] is no text")
+            self.fix(text.offset, text.offset + text.extent)
+            found.append(text.content)
+        return found
+
+
+class Source(Protocol):
+    """The messages of one channel in one block, in whatever encoding, as columns."""
+
+    @property
+    def kinds(self) -> I64:
+        """(n,) messages of different kinds never share a layout: their length, or a hash of their structure."""
+
+    def exemplar(self, row: int) -> bytes:
+        """One message's bytes."""
+
+    def agree(self, layout: Layout, rows: I64) -> Bool:
+        """Which of these messages, all of the exemplar's kind, share its layout."""
+
+    def floats(self, rows: I64, leaf: Leaf) -> F64:
+        """The leaf's number in these messages."""
+
+    def ints(self, rows: I64, leaf: Leaf) -> I64:
+        """The leaf's number in these messages, where it is integer."""

@@ -1,0 +1,66 @@
+"""The first messages of every channel that may serve, and the descriptions of all, from as few chunks as possible."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from wmr_replay.ingest.chunks import Span, load
+from wmr_replay.ingest.survey import Survey
+from wmr_replay.ingest.walk import Messages, walk
+from wmr_schemas.arrays import U8
+
+N_WANTED = 2
+"""Messages of a channel that are worth opening another chunk for."""
+_N_KEPT = 32
+_KEPT_BYTES = 1 << 18
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One message of a channel."""
+
+    data: bytes
+    log_ns: int
+    publish_ns: int
+
+
+class Sampler:
+    """Opens a span only while something that it may hold is missing."""
+
+    def __init__(self, survey: Survey) -> None:
+        self.survey, self.book = survey, survey.book
+        self.samples: dict[int, list[Sample]] = {}
+        self.seen: dict[int, int] = {}
+
+    def run(self, path: Path) -> dict[int, tuple[Sample, ...]]:
+        """First messages by channel id; the survey's book then knows every channel that has a message."""
+        with path.open("rb") as file:
+            for span in self.survey.spans:
+                if self._needs(span):
+                    self._take(load(file, span).data)
+        return {channel_id: tuple(messages) for channel_id, messages in self.samples.items()}
+
+    def _needs(self, span: Span) -> bool:
+        expected = span.counts or self.survey.statistics
+        return not expected or any(self._lacks(channel_id, n) for channel_id, n in expected.items())
+
+    def _lacks(self, channel_id: int, n_messages: int) -> bool:
+        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(N_WANTED, n_messages)
+
+    def _take(self, data: U8) -> None:
+        found = walk(data)
+        self.book.enter(data, found.others)
+        ids, counts = np.unique(found.messages.channel, return_counts=True)
+        for channel_id, count in zip(ids.tolist(), counts.tolist(), strict=True):
+            self._keep(data, found.messages, channel_id)
+            self.seen[channel_id] = self.seen.get(channel_id, 0) + count
+
+    def _keep(self, data: U8, messages: Messages, channel_id: int) -> None:
+        kept = self.samples.setdefault(channel_id, [])
+        for row in np.flatnonzero(messages.channel == channel_id)[: _N_KEPT - len(kept)].tolist():
+            start, length = int(messages.offset[row]), int(messages.length[row])
+            if kept and length * len(kept) > _KEPT_BYTES:
+                return
+            content = data[start : start + length].tobytes()
+            kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))

@@ -1,0 +1,99 @@
+"""One compiled pass over the records of a chunk: where its messages are, without an object for any of them."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.ingest.records import Opcode
+from wmr_schemas.arrays import I64, U8
+
+HEAD_BYTES = 9
+MESSAGE_HEAD_BYTES = 22
+_SCHEMA, _CHANNEL, _MESSAGE = int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE)
+_FIRST_PRIVATE = 0x80
+CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS, SEQUENCE = range(6)
+
+
+@dataclass(frozen=True, eq=False)
+class Messages:
+    """Messages of one buffer in file order, all int64 (n,): ``offset`` and ``length`` bound their data in it."""
+
+    channel: I64
+    offset: I64
+    length: I64
+    log_ns: I64
+    publish_ns: I64
+    sequence: I64
+
+    def __len__(self) -> int:
+        return len(self.channel)
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """What a walk found: messages; starts of the other records; where it stopped, for want of a whole record."""
+
+    messages: Messages
+    others: I64
+    stop: int
+
+
+@njit(cache=True)
+def _uint(data: Any, start: int, n_bytes: int) -> Any:
+    value = np.int64(0)
+    for k in range(n_bytes):
+        value |= np.int64(data[start + k]) << (8 * k)
+    return value
+
+
+@njit(cache=True)
+def _count(data: U8, plain: bool) -> tuple[int, int, int]:
+    position, n_messages, n_others = 0, 0, 0
+    while position + HEAD_BYTES <= len(data):
+        opcode = data[position]
+        if plain and opcode < _FIRST_PRIVATE and (opcode < _SCHEMA or opcode > _MESSAGE):
+            break
+        length = _uint(data, position + 1, 8)
+        if length < 0 or length > len(data) - position - HEAD_BYTES:
+            break
+        if opcode == _MESSAGE and length >= MESSAGE_HEAD_BYTES:
+            n_messages += 1
+        else:
+            n_others += 1
+        position += HEAD_BYTES + length
+    return n_messages, n_others, position
+
+
+@njit(cache=True)
+def _fill(data: U8, stop: int, table: Any, others: Any) -> None:
+    position, row, other = 0, 0, 0
+    while position < stop:
+        length = _uint(data, position + 1, 8)
+        body = position + HEAD_BYTES
+        if data[position] == _MESSAGE and length >= MESSAGE_HEAD_BYTES:
+            table[0, row] = _uint(data, body, 2)
+            table[1, row] = body + MESSAGE_HEAD_BYTES
+            table[2, row] = length - MESSAGE_HEAD_BYTES
+            table[3, row] = _uint(data, body + 6, 8)
+            table[4, row] = _uint(data, body + 14, 8)
+            table[5, row] = _uint(data, body + 2, 4)
+            row += 1
+        else:
+            others[other] = position
+            other += 1
+        position = body + length
+
+
+def walk(data: U8, *, plain: bool = False) -> Walk:
+    """Walk the records in ``data`` (bytes as a uint8 array).
+
+    ``plain``: the bytes come from outside a chunk, so stop in front of records that are no schema, channel or message.
+    A record that does not fit in ``data`` ends the walk; ``stop`` is where it starts, or the end of the data.
+    """
+    n_messages, n_others, stop = _count(data, plain)
+    table = np.empty((6, n_messages), np.int64)
+    others = np.empty(n_others, np.int64)
+    _fill(data, stop, table, others)
+    return Walk(Messages(*table), others, stop)

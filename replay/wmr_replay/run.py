@@ -1,0 +1,185 @@
+"""``wmr-replay run`` as a function: a log in, tables and a timeline out."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from wmr_replay.engine import Engine
+from wmr_replay.ingest import LogReader, open_log, sha256_of
+from wmr_replay.settings import Settings
+from wmr_replay.summary import LogFacts, Tally, summary_frame, summary_row
+from wmr_replay.tables import ParquetStream, confusion_frame, replace_file, samples_frame
+from wmr_replay.timeline import Timeline
+from wmr_replay.truth import SideTruth, read_side_truth
+from wmr_schemas.errors import DamagedLog
+from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.tables import SAMPLES, polars_schema
+
+Progress = Callable[[int, int], None]
+"""Called with bytes read and bytes in all."""
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """What a run wrote and found: ``files`` by kind, ``summary`` as its row, ``segments`` and ``confusion``
+    as tables.
+    """
+
+    files: dict[str, Path]
+    summary: dict[str, Any]
+    segments: pl.DataFrame
+    confusion: pl.DataFrame
+
+
+def sample_batches(
+    reader: LogReader, engine: Engine, progress: Progress | None = None
+) -> Iterator[pl.DataFrame]:
+    """The samples table of a log, batch by batch."""
+    for batch in reader.batches():
+        for columns in engine.push(batch):
+            yield samples_frame(columns)
+        if progress is not None:
+            progress(reader.position_bytes, reader.size_bytes)
+    for columns in engine.finish():
+        yield samples_frame(columns)
+
+
+def default_directory(log: Path) -> Path:
+    """Where results go without ``--out``: ``./<stem>.wmr/``."""
+    return Path(f"{log.stem}.wmr")
+
+
+def run_log(
+    log: Path,
+    out: Path | None = None,
+    *,
+    settings: Settings | None = None,
+    mapping: LogMapping | None = None,
+    timeline: bool = True,
+    strict: bool = False,
+    progress: Progress | None = None,
+) -> RunResult:
+    """Replay ``log`` and write its results to ``out`` (default ``./<stem>.wmr/``).
+
+    Every file appears complete or not at all. Raises LogUnusable (with ``strict`` also when something was
+    damaged).
+    """
+    reader = open_log(log, mapping or LogMapping())
+    engine = Engine(settings or Settings(), reader.robot)
+    truth = read_side_truth(log)
+    directory = out or default_directory(log)
+    directory.mkdir(parents=True, exist_ok=True)
+    results = ResultFiles(directory, log, reader, truth, timeline=timeline)
+    tally = Tally()
+    try:
+        for samples in sample_batches(reader, engine, progress):
+            tally.push(samples)
+            results.push(samples, engine)
+        if strict and reader.losses.any():
+            raise DamagedLog(
+                log, "; ".join(reader.losses.notes), "leave --strict out to analyse the intact part"
+            )
+        return results.finish(tally, engine)
+    except BaseException:
+        results.discard()
+        raise
+
+
+class ResultFiles:
+    """The files of one run, growing under temporary names until all are complete."""
+
+    def __init__(
+        self, directory: Path, log: Path, reader: LogReader, truth: SideTruth, *, timeline: bool
+    ) -> None:
+        self._directory, self._log, self._reader, self._truth = directory, log, reader, truth
+        self._sha256 = sha256_of(log)
+        self._samples = ParquetStream(self._file("samples.parquet"), polars_schema(SAMPLES))
+        self._timeline: Timeline | None = None
+        self._wants_timeline = timeline
+
+    def push(self, samples: pl.DataFrame, engine: Engine) -> None:
+        """Take a batch of samples in."""
+        if not len(samples):
+            return
+        self._samples.push(samples)
+        if self._wants_timeline and self._timeline is None:
+            rate_hz = engine.tuning.rate_hz if engine.tuning else 1.0
+            self._timeline = self._open_timeline(rate_hz)
+        if self._timeline is not None:
+            self._timeline.push(samples)
+
+    def finish(self, tally: Tally, engine: Engine) -> RunResult:
+        """Complete every file and give each its name."""
+        runs, segments = tally.runs.finish(), tally.segments.finish()
+        row = summary_row(self._facts(engine), tally, runs)
+        confusion = confusion_frame(runs)
+        files = {"samples": self._file("samples.parquet"), "segments": self._file("segments.parquet")}
+        if self._timeline is not None:
+            self._timeline.finish(row["verdict"])
+            files["timeline"] = self._file("rrd")
+        self._samples.finish()
+        write_parquet(files["segments"], segments)
+        files |= {"summary": self._file("summary.parquet"), "summary_json": self._file("summary.json")}
+        if len(confusion):
+            files["confusion"] = self._file("confusion.parquet")
+            write_parquet(files["confusion"], confusion)
+        else:
+            self._file("confusion.parquet").unlink(missing_ok=True)
+        write_parquet(files["summary"], summary_frame(row))
+        with replace_file(files["summary_json"]) as part:
+            part.write_text(
+                json.dumps(
+                    row | {"settings": json.loads(row["settings"]), "notes": json.loads(row["notes"])},
+                    indent=2,
+                    ensure_ascii=False,
+                )
+                + "\n",
+                encoding="utf-8",
+            )
+        return RunResult(files, row, segments, confusion)
+
+    def discard(self) -> None:
+        """Remove what is unfinished."""
+        self._samples.discard()
+        if self._timeline is not None:
+            self._timeline.discard()
+
+    def _file(self, ending: str) -> Path:
+        return self._directory / f"{self._log.stem}.{ending}"
+
+    def _open_timeline(self, rate_hz: float) -> Timeline:
+        return Timeline(
+            self._file("rrd"),
+            log_name=self._log.name,
+            alpha_nominal=self._reader.robot.alpha,
+            rate_hz=rate_hz,
+            truth=self._truth.states,
+            recording_id=f"{self._log.stem}-{self._sha256[:16]}",
+        )
+
+    def _facts(self, engine: Engine) -> LogFacts:
+        reader, tuning = self._reader, engine.tuning
+        settings = engine.settings.as_dict() | {"robot": reader.robot.known()}
+        settings |= {"channels": reader.plan.as_dict(), "tuning": asdict(tuning) if tuning else None}
+        return LogFacts(
+            log=str(self._log),
+            log_sha256=self._sha256,
+            settings=settings,
+            rate_hz=tuning.rate_hz if tuning else None,
+            counts=engine.aligner.counts,
+            losses=reader.losses.counts(),
+            n_gaps=engine.n_gaps,
+            notes=reader.losses.notes,
+            robot=reader.robot,
+            alpha_true=self._truth.alpha,
+        )
+
+
+def write_parquet(path: Path, frame: pl.DataFrame) -> None:
+    """A whole table, or none."""
+    with replace_file(path) as part:
+        frame.write_parquet(part)

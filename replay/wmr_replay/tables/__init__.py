@@ -1,0 +1,19 @@
+"""The result tables: columns into polars, Parquet and the summary."""
+
+from wmr_replay.tables.runs import ModeRuns, RunCollector
+from wmr_replay.tables.samples import samples_frame
+from wmr_replay.tables.score import Score, confusion_frame, score_runs
+from wmr_replay.tables.segments import SegmentCollector
+from wmr_replay.tables.writer import ParquetStream, replace_file
+
+__all__ = [
+    "ModeRuns",
+    "ParquetStream",
+    "RunCollector",
+    "Score",
+    "SegmentCollector",
+    "confusion_frame",
+    "replace_file",
+    "samples_frame",
+    "score_runs",
+]

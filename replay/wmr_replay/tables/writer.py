@@ -1,0 +1,63 @@
+"""Files that are whole or absent: written under a temporary name, renamed when complete."""
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+import polars as pl
+import pyarrow.parquet as pq
+
+
+def temporary_name(path: Path) -> Path:
+    """Where a file grows until it is whole."""
+    return path.with_name(f".{path.name}.part")
+
+
+@contextlib.contextmanager
+def replace_file(path: Path) -> Iterator[Path]:
+    """Yields the temporary name; renames on success, removes on any failure."""
+    part = temporary_name(path)
+    try:
+        yield part
+        part.replace(path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+
+
+class ParquetStream:
+    """A Parquet file written batch by batch in groups of ``group_rows`` rows, with bounded memory."""
+
+    def __init__(self, path: Path, schema: pl.Schema, group_rows: int = 131_072) -> None:
+        self.path, self._group_rows = path, group_rows
+        self._schema = schema
+        self._part = temporary_name(path)
+        self._writer = pq.ParquetWriter(
+            self._part, pl.DataFrame(schema=schema).to_arrow().schema, compression="zstd"
+        )
+        self._waiting: list[pl.DataFrame] = []
+        self._n_waiting = 0
+
+    def push(self, frame: pl.DataFrame) -> None:
+        """Take rows in."""
+        self._waiting.append(frame)
+        self._n_waiting += len(frame)
+        if self._n_waiting >= self._group_rows:
+            self._flush()
+
+    def finish(self) -> None:
+        """Write what is left and give the file its name."""
+        self._flush()
+        self._writer.close()
+        self._part.replace(self.path)
+
+    def discard(self) -> None:
+        """Remove the unfinished file."""
+        self._writer.close()
+        self._part.unlink(missing_ok=True)
+
+    def _flush(self) -> None:
+        if self._n_waiting:
+            table = pl.concat(self._waiting).to_arrow().cast(self._writer.schema)
+            self._writer.write_table(table)
+        self._waiting, self._n_waiting = [], 0

@@ -1,0 +1,125 @@
+"""The layout that opens with the file: only views that have something to show."""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+
+import rerun.blueprint as rrb
+
+from wmr_replay.timeline.columns import DURATION
+from wmr_replay.timeline.path import Frame
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One plot: its quantity with the unit, and for each part of its key the entities that it stands for."""
+
+    quantity: str
+    parts: dict[str, tuple[str, ...]]
+
+    def entities(self, written: Collection[str]) -> list[str]:
+        """What the plot can show."""
+        return [entity for part in self.parts.values() for entity in part if entity in written]
+
+    def title(self, written: Collection[str]) -> str:
+        """Quantity and key; a legend inside would hide the lines of so small a plot."""
+        return f"{self.quantity}: " + ", ".join(
+            key for key, part in self.parts.items() if any(entity in written for entity in part)
+        )
+
+
+_TRUE = "true grey"
+
+
+def _velocity(quantity: str, column: str) -> Plot:
+    return Plot(quantity, {"estimate blue": (f"/velocity/{column}",), _TRUE: (f"/velocity/true/{column}",)})
+
+
+def _constraint(quantity: str, column: str, threshold: str, colour: str) -> Plot:
+    lines = {
+        "estimate blue": (f"/constraint/{column}",),
+        f"± threshold {colour}": (f"/constraint/{threshold}",),
+    }
+    return Plot(quantity, lines)
+
+
+ALPHA = Plot(
+    "α [(m/s²)/(N·m)]",
+    {
+        "estimate blue": ("/alpha/estimate",),
+        "± 1.96 sd dark": ("/alpha/band",),
+        "nominal grey": ("/alpha/nominal",),
+    },
+)
+PLOTS = (
+    Plot(
+        "Position [m]",
+        {"x blue": ("/pose/x_m",), "y yellow": ("/pose/y_m",), _TRUE: ("/pose/true/x_m", "/pose/true/y_m")},
+    ),
+    Plot("Yaw [rad]", {"measured blue": ("/pose/yaw_rad",), _TRUE: ("/pose/true/yaw_rad",)}),
+    _velocity("v_long [m/s]", "v_long_mps"),
+    _velocity("Yaw rate [rad/s]", "yaw_rate_radps"),
+    _velocity("v_lat [m/s]", "v_lat_mps"),
+    _constraint("C_k [m/s]", "c_k_mps", "c_k_threshold_mps", "orange"),
+    _constraint("C_d [m/s²]", "c_d_mps2", "c_d_threshold_mps2", "pink"),
+    ALPHA,
+)
+
+
+def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, float] | None) -> rrb.Blueprint:
+    """The blueprint for a recording that holds the series ``written`` and a path inside ``frame``."""
+    text = rrb.TextDocumentView(origin="/description", name="How to read")
+    plots = list(_plots(written, alpha_range))
+    if not plots:
+        return _with_panels(text)
+    left = rrb.Vertical(_path_view(frame), text, row_shares=[66, 34])
+    right = rrb.Vertical(_lanes(), rrb.Grid(*plots, grid_columns=2), row_shares=[21, 79])
+    return _with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
+
+
+def _plots(written: Collection[str], alpha_range: tuple[float, float] | None) -> Iterator[rrb.TimeSeriesView]:
+    for plot in PLOTS:
+        shown = plot.entities(written)
+        if not shown or shown == ["/alpha/nominal"]:
+            continue
+        range_y = alpha_range if plot is ALPHA else None
+        yield rrb.TimeSeriesView(
+            origin="/",
+            contents=shown,
+            name=plot.title(written),
+            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+            axis_y=None if range_y is None else rrb.ScalarAxis(range=range_y),
+            plot_legend=rrb.PlotLegend(visible=False),
+        )
+
+
+def _lanes() -> rrb.StateTimelineView:
+    return rrb.StateTimelineView(
+        origin="/",
+        contents=["/mode/**", "/status"],
+        name="Contact mode and status, at the time they were known",
+        time_view=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+    )
+
+
+def _path_view(frame: Frame) -> rrb.Spatial2DView:
+    ends = rrb.TimeRangeBoundary.infinite()
+    always = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(DURATION, start=ends, end=ends)])
+    (left, bottom), (right, top) = frame.with_margin()
+    return rrb.Spatial2DView(
+        origin="/",
+        contents=["/path/**"],
+        name="Path [m], coloured by estimated mode",
+        overrides={"/path/estimated": always, "/path/true": always},
+        visual_bounds=rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom)),
+    )
+
+
+def _with_panels(content: rrb.Container | rrb.View) -> rrb.Blueprint:
+    return rrb.Blueprint(
+        content,
+        rrb.TimePanel(state="collapsed", timeline=DURATION, play_state="paused"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        auto_views=False,
+        auto_layout=False,
+    )

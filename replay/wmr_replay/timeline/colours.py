@@ -1,0 +1,46 @@
+"""One colour for each mode and role, safe for the common colour deficiencies (after Okabe and Ito)."""
+
+from typing import TypeAlias
+
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.tables import Status
+
+Colour: TypeAlias = tuple[int, int, int]
+
+MODE_COLOURS: dict[ContactMode, Colour] = {
+    ContactMode.UNDECIDED: (108, 114, 124),
+    ContactMode.IDEAL: (0, 158, 115),
+    ContactMode.SKIDDING: (230, 159, 0),
+    ContactMode.SLIPPING: (204, 121, 167),
+    ContactMode.SKIDDING_SLIPPING: (150, 30, 50),
+}
+
+STATUS_COLOURS: dict[Status, Colour] = {
+    Status.OK: (44, 74, 92),
+    Status.WARMING_UP: (86, 140, 180),
+    Status.GAP: (170, 60, 60),
+    Status.NO_TORQUE: (140, 110, 60),
+    Status.NOT_EXCITED: (96, 100, 110),
+    Status.NOT_TURNING: (120, 124, 132),
+    Status.POSE_NOT_INDEPENDENT: (160, 90, 40),
+    Status.POSE_JUMP: (200, 80, 40),
+    Status.OUTLIER: (190, 110, 110),
+}
+
+ESTIMATE: Colour = (86, 180, 233)
+SECOND: Colour = (240, 228, 66)
+TRUTH: Colour = (128, 134, 143)
+BAND: Colour = (52, 108, 140)
+GRID: Colour = (58, 61, 66)
+GRID_LABEL: Colour = (150, 154, 160)
+ROBOT: Colour = (255, 255, 255)
+
+
+def mode_name(mode: ContactMode) -> str:
+    """The mode's name on screen, such as ``skidding and slipping``."""
+    return mode.label.replace("_", " and ")
+
+
+def class_id(mode: int) -> int:
+    """Rerun's class of a mode: classes start at 0, modes at −1."""
+    return mode + 1

@@ -1,0 +1,116 @@
+"""The path in the plane: strips by mode, the frame around it, and a grid in metres."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+
+from wmr_replay.timeline import colours
+from wmr_schemas.arrays import F64, I8, I64
+
+
+@dataclass(frozen=True, eq=False)
+class Strips:
+    """Consecutive pieces of one path: point lists, the mode of each, and the row at which each starts."""
+
+    points: list[F64]
+    modes: I8
+    first_rows: I64
+
+
+def strips_by_mode(xy: F64, mode: I8) -> Strips:
+    """Cut the path ``xy`` (n, 2) where ``mode`` (n,) changes.
+
+    The step from a row to the next has the mode of the first of the two, so that the pieces join.
+    """
+    starts = np.flatnonzero(np.concatenate(([True], mode[1:] != mode[:-1])))
+    starts = starts[starts < len(xy) - 1]
+    ends = np.append(starts[1:], len(xy) - 1) + 1
+    points = [xy[start:end] for start, end in zip(starts, ends, strict=True)]
+    return Strips(points, mode[starts], starts)
+
+
+class Frame:
+    """The smallest rectangle around all points seen."""
+
+    def __init__(self) -> None:
+        self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
+
+    def include(self, xy: F64) -> None:
+        """Widen the rectangle to hold ``xy`` (n, 2)."""
+        self.low, self.high = np.minimum(self.low, xy.min(axis=0)), np.maximum(self.high, xy.max(axis=0))
+
+    def with_margin(self, share: float = 0.06) -> tuple[F64, F64]:
+        """Lower and upper corner, widened by a share of the longer side; at least 1 m across."""
+        side = max(1.0, float((self.high - self.low).max()))
+        middle = (self.low + self.high) / 2
+        half = np.maximum((self.high - self.low) / 2, side / 8) + share * side
+        return middle - half, middle + half
+
+
+def grid_step_m(side_m: float, lines: int = 5) -> float:
+    """A step of 1, 2 or 5 times a power of ten that puts about ``lines`` lines across ``side_m``."""
+    raw = side_m / lines
+    power = 10.0 ** math.floor(math.log10(raw))
+    return float(next(factor * power for factor in (1, 2, 5, 10) if factor * power >= raw * 0.999))
+
+
+def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
+    """Lines of constant x and y inside the rectangle, and for each the place and text of its label."""
+    step = grid_step_m(float((high - low).max()))
+    inset = 0.05 * (high - low).max() * np.eye(2)
+    lines, places, texts = [], [], []
+    for axis, name in enumerate("xy"):
+        for k in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):
+            ends = np.array([low, high])
+            ends[:, axis] = k * step
+            lines.append(ends)
+            places.append(ends[0] + inset[1 - axis])
+            texts.append(f"{name} = {k * step:g} m")
+    return lines, np.array(places).reshape(-1, 2), texts
+
+
+def log_scene(recording: rr.RecordingStream) -> None:
+    """What holds for all of ``/path``: y upwards (Rerun's plane has it downwards), and the modes' colours."""
+    infos = [
+        rr.AnnotationInfo(colours.class_id(mode), colours.mode_name(mode), colour)
+        for mode, colour in colours.MODE_COLOURS.items()
+    ]
+    recording.log("/path", rr.AnnotationContext(infos), rr.Transform3D(scale=[1, -1, 1]), static=True)
+    robot = rr.Points2D.from_fields(colors=colours.ROBOT, radii=rr.Radius.ui_points(5), draw_order=20)
+    recording.log("/path/robot", robot, static=True)
+
+
+def strip_columns(strips: Strips) -> rr.ComponentColumnList:
+    """The pieces as Rerun's columns, one row a piece, coloured by their class."""
+    n = len(strips.points)
+    return rr.LineStrips2D.columns(
+        strips=strips.points,
+        class_ids=[colours.class_id(int(mode)) for mode in strips.modes],
+        radii=np.full(n, rr.Radius.ui_points(1.5)),
+        show_labels=[False] * n,
+        draw_order=np.full(n, 10.0),
+    )
+
+
+def true_strip_columns(xy: F64) -> rr.ComponentColumnList:
+    """One piece of the true path, thin and grey."""
+    return rr.LineStrips2D.columns(
+        strips=[xy], colors=[colours.TRUTH], radii=np.array([rr.Radius.ui_points(3)]), draw_order=[5.0]
+    )
+
+
+def log_grid(recording: rr.RecordingStream, low: F64, high: F64) -> None:
+    """A labelled grid behind the path."""
+    lines, places, texts = grid(low, high)
+    thin, none = rr.Radius.ui_points(0.5), rr.Radius.ui_points(0)
+    recording.log(
+        "/path/grid/lines",
+        rr.LineStrips2D(lines, colors=colours.GRID, radii=thin, draw_order=-10),
+        static=True,
+    )
+    labels = rr.Points2D(
+        places, labels=texts, show_labels=True, colors=colours.GRID_LABEL, radii=none, draw_order=-5
+    )
+    recording.log("/path/grid/labels", labels, static=True)

@@ -1,0 +1,103 @@
+"""One Rerun recording on its way into a file: how each kind of data is put into it."""
+
+from pathlib import Path
+
+import polars as pl
+import rerun as rr
+import rerun.blueprint as rrb
+
+from wmr_replay.timeline.columns import blank_holes, rows_to_draw, time_columns
+from wmr_replay.timeline.path import (
+    Frame,
+    log_grid,
+    log_scene,
+    strip_columns,
+    strips_by_mode,
+    true_strip_columns,
+)
+from wmr_replay.timeline.series import Series
+from wmr_replay.timeline.states import LANES, Lane
+from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.modes import ContactMode
+
+APPLICATION = "wmr_replay"
+XY = ("x_m", "y_m")
+DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).round().cast(pl.Int64)
+"""The instant that the derivative columns of a row describe."""
+
+
+class Sink:
+    """A recording that streams into ``path``; ``start_ns`` is the zero of the timeline ``log_t``."""
+
+    def __init__(self, path: Path, recording_id: str | None) -> None:
+        self.start_ns = 0
+        self.written: dict[str, bool] = {}
+        """Series that hold anything, and whether the last row of each was finite."""
+        self._path_end: pl.DataFrame | None = None
+        self.recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
+        self.recording.save(path)
+        log_scene(self.recording)
+        for lane in LANES:
+            self.recording.log(lane.entity, lane.configuration(), static=True)
+
+    def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
+        """Append rows to a series, leaving holes where a value is null or not finite."""
+        values = rows.select(line.cast(pl.Float64).alias(str(k)) for k, line in enumerate(series.lines))
+        blanked, finite = blank_holes(values.to_numpy())
+        first_ever = series.entity not in self.written
+        if first_ever and not finite.any():
+            return
+        drawn = rows_to_draw(finite, before=self.written.get(series.entity, False))
+        self.written[series.entity] = bool(finite[-1])
+        if first_ever:
+            self._style(series)
+        at = rows.select(DESCRIBED_NS).to_series() if series.at_described else rows["t_ns"]
+        self._send(series.entity, at.filter(drawn), rr.Scalars.columns(scalars=blanked[drawn]))
+
+    def add_changes(self, lane: Lane, rows: pl.DataFrame) -> None:
+        """Append state changes (t_ns, state)."""
+        if len(rows):
+            states = rr.StateChange.columns(state=rows["state"].to_list())
+            self._send(lane.entity, rows["t_ns"], states)
+
+    def add_path(self, rows: pl.DataFrame) -> None:
+        """Append to the measured path, joined to what was appended before."""
+        self._send("/path/robot", rows["t_ns"], rr.Points2D.columns(positions=rows.select(XY).to_numpy()))
+        rows = rows.select("t_ns", *XY, pl.col("mode").fill_null(int(ContactMode.UNDECIDED)))
+        joined = rows if self._path_end is None else pl.concat([self._path_end, rows])
+        self._path_end = rows.tail(1)
+        strips = strips_by_mode(joined.select(XY).to_numpy(), joined["mode"].to_numpy())
+        if strips.points:
+            self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
+
+    def add_true_path(self, truth: pl.DataFrame) -> None:
+        """The true path as a whole."""
+        if len(truth) > 1 and set(XY) <= set(truth.columns):
+            self._send("/path/true", truth["t_ns"][:1], true_strip_columns(truth.select(XY).to_numpy()))
+
+    def add_grid(self, frame: Frame) -> None:
+        """The grid behind the path."""
+        log_grid(self.recording, *frame.with_margin())
+
+    def add_text(self, markdown: str) -> None:
+        """The text panel."""
+        self.recording.log(
+            "/description", rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True
+        )
+
+    def close(self, layout: rrb.Blueprint | None = None) -> None:
+        """Embed the layout, write everything out and close the file."""
+        if layout is not None:
+            self.recording.send_blueprint(layout)
+        self.recording.flush()
+        self.recording.disconnect()
+
+    def _style(self, series: Series) -> None:
+        n = len(series.lines)
+        style = rr.SeriesLines(
+            colors=[series.colour] * n, widths=[series.width] * n, names=list(series.names)
+        )
+        self.recording.log(series.entity, style, static=True)
+
+    def _send(self, entity: str, t_ns: pl.Series, columns: rr.ComponentColumnList) -> None:
+        self.recording.send_columns(entity, time_columns(t_ns.to_numpy(), self.start_ns), columns)

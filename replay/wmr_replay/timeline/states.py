@@ -1,0 +1,55 @@
+"""State lanes: modes and status, logged at the exact rows where they change."""
+
+from dataclasses import dataclass
+
+import polars as pl
+import rerun as rr
+
+from wmr_replay.timeline.colours import MODE_COLOURS, STATUS_COLOURS, Colour, mode_name
+
+_MODE_NAMES = {int(mode): mode_name(mode) for mode in MODE_COLOURS}
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One lane of the state view: its entity, where its names come from, and their colours."""
+
+    entity: str
+    state: pl.Expr
+    colours: dict[str, Colour]
+
+    def configuration(self) -> rr.StateConfiguration:
+        """Labels and colours of the lane's states."""
+        names = list(self.colours)
+        return rr.StateConfiguration(values=names, labels=names, colors=list(self.colours.values()))
+
+
+def _mode_lane(entity: str, column: str) -> Lane:
+    names = pl.col(column).replace_strict(_MODE_NAMES, default=None, return_dtype=pl.String)
+    return Lane(entity, names, {mode_name(mode): colour for mode, colour in MODE_COLOURS.items()})
+
+
+LANES: tuple[Lane, ...] = (
+    _mode_lane("/mode/true", "mode_true"),
+    _mode_lane("/mode/estimated", "mode"),
+    Lane(
+        "/status",
+        pl.col("status").cast(pl.String).str.replace_all("_", " "),
+        {status.value.replace("_", " "): colour for status, colour in STATUS_COLOURS.items()},
+    ),
+)
+
+
+class Changes:
+    """Finds the rows where a lane's state differs from the row before, across batches."""
+
+    def __init__(self, lane: Lane) -> None:
+        self.lane = lane
+        self._last: str | None = None
+
+    def push(self, samples: pl.DataFrame) -> pl.DataFrame:
+        """Rows (t_ns, state) at which a known state begins."""
+        rows = samples.select("t_ns", state=self.lane.state)
+        before = rows["state"].shift(1, fill_value=self._last)
+        self._last = rows["state"][-1]
+        return rows.filter(rows["state"].ne_missing(before) & rows["state"].is_not_null())

@@ -1,0 +1,112 @@
+"""Samples, batch by batch, into one recording: in blocks and decimated, neither depending on the batches."""
+
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from wmr_replay.timeline.blueprint import layout
+from wmr_replay.timeline.columns import stride_for
+from wmr_replay.timeline.description import description
+from wmr_replay.timeline.path import Frame
+from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
+from wmr_replay.timeline.sink import Sink
+from wmr_replay.timeline.states import LANES, Changes
+
+BLOCK_ROWS = 65_536
+"""Rows that are written at one time."""
+
+
+class Timeline:
+    """The recording of one run: a hidden ``.part`` file, renamed to ``path`` by :meth:`finish`.
+
+    Series and path hold the rows whose absolute index is a multiple of ⌈rate_hz / max_rate_hz⌉: no more than
+    ``max_rate_hz`` rows a second, the same ones whatever the batches. Mode and status change at their exact rows.
+
+    ``truth`` is the side file's true state at the pose stamps (``t_ns, x_m, y_m, yaw_rad, v_long_mps,
+    v_lat_mps, yaw_rate_radps``; what is missing is not drawn). A fixed ``recording_id`` makes two runs compare as equal.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        log_name: str,
+        alpha_nominal: float | None,
+        rate_hz: float,
+        truth: pl.DataFrame | None = None,
+        max_rate_hz: float = 100.0,
+        recording_id: str | None = None,
+    ) -> None:
+        self._path, self._part = path, path.with_name(f".{path.name}.part")
+        self._log_name, self._alpha_nominal, self._rate_hz = log_name, alpha_nominal, rate_hz
+        self._stride = stride_for(rate_hz, max_rate_hz)
+        self._truth = truth
+        self._sink = Sink(self._part, recording_id)
+        self._lanes = [(lane, Changes(lane)) for lane in LANES]
+        self._frame = Frame()
+        self._pieces: list[pl.DataFrame] = []
+        self._n_waiting = self._n_written = 0
+        self._last: pl.DataFrame | None = None
+
+    def push(self, samples: pl.DataFrame) -> None:
+        """Take the next rows of the samples table, any number of them."""
+        self._pieces.append(samples)
+        self._n_waiting += len(samples)
+        if self._n_waiting < BLOCK_ROWS:
+            return
+        waiting = pl.concat(self._pieces)
+        while len(waiting) >= BLOCK_ROWS:
+            self._write(waiting[:BLOCK_ROWS])
+            waiting = waiting[BLOCK_ROWS:]
+        self._pieces, self._n_waiting = [waiting], len(waiting)
+
+    def finish(self, verdict_markdown: str | None = None) -> None:
+        """Write what is left, the text with the verdict and the layout; put the file in its place."""
+        if self._n_waiting:
+            self._write(pl.concat(self._pieces))
+        if self._last is not None:
+            self._write_nominal(int(self._last["t_ns"][0]))
+            self._sink.add_grid(self._frame)
+        self._sink.add_text(self._description(verdict_markdown))
+        alpha = alpha_range(self._last, self._alpha_nominal)
+        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha))
+        self._part.replace(self._path)
+
+    def discard(self) -> None:
+        """Close and remove the unfinished file; one that was finished stays."""
+        self._sink.close()
+        self._part.unlink(missing_ok=True)
+
+    def _write(self, block: pl.DataFrame) -> None:
+        if self._n_written == 0:
+            self._begin(int(block["t_ns"][0]))
+        for lane, changes in self._lanes:
+            self._sink.add_changes(lane, changes.push(block))
+        drawn = block.gather_every(self._stride, offset=-self._n_written % self._stride)
+        self._n_written += len(block)
+        self._last = block.tail(1)
+        for series in ESTIMATED:
+            self._sink.add_lines(series, drawn)
+        if len(drawn):
+            self._frame.include(drawn.select("x_m", "y_m").to_numpy())
+            self._sink.add_path(drawn)
+
+    def _begin(self, start_ns: int) -> None:
+        self._sink.start_ns = start_ns
+        if self._truth is None:
+            return
+        truth = self._truth.gather_every(self._stride)
+        for series in TRUE:
+            if series.reads() <= set(truth.columns):
+                self._sink.add_lines(series, truth)
+        self._sink.add_true_path(truth)
+
+    def _write_nominal(self, end_ns: int) -> None:
+        if self._alpha_nominal is not None:
+            t_ns = np.array([self._sink.start_ns, end_ns])
+            self._sink.add_lines(NOMINAL, pl.DataFrame({"t_ns": t_ns, "alpha": self._alpha_nominal}))
+
+    def _description(self, verdict: str | None) -> str:
+        drawn_hz = self._rate_hz / self._stride
+        return description(self._log_name, verdict, self._rate_hz, drawn_hz, self._truth is not None)

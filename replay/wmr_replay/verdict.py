@@ -1,0 +1,62 @@
+"""The result in a sentence or two, for a person."""
+
+from collections.abc import Mapping
+
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.tables import Status
+
+WORTH_SAYING = 0.05
+
+REASONS = {
+    Status.WARMING_UP: "the window was filling",
+    Status.GAP: "the pose has holes",
+    Status.NO_TORQUE: "without wheel torques ideal rolling and slipping cannot be told apart",
+    Status.NOT_EXCITED: "the torques were too small to tell ideal rolling from slipping",
+    Status.NOT_TURNING: "the robot turned too little to tell ideal rolling from skidding",
+    Status.POSE_NOT_INDEPENDENT: (
+        "the pose obeys the nonholonomic constraint by construction (it was integrated from wheel speeds), "
+        "so skidding cannot be seen in it; an external pose is needed"
+    ),
+}
+
+
+def verdict_sentence(
+    shares: Mapping[str, float],
+    statuses: Mapping[str, float],
+    torque: bool,
+    alpha: tuple[float, float] | None,
+    robot: RobotParameters,
+) -> str:
+    """What the rows after warm-up say.
+
+    ``shares`` by mode label (with ``undecided``) and ``statuses`` by status are shares of those rows;
+    ``alpha`` is the last estimate with its sd.
+    """
+    if not shares:
+        return "Nothing can be said: the log ends before the differentiator's window is full."
+    sentences = [mode_sentence(shares)] if shares["undecided"] < 1 else ["No contact mode can be named."]
+    sentences += undecided_sentences(shares["undecided"], statuses, torque)
+    if alpha is not None:
+        nominal = "" if robot.alpha is None else f" (nominal {robot.alpha:.4g})"
+        sentences.append(f"alpha = {alpha[0]:.4g} ± {1.96 * alpha[1]:.2g} (m/s²)/(N·m){nominal}.")
+    return " ".join(sentences)
+
+
+def mode_sentence(shares: Mapping[str, float]) -> str:
+    """The shares of the modes that occur."""
+    named = [
+        f"{label.replace('_', ' and ')} {share:.0%}" for label, share in shares.items() if share >= 0.005
+    ]
+    return f"Of the time: {', '.join(named)}."
+
+
+def undecided_sentences(undecided: float, statuses: Mapping[str, float], torque: bool) -> list[str]:
+    """Why part of the time stays undecided, for every reason that is worth saying."""
+    if undecided < WORTH_SAYING:
+        return []
+    reasons = [
+        REASONS[s] for s in REASONS if s != Status.WARMING_UP and statuses.get(s.value, 0.0) >= WORTH_SAYING
+    ]
+    if not torque and REASONS[Status.NO_TORQUE] not in reasons:
+        reasons.append(REASONS[Status.NO_TORQUE])
+    return [f"Undecided because {'; and '.join(reasons)}."] if reasons else []

@@ -1,0 +1,99 @@
+"""JSON messages of the canonical log: ``foxglove.PoseInFrame``, ``wmr.JointState``, ``wmr.ContactMode``.
+
+Numbers are written in their shortest exact form. A wheel signal that is unknown is an empty array, a single unknown
+value is null.
+"""
+
+import json
+
+import polars as pl
+
+from wmr_schemas.arrays import I64
+from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
+from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles, split_stamp, wheel_columns, yaw_quaternion
+from wmr_schemas.signals import ModeTrack, PoseTrack, TorqueTrack
+
+_NUMBER = {"type": "number"}
+_NUMBERS = {"type": "array", "items": {"type": ["number", "null"]}}
+_STRING = {"type": "string"}
+_TIME = {
+    "type": "object",
+    "title": "time",
+    "properties": {"sec": {"type": "integer", "minimum": 0}, "nsec": {"type": "integer", "minimum": 0}},
+}
+
+
+def schema(name: str, /, **properties: object) -> MessageSchema:
+    """A JSON schema of an object."""
+    definition = {"title": name, "type": "object", "properties": properties}
+    return MessageSchema(name, json.dumps(definition).encode())
+
+
+def vector_schema(*names: str) -> dict[str, object]:
+    """An object of numbers."""
+    return {"type": "object", "properties": dict.fromkeys(names, _NUMBER)}
+
+
+def timestamp(t_ns: I64) -> pl.Series:
+    """Rows of {sec, nsec}."""
+    sec, nsec = split_stamp(t_ns)
+    return pl.DataFrame({"sec": sec, "nsec": nsec}).to_struct("timestamp")
+
+
+def encode(columns: dict[str, pl.Series | pl.Expr]) -> list[bytes]:
+    """One JSON object a row."""
+    frame = pl.DataFrame().select(pl.struct(**columns).struct.json_encode().alias("text"))
+    return frame["text"].cast(pl.Binary).to_list()
+
+
+def encode_pose(pose: PoseTrack) -> list[bytes]:
+    """``foxglove.PoseInFrame``."""
+    z, w = yaw_quaternion(pose.yaw_rad)
+    position = pl.struct(x=pl.lit(pl.Series(pose.x_m)), y=pl.lit(pl.Series(pose.y_m)), z=pl.lit(0.0))
+    orientation = pl.struct(x=pl.lit(0.0), y=pl.lit(0.0), z=pl.lit(pl.Series(z)), w=pl.lit(pl.Series(w)))
+    placed = pl.struct(position=position, orientation=orientation)
+    return encode({"timestamp": timestamp(pose.t_ns), "frame_id": pl.lit(POSE_FRAME), "pose": placed})
+
+
+def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> list[bytes]:
+    """``wmr.JointState``; position and velocity are empty where unknown."""
+    columns: dict[str, pl.Series | pl.Expr] = {
+        "timestamp": timestamp(torque.t_ns),
+        "frame_id": pl.lit(""),
+        "name": pl.lit(pl.Series([list(WHEEL_JOINTS)])),
+    }
+    for name, group in zip(("position", "velocity", "effort"), wheel_columns(torque, angles), strict=True):
+        values = [pl.lit(pl.Series(column).fill_nan(None)) for column in group]
+        columns[name] = pl.concat_list(values) if values else pl.lit(pl.Series([[]], dtype=pl.List(pl.Float64)))
+    return encode(columns)
+
+
+def encode_mode(mode: ModeTrack) -> list[bytes]:
+    """``wmr.ContactMode``."""
+    return encode({"timestamp": timestamp(mode.t_ns), "mode": pl.Series(mode.mode)})
+
+
+_POSE_SCHEMA = {
+    "type": "object",
+    "properties": {"position": vector_schema("x", "y", "z"), "orientation": vector_schema("x", "y", "z", "w")},
+}
+CODEC = Codec(
+    name="json",
+    profile="",
+    schema_encoding="jsonschema",
+    message_encoding="json",
+    pose=schema("foxglove.PoseInFrame", timestamp=_TIME, frame_id=_STRING, pose=_POSE_SCHEMA),
+    torque=schema(
+        "wmr.JointState",
+        timestamp=_TIME,
+        frame_id=_STRING,
+        name={"type": "array", "items": _STRING},
+        position=_NUMBERS,
+        velocity=_NUMBERS,
+        effort=_NUMBERS,
+    ),
+    mode=schema("wmr.ContactMode", timestamp=_TIME, mode={"type": "integer", "minimum": 0, "maximum": 3}),
+    encode_pose=encode_pose,
+    encode_torque=encode_torque,
+    encode_mode=encode_mode,
+)
