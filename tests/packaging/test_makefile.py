@@ -32,12 +32,11 @@ def test_tests_run_with_a_ros_workspace_sourced(make: Make, ros_environment: Env
 
 
 def test_the_plugins_in_use_are_active_without_autoload(make: Make, environment: Environment) -> None:
-    chosen = "tests/schemas/test_modes.py -p no:cacheprovider"
-    done = make("unit", f"PYTEST_ARGS={chosen}", env=environment)
-    header = done.stdout
-    assert "timeout: 600.0s" in header
-    assert "hypothesis profile" in header
-    assert "2 workers" in header
+    chosen = "tests/schemas/test_modes.py -p no:cacheprovider --hypothesis-show-statistics"
+    done = make("unit", "JOBS=2", f"PYTEST_ARGS={chosen}", env=environment)
+    assert done.returncode == 0, done.stderr
+    assert "timeout: 600.0s" in done.stdout
+    assert "2 workers" in done.stdout
 
 
 def test_the_demo_runs_with_a_ros_workspace_sourced(

@@ -1,7 +1,7 @@
 """What a signal takes from a message: which fields, and what becomes of them.
 
-A binding looks at the layout of an exemplar and answers with a :class:`Recipe`, sums of fields that hold for every
-message of that layout, or with :class:`NotConcerned`, such as a joint state without wheels.
+A binding looks at the layout of an exemplar and answers with a :class:`Recipe`, sums of fields that hold
+for every message of that layout, or with :class:`NotConcerned`, such as a joint state without wheels.
 """
 
 from dataclasses import dataclass
@@ -40,12 +40,16 @@ class Recipe:
 class Binding(Protocol):
     """A signal's claim on the messages of a channel."""
 
-    stamp: tuple[str, str] | None
-    """Paths of the stamp's seconds and nanoseconds."""
-    n_raw: int
+    @property
+    def stamp(self) -> tuple[str, str] | None:
+        """Paths of the stamp's seconds and nanoseconds."""
+
+    @property
+    def n_raw(self) -> int:
+        """How many raw columns its recipes have."""
 
     def recipe(self, layout: Layout) -> Recipe:
-        """The fields to gather. Raises NotConcerned; Undecodable when the message lacks what it should have."""
+        """The fields to gather. Raises NotConcerned, or Undecodable when a field is missing."""
 
     def values(self, raw: F64) -> F64:
         """Raw columns (n_raw, n) to the signal's columns (k, n)."""
@@ -80,11 +84,13 @@ class PoseBinding:
 
     def recipe(self, layout: Layout) -> Recipe:
         """x, y and the quaternion x, y, z, w."""
-        paths = [f"{self.position}.{axis}" for axis in "xy"] + [f"{self.orientation}.{axis}" for axis in "xyzw"]
+        paths = [f"{self.position}.{axis}" for axis in "xy"] + [
+            f"{self.orientation}.{axis}" for axis in "xyzw"
+        ]
         return Recipe(stamp_terms(layout, self.stamp), tuple(one(layout, path) for path in paths))
 
     def values(self, raw: F64) -> F64:
-        """Yaw = atan2(2(wz + xy), w² + x² − y² − z²), whatever the quaternion's norm; NaN for a norm of zero."""
+        """Yaw = atan2(2(wz + xy), w² + x² − y² − z²), for any norm of the quaternion but 0 (NaN)."""
         x, y, z, w = raw[2:]
         squares = w * w, x * x, y * y, z * z
         yaw = np.arctan2(2 * (w * z + x * y), squares[0] + squares[1] - squares[2] - squares[3])

@@ -1,4 +1,4 @@
-"""The layout of ROS 2 messages: CDR as in OMG DDS-XTypes 7.4 (plain CDR versions 1 and 2, both byte orders)."""
+"""The layout of ROS 2 messages: plain CDR (OMG DDS-XTypes 7.4), versions 1 and 2, both byte orders."""
 
 from wmr_replay.ingest.definitions import PRIMITIVES, Node
 from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable

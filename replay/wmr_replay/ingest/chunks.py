@@ -1,7 +1,7 @@
 """From a stretch of the file to the bytes of its records: reading, decompressing, checking.
 
-A chunk's header is not trusted: nothing is allocated on its word alone. What cannot be read yields no bytes and a
-reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
+A chunk's header is not trusted: nothing is allocated on its word alone. What cannot be read yields no bytes
+and a reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
 """
 
 import zlib
@@ -16,6 +16,9 @@ from wmr_schemas.arrays import U8
 
 MAX_CHUNK_BYTES = 2 << 30
 """No writer makes chunks of this size; a header that claims more is damaged."""
+_TRUSTED_BYTES = 64 << 20
+"""Up to this size a chunk's word is taken when its frame does not say how much it holds."""
+_PIECE_BYTES = 1 << 20
 NO_BYTES: U8 = np.empty(0, np.uint8)
 
 
@@ -23,8 +26,8 @@ NO_BYTES: U8 = np.empty(0, np.uint8)
 class Span:
     """A stretch of the file that holds messages: a chunk (with its head), or records outside any chunk.
 
-    ``counts``: messages by channel id, empty where neither the file's index nor a walk told them. ``whole``: the file
-    does not end in the middle of it.
+    ``counts``: messages by channel id, empty where neither the file's index nor a walk told them.
+    ``whole``: the file does not end in the middle of it.
     """
 
     offset: int
@@ -73,7 +76,7 @@ def open_chunk(head: ChunkHead, stored: bytes, *, whole: bool) -> bytes:
     except (MemoryError, ValueError, RuntimeError) as error:
         raise Unreadable(f"{head.compression or 'plain'} data are damaged ({error})") from None
     if not whole:
-        return records
+        return records[: head.uncompressed_bytes]
     if len(records) != head.uncompressed_bytes:
         raise Unreadable(f"holds {len(records)} bytes where its header claims {head.uncompressed_bytes}")
     if head.uncompressed_crc and zlib.crc32(records) != head.uncompressed_crc:
@@ -89,21 +92,29 @@ def _zstd(stored: bytes, size: int, whole: bool) -> bytes:
     import zstandard  # noqa: PLC0415 – only logs that use it pay for it
 
     try:
-        if not whole:
-            return zstandard.ZstdDecompressor().decompressobj().decompress(stored)[:size]
-        claimed = zstandard.frame_content_size(stored)
+        claimed = zstandard.frame_content_size(stored) if whole else -1
         if claimed not in {-1, size}:
             raise ValueError(f"the frame claims {claimed} bytes, the chunk {size}")
-        return zstandard.ZstdDecompressor().decompress(stored, max_output_size=size) if size else b""
+        if whole and (claimed == size or size <= _TRUSTED_BYTES):
+            return zstandard.ZstdDecompressor().decompress(stored, max_output_size=size) if size else b""
+        return _read_at_most(zstandard.ZstdDecompressor().stream_reader(stored), size)
     except zstandard.ZstdError as error:
         raise ValueError(error) from None
+
+
+def _read_at_most(stream: BinaryIO, size: int) -> bytes:
+    """The stream's content, one byte more than ``size`` at most; grows with it, not with the claim."""
+    out = bytearray()
+    while len(out) <= size and (piece := stream.read(min(_PIECE_BYTES, size + 1 - len(out)))):
+        out += piece
+    return bytes(out)
 
 
 def _lz4(stored: bytes, size: int, whole: bool) -> bytes:
     from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
 
     try:
-        return bytes(LZ4FrameDecompressor().decompress(stored, max_length=size)) if stored else b""
+        return bytes(LZ4FrameDecompressor().decompress(stored, max_length=size + 1)) if stored else b""
     except EOFError as error:
         raise ValueError(error) from None
 

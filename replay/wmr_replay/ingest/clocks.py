@@ -1,7 +1,8 @@
 """Which clock a channel goes by, and how far that clock is from the recorder's.
 
-The header's stamp is the clock of choice. A channel whose first messages carry none, or zero, goes by the publish
-time, or where that is missing too by the log time. The choice is made on the first two messages and then kept.
+The header's stamp is the clock of choice. A channel whose first messages carry none, or zero, goes by the
+publish time, or where that is missing too by the log time. The choice is made on the first two messages and
+then kept.
 """
 
 from dataclasses import dataclass, field
@@ -56,7 +57,9 @@ class Clock:
         if self.offset_s is None or self.name == "log time":
             return text
         drift_s = (max(self.offsets_ns) - min(self.offsets_ns)) / NS_PER_S
-        return f"{text}, {self.offset_s:+.6g} s from log time" + (f", varying by {drift_s:.3g} s" if drift_s > 0 else "")
+        return f"{text}, {self.offset_s:+.6g} s from log time" + (
+            f", varying by {drift_s:.3g} s" if drift_s > 0 else ""
+        )
 
 
 def first_stamps(use: Use) -> I64:

@@ -1,4 +1,4 @@
-"""Messages of one channel to columns: known layouts first, a new exemplar for what is left, one by one at worst."""
+"""Messages of one channel to columns: known layouts first, then new exemplars, one by one at worst."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ _KINDS = 1024
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """Stamps (n,) (0 where absent) and values (k, n) of all messages; ``used`` and ``undecodable`` are masks over them.
+    """Stamps (n,), 0 where absent, and values (k, n) of all messages; masks ``used``, ``undecodable``.
 
     A message that is neither does not concern the signal, such as a joint state without wheels.
     """

@@ -1,8 +1,9 @@
-"""Message definitions out of the file's own schemas (``ros2msg``, ``ros2idl``, ``ros1msg``), as one tree of types.
+"""Definitions out of the file's own schemas (``ros2msg``, ``ros2idl``, ``ros1msg``), as one tree of types.
 
 rosbags parses the text. Names come as ``pkg/Type`` or ``pkg/msg/Type`` and are kept as ``pkg/msg/Type``.
 """
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -25,6 +26,9 @@ PRIMITIVES = {
 }
 """Numbers of the definition languages as numpy types, without byte order."""
 
+_SEPARATOR = re.compile(r"^=+$", re.MULTILINE)
+_IDL_HEADING = re.compile(r"^=+\s*\nIDL:.*$|^IDL:.*$", re.MULTILINE)
+
 
 class UnknownDefinition(ValueError):
     """A schema that cannot be turned into types, and why."""
@@ -32,7 +36,7 @@ class UnknownDefinition(ValueError):
 
 @dataclass(frozen=True)
 class Node:
-    """A type: a primitive or ``string`` or ``wstring`` (``name``), or a message (``fields``); ``count`` repeats it.
+    """A number, ``string`` or ``wstring`` (``name``), or a message (``fields``); ``count`` repeats it.
 
     ``count``: None for one, −1 for a sequence, otherwise a fixed array.
     """
@@ -62,11 +66,15 @@ def parse_definition(name: str, encoding: str, text: str) -> Node:
     if encoding not in {"ros2msg", "ros1msg", "ros2idl"}:
         raise UnknownDefinition(f"schema encoding {encoding!r} is not read")
     full = full_name(name)
+    plain = text.replace("\r\n", "\n")
     try:
-        types = get_types_from_idl(text) if encoding == "ros2idl" else get_types_from_msg(text, full)
-    except (TypesysError, ValueError, RecursionError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise UnknownDefinition(f"its {encoding} definition cannot be parsed ({reason[:60]})") from None
+        if encoding == "ros2idl":
+            types = get_types_from_idl(_IDL_HEADING.sub("", plain))
+        else:
+            types = get_types_from_msg(_SEPARATOR.sub("=" * 80, plain), full)
+    except (TypesysError, ValueError, RecursionError):
+        service = " (it describes a service or an action)" if "\n---" in plain else ""
+        raise UnknownDefinition(f"its {encoding} definition cannot be parsed{service}") from None
     if full not in types:
         raise UnknownDefinition(f"its definition does not describe {full}")
     return _message(full, types, ())

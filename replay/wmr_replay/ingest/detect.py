@@ -1,7 +1,7 @@
 """Which channel is the pose, which the torques, which the truth, and why every other one is not.
 
-What the user named wins. Otherwise an external pose comes before odometry, canonical topics come first, and a joint
-state counts when it names a left and a right wheel.
+What the user named wins. Otherwise an external pose comes before odometry, canonical topics come first, and
+a joint state counts when it names a left and a right wheel.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ class Use:
 
 @dataclass
 class Plan:
-    """The channels in use by role (``pose``, ``torque``, ``truth``); for every other channel's id the reason why not."""
+    """The channels in use by role (``pose``, ``torque``, ``truth``); for every other id why not."""
 
     uses: dict[str, Use] = field(default_factory=dict)
     why_not: dict[int, str] = field(default_factory=dict)
@@ -90,26 +90,29 @@ def detect(path: Path, found: list[Candidate], mapping: LogMapping) -> Plan:
     plan = Plan()
     topics = {"pose": mapping.pose_topic, "torque": mapping.torque_topic, "truth": mapping.truth_topic}
     joints = ", ".join((*mapping.left_joints, *mapping.right_joints))
-    for role, test in ROLES.items():
-        free = [c for c in found if plan.role(c.channel.id) is None and topics[role] in {None, c.channel.topic}]
-        _assign(plan, role, free, lambda candidate, test=test: test(candidate, mapping))
+    for role in ROLES:
+        free = [
+            c for c in found if plan.role(c.channel.id) is None and topics[role] in {None, c.channel.topic}
+        ]
+        _assign(plan, role, free, mapping)
         named = topics[role] or (joints if role == "torque" else "")
         if named and role not in plan.uses:
             raise not_found(path, role, found, plan, named)
     return plan
 
 
-def _assign(plan: Plan, role: str, free: list[Candidate], test: Callable[[Candidate], tuple[Binding, Rank]]) -> None:
+def _assign(plan: Plan, role: str, free: list[Candidate], mapping: LogMapping) -> None:
     ranked: list[tuple[Rank, int, Candidate, Binding]] = []
     for candidate in free:
         try:
-            binding, rank = test(candidate)
+            binding, rank = ROLES[role](candidate, mapping)
             ranked.append((rank, candidate.channel.id, candidate, binding))
         except DoesNotServe as reason:
-            if plan.why_not.get(candidate.channel.id, UNRELATED) == UNRELATED:
+            if str(reason) != UNRELATED:
                 plan.why_not[candidate.channel.id] = str(reason)
+            plan.why_not.setdefault(candidate.channel.id, UNRELATED)
     ranked.sort(key=lambda entry: entry[:2])
-    for _, channel_id, best, _ in ranked[1:]:
+    for _, channel_id, _, _ in ranked[1:]:
         plan.why_not[channel_id] = f"{ranked[0][2].channel.topic} comes first as {role}"
     if ranked:
         _, channel_id, best, binding = ranked[0]
@@ -121,9 +124,7 @@ def _assign(plan: Plan, role: str, free: list[Candidate], test: Callable[[Candid
 def not_found(path: Path, role: str, found: list[Candidate], plan: Plan, named: str = "") -> ChannelNotFound:
     """The error that says what was looked for, what there is instead, and what to do."""
     wanted = f"{WANTED[role]} in {named}" if named else WANTED[role]
-    available = [
-        (c.channel.topic, c.schema_name, reason_against(plan, role, c.channel.id)) for c in found
-    ]
+    available = [(c.channel.topic, c.schema_name, reason_against(plan, role, c.channel.id)) for c in found]
     advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
     return ChannelNotFound(wanted, path, available, advice)
 

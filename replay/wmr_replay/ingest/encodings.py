@@ -1,13 +1,20 @@
-"""A channel's encoding and schema to a definition: what the messages are made of, and how to read them in columns."""
+"""From encoding and schema to a definition: what messages are made of, and how to read them in columns."""
 
-from typing import Protocol
+from collections.abc import Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Protocol
 
 from wmr_replay.ingest.binary import BinarySource
 from wmr_replay.ingest.cdr import cdr_layout
 from wmr_replay.ingest.definitions import Node, UnknownDefinition, parse_definition
-from wmr_replay.ingest.layout import Layout, Source
+from wmr_replay.ingest.jsonrows import JsonSource, json_layout
+from wmr_replay.ingest.layout import Layout, Source, Undecodable
+from wmr_replay.ingest.protobuf import has_field, parse_descriptor, protobuf_layout
 from wmr_replay.ingest.records import Channel, Schema
 from wmr_schemas.arrays import I64, U8
+
+if TYPE_CHECKING:
+    from google.protobuf.descriptor import Descriptor
 
 
 class Definition(Protocol):
@@ -42,11 +49,61 @@ class CdrDefinition:
         return BinarySource(data, starts, lengths)
 
 
-def define(channel: Channel, schema: Schema | None, samples: list[bytes]) -> Definition:
+class ProtobufDefinition:
+    """Protobuf messages."""
+
+    def __init__(self, descriptor: "Descriptor") -> None:
+        self.descriptor = descriptor
+
+    def has(self, path: str) -> bool:
+        """Whether the descriptor has such a field."""
+        return has_field(self.descriptor, path)
+
+    def layout(self, message: bytes) -> Layout:
+        """Walk one message."""
+        return protobuf_layout(self.descriptor, message)
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Columns by byte offset."""
+        return BinarySource(data, starts, lengths)
+
+
+class JsonDefinition:
+    """JSON messages: what the first of them holds."""
+
+    def __init__(self, samples: Sequence[bytes]) -> None:
+        self.fields: set[str] = set()
+        for sample in samples:
+            with suppress(Undecodable):
+                layout = json_layout(sample)
+                self.fields |= layout.leaves.keys() | layout.texts.keys() | layout.counts.keys()
+        if not self.fields:
+            raise UnknownDefinition("its first messages are not JSON objects")
+
+    def has(self, path: str) -> bool:
+        """Whether one of the first messages has such a field."""
+        return path in self.fields
+
+    def layout(self, message: bytes) -> Layout:
+        """Parse one message."""
+        return json_layout(message)
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Columns by the ordinal of a value."""
+        return JsonSource(data, starts, lengths)
+
+
+def define(channel: Channel, schema: Schema | None, samples: Sequence[bytes]) -> Definition:
     """The definition of a channel's messages. Raises UnknownDefinition with the reason."""
     encoding = channel.message_encoding
-    if encoding == "cdr":
-        if schema is None:
-            raise UnknownDefinition("it has no schema")
-        return CdrDefinition(parse_definition(schema.name, schema.encoding, schema.data.decode(errors="replace")))
+    if encoding == "json":
+        return JsonDefinition(samples)
+    if encoding in {"cdr", "protobuf"} and schema is None:
+        raise UnknownDefinition("it has no schema")
+    if encoding == "protobuf" and schema is not None:
+        return ProtobufDefinition(parse_descriptor(schema.name, schema.data))
+    if encoding == "cdr" and schema is not None:
+        return CdrDefinition(
+            parse_definition(schema.name, schema.encoding, schema.data.decode(errors="replace"))
+        )
     raise UnknownDefinition(f"message encoding {encoding!r} is not read")

@@ -6,7 +6,19 @@ from collections.abc import Sequence
 _LEFT = {"l", "fl", "rl", "bl", "ml", "lf", "lr", "lb", "lm"}
 _RIGHT = {"r", "fr", "rr", "br", "mr", "rf", "rb", "rm"}
 _DRIVE = ("wheel", "motor", "drive", "track")
-_NOT_DRIVEN = ("steer", "caster", "castor", "finger", "gripper", "arm", "shoulder", "elbow", "wrist", "knuckle", "susp")
+_NOT_DRIVEN = (
+    "steer",
+    "caster",
+    "castor",
+    "finger",
+    "gripper",
+    "arm",
+    "shoulder",
+    "elbow",
+    "wrist",
+    "knuckle",
+    "susp",
+)
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
 
 Sides = tuple[tuple[int, ...], tuple[int, ...]]
@@ -27,9 +39,9 @@ def side_of(name: str) -> str | None:
 def wheel_joints(names: Sequence[str], left: Sequence[str] = (), right: Sequence[str] = ()) -> Sides | None:
     """Indices of the left and the right wheels among ``names``; None unless both sides are there.
 
-    Given names count alone. Otherwise a joint belongs to a side when its name says so (``left_wheel_joint``,
-    ``wheel_left_joint``, ``front_left_wheel``, ``fl_wheel``) and speaks of a wheel; without any such pair, one joint
-    on each side is enough.
+    Given names count alone. Otherwise a joint belongs to a side when its name says so
+    (``left_wheel_joint``, ``wheel_left_joint``, ``front_left_wheel``, ``fl_wheel``) and speaks of a wheel;
+    without any such pair, one joint on each side is enough.
     """
     if left or right:
         given = tuple(tuple(names.index(name) for name in side if name in names) for side in (left, right))

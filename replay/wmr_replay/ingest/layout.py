@@ -1,8 +1,9 @@
 """The place of every field in a message, found once and reused for all messages that are built alike.
 
-A :class:`Layout` comes from walking one *exemplar* message in Python. Another message has the same layout when a few
-of its bytes, the *skeleton* (string and sequence lengths, tags, joint names), equal the exemplar's. Those are compared
-over whole columns of messages, and the fields of all that agree are gathered with one index operation each.
+A :class:`Layout` comes from walking one *exemplar* message in Python. Another message has the same layout
+when a few of its bytes, the *skeleton* (string and sequence lengths, tags, joint names), equal the
+exemplar's. Those are compared over whole columns of messages, and the fields of all that agree are gathered
+with one index operation each.
 """
 
 from dataclasses import dataclass, field
@@ -19,8 +20,8 @@ class Undecodable(ValueError):
 class Leaf:
     """A number at ``offset``, or ``count`` equal ones ``stride`` apart.
 
-    In binary encodings ``offset`` and ``stride`` count bytes and ``dtype`` is numpy's, or ``varint`` or ``zigzag`` of
-    ``stride`` bytes. In JSON ``offset`` counts the message's scalar values.
+    In binary encodings ``offset`` and ``stride`` count bytes and ``dtype`` is numpy's, or ``varint`` or
+    ``zigzag`` of ``stride`` bytes. In JSON ``offset`` counts the message's scalar values.
     """
 
     offset: int
@@ -44,7 +45,7 @@ class Text:
 
 @dataclass
 class Layout:
-    """Fields of an exemplar by dotted path (``pose.position.x``; ``name[0]`` in sequences) and its skeleton."""
+    """Fields of an exemplar by dotted path (``pose.position.x``; ``name[0]`` in sequences), and skeleton."""
 
     exemplar: bytes
     leaves: dict[str, Leaf] = field(default_factory=dict)
@@ -85,7 +86,7 @@ class Source(Protocol):
 
     @property
     def kinds(self) -> I64:
-        """(n,) messages of different kinds never share a layout: their length, or a hash of their structure."""
+        """(n,) length, or a hash of the structure: messages of different kinds never share a layout."""
 
     def exemplar(self, row: int) -> bytes:
         """One message's bytes."""

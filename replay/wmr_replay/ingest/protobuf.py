@@ -1,23 +1,26 @@
-"""The layout of protobuf messages: wire format as in the protobuf encoding guide, fields from a FileDescriptorSet.
+"""The layout of protobuf messages: the wire format, with fields from a FileDescriptorSet.
 
-Tags, lengths and the continuation bits of varints make the skeleton. A field that is absent has its default, zero.
+Tags, lengths and the continuation bits of varints make the skeleton. A field that is absent has its
+default, zero.
 """
 
-from collections.abc import Callable
 from functools import lru_cache
 
 from google.protobuf.descriptor import Descriptor, FieldDescriptor
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto as Proto
-from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 
 from wmr_replay.ingest.definitions import UnknownDefinition
 from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
 
-_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
+_VARINT, _BYTES = 0, 2
+_FIXED_BYTES = {1: 8, 5: 4}
+"""Wire types of numbers of fixed size."""
 _VARINT_BYTES = 10
-_FIXED = {
+_MAX_DEPTH = 100
+_FIXED: dict[int, str] = {
     Proto.TYPE_DOUBLE: "<f8",
     Proto.TYPE_FLOAT: "<f4",
     Proto.TYPE_FIXED64: "<u8",
@@ -36,23 +39,25 @@ def parse_descriptor(name: str, data: bytes) -> Descriptor:
         files = {file.name: file for file in FileDescriptorSet.FromString(data).file}
         pool = DescriptorPool()
         for file in _dependencies_first(files):
-            pool.Add(files[file])
+            pool.AddSerializedFile(files[file].SerializeToString())
         return pool.FindMessageTypeByName(name)
     except (DecodeError, TypeError, KeyError, RecursionError) as error:
-        raise UnknownDefinition(f"its protobuf descriptors do not describe {name} ({str(error)[:60]})") from None
+        raise UnknownDefinition(
+            f"its protobuf descriptors do not describe {name} ({str(error)[:60]})"
+        ) from None
 
 
-def _dependencies_first(files: dict[str, object]) -> list[str]:
+def _dependencies_first(files: dict[str, FileDescriptorProto]) -> list[str]:
     done: list[str] = []
 
-    def visit(name: str, add: Callable[[str], None]) -> None:
+    def visit(name: str) -> None:
         if name in files and name not in done:
-            for other in files[name].dependency:  # type: ignore[attr-defined]
-                visit(other, add)
-            add(name)
+            for other in files[name].dependency:
+                visit(other)
+            done.append(name)
 
     for name in files:
-        visit(name, done.append)
+        visit(name)
     return done
 
 
@@ -81,6 +86,8 @@ class _Walk:
 
     def message(self, descriptor: Descriptor, path: str, start: int, stop: int) -> None:
         """All fields between two offsets."""
+        if path.count(".") > _MAX_DEPTH:
+            raise Undecodable("nested too deeply")
         self.position = start
         while self.position < stop:
             tag = self._fixed_varint(stop)
@@ -134,20 +141,17 @@ class _Walk:
     def _number(self, wire_type: int, field: FieldDescriptor | None, stop: int) -> Leaf:
         start = self.position
         if wire_type == _VARINT:
-            size = self._varint_bytes(stop)
+            size, dtype = self._varint_bytes(stop), "varint"
             self.layout.fix(start, start + size, 0x80)
-            leaf = Leaf(start, "zigzag" if field is not None and field.type in _ZIGZAG else "varint", 1, size)
-        elif wire_type in {_FIXED64, _FIXED32}:
-            size = 8 if wire_type == _FIXED64 else 4
-            leaf = Leaf(start, _FIXED.get(field.type, f"<u{size}") if field is not None else f"<u{size}", 1, size)
+        elif wire_type in _FIXED_BYTES:
+            size = _FIXED_BYTES[wire_type]
+            dtype = f"<u{size}"
         else:
             raise Undecodable(f"wire type {wire_type}")
-        if field is not None and (field.type in _FIXED) == (wire_type == _VARINT):
-            raise Undecodable(f"{field.name} has wire type {wire_type}")
         if start + size > stop:
             raise Undecodable(f"the message ends inside a number at byte {start}")
         self.position = start + size
-        return leaf
+        return Leaf(start, dtype if field is None else _declared(field, dtype), 1, size)
 
     def _varint_bytes(self, stop: int) -> int:
         for size in range(1, _VARINT_BYTES + 1):
@@ -163,3 +167,13 @@ class _Walk:
         self.layout.fix(start, start + size)
         self.position = start + size
         return sum((byte & 0x7F) << (7 * k) for k, byte in enumerate(self.data[start : start + size]))
+
+
+def _declared(field: FieldDescriptor, dtype: str) -> str:
+    """The number's type by its declaration, which must agree with the one on the wire."""
+    declared = _FIXED.get(field.type, "zigzag" if field.type in _ZIGZAG else "varint")
+    if (declared in {"varint", "zigzag"}) != (dtype == "varint") or (
+        dtype != "varint" and declared[-1] != dtype[-1]
+    ):
+        raise Undecodable(f"{field.name} is declared {declared} and written {dtype}")
+    return declared

@@ -21,23 +21,30 @@ from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
+NO_MAPPING = LogMapping()
 
 
 class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
-    ``plan`` says which channel is the pose, the torque, the truth, and why the others are not; ``robot`` holds the
-    nominal parameters: the mapping's, else the log's own. ``losses``, ``census`` and ``remarks`` are complete once
-    :meth:`batches` is exhausted.
+    ``plan`` says which channel is the pose, the torque, the truth, and why the others are not; ``robot``
+    holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``census`` and ``remarks``
+    are complete once :meth:`batches` is exhausted.
     """
 
     def __init__(self, path: Path, mapping: LogMapping) -> None:
         self.path = path
         self.survey = survey(path)
-        samples = Sampler(self.survey).run(path)
+        sampler = Sampler(self.survey)
+        sampler.run(path)
         book = self.survey.book
         self.candidates = [
-            Candidate(channel, book.schemas.get(channel.schema_id), samples.get(channel.id, ()))
+            Candidate(
+                channel,
+                book.schemas.get(channel.schema_id),
+                tuple(sampler.samples.get(channel.id, ())),
+                sampler.n_messages(channel.id),
+            )
             for _, channel in sorted(book.channels.items())
         ]
         self.plan: Plan = detect(path, self.candidates, mapping)
@@ -61,10 +68,12 @@ class LogReader:
     @property
     def clock_notes(self) -> list[str]:
         """Which clock each channel goes by, and how far it is from the recorder's."""
-        return [f"{self.plan.uses[role].channel.topic}: {clock.describe()}" for role, clock in self.clocks.items()]
+        return [
+            f"{self.plan.uses[role].channel.topic}: {clock.describe()}" for role, clock in self.clocks.items()
+        ]
 
     def batches(self) -> Iterator[RawBatch]:
-        """Rows of the channels in use, a batch for each chunk or stretch of unchunked records, in file order."""
+        """Rows of the channels in use in file order, a batch for each chunk or stretch of plain records."""
         self.losses = Losses(truncated=self.survey.truncated, notes=list(self.survey.notes))
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
         reading = Reading(self.plan.uses, self.clocks, self.survey.book, self.losses)
@@ -86,11 +95,11 @@ class LogReader:
             return RobotParameters()
 
 
-def open_log(path: Path, mapping: LogMapping = LogMapping(), *, need_pose: bool = True) -> LogReader:
+def open_log(path: Path, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True) -> LogReader:
     """Open an MCAP log and find its signals.
 
-    Raises LogUnusable when it is no MCAP file, ChannelNotFound when it has no pose (unless ``need_pose`` is false) or
-    when a topic that ``mapping`` names does not serve.
+    Raises LogUnusable when it is no MCAP file, ChannelNotFound when it has no pose (unless ``need_pose`` is
+    false) or when a topic that ``mapping`` names does not serve.
     """
     check_entrance(path)
     try:

@@ -22,7 +22,9 @@ COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS
 class Reading:
     """``push(block) -> RawBatch`` and ``finish()``, like every stage."""
 
-    def __init__(self, uses: Mapping[str, Use], clocks: Mapping[str, Clock], book: Book, losses: Losses) -> None:
+    def __init__(
+        self, uses: Mapping[str, Use], clocks: Mapping[str, Clock], book: Book, losses: Losses
+    ) -> None:
         self.uses, self.clocks, self.book, self.losses = uses, clocks, book, losses
         self.decoders = {role: Decoder(use.definition, use.binding) for role, use in uses.items()}
         self.census = Census()
@@ -47,7 +49,9 @@ class Reading:
         keep = decoded.used
         kept = mine[keep]
         self._count(role, decoded)
-        t_ns = self.clocks[role].stamps(decoded.stamp_ns[keep], messages.publish_ns[kept], messages.log_ns[kept])
+        t_ns = self.clocks[role].stamps(
+            decoded.stamp_ns[keep], messages.publish_ns[kept], messages.log_ns[kept]
+        )
         return Rows(t_ns, order[kept], decoded.values[:, keep])
 
     def _count(self, role: str, decoded: Decoded) -> None:
@@ -66,7 +70,9 @@ class Reading:
             self.losses.note(f"{where}: {block.problem}; {n_messages} messages of it were recovered")
         elif stop < len(block.data):
             self.losses.n_chunks_damaged += 1
-            self.losses.note(f"{where} is damaged {stop} bytes in; the {n_messages} messages before that were used")
+            self.losses.note(
+                f"{where} is damaged {stop} bytes in; the {n_messages} messages before that were used"
+            )
 
     def finish(self) -> None:
         """Complete the account."""

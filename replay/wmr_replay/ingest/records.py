@@ -1,7 +1,7 @@
 """The records of an MCAP file that say what the messages are: schemas, channels, metadata, chunk headers.
 
-Layouts: the MCAP specification, section "Records". Lengths are checked before anything is read, so that a damaged
-record raises :class:`Malformed` and nothing else.
+Layouts: the MCAP specification, section "Records". Lengths are checked before anything is read, so that a
+damaged record raises :class:`Malformed` and nothing else.
 """
 
 import struct

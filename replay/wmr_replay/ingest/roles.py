@@ -24,8 +24,19 @@ _POSE_FORMS = (
 )
 _STAMPS = ("header.stamp", "timestamp", "stamp", "header.timestamp", "time")
 _SECONDS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"), ("secs", "nsecs"))
-_NO_MEASUREMENT = re.compile(r"goal|initial_?pose|target|setpoint|command|cmd|desired|reference|plan|waypoint", re.I)
+_NO_MEASUREMENT = re.compile(
+    r"goal|initial_?pose|target|setpoint|command|cmd|desired|reference|plan|waypoint", re.I
+)
 UNRELATED = "no pose, joint state or contact mode"
+_OTHER_USES = {
+    "Twist": "velocities, no pose",
+    "TwistStamped": "velocities, no pose",
+    "Imu": "rates and accelerations, no pose",
+    "NavSatFix": "a position without a heading",
+    "TFMessage": "transforms are not read",
+    "FrameTransform": "transforms are not read",
+    "FrameTransforms": "transforms are not read",
+}
 
 Rank = tuple[int, ...]
 """The smallest serves best."""
@@ -42,6 +53,8 @@ class Candidate:
     channel: Channel
     schema: Schema | None
     samples: tuple[Sample, ...]
+    n_messages: int = 0
+    """As far as the file's index and statistics tell; a lower bound otherwise."""
 
     @property
     def schema_name(self) -> str:
@@ -55,9 +68,9 @@ class Candidate:
 
     def mentions(self, word: bytes) -> bool:
         """Whether the word occurs in the schema or, for want of one, in a message: a cheap first test."""
-        if self.schema and self.schema.data:
-            return word in self.schema.data
-        return any(word in sample.data for sample in self.samples)
+        if self.schema and word in self.schema.data:
+            return True
+        return self.channel.message_encoding == "json" and any(word in sample.data for sample in self.samples)
 
     @cached_property
     def definition(self) -> Definition:
@@ -78,7 +91,7 @@ class Candidate:
             except NotConcerned as reason:
                 problem = problem or str(reason)
             except Undecodable as error:
-                problem = problem or f"its messages do not fit its schema: {error}"
+                problem = problem or f"its first messages do not fit its schema ({error})"
         raise DoesNotServe(problem)
 
 
@@ -98,11 +111,11 @@ def is_odometry(candidate: Candidate) -> bool:
 
 
 def pose_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
-    """Position and orientation; external before odometry, then the canonical topic, then the kind of message."""
+    """Position and orientation; external before odometry, then the canonical topic, then the schema."""
     topic, name = candidate.channel.topic, candidate.short_name
     if mapping.pose_topic is None:
         if name not in POSE_SCHEMAS and not (candidate.schema is None and candidate.mentions(b"orientation")):
-            raise DoesNotServe(UNRELATED)
+            raise DoesNotServe(_OTHER_USES.get(name, UNRELATED))
         if _NO_MEASUREMENT.search(topic):
             raise DoesNotServe("by its topic a wanted pose, not a measured one")
     definition = candidate.definition
@@ -112,7 +125,7 @@ def pose_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]
     binding = PoseBinding(*form, stamp_paths(definition))
     candidate.try_out(binding)
     kind = POSE_SCHEMAS.index(name) if name in POSE_SCHEMAS else len(POSE_SCHEMAS)
-    return binding, (is_odometry(candidate), topic != POSE_TOPIC, kind)
+    return binding, (is_odometry(candidate), topic != POSE_TOPIC, kind, -candidate.n_messages)
 
 
 def torque_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
@@ -124,7 +137,11 @@ def torque_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Ran
         raise DoesNotServe(UNRELATED if mapping.torque_topic is None else "no field name with a field effort")
     binding = TorqueBinding(stamp_paths(definition), mapping.left_joints, mapping.right_joints)
     recipe = candidate.try_out(binding)
-    return binding, (not recipe.columns[0].terms, candidate.channel.topic != TORQUE_TOPIC)
+    return binding, (
+        not recipe.columns[0].terms,
+        candidate.channel.topic != TORQUE_TOPIC,
+        -candidate.n_messages,
+    )
 
 
 def truth_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
@@ -135,4 +152,4 @@ def truth_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank
         raise DoesNotServe("no field mode")
     binding = ModeBinding(stamp_paths(candidate.definition))
     candidate.try_out(binding)
-    return binding, (candidate.channel.topic != MODE_TOPIC,)
+    return binding, (candidate.channel.topic != MODE_TOPIC, -candidate.n_messages)

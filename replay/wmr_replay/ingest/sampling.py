@@ -1,4 +1,4 @@
-"""The first messages of every channel that may serve, and the descriptions of all, from as few chunks as possible."""
+"""The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,20 +33,26 @@ class Sampler:
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
 
-    def run(self, path: Path) -> dict[int, tuple[Sample, ...]]:
-        """First messages by channel id; the survey's book then knows every channel that has a message."""
+    def run(self, path: Path) -> None:
+        """Collect the samples; the survey's book then knows every channel that has a message."""
         with path.open("rb") as file:
             for span in self.survey.spans:
                 if self._needs(span):
                     self._take(load(file, span).data)
-        return {channel_id: tuple(messages) for channel_id, messages in self.samples.items()}
+
+    def n_messages(self, channel_id: int) -> int:
+        """Messages of a channel, as far as known without reading them all."""
+        indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
+        return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
 
     def _needs(self, span: Span) -> bool:
         expected = span.counts or self.survey.statistics
         return not expected or any(self._lacks(channel_id, n) for channel_id, n in expected.items())
 
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
-        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(N_WANTED, n_messages)
+        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(
+            N_WANTED, n_messages
+        )
 
     def _take(self, data: U8) -> None:
         found = walk(data)

@@ -1,7 +1,7 @@
 """What a file holds, from the heads of its records alone: no chunk is opened, nothing relies on a summary.
 
-One pass in file order. Where a record's length cannot be true, reading goes on at the next chunk that the summary
-points to, if there is one; what lies between is reported.
+One pass in file order. Where a record's length cannot be true, reading goes on at the next chunk that the
+summary points to, if there is one; what lies between is reported.
 """
 
 import struct
@@ -48,7 +48,7 @@ class Book:
     def enter(self, data: U8, starts: I64) -> None:
         """Add the schema and channel records that start at ``starts``."""
         for start in starts.tolist():
-            opcode, length = HEAD.unpack_from(data, start)
+            opcode, length = HEAD.unpack(data[start : start + HEAD.size].tobytes())
             content = data[start + HEAD.size : start + HEAD.size + length].tobytes()
             try:
                 self._enter(opcode, content)
@@ -68,7 +68,7 @@ class Book:
 
 @dataclass
 class Survey:
-    """Spans to read, what is known of the channels, metadata by name, and what is wrong with the file's frame."""
+    """Spans to read, what is known of the channels, metadata by name, what is wrong with the file's frame."""
 
     size_bytes: int
     profile: str = ""
@@ -97,7 +97,7 @@ class Surveyor:
 
     def run(self) -> Survey:
         """The whole file."""
-        position = len(MAGIC)
+        position: int | None = len(MAGIC)
         while position is not None and position < self.size:
             position = self._step(position)
         if position is not None:
@@ -167,7 +167,9 @@ class Surveyor:
     def _lost(self, position: int, what: str) -> int | None:
         resume = self._next_landmark(position)
         if resume < self.size:
-            self.result.notes.append(f"byte {position}: {what}; reading goes on with the chunk at byte {resume}")
+            self.result.notes.append(
+                f"byte {position}: {what}; reading goes on with the chunk at byte {resume}"
+            )
             return resume
         self._ends_early(f"byte {position}: {what}; {self.size - position} bytes are left in the file")
         return None

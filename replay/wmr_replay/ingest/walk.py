@@ -1,4 +1,4 @@
-"""One compiled pass over the records of a chunk: where its messages are, without an object for any of them."""
+"""One compiled pass over the records of a chunk: where its messages are, with no object for any."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -18,7 +18,7 @@ CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS, SEQUENCE = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Messages:
-    """Messages of one buffer in file order, all int64 (n,): ``offset`` and ``length`` bound their data in it."""
+    """Messages of one buffer in file order, int64 (n,): ``offset`` and ``length`` bound their data."""
 
     channel: I64
     offset: I64
@@ -33,7 +33,7 @@ class Messages:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """What a walk found: messages; starts of the other records; where it stopped, for want of a whole record."""
+    """What a walk found: messages, starts of other records, and where it stopped for want of a whole one."""
 
     messages: Messages
     others: I64
@@ -89,8 +89,9 @@ def _fill(data: U8, stop: int, table: Any, others: Any) -> None:
 def walk(data: U8, *, plain: bool = False) -> Walk:
     """Walk the records in ``data`` (bytes as a uint8 array).
 
-    ``plain``: the bytes come from outside a chunk, so stop in front of records that are no schema, channel or message.
-    A record that does not fit in ``data`` ends the walk; ``stop`` is where it starts, or the end of the data.
+    ``plain``: the bytes come from outside a chunk, so stop in front of records that are no schema, channel
+    or message. A record that does not fit in ``data`` ends the walk; ``stop`` is where it starts, or the
+    end of the data.
     """
     n_messages, n_others, stop = _count(data, plain)
     table = np.empty((6, n_messages), np.int64)

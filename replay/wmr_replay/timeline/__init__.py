@@ -1,13 +1,13 @@
 """Results as timelines in Rerun; the only package that knows Rerun.
 
-Every temporal row lies on two timelines: ``log_t``, the duration since the log's first pose, and ``stamp``, the
-header's stamp. What *describes* an instant (velocities, C_k, C_d and their thresholds) lies at the instant that
-it describes, t − ``delay_s``, so that estimate and truth lie over one another. What is *decided* (mode, status,
-α) lies at the time t at which it was known, so that the delay of a detection can be seen.
+Every temporal row lies on two timelines: ``log_t``, the duration since the log's first pose, and ``stamp``,
+the header's stamp. What *describes* an instant (velocities, C_k, C_d and their thresholds) lies at the
+instant that it describes, t − ``delay_s``, so that estimate and truth lie over one another. What is *decided*
+(mode, status, α) lies at the time t at which it was known, so that the delay of a detection can be seen.
 
 =============================================  ==============================================================
 ``/description``                               what the run found and how to read it (markdown, static)
-``/path/estimated``, ``/path/true``            the measured path, coloured by the estimated mode; the true path
+``/path/estimated``, ``/path/true``            the measured path, coloured by estimated mode; the true path
 ``/path/robot``, ``/path/grid``                where the robot is at the cursor; a grid in metres (static)
 ``/mode/estimated``, ``/mode/true``            mode changes, each at its exact row
 ``/status``                                    status changes, each at its exact row

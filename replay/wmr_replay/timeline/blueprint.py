@@ -1,6 +1,6 @@
 """The layout that opens with the file: only views that have something to show."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 import rerun.blueprint as rrb
@@ -14,7 +14,7 @@ class Plot:
     """One plot: its quantity with the unit, and for each part of its key the entities that it stands for."""
 
     quantity: str
-    parts: dict[str, tuple[str, ...]]
+    parts: Mapping[str, tuple[str, ...]]
 
     def entities(self, written: Collection[str]) -> list[str]:
         """What the plot can show."""
@@ -72,7 +72,7 @@ def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, flo
     if not plots:
         return _with_panels(text)
     left = rrb.Vertical(_path_view(frame), text, row_shares=[66, 34])
-    right = rrb.Vertical(_lanes(), rrb.Grid(*plots, grid_columns=2), row_shares=[21, 79])
+    right = rrb.Vertical(_lanes(), rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
     return _with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
 

@@ -1,16 +1,16 @@
 """The text panel: what the run found, and how to read the recording."""
 
 _HOW_TO_READ = """\
-**Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding (C_k beyond \
-its threshold); pink: slipping (C_d beyond its threshold); dark red: both at once; grey: undecided.
+**Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding \
+(C_k beyond its threshold); pink: slipping (C_d beyond its threshold); dark red: both; grey: undecided.
 
 **Lanes** and **α**: at the time t at which they were known{lanes}.
 
 **Velocities**, **C_k** = −v_lat and **C_d** = dv_long/dt − α·Σeffort: at the instant that they describe, \
 t − delay{true_lines}.
 
-x forward, y left, yaw counter-clockwise. Drawn at {drawn_hz:.4g} Hz of the pose's {rate_hz:.4g} Hz; changes of mode \
-and status are exact.
+x forward, y left, yaw counter-clockwise. Drawn at {drawn_hz:.4g} Hz of the pose's {rate_hz:.4g} Hz; \
+changes of mode and status are exact.
 """
 
 
@@ -18,7 +18,7 @@ def description(log_name: str, verdict: str | None, rate_hz: float, drawn_hz: fl
     """Markdown for the text panel."""
     heading = f"## {log_name}\n\n" + (f"{verdict.strip()}\n\n" if verdict else "")
     return heading + _HOW_TO_READ.format(
-        true_path="; the true path beneath it in light grey" if has_truth else "",
+        true_path="; the true path thin over it" if has_truth else "",
         lanes="; the true mode leads by the detection delay" if has_truth else "",
         true_lines=", over the truth" if has_truth else "",
         rate_hz=rate_hz,

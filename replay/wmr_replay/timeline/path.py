@@ -95,9 +95,9 @@ def strip_columns(strips: Strips) -> rr.ComponentColumnList:
 
 
 def true_strip_columns(xy: F64) -> rr.ComponentColumnList:
-    """One piece of the true path, thin and grey."""
+    """One piece of the true path, thin and light over the measured one, which noise makes broad."""
     return rr.LineStrips2D.columns(
-        strips=[xy], colors=[colours.TRUTH], radii=np.array([rr.Radius.ui_points(3)]), draw_order=[5.0]
+        strips=[xy], colors=[colours.TRUE_PATH], radii=np.array([rr.Radius.ui_points(0.5)]), draw_order=[15.0]
     )
 
 

@@ -21,10 +21,11 @@ class Timeline:
     """The recording of one run: a hidden ``.part`` file, renamed to ``path`` by :meth:`finish`.
 
     Series and path hold the rows whose absolute index is a multiple of ⌈rate_hz / max_rate_hz⌉: no more than
-    ``max_rate_hz`` rows a second, the same ones whatever the batches. Mode and status change at their exact rows.
+    ``max_rate_hz`` a second, the same ones whatever the batches. Mode and status change at their exact rows.
 
     ``truth`` is the side file's true state at the pose stamps (``t_ns, x_m, y_m, yaw_rad, v_long_mps,
-    v_lat_mps, yaw_rate_radps``; what is missing is not drawn). A fixed ``recording_id`` makes two runs compare as equal.
+    v_lat_mps, yaw_rate_radps``; what is missing is not drawn). A fixed ``recording_id`` lets two runs
+    compare as equal.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What the three encodings have in common: a codec, and messages of one length written as rows of a byte matrix."""
+"""What the encodings share: a codec, and messages of one length written as rows of a byte matrix."""
 
 import struct
 from collections.abc import Callable
@@ -85,7 +85,7 @@ def yaw_quaternion(yaw_rad: F64) -> tuple[F64, F64]:
 
 
 def wheel_columns(torque: TorqueTrack, angles: WheelAngles | None) -> tuple[list[F64], list[F64], list[F64]]:
-    """Position, velocity and effort of (left, right) as a JointState holds them; nothing where nothing is known."""
+    """Position, velocity and effort of (left, right), as in a JointState; empty where nothing is known."""
     position = [] if angles is None else list(angles)
     speeds = [torque.left_radps, torque.right_radps]
     velocity = [] if any(np.isnan(speed).all() for speed in speeds) else speeds

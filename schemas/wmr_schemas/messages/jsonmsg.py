@@ -1,7 +1,7 @@
 """JSON messages of the canonical log: ``foxglove.PoseInFrame``, ``wmr.JointState``, ``wmr.ContactMode``.
 
-Numbers are written in their shortest exact form. A wheel signal that is unknown is an empty array, a single unknown
-value is null.
+Numbers are written in their shortest exact form. A wheel signal that is unknown is an empty array, a single
+unknown value is null.
 """
 
 import json
@@ -10,7 +10,14 @@ import polars as pl
 
 from wmr_schemas.arrays import I64
 from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
-from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles, split_stamp, wheel_columns, yaw_quaternion
+from wmr_schemas.messages.codec import (
+    Codec,
+    MessageSchema,
+    WheelAngles,
+    split_stamp,
+    wheel_columns,
+    yaw_quaternion,
+)
 from wmr_schemas.signals import ModeTrack, PoseTrack, TorqueTrack
 
 _NUMBER = {"type": "number"}
@@ -64,7 +71,9 @@ def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> lis
     }
     for name, group in zip(("position", "velocity", "effort"), wheel_columns(torque, angles), strict=True):
         values = [pl.lit(pl.Series(column).fill_nan(None)) for column in group]
-        columns[name] = pl.concat_list(values) if values else pl.lit(pl.Series([[]], dtype=pl.List(pl.Float64)))
+        columns[name] = (
+            pl.concat_list(values) if values else pl.lit(pl.Series([[]], dtype=pl.List(pl.Float64)))
+        )
     return encode(columns)
 
 
@@ -75,7 +84,10 @@ def encode_mode(mode: ModeTrack) -> list[bytes]:
 
 _POSE_SCHEMA = {
     "type": "object",
-    "properties": {"position": vector_schema("x", "y", "z"), "orientation": vector_schema("x", "y", "z", "w")},
+    "properties": {
+        "position": vector_schema("x", "y", "z"),
+        "orientation": vector_schema("x", "y", "z", "w"),
+    },
 }
 CODEC = Codec(
     name="json",

@@ -1,7 +1,8 @@
 """Protobuf messages of the canonical log: ``foxglove.PoseInFrame``, ``wmr.JointState``, ``wmr.ContactMode``.
 
-Every field is written, zeros included, and a stamp's varints are padded to five bytes, so that all messages of a
-channel have one length and are filled in as columns. Readers accept both (a varint may carry leading zero groups).
+Every field is written, zeros included, and a stamp's varints are padded to five bytes, so that all messages
+of a channel have one length and are filled in as columns. Readers accept both (a varint may carry leading
+zero groups).
 """
 
 from collections.abc import Iterable

@@ -1,0 +1,104 @@
+"""Writes the tables of the schema pages from the code, between ``<!-- begin NAME -->`` and its ``end``.
+
+Run it after a change of columns, parameters or effects: ``python docs/make_schema_pages.py``. With
+``--check`` it writes nothing and names the pages that are out of date.
+"""
+
+import re
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from pathlib import Path
+
+from wmr_schemas.effects import EFFECTS
+from wmr_schemas.model_file import NoiseModel, Provenance
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUMMARY, Column
+
+DOCS = Path(__file__).parent
+BLOCK = re.compile(r"(<!-- begin (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
+
+
+def table(head: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """A Markdown table; a bar inside a cell is escaped."""
+    lines = [head, ("---",) * len(head), *rows]
+    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
+
+
+def code(text: str) -> str:
+    """As code."""
+    return f"`{text}`"
+
+
+def columns(listed: tuple[Column, ...]) -> str:
+    """The columns of a result table."""
+    head = ("column", "type", "unit", "meaning")
+    rows = ((code(c.name), str(c.dtype).partition("(")[0], c.unit, c.meaning) for c in listed)
+    return table(head, rows)
+
+
+def keys(record: type) -> str:
+    """The fields of a dataclass that describes its fields."""
+    described = ((f.name, f.metadata) for f in fields(record))
+    return table(("key", "unit", "meaning"), ((code(n), m["unit"], m["meaning"]) for n, m in described))
+
+
+def modes() -> str:
+    """The contact modes."""
+    bits = {mode: code(f"{mode.bit:#06b}") if mode >= 0 else "–" for mode in ContactMode}
+    rows = ((str(int(mode)), code(mode.label), bits[mode]) for mode in ContactMode)
+    return table(("number", "label", "bit in `mode_set`"), rows)
+
+
+def statuses() -> str:
+    """The outcomes of a row."""
+    return table(("status", "meaning"), ((code(s.value), meaning) for s, meaning in STATUS_MEANING.items()))
+
+
+def effects() -> str:
+    """The catalogue of effects."""
+    forms = EFFECTS.values()
+    units = {
+        form.name: ", ".join(f"`{key}` ({unit})" for key, unit in form.parameters.items()) for form in forms
+    }
+    rows = ((code(form.name), form.channel, form.formula, units[form.name]) for form in forms)
+    return table(("name", "acts on", "form", "parameters (unit)"), rows)
+
+
+BLOCKS: dict[str, Callable[[], str]] = {
+    "samples": lambda: columns(SAMPLES),
+    "segments": lambda: columns(SEGMENTS),
+    "summary": lambda: columns(SUMMARY),
+    "confusion": lambda: columns(CONFUSION),
+    "robot": lambda: keys(RobotParameters),
+    "noise": lambda: keys(NoiseModel),
+    "provenance": lambda: keys(Provenance),
+    "modes": modes,
+    "statuses": statuses,
+    "effects": effects,
+}
+
+
+def filled(text: str) -> str:
+    """The page with its tables as the code has them now. Raises KeyError for an unknown table."""
+    return BLOCK.sub(lambda block: f"{block[1]}\n{BLOCKS[block[2]]()}\n{block[4]}", text)
+
+
+def outdated(docs: Path = DOCS) -> dict[Path, str]:
+    """The pages that should read otherwise, and how."""
+    pages = {path: path.read_text(encoding="utf-8") for path in sorted(docs.rglob("*.md"))}
+    return {path: filled(text) for path, text in pages.items() if filled(text) != text}
+
+
+def main() -> None:
+    """Write the pages, or say which are out of date."""
+    pages = outdated()
+    if "--check" in sys.argv[1:]:
+        sys.exit("\n".join(f"out of date: {path}" for path in pages) or None)
+    for path, text in pages.items():
+        path.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,116 @@
+"""JSON messages as columns: cut into values by a compiled scanner, numbers parsed by Arrow."""
+
+import json
+from typing import Any
+
+import numpy as np
+
+from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.tokens import concatenate, same_text, tokenise
+from wmr_schemas.arrays import F64, I64, U8, Bool
+
+_NULL = ord("n")
+
+
+class _Pairs(list[tuple[str, Any]]):
+    """A JSON object as it is written, repeated keys included."""
+
+
+def json_layout(message: bytes) -> Layout:
+    """The fields of one message by the ordinal of their value. Raises Undecodable."""
+    try:
+        content = json.loads(message, object_pairs_hook=_Pairs)
+    except (ValueError, RecursionError):
+        raise Undecodable("no JSON text") from None
+    if not isinstance(content, _Pairs):
+        raise Undecodable("no JSON object")
+    layout = Layout(message)
+    _enter(layout, content, "", 0)
+    return layout
+
+
+def _enter(layout: Layout, value: object, path: str, ordinal: int) -> int:
+    """Add what is at ``path``; the ordinal of the next value."""
+    if isinstance(value, _Pairs):
+        for key, item in value:
+            ordinal = _enter(layout, item, f"{path}.{key}" if path else key, ordinal)
+        return ordinal
+    if isinstance(value, list):
+        layout.counts[path] = len(value)
+        for k, item in enumerate(value):
+            ordinal = _enter(layout, item, f"{path}[{k}]", ordinal)
+        return ordinal
+    if isinstance(value, str):
+        layout.texts[path] = Text(ordinal, value)
+    else:
+        layout.leaves[path] = Leaf(ordinal, "json")
+    return ordinal + 1
+
+
+class JsonSource:
+    """JSON messages of one block; a :class:`~.layout.Source` whose offsets count values."""
+
+    def __init__(self, data: U8, starts: I64, lengths: I64) -> None:
+        self.data, self.starts, self.lengths = data, starts, lengths
+        self.tokens = tokenise(data, starts, lengths)
+
+    @property
+    def kinds(self) -> I64:
+        """Hashes of the messages' structure."""
+        return self.tokens.structure
+
+    def exemplar(self, row: int) -> bytes:
+        """One message's text."""
+        start = self.starts[row]
+        return self.data[start : start + self.lengths[row]].tobytes()
+
+    def agree(self, layout: Layout, rows: I64) -> Bool:
+        """Messages whose relied-on strings are spelled as in the exemplar."""
+        same = np.ones(len(rows), np.bool_)
+        if layout.skeleton:
+            exemplar = np.frombuffer(layout.exemplar, np.uint8)
+            own = tokenise(exemplar, np.zeros(1, np.int64), np.array([len(exemplar)]))
+            for k in layout.skeleton:
+                place = self.tokens.first[rows] + k
+                text = exemplar[own.start[k] : own.stop[k]]
+                same &= same_text(self.data, self.tokens.start[place], self.tokens.stop[place], text)
+        return same
+
+    def floats(self, rows: I64, leaf: Leaf) -> F64:
+        """The numbers; NaN for ``null`` and for what is no number."""
+        import pyarrow as pa  # noqa: PLC0415 – logs in JSON pay for it
+        import pyarrow.compute as pc  # noqa: PLC0415
+
+        texts = self._texts(pa, rows, leaf)
+        try:
+            numbers = pc.cast(texts, pa.float64())
+        except pa.ArrowInvalid:
+            return np.array([_number(text) for text in texts.to_pylist()])
+        return numbers.fill_null(float("nan")).to_numpy(zero_copy_only=False)  # type: ignore[no-any-return]
+
+    def ints(self, rows: I64, leaf: Leaf) -> I64:
+        """The numbers as int64: exact where they are written as integers, 0 where they are none."""
+        import pyarrow as pa  # noqa: PLC0415
+        import pyarrow.compute as pc  # noqa: PLC0415
+
+        try:
+            numbers = pc.cast(self._texts(pa, rows, leaf), pa.int64())
+        except pa.ArrowInvalid:
+            return np.nan_to_num(self.floats(rows, leaf)).astype(np.int64)
+        return numbers.fill_null(0).to_numpy(zero_copy_only=False)  # type: ignore[no-any-return]
+
+    def _texts(self, pa: Any, rows: I64, leaf: Leaf) -> Any:
+        place = self.tokens.first[rows] + leaf.offset
+        start = self.tokens.start[place]
+        offsets, text = concatenate(self.data, start, self.tokens.stop[place])
+        known = np.packbits(self.data[start] != _NULL, bitorder="little")
+        buffers = [pa.py_buffer(known), pa.py_buffer(offsets), pa.py_buffer(text)]
+        return pa.StringArray.from_buffers(len(rows), buffers[1], buffers[2], buffers[0])
+
+
+def _number(text: str | None) -> float:
+    """A number, or NaN."""
+    try:
+        return float(text) if text is not None else float("nan")
+    except ValueError:
+        return float("nan")

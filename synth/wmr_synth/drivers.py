@@ -1,0 +1,100 @@
+"""Drivers: torque profiles fixed beforehand, and a closed loop on speed and yaw rate.
+
+Both come down to columns on the torque grid that the compiled loop reads: a feedforward effort for each
+wheel, two references, and the gains of a PI controller (zero in open loop). Robot conventions, N·m, m/s,
+rad/s.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+
+Profile: TypeAlias = Callable[[F64], tuple[F64, F64]]
+"""Two columns as functions of the time since the start in s, shape (n,) in and out."""
+
+
+class Gains(NamedTuple):
+    """PI gains towards an acceleration, in 1/s and 1/s², and the effort limit of a wheel in N·m."""
+
+    proportional_per_s: float
+    integral_per_s2: float
+    limit_nm: float
+
+
+MODERATE = Gains(proportional_per_s=2.0, integral_per_s2=0.5, limit_nm=40.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Commands:
+    """What the driver wants at each torque stamp; every column has shape (n,)."""
+
+    left_nm: F64
+    right_nm: F64
+    v_long_mps: F64
+    yaw_rate_radps: F64
+    gains: Gains
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """Efforts (left, right) as functions of time, whatever the robot does."""
+
+    efforts_nm: Profile
+
+    def commands(self, t_s: F64) -> Commands:
+        """The efforts at ``t_s``, with the loop left open."""
+        left_nm, right_nm = self.efforts_nm(t_s)
+        nothing = np.zeros_like(t_s)
+        return Commands(left_nm, right_nm, nothing, nothing, Gains(0.0, 0.0, np.inf))
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """References (v_long, yaw_rate), followed by PI control through the nominal α, within an effort limit.
+
+        effort_right ± effort_left = (1/α) (k_p e + k_i ∫e dt)
+
+    with e the speed error for the sum, l times the yaw rate error (and α_yaw) for the difference. Integrators
+    hold while a wheel is at its limit.
+    """
+
+    references: Profile
+    gains: Gains = MODERATE
+
+    def commands(self, t_s: F64) -> Commands:
+        """The references at ``t_s``."""
+        v_long_mps, yaw_rate_radps = self.references(t_s)
+        nothing = np.zeros_like(t_s)
+        return Commands(nothing, nothing, v_long_mps, yaw_rate_radps, self.gains)
+
+
+Driver: TypeAlias = OpenLoop | ClosedLoop
+
+
+def constant_effort(per_wheel_nm: float) -> OpenLoop:
+    """The same constant effort on both wheels."""
+
+    def efforts_nm(t_s: F64) -> tuple[F64, F64]:
+        column = np.full_like(t_s, per_wheel_nm)
+        return column, column
+
+    return OpenLoop(efforts_nm)
+
+
+@dataclass(frozen=True)
+class Waypoints:
+    """References given at knots and joined by straight lines; ``period_s`` repeats them."""
+
+    t_s: tuple[float, ...]
+    v_long_mps: tuple[float, ...]
+    yaw_rate_radps: tuple[float, ...]
+    period_s: float | None = None
+
+    def __call__(self, t_s: F64) -> tuple[F64, F64]:
+        """The references at ``t_s``."""
+        at = t_s if self.period_s is None else np.mod(t_s, self.period_s)
+        return np.interp(at, self.t_s, self.v_long_mps), np.interp(at, self.t_s, self.yaw_rate_radps)

@@ -1,0 +1,187 @@
+"""Writes the canonical log as MCAP, and the simulator's side files next to it."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+import numpy as np
+from mcap.writer import CompressionType, Writer
+
+from wmr_schemas import __version__
+from wmr_schemas.arrays import I64
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, jsonmsg, proto, ros2
+from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+from wmr_synth.atomic import replaced_together
+from wmr_synth.synthesis import SimulatedLog
+from wmr_synth.truth import side_files, write_truth
+
+Encoding: TypeAlias = Literal["ros2", "protobuf", "json"]
+CODECS: dict[str, Codec] = {codec.name: codec for codec in (ros2.CODEC, proto.CODEC, jsonmsg.CODEC)}
+Progress: TypeAlias = Callable[[int, int], None]
+"""Called with the messages written so far and their total."""
+
+BLOCK_MESSAGES = 65_536
+
+
+def qos(depth: int, *, latched: bool = False) -> str:
+    """``offered_qos_profiles`` as rosbag2 writes it: keep last, reliable, volatile or transient local.
+
+    The numbers are those of rmw; every distribution from Humble on reads them.
+    """
+    forever = "\n    sec: 9223372036\n    nsec: 854775807"
+    return (
+        f"- history: 1\n  depth: {depth}\n  reliability: 1\n  durability: {1 if latched else 2}\n"
+        f"  deadline:{forever}\n  lifespan:{forever}\n"
+        f"  liveliness: 1\n  liveliness_lease_duration:{forever}\n"
+        "  avoid_ros_namespace_conventions: false"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """One channel to be written: its stamps, and the messages of a range of rows."""
+
+    topic: str
+    schema: MessageSchema
+    t_ns: I64
+    messages: Callable[[slice], list[bytes]]
+    qos: str
+
+
+def mode_channel(codec: Codec, track: ModeTrack) -> Channel:
+    """The truth, latched, so that who comes late still gets it."""
+    return Channel(
+        MODE_TOPIC,
+        codec.mode,
+        track.t_ns,
+        lambda rows: codec.encode_mode(ModeTrack(track.t_ns[rows], track.mode[rows])),
+        qos(1, latched=True),
+    )
+
+
+def torque_channel(codec: Codec, track: TorqueTrack, angles: WheelAngles | None) -> Channel:
+    """Wheel torques, speeds and angles."""
+
+    def messages(rows: slice) -> list[bytes]:
+        piece = TorqueTrack(**{name: column[rows] for name, column in vars(track).items()})
+        return codec.encode_torque(piece, None if angles is None else (angles[0][rows], angles[1][rows]))
+
+    return Channel(TORQUE_TOPIC, codec.torque, track.t_ns, messages, qos(10))
+
+
+def pose_channel(codec: Codec, track: PoseTrack) -> Channel:
+    """The external pose."""
+
+    def messages(rows: slice) -> list[bytes]:
+        return codec.encode_pose(PoseTrack(**{name: column[rows] for name, column in vars(track).items()}))
+
+    return Channel(POSE_TOPIC, codec.pose, track.t_ns, messages, qos(10))
+
+
+def channels_of(log: Log, codec: Codec, angles: WheelAngles | None) -> list[Channel]:
+    """The log's channels in the order in which messages of one stamp are written: mode, torque, pose."""
+    channels = [] if log.mode is None else [mode_channel(codec, log.mode)]
+    if log.torque is not None:
+        channels.append(torque_channel(codec, log.torque, angles))
+    return [*channels, pose_channel(codec, log.pose)]
+
+
+def merged(channels: list[Channel]) -> tuple[np.ndarray, I64]:
+    """The channel index and the stamp of every message, by stamp; ties in the order of the channels."""
+    kind = np.repeat(np.arange(len(channels)), [len(channel.t_ns) for channel in channels])
+    t_ns = np.concatenate([channel.t_ns for channel in channels])
+    order = np.argsort(t_ns, kind="stable")
+    return kind[order], t_ns[order]
+
+
+def in_order(channels: list[Channel]) -> Iterator[list[tuple[int, int, int, bytes]]]:
+    """Blocks of (channel index, sequence, stamp in ns, message) in the order of the file."""
+    kind, t_ns = merged(channels)
+    done = np.zeros(len(channels), int)
+    for start in range(0, len(kind), BLOCK_MESSAGES):
+        block = kind[start : start + BLOCK_MESSAGES]
+        data = np.empty(len(block), object)
+        sequence = np.empty(len(block), int)
+        for index, channel in enumerate(channels):
+            mine = np.flatnonzero(block == index)
+            rows = slice(done[index], done[index] + len(mine))
+            data[mine] = channel.messages(rows) if len(mine) else []
+            sequence[mine] = np.arange(rows.start, rows.stop)
+            done[index] = rows.stop
+        stamps = t_ns[start : start + BLOCK_MESSAGES]
+        yield list(zip(block.tolist(), sequence.tolist(), stamps.tolist(), data.tolist(), strict=True))
+
+
+def write_mcap(
+    log: Log,
+    path: Path,
+    *,
+    encoding: str = "ros2",
+    angles: WheelAngles | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Write a log as MCAP at ``path`` at once: log time and publish time are the header's stamp.
+
+    ``angles`` are the wheel angles (left, right) at the torque rows; without them the positions stay empty.
+    """
+    codec = find_codec(encoding)
+    channels = channels_of(log, codec, angles)
+    total = sum(len(channel.t_ns) for channel in channels)
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer.start(codec.profile, f"wmr-replay/{__version__}")
+        writer.add_metadata(METADATA_NAME, log.robot.to_metadata())
+        ids = [register(writer, codec, channel) for channel in channels]
+        written = 0
+        for block in in_order(channels):
+            for index, sequence, t_ns, data in block:
+                writer.add_message(ids[index], t_ns, data, t_ns, sequence)
+            written += len(block)
+            if progress is not None:
+                progress(written, total)
+        writer.finish()  # type: ignore[no-untyped-call]
+
+
+def register(writer: Writer, codec: Codec, channel: Channel) -> int:
+    """The channel's schema and the channel itself; its id."""
+    schema_id = writer.register_schema(channel.schema.name, codec.schema_encoding, channel.schema.definition)
+    metadata = {"offered_qos_profiles": channel.qos} if codec.profile == "ros2" else {}
+    return writer.register_channel(channel.topic, codec.message_encoding, schema_id, metadata)
+
+
+def find_codec(encoding: str) -> Codec:
+    """The codec of that name."""
+    if encoding not in CODECS:
+        raise InvalidSetting(f"no encoding {encoding!r}; known are {', '.join(CODECS)}")
+    return CODECS[encoding]
+
+
+def record(
+    simulated: SimulatedLog,
+    path: Path,
+    *,
+    encoding: str = "ros2",
+    truth: bool = True,
+    progress: Progress | None = None,
+) -> tuple[Path, ...]:
+    """Write a simulated log, and with ``truth`` its mode channel and side files; the paths written.
+
+    The files appear together, under their names, when all are complete. Without ``truth``, side files that an
+    earlier log left under the same name are removed: they would describe another log.
+    """
+    log = simulated.log
+    if not truth:
+        log = Log(log.pose, log.torque, None, log.robot)
+    facts_path, states_path = side_files(path)
+    paths = (path, facts_path, states_path) if truth else (path,)
+    with replaced_together(paths) as temporary:
+        write_mcap(log, temporary[0], encoding=encoding, angles=simulated.wheel_angles_rad, progress=progress)
+        if truth:
+            write_truth(simulated, temporary[1], temporary[2])
+    if not truth:
+        for stale in (facts_path, states_path):
+            stale.unlink(missing_ok=True)
+    return paths

@@ -1,0 +1,183 @@
+"""The scenarios by name: a driver, a schedule of contact modes, a starting speed, and fitting sensors."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import ModeTrack
+from wmr_synth.drivers import ClosedLoop, Driver, Waypoints, constant_effort
+from wmr_synth.sensors import Sensors
+
+IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING
+
+MOTION_CAPTURE = Sensors(rate_hz=100.0, noise_xy_sd_m=0.001, noise_yaw_sd_rad=0.002)
+PAPER_SENSORS = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad=0.1**0.5)
+"""Noise of variance 0.1 on each of x, y, θ (§5); the rate is ours, the paper gives none."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What happens: the driver, the modes (stamps in ns since the start) and the initial speeds."""
+
+    driver: Driver
+    modes: ModeTrack
+    v_long_mps: float = 0.0
+    yaw_rate_radps: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A named plan; ``plan`` takes the duration in s and the scenario's random stream."""
+
+    name: str
+    description: str
+    duration_s: float
+    plan: Callable[[float, np.random.Generator], Plan]
+    sensors: Sensors = MOTION_CAPTURE
+
+
+def phases(modes: tuple[ContactMode, ...], lengths_s: tuple[float, ...], duration_s: float) -> ModeTrack:
+    """Phases of the given lengths, over again until ``duration_s`` is full; true switches only."""
+    n_cycles = int(np.ceil(duration_s / sum(lengths_s)))
+    ends_s = np.cumsum(np.tile(lengths_s, n_cycles))
+    starts_s = np.concatenate([[0.0], ends_s[:-1]])
+    mode = np.tile(np.array(modes, np.int8), n_cycles)
+    kept = starts_s < duration_s * (1 - 1e-12)
+    kept[1:] &= mode[1:] != mode[:-1]
+    return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept])
+
+
+PAPER_CONDITIONS = (IDEAL, SKIDDING, SLIPPING, SKIDDING, IDEAL, SLIPPING)
+
+
+def paper_effort_nm(effort_nm: float, duration_s: float) -> float:
+    """The effort for a scenario made for 60 s; less for a longer one, so that its speeds stay the same."""
+    return effort_nm * 60.0 / max(duration_s, 60.0)
+
+
+def paper_plan(effort_nm: float, v_long_mps: float) -> Callable[[float, np.random.Generator], Plan]:
+    """The paper's six successive conditions, equally long, under constant equal efforts, while turning.
+
+    "Accelerating just means acceleration on v_y, not on v_θ".
+    """
+
+    def plan(duration_s: float, _: np.random.Generator) -> Plan:
+        modes = phases(PAPER_CONDITIONS, (duration_s / 6,) * 6, duration_s)
+        return Plan(constant_effort(paper_effort_nm(effort_nm, duration_s)), modes, v_long_mps, 0.3)
+
+    return plan
+
+
+def constant_mode_plan(mode: ContactMode) -> Callable[[float, np.random.Generator], Plan]:
+    """The acceleration of the paper in one condition throughout, for the estimate of α (§5.2)."""
+
+    def plan(duration_s: float, _: np.random.Generator) -> Plan:
+        effort_nm = paper_effort_nm(10.0, duration_s)
+        return Plan(constant_effort(effort_nm), phases((mode,), (duration_s,), duration_s), 2.0, 0.3)
+
+    return plan
+
+
+def figure_eight_plan(duration_s: float, _: np.random.Generator) -> Plan:
+    """Two circles of 3 m radius at 1.5 m/s, one to the left and one to the right."""
+    lap_s, swing_s = 4 * np.pi, 1.0
+    knots_s = (0.0, lap_s - swing_s, lap_s, 2 * lap_s - swing_s, 2 * lap_s)
+    path = Waypoints(knots_s, (1.5,) * 5, (0.5, 0.5, -0.5, -0.5, 0.5), period_s=2 * lap_s)
+    modes = phases((IDEAL, SKIDDING, IDEAL, SLIPPING), (8.0, 6.0, 8.0, 6.0), duration_s)
+    return Plan(ClosedLoop(path), modes, 1.5, 0.5)
+
+
+def stop_and_go_plan(duration_s: float, _: np.random.Generator) -> Plan:
+    """Start, turn, stop, reverse, turn the other way, and again; a cycle of 30 s."""
+    path = Waypoints(
+        t_s=(0.0, 1.0, 4.0, 6.0, 7.0, 12.0, 13.0, 15.0, 17.0, 19.0, 20.0, 24.0, 25.0, 27.0, 30.0),
+        v_long_mps=(0.0, 0.0, 2.0, 2.0, 2.0, 2.0, 2.0, 0.0, 0.0, -1.5, -1.5, -1.5, -1.5, 0.0, 0.0),
+        yaw_rate_radps=(0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0, 0.0, 0.0, -0.5, -0.5, 0.0, 0.0, 0.0),
+        period_s=30.0,
+    )
+    modes = phases((IDEAL, SKIDDING, IDEAL, SLIPPING), (8.0, 4.0, 10.5, 5.5), duration_s)
+    return Plan(ClosedLoop(path), modes)
+
+
+def random_phases(duration_s: float, rng: np.random.Generator) -> ModeTrack:
+    """Phases of 2 to 10 s, each in another of the three modes than the one before; the first is ideal."""
+    n = int(np.ceil(duration_s / 2.0))
+    lengths_s = rng.uniform(2.0, 10.0, n)
+    shifts = rng.integers(1, 3, n)
+    shifts[0] = 0
+    starts_s = np.concatenate([[0.0], np.cumsum(lengths_s)[:-1]])
+    kept = starts_s < duration_s
+    mode = (np.cumsum(shifts) % 3).astype(np.int8)
+    return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept])
+
+
+def random_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """Random phases; references that move on straight lines between random speeds and yaw rates."""
+    modes = random_phases(duration_s, rng)
+    n = int(np.ceil(duration_s)) + 2
+    knots_s = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, 4.0, n))])
+    speeds_mps, yaw_rates_radps = rng.uniform(0.5, 4.0, n + 1), rng.uniform(-0.6, 0.6, n + 1)
+    path = Waypoints(tuple(knots_s), tuple(speeds_mps), tuple(yaw_rates_radps))
+    return Plan(ClosedLoop(path), modes, float(speeds_mps[0]), float(yaw_rates_radps[0]))
+
+
+_SCENARIOS = (
+    Scenario(
+        "paper-acceleration",
+        "the paper's acceleration: ideal, skidding, slipping, skidding, ideal, slipping, 10 s each",
+        60.0,
+        paper_plan(10.0, 2.0),
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "paper-uniform",
+        "the same six conditions without torque: ideal and slipping cannot be told apart",
+        60.0,
+        paper_plan(0.0, 2.0),
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "paper-deceleration",
+        "the same six conditions while braking",
+        60.0,
+        paper_plan(-6.0, 18.0),
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "paper-alpha-ideal",
+        "the paper's acceleration in ideal rolling throughout, for alpha",
+        60.0,
+        constant_mode_plan(IDEAL),
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "paper-alpha-skidding",
+        "the paper's acceleration while skidding throughout, for alpha",
+        60.0,
+        constant_mode_plan(SKIDDING),
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "figure-eight",
+        "closed-loop figure of eight at 1.5 m/s; ideal, skidding and slipping phases",
+        60.0,
+        figure_eight_plan,
+    ),
+    Scenario(
+        "stop-and-go",
+        "closed-loop starts, turns, stops and reversals; ideal, skidding and slipping phases",
+        90.0,
+        stop_and_go_plan,
+    ),
+    Scenario(
+        "random",
+        "random phases of 2 to 10 s, random drive and turning, by seed",
+        120.0,
+        random_plan,
+    ),
+)
+
+SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _SCENARIOS}

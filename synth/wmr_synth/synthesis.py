@@ -1,0 +1,123 @@
+"""From a scenario to what a recorder would have seen, and to what only the simulator knows."""
+
+import difflib
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.messages.codec import WheelAngles
+from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
+from wmr_schemas.signals import Log, ModeTrack
+from wmr_synth.scenarios import SCENARIOS, Scenario
+from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
+from wmr_synth.simulate import Motion, simulate
+
+START_NS = 1_700_000_000 * NS_PER_S
+"""Every synthetic log starts here, so that one seed gives one file."""
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedLog:
+    """A log, and what only the simulator knows.
+
+    ``truth`` is the noise-free motion at the logged pose stamps; ``wheel_angles_rad`` (left, right) belong to
+    the torque rows; ``facts`` is what ``<stem>.truth.json`` says: scenario, seed, options, parameters,
+    switches.
+    """
+
+    log: Log
+    truth: Motion
+    wheel_angles_rad: WheelAngles
+    facts: dict[str, object]
+
+
+def find_scenario(name: str) -> Scenario:
+    """The scenario of that name. Raises InvalidSetting with the known names and the nearest."""
+    if name in SCENARIOS:
+        return SCENARIOS[name]
+    near = difflib.get_close_matches(name, SCENARIOS, n=2)
+    hint = f"did you mean {' or '.join(near)}? " if near else ""
+    raise InvalidSetting(f"no scenario {name!r}; {hint}known are {', '.join(SCENARIOS)}")
+
+
+def synthesise(
+    scenario: str | Scenario,
+    *,
+    seed: int = 0,
+    duration_s: float | None = None,
+    sensors: Sensors | None = None,
+    robot: RobotParameters = PAPER_ROBOT,
+) -> SimulatedLog:
+    """Simulate a scenario and measure it; the scenario's own duration and sensors unless others are given.
+
+    The same arguments give the same log, bit for bit. Raises InvalidSetting for an unknown scenario, a
+    duration that is not positive, a negative seed, or a robot without the parameters that the scenario's
+    modes need.
+    """
+    chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
+    sensors = chosen.sensors if sensors is None else sensors
+    duration_s = chosen.duration_s if duration_s is None else duration_s
+    if not (math.isfinite(duration_s) and duration_s > 0):
+        raise InvalidSetting(f"the duration must be above 0 s, not {duration_s}")
+    if seed < 0:
+        raise InvalidSetting(f"the seed must not be negative, not {seed}")
+    plan = chosen.plan(duration_s, stream(seed, "scenario"))
+    pose_ns = sampling_instants(duration_s, sensors.rate_hz, sensors.jitter_s, stream(seed, "pose_jitter"))
+    torque_ns = sampling_instants(
+        duration_s, sensors.torque_rate_hz, sensors.jitter_s, stream(seed, "torque_jitter")
+    )
+    commands = plan.driver.commands(torque_ns / NS_PER_S)
+    motion = simulate(robot, plan.modes, commands, torque_ns, pose_ns, (plan.v_long_mps, plan.yaw_rate_radps))
+    modes = ModeTrack(START_NS + plan.modes.t_ns, plan.modes.mode)
+    facts = describe(chosen.name, seed, duration_s, sensors, robot, modes)
+    return measure(motion, pose_ns, torque_ns, sensors, seed, modes, robot, facts)
+
+
+def measure(
+    motion: Motion,
+    pose_ns: I64,
+    torque_ns: I64,
+    sensors: Sensors,
+    seed: int,
+    modes: ModeTrack,
+    robot: RobotParameters,
+    facts: dict[str, object],
+) -> SimulatedLog:
+    """What the sensors make of a motion."""
+    at_pose, at_torque = motion.at(pose_ns), motion.at(torque_ns)
+    pose, pose_kept = measure_pose(at_pose, sensors, seed, START_NS)
+    torque, torque_kept = measure_torque(at_torque, sensors, seed, START_NS)
+    truth = Motion(**{name: column[pose_kept] for name, column in vars(at_pose).items()})
+    angles: tuple[F64, F64] = at_torque.left_rad[torque_kept], at_torque.right_rad[torque_kept]
+    return SimulatedLog(Log(pose, torque, modes, robot), truth, angles, facts)
+
+
+def describe(
+    name: str, seed: int, duration_s: float, sensors: Sensors, robot: RobotParameters, modes: ModeTrack
+) -> dict[str, object]:
+    """The facts of ``<stem>.truth.json``."""
+    switches = [
+        {"t_s": (t_ns - START_NS) / NS_PER_S, "mode": mode}
+        for t_ns, mode in zip(modes.t_ns.tolist(), modes.mode.tolist(), strict=True)
+    ]
+    return {
+        "scenario": name,
+        "seed": seed,
+        "start_ns": START_NS,
+        "duration_s": duration_s,
+        "sensors": asdict(sensors),
+        "robot": robot.known(),
+        "effects": [],
+        "modes": switches,
+    }
+
+
+def truth_columns(motion: Motion, start_ns: int = START_NS) -> dict[str, np.ndarray]:
+    """The columns of ``<stem>.truth.parquet``, by name."""
+    columns = {
+        name: column for name, column in vars(motion).items() if not name.startswith(("left", "right"))
+    }
+    return {**columns, "t_ns": start_ns + motion.t_ns}

@@ -1,0 +1,305 @@
+"""The recording: what it holds, that batches do not matter, what it looks like. The samples are made up."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+import pytest
+from rerun.chunk import RrdReader
+
+from wmr_replay.timeline import Timeline, ViewerUnavailable, open_viewer, viewer_command
+from wmr_replay.timeline.colours import MODE_COLOURS
+from wmr_replay.timeline.path import Frame, grid_step_m, strips_by_mode
+from wmr_replay.timeline.picture import take_picture
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.tables import SAMPLES, polars_schema
+
+Floats = npt.NDArray[np.float64]
+
+DELAY_S = 0.4
+START_NS = 1_700_000_000_000_000_000
+ALPHA = 0.0255
+SWITCHES_S = (0.0, 12.0, 22.0, 34.0, 44.0, 52.0)
+TRUE_MODES = (0, 1, 2, 1, 0, 3)
+
+
+def true_state(rate_hz: float, duration_s: float = 60.0) -> pl.DataFrame:
+    """The side file's columns: a wide slalom with lateral velocity while skidding."""
+    t = np.arange(round(rate_hz * duration_s)) / rate_hz
+    mode = np.array(TRUE_MODES, np.int8)[np.searchsorted(SWITCHES_S, t, side="right") - 1]
+    v_long = 3 + 2 * np.sin(t / 9)
+    yaw_rate = 0.35 * np.cos(t / 5)
+    yaw = np.cumsum(yaw_rate) / rate_hz
+    v_lat = np.where(mode % 2 == 1, -0.8 * np.sin(t / 2), 0.0)
+    x = np.cumsum(v_long * np.cos(yaw) - v_lat * np.sin(yaw)) / rate_hz
+    y = np.cumsum(v_long * np.sin(yaw) + v_lat * np.cos(yaw)) / rate_hz
+    return pl.DataFrame(
+        {
+            "t_ns": START_NS + np.round(t * 1e9).astype(np.int64),
+            "t_s": t,
+            "x_m": x,
+            "y_m": y,
+            "yaw_rad": yaw,
+            "v_long_mps": v_long,
+            "v_lat_mps": v_lat,
+            "yaw_rate_radps": yaw_rate,
+            "mode": mode,
+        }
+    )
+
+
+def samples(
+    rate_hz: float, duration_s: float = 60.0, with_torque: bool = True, seed: int = 0
+) -> pl.DataFrame:
+    """What an identifier that is ``DELAY_S`` late would make of it; nothing is known in its first window."""
+    truth, random = true_state(rate_hz, duration_s), np.random.default_rng(seed)
+    n, late = len(truth), round(DELAY_S * rate_hz)
+    described = np.maximum(np.arange(n) - late, 0)
+    warming = np.arange(n) < 2 * late
+
+    def known(values: Floats) -> Floats:
+        return np.where(warming, np.nan, values)
+
+    def estimate(column: str, sd: float) -> Floats:
+        return known(truth[column].to_numpy()[described] + sd * random.standard_normal(n))
+
+    v_lat = estimate("v_lat_mps", 0.04)
+    true_mode = truth["mode"].to_numpy()
+    late_mode = true_mode[described]
+    slip = np.isin(late_mode, (2, 3)) * 0.9
+    alpha_sd = 0.02 / np.sqrt(1 + np.arange(n) / rate_hz)
+    torque = float("nan") if not with_torque else 1.0
+    columns = {
+        "t_ns": truth["t_ns"],
+        "t_s": truth["t_s"],
+        "x_m": truth["x_m"] + 0.05 * random.standard_normal(n),
+        "y_m": truth["y_m"] + 0.05 * random.standard_normal(n),
+        "yaw_rad": truth["yaw_rad"] + 0.01 * random.standard_normal(n),
+        "v_long_mps": estimate("v_long_mps", 0.05),
+        "v_lat_mps": v_lat,
+        "yaw_rate_radps": estimate("yaw_rate_radps", 0.02),
+        "delay_s": np.full(n, DELAY_S),
+        "c_k_mps": -v_lat,
+        "c_k_threshold_mps": known(np.full(n, 0.16)),
+        "c_d_mps2": known(slip + 0.08 * random.standard_normal(n)) * torque,
+        "c_d_threshold_mps2": known(np.full(n, 0.3)) * torque,
+        "mode": np.where(warming, -1, late_mode).astype(np.int8),
+        "alpha": known(ALPHA * (1 + 0.3 * np.exp(-np.arange(n) / (5 * rate_hz)))) * torque,
+        "alpha_sd": known(0.2 * alpha_sd) * torque,
+        "status": np.where(warming, "warming_up", "ok" if with_torque else "no_torque"),
+        "mode_true": true_mode,
+    }
+    schema = polars_schema(SAMPLES)
+    table = pl.DataFrame(columns).with_columns(pl.col(pl.Float64).fill_nan(None))
+    missing = [pl.lit(None, dtype).alias(name) for name, dtype in schema.items() if name not in columns]
+    return table.with_columns(missing).select(pl.col(name).cast(dtype) for name, dtype in schema.items())
+
+
+def write(
+    path: Path, table: pl.DataFrame, rate_hz: float, batch: int = 10_000, truth: pl.DataFrame | None = None
+) -> Path:
+    """A recording of ``table``, pushed in batches of ``batch`` rows."""
+    timeline = Timeline(
+        path, log_name="drive.mcap", alpha_nominal=ALPHA, rate_hz=rate_hz, truth=truth, recording_id="drive"
+    )
+    for start in range(0, len(table), batch):
+        timeline.push(table[start : start + batch])
+    timeline.finish("**ideal** most of the time")
+    return path
+
+
+def rerun(*arguments: str) -> int:
+    """Exit code of Rerun's own tool."""
+    return subprocess.run(
+        [sys.executable, "-m", "rerun_cli", "rrd", *arguments], capture_output=True, check=False
+    ).returncode
+
+
+def contents(path: Path) -> dict[str, pl.DataFrame]:
+    """The temporal rows of every entity, without Rerun's row ids, each with ``log_t`` in ns."""
+    tables: dict[str, list[pl.DataFrame]] = {}
+    for chunk in RrdReader(path).stream():
+        if not chunk.is_static:
+            batch = chunk.to_record_batch().drop_columns(["rerun.controls.RowId"])
+            tables.setdefault(chunk.entity_path, []).append(pl.from_arrow(batch))  # type: ignore[arg-type]
+    return {entity: pl.concat(parts) for entity, parts in tables.items()}
+
+
+def scalars(table: pl.DataFrame) -> Floats:
+    """The numbers of one series, (n, lines)."""
+    return np.array(table["Scalars:scalars"].to_list())
+
+
+def since_start_ns(table: pl.DataFrame) -> npt.NDArray[np.int64]:
+    return table["log_t"].cast(pl.Int64).to_numpy()
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("timeline") / "drive.rrd"
+    return write(path, samples(200.0), 200.0, truth=true_state(200.0))
+
+
+def test_rerun_verifies_the_file_and_nothing_else_is_left(recorded: Path) -> None:
+    assert rerun("verify", str(recorded)) == 0
+    assert list(recorded.parent.iterdir()) == [recorded]
+
+
+def test_documented_entities_are_there_with_the_expected_rows(recorded: Path) -> None:
+    rows = {entity: len(table) for entity, table in contents(recorded).items()}
+    drawn, known = 6000, 6000 - 80  # 60 s at 100 Hz; two delays of 0.4 s warm up
+    assert rows == {
+        **dict.fromkeys(("/pose/x_m", "/pose/y_m", "/pose/yaw_rad", "/path/robot"), drawn),
+        **dict.fromkeys(("/pose/true/x_m", "/pose/true/y_m", "/pose/true/yaw_rad"), drawn),
+        **{f"/velocity/true/{name}": drawn for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
+        **{f"/velocity/{name}": known for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
+        **dict.fromkeys(("/constraint/c_k_mps", "/constraint/c_k_threshold_mps"), known),
+        **dict.fromkeys(("/constraint/c_d_mps2", "/constraint/c_d_threshold_mps2"), known),
+        **{"/alpha/estimate": known, "/alpha/band": known, "/alpha/nominal": 2},
+        **{"/mode/estimated": 7, "/mode/true": 6, "/status": 2, "/path/estimated": 7, "/path/true": 1},
+    }
+
+
+def test_every_temporal_row_lies_on_both_timelines(recorded: Path) -> None:
+    for table in contents(recorded).values():
+        stamps = table["stamp"].cast(pl.Int64).to_numpy()
+        np.testing.assert_array_equal(stamps - START_NS, since_start_ns(table))
+
+
+def test_mode_changes_lie_at_their_exact_rows(tmp_path: Path) -> None:
+    table = samples(1000.0, 20.0).with_columns(
+        mode=pl.when(pl.col("t_ns") < START_NS + 7_003_000_000).then(0).otherwise(2).cast(pl.Int8)
+    )
+    lane = contents(write(tmp_path / "a.rrd", table, 1000.0, batch=777))["/mode/estimated"]
+    assert lane["StateChange:state"].to_list() == [["ideal"], ["slipping"]]
+    assert since_start_ns(lane).tolist() == [0, 7_003_000_000]
+
+
+def test_velocities_lie_at_the_instant_that_they_describe_and_alpha_at_the_time_known(recorded: Path) -> None:
+    held, table = contents(recorded), samples(200.0)[::2].filter(pl.col("alpha").is_not_null())
+    known_ns = table["t_ns"].to_numpy() - START_NS
+    for entity, delay_ns, column in (
+        ("/velocity/v_lat_mps", 400_000_000, "v_lat_mps"),
+        ("/constraint/c_k_mps", 400_000_000, "c_k_mps"),
+        ("/alpha/estimate", 0, "alpha"),
+    ):
+        np.testing.assert_array_equal(since_start_ns(held[entity]), known_ns - delay_ns)
+        np.testing.assert_array_equal(scalars(held[entity])[:, 0], table[column].to_numpy())
+
+
+def test_band_and_thresholds_are_pairs_of_lines(recorded: Path) -> None:
+    held, table = contents(recorded), samples(200.0)[::2].filter(pl.col("alpha").is_not_null())
+    alpha, sd = table["alpha"].to_numpy(), table["alpha_sd"].to_numpy()
+    np.testing.assert_allclose(
+        scalars(held["/alpha/band"]), np.stack([alpha + 1.96 * sd, alpha - 1.96 * sd], 1)
+    )
+    np.testing.assert_array_equal(
+        np.unique(scalars(held["/constraint/c_d_threshold_mps2"]), axis=0), [[0.3, -0.3]]
+    )
+
+
+@pytest.mark.parametrize("batch", [997, 70_000])
+def test_batches_change_nothing(tmp_path: Path, batch: int) -> None:
+    table, truth = samples(1000.0, 70.0), true_state(1000.0, 70.0)
+    whole = write(tmp_path / "whole.rrd", table, 1000.0, len(table), truth)
+    parts = write(tmp_path / "parts.rrd", table, 1000.0, batch, truth)
+    assert rerun("compare", str(whole), str(parts)) == 0
+    np.testing.assert_array_equal(since_start_ns(contents(parts)["/pose/x_m"]), np.arange(7000) * 10_000_000)
+
+
+def test_single_rows_may_be_pushed(tmp_path: Path) -> None:
+    table = samples(50.0, 10.0)
+    whole, single = write(tmp_path / "a.rrd", table, 50.0), write(tmp_path / "b.rrd", table, 50.0, batch=1)
+    assert rerun("compare", str(whole), str(single)) == 0
+    other = write(tmp_path / "c.rrd", samples(50.0, 10.0, seed=1), 50.0)
+    assert rerun("compare", str(whole), str(other)) == 1
+
+
+def test_a_hole_breaks_a_line_once(tmp_path: Path) -> None:
+    hole = pl.col("t_s").is_between(5.0, 6.0, closed="left")
+    table = samples(100.0, 10.0).with_columns(v_long_mps=pl.when(~hole).then("v_long_mps"))
+    drawn = scalars(contents(write(tmp_path / "a.rrd", table, 100.0))["/velocity/v_long_mps"])[:, 0]
+    assert np.flatnonzero(np.isnan(drawn)).tolist() == [500 - 80]
+    assert len(drawn) == 1000 - 80 - 100 + 1
+
+
+def test_without_torque_and_truth_nothing_is_drawn_of_them(tmp_path: Path) -> None:
+    table = samples(100.0, 10.0, with_torque=False).with_columns(mode_true=pl.lit(None, pl.Int8))
+    path = write(tmp_path / "a.rrd", table, 100.0)
+    assert rerun("verify", str(path)) == 0
+    absent = {"/alpha/estimate", "/alpha/band", "/constraint/c_d_mps2", "/mode/true", "/path/true"}
+    assert not absent & contents(path).keys()
+    assert "/constraint/c_k_mps" in contents(path)
+
+
+def test_an_empty_run_still_makes_a_valid_file(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.rrd", samples(100.0, 1.0)[:0], 100.0, truth=true_state(100.0, 1.0))
+    assert rerun("verify", str(path)) == 0
+
+
+def test_discard_leaves_nothing(tmp_path: Path) -> None:
+    timeline = Timeline(tmp_path / "a.rrd", log_name="a", alpha_nominal=None, rate_hz=100.0)
+    timeline.push(samples(100.0, 2.0))
+    timeline.discard()
+    timeline.discard()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_discard_after_finish_keeps_the_file(tmp_path: Path) -> None:
+    timeline = Timeline(tmp_path / "a.rrd", log_name="a", alpha_nominal=None, rate_hz=100.0)
+    timeline.finish()
+    timeline.discard()
+    assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
+
+
+def test_strips_join_and_have_the_mode_of_their_first_row() -> None:
+    xy = np.stack([np.arange(6.0), np.zeros(6)], axis=1)
+    strips = strips_by_mode(xy, np.array([0, 0, 1, 1, 2, 0], np.int8))
+    assert [points[:, 0].tolist() for points in strips.points] == [[0, 1, 2], [2, 3, 4], [4, 5]]
+    assert (strips.modes.tolist(), strips.first_rows.tolist()) == ([0, 1, 2], [0, 2, 4])
+
+
+@pytest.mark.parametrize(("side", "step"), [(100.0, 20.0), (7.0, 2.0), (0.5, 0.1), (1200.0, 500.0)])
+def test_grid_steps_are_round(side: float, step: float) -> None:
+    assert grid_step_m(side) == pytest.approx(step)
+
+
+def test_a_straight_path_gets_a_frame_with_some_width() -> None:
+    frame = Frame()
+    frame.include(np.array([[0.0, 2.0], [80.0, 2.0]]))
+    low, high = frame.with_margin()
+    assert low[0] < 0.0
+    assert high[0] > 80.0
+    assert high[1] - low[1] >= 10
+
+
+def test_viewer_command_quotes_the_file() -> None:
+    program, _, file = viewer_command(Path("my drive.rrd")).partition(" ")
+    assert (Path(program).name, file) == ("rerun", "'my drive.rrd'")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux says so beforehand")
+def test_without_a_screen_the_viewer_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(ViewerUnavailable, match="no screen"):
+        open_viewer(Path("drive.rrd"))
+
+
+def test_the_viewer_shows_the_path_in_the_colours_of_the_modes(recorded: Path, tmp_path: Path) -> None:
+    from PIL import Image
+
+    try:
+        take_picture(recorded, tmp_path / "drive.png")
+    except ViewerUnavailable as reason:
+        pytest.skip(str(reason))
+    with Image.open(tmp_path / "drive.png") as picture:
+        assert picture.size == (1600, 1000)
+        pixels = np.asarray(picture, dtype=int)
+    path_view = pixels[60:640, :600]
+    for mode in set(TRUE_MODES):
+        distance = np.abs(path_view - MODE_COLOURS[ContactMode(mode)]).max(axis=2)
+        assert (distance < 12).sum() > 100, mode
