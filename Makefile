@@ -16,6 +16,7 @@ TOOLS := $(VENV)/.installed-dev
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
 export PYTHONNOUSERSITE := 1
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+export NO_MKDOCS_2_WARNING := 1
 PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
 
 .DEFAULT_GOAL := help
@@ -80,7 +81,7 @@ $(PY):
 $(RUNTIME): pyproject.toml constraints.txt | $(PY)
 	@$(PY) $(RECENT) || { echo "$$OLD_VENV" >&2; exit 1; }
 	@$(PY) -m pip --version >/dev/null 2>&1 || $(PY) -m ensurepip
-	@echo "installing into $(VENV); this takes a few minutes the first time"
+	@echo "installing into $(VENV); this takes a minute or two the first time"
 	$(INSTALL) hatchling
 	$(INSTALL) --no-build-isolation --editable .
 	@touch $@

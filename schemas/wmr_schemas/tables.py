@@ -174,6 +174,8 @@ SUMMARY: tuple[Column, ...] = (
     _real("brier", "–", "Brier score of the posterior"),
     _real("ece", "–", "expected calibration error, 10 bins"),
     _real("alpha_error", "–", "relative error of the last α against the truth (side file)"),
+    Column("verdict", pl.String, "–", "the result in a sentence or two"),
+    Column("notes", pl.String, "–", "JSON list of what was noticed: losses, clocks, what was left out"),
 )
 
 

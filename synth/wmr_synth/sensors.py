@@ -81,8 +81,10 @@ def sampling_instants(duration_s: float, rate_hz: float, jitter_s: float, rng: n
     return np.rint((k + shift) * (NS_PER_S / rate_hz)).astype(np.int64)
 
 
-def arrived(n: int, dropout: float, rng: np.random.Generator) -> Bool:
+def arrived(n: int, dropout: float, rng: np.random.Generator) -> Bool | slice:
     """Which of n messages were not lost; the first never is."""
+    if dropout == 0:
+        return slice(None)
     kept = rng.random(n) >= dropout
     kept[:1] = True
     return kept
@@ -90,10 +92,14 @@ def arrived(n: int, dropout: float, rng: np.random.Generator) -> Bool:
 
 def measured(values: F64, sd: float, seed: int, name: str) -> F64:
     """The values with normal noise of the stream ``name``."""
+    if sd == 0:
+        return values
     return values + sd * stream(seed, name).normal(0.0, 1.0, len(values))
 
 
-def measure_pose(motion: Motion, sensors: Sensors, seed: int, start_ns: int) -> tuple[PoseTrack, Bool]:
+def measure_pose(
+    motion: Motion, sensors: Sensors, seed: int, start_ns: int
+) -> tuple[PoseTrack, Bool | slice]:
     """The pose as logged, of the motion at the pose instants, and which of its samples arrived."""
     kept = arrived(len(motion.t_ns), sensors.dropout, stream(seed, "pose_dropout"))
     x_m = measured(motion.x_m, sensors.noise_xy_sd_m, seed, "x")
@@ -102,7 +108,9 @@ def measure_pose(motion: Motion, sensors: Sensors, seed: int, start_ns: int) -> 
     return PoseTrack(start_ns + motion.t_ns[kept], x_m[kept], y_m[kept], yaw_rad[kept]), kept
 
 
-def measure_torque(motion: Motion, sensors: Sensors, seed: int, start_ns: int) -> tuple[TorqueTrack, Bool]:
+def measure_torque(
+    motion: Motion, sensors: Sensors, seed: int, start_ns: int
+) -> tuple[TorqueTrack, Bool | slice]:
     """Torques and wheel speeds as logged, of the motion at the torque instants, and which samples arrived."""
     kept = arrived(len(motion.t_ns), sensors.dropout, stream(seed, "torque_dropout"))
     effort_sd, speed_sd = sensors.noise_effort_sd_nm, sensors.noise_wheel_speed_sd_radps

@@ -56,8 +56,17 @@ class Motion:
         """The rows at ``t_ns``, each of which is an instant of the motion."""
         if len(t_ns) == len(self.t_ns):
             return self
-        rows = np.searchsorted(self.t_ns, t_ns)
+        return self.take(np.searchsorted(self.t_ns, t_ns))
+
+    def take(self, rows: I64 | Bool | slice) -> "Motion":
+        """Some of the rows."""
         return Motion(**{name: column[rows] for name, column in vars(self).items()})
+
+
+def union_of_sorted(*tracks: I64) -> I64:
+    """Every instant of the sorted tracks once, in order."""
+    t_ns = np.sort(np.concatenate(tracks), kind="stable")
+    return t_ns[np.concatenate([[True], np.diff(t_ns) > 0])]
 
 
 def simulate(
@@ -74,23 +83,24 @@ def simulate(
     first it is 0. Raises InvalidSetting when the robot lacks parameters that the modes need.
     """
     c = plant.coefficients(robot, set(np.unique(modes.mode).tolist()))
-    t_ns = np.union1d(np.union1d(pose_ns, torque_ns), modes.t_ns)
+    t_ns = union_of_sorted(pose_ns, torque_ns, modes.t_ns)
     mode = modes.mode[np.searchsorted(modes.t_ns, t_ns, side="right") - 1]
     state = np.zeros(N_STATES)
     state[THETA] = -np.pi / 2
     state[V_Y], state[V_THETA] = start[0], start[1] * c.half_track_m
     columns = (commands.left_nm, commands.right_nm, commands.v_long_mps, commands.yaw_rate_radps)
     wanted = np.ascontiguousarray(np.stack(columns, axis=1))
-    is_torque = np.isin(t_ns, torque_ns, assume_unique=True)
+    is_torque = np.zeros(len(t_ns), bool)
+    is_torque[np.searchsorted(t_ns, torque_ns)] = True
     record = run(t_ns, mode, is_torque, wanted, commands.gains, c, state)
     return to_robot_conventions(t_ns, mode, record, c)
 
 
 @njit(cache=True)
 def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coefficients, state: F64) -> F64:
-    """The state, the efforts (left, right) and v̇_y, θ̈ at every instant: (n, 14)."""
+    """The state, the efforts (left, right) and v̇_y, θ̈ at every instant: (14, n)."""
     n = len(t_ns)
-    record = np.empty((n, _N_RECORDED))
+    record = np.empty((_N_RECORDED, n))
     work = np.empty((5, N_STATES))
     integral = np.zeros(2)
     left = right = 0.0
@@ -104,9 +114,9 @@ def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coef
             previous_ns = t_ns[i]
             k += 1
         plant.derivative(mode[i], state, -right, -left, c, work[0])
-        record[i, :N_STATES] = state
-        record[i, _LEFT], record[i, _RIGHT] = left, right
-        record[i, _A_LONG], record[i, _YAW_ACC] = work[0, V_Y], work[0, V_THETA] / c.half_track_m
+        record[:N_STATES, i] = state
+        record[_LEFT, i], record[_RIGHT, i] = left, right
+        record[_A_LONG, i], record[_YAW_ACC, i] = work[0, V_Y], work[0, V_THETA] / c.half_track_m
         if i + 1 < n:
             plant.advance(mode[i], state, -right, -left, (t_ns[i + 1] - t_ns[i]) / NS_PER_S, c, work)
     return record
@@ -131,24 +141,24 @@ def efforts(
 
 def to_robot_conventions(t_ns: I64, mode: I8, record: F64, c: Coefficients) -> Motion:
     """REP 103: yaw = θ + π/2, v_lat = −v_x, left positive; efforts and wheel speeds forward positive."""
-    v_y, v_theta = record[:, V_Y], record[:, V_THETA]
-    sigma_1, sigma_2 = record[:, SIGMA_1], record[:, SIGMA_2]
+    v_y, v_theta = record[V_Y], record[V_THETA]
+    sigma_1, sigma_2 = record[SIGMA_1], record[SIGMA_2]
     return Motion(
         t_ns=t_ns,
-        x_m=record[:, X],
-        y_m=record[:, Y],
-        yaw_rad=record[:, THETA] + np.pi / 2,
+        x_m=record[X],
+        y_m=record[Y],
+        yaw_rad=record[THETA] + np.pi / 2,
         v_long_mps=v_y,
-        v_lat_mps=0.0 - record[:, V_X],
+        v_lat_mps=0.0 - record[V_X],
         yaw_rate_radps=v_theta / c.half_track_m,
-        a_long_mps2=record[:, _A_LONG],
-        yaw_acc_radps2=record[:, _YAW_ACC],
+        a_long_mps2=record[_A_LONG],
+        yaw_acc_radps2=record[_YAW_ACC],
         sigma_sum_mps=0.0 - sigma_2,
         sigma_diff_mps=0.0 - sigma_1,
-        effort_left_nm=record[:, _LEFT],
-        effort_right_nm=record[:, _RIGHT],
-        left_rad=0.0 - record[:, PHI_2],
-        right_rad=0.0 - record[:, PHI_1],
+        effort_left_nm=record[_LEFT],
+        effort_right_nm=record[_RIGHT],
+        left_rad=0.0 - record[PHI_2],
+        right_rad=0.0 - record[PHI_1],
         left_radps=(v_y - v_theta - 1.5 * (sigma_2 - sigma_1)) / c.wheel_radius_m,
         right_radps=(v_y + v_theta - 1.5 * (sigma_1 + sigma_2)) / c.wheel_radius_m,
         mode=mode,

@@ -87,12 +87,12 @@ def measure(
     facts: dict[str, object],
 ) -> SimulatedLog:
     """What the sensors make of a motion."""
-    at_pose, at_torque = motion.at(pose_ns), motion.at(torque_ns)
+    at_pose = motion.at(pose_ns)
+    at_torque = at_pose if np.array_equal(pose_ns, torque_ns) else motion.at(torque_ns)
     pose, pose_kept = measure_pose(at_pose, sensors, seed, START_NS)
     torque, torque_kept = measure_torque(at_torque, sensors, seed, START_NS)
-    truth = Motion(**{name: column[pose_kept] for name, column in vars(at_pose).items()})
     angles: tuple[F64, F64] = at_torque.left_rad[torque_kept], at_torque.right_rad[torque_kept]
-    return SimulatedLog(Log(pose, torque, modes, robot), truth, angles, facts)
+    return SimulatedLog(Log(pose, torque, modes, robot), at_pose.take(pose_kept), angles, facts)
 
 
 def describe(

@@ -113,9 +113,8 @@ def write(
 
 def rerun(*arguments: str) -> int:
     """Exit code of Rerun's own tool."""
-    return subprocess.run(
-        [sys.executable, "-m", "rerun_cli", "rrd", *arguments], capture_output=True, check=False
-    ).returncode
+    command = [str(Path(sys.executable).with_name("rerun")), "rrd", *arguments]
+    return subprocess.run(command, capture_output=True, check=False).returncode
 
 
 def contents(path: Path) -> dict[str, pl.DataFrame]:
@@ -152,12 +151,14 @@ def test_documented_entities_are_there_with_the_expected_rows(recorded: Path) ->
     rows = {entity: len(table) for entity, table in contents(recorded).items()}
     drawn, known = 6000, 6000 - 80  # 60 s at 100 Hz; two delays of 0.4 s warm up
     assert rows == {
-        **dict.fromkeys(("/pose/x_m", "/pose/y_m", "/pose/yaw_rad", "/path/robot"), drawn),
-        **dict.fromkeys(("/pose/true/x_m", "/pose/true/y_m", "/pose/true/yaw_rad"), drawn),
-        **{f"/velocity/true/{name}": drawn for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
-        **{f"/velocity/{name}": known for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
-        **dict.fromkeys(("/constraint/c_k_mps", "/constraint/c_k_threshold_mps"), known),
-        **dict.fromkeys(("/constraint/c_d_mps2", "/constraint/c_d_threshold_mps2"), known),
+        **dict.fromkeys(
+            ("/pose/x_m/measured", "/pose/y_m/measured", "/pose/yaw_rad/measured", "/path/robot"), drawn
+        ),
+        **dict.fromkeys(("/pose/x_m/true", "/pose/y_m/true", "/pose/yaw_rad/true"), drawn),
+        **{f"/velocity/{name}/true": drawn for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
+        **{f"/velocity/{name}/estimate": known for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps")},
+        **dict.fromkeys(("/constraint/c_k_mps/estimate", "/constraint/c_k_mps/threshold"), known),
+        **dict.fromkeys(("/constraint/c_d_mps2/estimate", "/constraint/c_d_mps2/threshold"), known),
         **{"/alpha/estimate": known, "/alpha/band": known, "/alpha/nominal": 2},
         **{"/mode/estimated": 7, "/mode/true": 6, "/status": 2, "/path/estimated": 7, "/path/true": 1},
     }
@@ -182,8 +183,8 @@ def test_velocities_lie_at_the_instant_that_they_describe_and_alpha_at_the_time_
     held, table = contents(recorded), samples(200.0)[::2].filter(pl.col("alpha").is_not_null())
     known_ns = table["t_ns"].to_numpy() - START_NS
     for entity, delay_ns, column in (
-        ("/velocity/v_lat_mps", 400_000_000, "v_lat_mps"),
-        ("/constraint/c_k_mps", 400_000_000, "c_k_mps"),
+        ("/velocity/v_lat_mps/estimate", 400_000_000, "v_lat_mps"),
+        ("/constraint/c_k_mps/estimate", 400_000_000, "c_k_mps"),
         ("/alpha/estimate", 0, "alpha"),
     ):
         np.testing.assert_array_equal(since_start_ns(held[entity]), known_ns - delay_ns)
@@ -197,7 +198,7 @@ def test_band_and_thresholds_are_pairs_of_lines(recorded: Path) -> None:
         scalars(held["/alpha/band"]), np.stack([alpha + 1.96 * sd, alpha - 1.96 * sd], 1)
     )
     np.testing.assert_array_equal(
-        np.unique(scalars(held["/constraint/c_d_threshold_mps2"]), axis=0), [[0.3, -0.3]]
+        np.unique(scalars(held["/constraint/c_d_mps2/threshold"]), axis=0), [[0.3, -0.3]]
     )
 
 
@@ -207,7 +208,9 @@ def test_batches_change_nothing(tmp_path: Path, batch: int) -> None:
     whole = write(tmp_path / "whole.rrd", table, 1000.0, len(table), truth)
     parts = write(tmp_path / "parts.rrd", table, 1000.0, batch, truth)
     assert rerun("compare", str(whole), str(parts)) == 0
-    np.testing.assert_array_equal(since_start_ns(contents(parts)["/pose/x_m"]), np.arange(7000) * 10_000_000)
+    np.testing.assert_array_equal(
+        since_start_ns(contents(parts)["/pose/x_m/measured"]), np.arange(7000) * 10_000_000
+    )
 
 
 def test_single_rows_may_be_pushed(tmp_path: Path) -> None:
@@ -221,7 +224,7 @@ def test_single_rows_may_be_pushed(tmp_path: Path) -> None:
 def test_a_hole_breaks_a_line_once(tmp_path: Path) -> None:
     hole = pl.col("t_s").is_between(5.0, 6.0, closed="left")
     table = samples(100.0, 10.0).with_columns(v_long_mps=pl.when(~hole).then("v_long_mps"))
-    drawn = scalars(contents(write(tmp_path / "a.rrd", table, 100.0))["/velocity/v_long_mps"])[:, 0]
+    drawn = scalars(contents(write(tmp_path / "a.rrd", table, 100.0))["/velocity/v_long_mps/estimate"])[:, 0]
     assert np.flatnonzero(np.isnan(drawn)).tolist() == [500 - 80]
     assert len(drawn) == 1000 - 80 - 100 + 1
 
@@ -230,9 +233,9 @@ def test_without_torque_and_truth_nothing_is_drawn_of_them(tmp_path: Path) -> No
     table = samples(100.0, 10.0, with_torque=False).with_columns(mode_true=pl.lit(None, pl.Int8))
     path = write(tmp_path / "a.rrd", table, 100.0)
     assert rerun("verify", str(path)) == 0
-    absent = {"/alpha/estimate", "/alpha/band", "/constraint/c_d_mps2", "/mode/true", "/path/true"}
+    absent = {"/alpha/estimate", "/alpha/band", "/constraint/c_d_mps2/estimate", "/mode/true", "/path/true"}
     assert not absent & contents(path).keys()
-    assert "/constraint/c_k_mps" in contents(path)
+    assert "/constraint/c_k_mps/estimate" in contents(path)
 
 
 def test_an_empty_run_still_makes_a_valid_file(tmp_path: Path) -> None:

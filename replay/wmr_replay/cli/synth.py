@@ -3,13 +3,14 @@
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from wmr_schemas.errors import InvalidFile, InvalidSetting
+from wmr_schemas.model_file import split_sd
 from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.tomlfile import expect_table, read_toml
 
@@ -161,11 +162,7 @@ def read_robot(path: Path) -> RobotParameters:
     tables = read_toml(path)
     if "robot" not in tables:
         raise InvalidFile(path, "[robot]", "missing; the simulator needs the robot's parameters")
-    table = expect_table(path, "[robot]", tables["robot"])
-    names = {f.name for f in fields(RobotParameters)}
-    values = {
-        key: value for key, value in table.items() if key.removesuffix("_sd") not in names or key in names
-    }
+    values, _ = split_sd(path, "[robot]", expect_table(path, "[robot]", tables["robot"]))
     return RobotParameters.from_values(values, str(path))
 
 

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from wmr_replay.ingest.walk import Messages
 from wmr_schemas.arrays import NS_PER_S
 
@@ -35,8 +33,8 @@ class Census:
 
     def add(self, messages: Messages) -> None:
         """Count one block's messages."""
-        for channel_id in np.unique(messages.channel).tolist():
+        for channel_id, n in messages.counts().items():
             log_ns = messages.log_ns[messages.channel == channel_id]
-            n, first, last = len(log_ns), int(log_ns.min()), int(log_ns.max())
+            first, last = int(log_ns.min()), int(log_ns.max())
             old = self.tallies.get(channel_id, Tally(0, first, last))
             self.tallies[channel_id] = Tally(old.n + n, min(old.first_ns, first), max(old.last_ns, last))

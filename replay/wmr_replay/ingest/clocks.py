@@ -57,9 +57,8 @@ class Clock:
         if self.offset_s is None or self.name == "log time":
             return text
         drift_s = (max(self.offsets_ns) - min(self.offsets_ns)) / NS_PER_S
-        return f"{text}, {self.offset_s:+.6g} s from log time" + (
-            f", varying by {drift_s:.3g} s" if drift_s > 0 else ""
-        )
+        drift = f", varying by {short_time(drift_s).lstrip('+')}" if drift_s > 0 else ""
+        return f"{text}, {short_time(self.offset_s)} off log time{drift}"
 
 
 def first_stamps(use: Use) -> I64:
@@ -69,3 +68,11 @@ def first_stamps(use: Use) -> I64:
     data = np.frombuffer(b"".join(messages), np.uint8)
     decoded = Decoder(use.definition, use.binding).decode(data, np.cumsum(lengths) - lengths, lengths)
     return decoded.stamp_ns[decoded.used][:N_WANTED]
+
+
+def short_time(seconds: float) -> str:
+    """A signed duration in the unit that suits it."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if abs(seconds) >= size:
+            return f"{seconds / size:+.4g} {unit}" if abs(seconds) < 1e4 else f"{seconds:+.0f} s"
+    return f"{seconds * 1e9:+.0f} ns" if seconds else "0 s"

@@ -37,7 +37,7 @@ class Decoder:
         """The messages that start at ``starts`` in ``data``."""
         source = self.definition.source(data, starts, lengths)
         out = _Columns(source, self.binding.n_raw, len(starts))
-        for kind in np.unique(source.kinds).tolist():
+        for kind in distinct(source.kinds):
             rows = np.flatnonzero(source.kinds == kind)
             for layout, recipe in tuple(self.known.get(kind, ())):
                 rows = out.fill(layout, recipe, rows) if len(rows) else rows
@@ -92,3 +92,10 @@ class _Columns:
             for leaf, gain in column.terms:
                 total += gain * self.source.floats(rows, leaf)
             self.raw[k, rows] = total
+
+
+def distinct(values: I64) -> list[int]:
+    """The different values; quick where there is only one, which is the rule."""
+    if len(values) and (values == values[0]).all():
+        return [int(values[0])]
+    return np.unique(values).tolist()  # type: ignore[no-any-return]

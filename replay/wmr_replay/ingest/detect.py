@@ -90,48 +90,53 @@ def detect(path: Path, found: list[Candidate], mapping: LogMapping) -> Plan:
     plan = Plan()
     topics = {"pose": mapping.pose_topic, "torque": mapping.torque_topic, "truth": mapping.truth_topic}
     joints = ", ".join((*mapping.left_joints, *mapping.right_joints))
-    for role in ROLES:
-        free = [
-            c for c in found if plan.role(c.channel.id) is None and topics[role] in {None, c.channel.topic}
-        ]
-        _assign(plan, role, free, mapping)
-        named = topics[role] or (joints if role == "torque" else "")
-        if named and role not in plan.uses:
-            raise not_found(path, role, found, plan, named)
+    for role, topic in topics.items():
+        free = [candidate for candidate in found if plan.role(candidate.channel.id) is None]
+        ranked = _rank(plan, role, free, mapping, topic)
+        if ranked:
+            _choose(plan, role, ranked)
+        elif topic or (joints and role == "torque"):
+            raise not_found(
+                path, role, found, plan, f" on topic {topic}" if topic else f" with joints {joints}"
+            )
     return plan
 
 
-def _assign(plan: Plan, role: str, free: list[Candidate], mapping: LogMapping) -> None:
-    ranked: list[tuple[Rank, int, Candidate, Binding]] = []
+def _rank(
+    plan: Plan, role: str, free: list[Candidate], mapping: LogMapping, topic: str | None
+) -> list[tuple[Rank, int, Candidate, Binding]]:
+    """Those that serve, best first; for the others the reason goes into the plan."""
+    ranked = []
+    unnamed = LogMapping(left_joints=mapping.left_joints, right_joints=mapping.right_joints)
     for candidate in free:
+        named = topic == candidate.channel.topic
         try:
-            binding, rank = ROLES[role](candidate, mapping)
-            ranked.append((rank, candidate.channel.id, candidate, binding))
+            binding, rank = ROLES[role](candidate, mapping if named else unnamed)
         except DoesNotServe as reason:
             if str(reason) != UNRELATED:
                 plan.why_not[candidate.channel.id] = str(reason)
             plan.why_not.setdefault(candidate.channel.id, UNRELATED)
-    ranked.sort(key=lambda entry: entry[:2])
+        else:
+            plan.why_not[candidate.channel.id] = f"would serve as {role}, but {topic} was named"
+            if named or topic is None:
+                ranked.append((rank, candidate.channel.id, candidate, binding))
+    return sorted(ranked, key=lambda entry: entry[:2])
+
+
+def _choose(plan: Plan, role: str, ranked: list[tuple[Rank, int, Candidate, Binding]]) -> None:
+    _, chosen_id, best, binding = ranked[0]
     for _, channel_id, _, _ in ranked[1:]:
-        plan.why_not[channel_id] = f"{ranked[0][2].channel.topic} comes first as {role}"
-    if ranked:
-        _, channel_id, best, binding = ranked[0]
-        plan.uses[role] = Use(best.channel, best.schema_name, best.definition, binding, best.samples)
-        plan.why_not.pop(channel_id, None)
-        plan.pose_is_odometry = is_odometry(best) if role == "pose" else plan.pose_is_odometry
+        plan.why_not[channel_id] = f"{best.channel.topic} comes first as {role}"
+    plan.uses[role] = Use(best.channel, best.schema_name, best.definition, binding, best.samples)
+    plan.why_not.pop(chosen_id)
+    if role == "pose":
+        plan.pose_is_odometry = is_odometry(best)
 
 
 def not_found(path: Path, role: str, found: list[Candidate], plan: Plan, named: str = "") -> ChannelNotFound:
     """The error that says what was looked for, what there is instead, and what to do."""
-    wanted = f"{WANTED[role]} in {named}" if named else WANTED[role]
-    available = [(c.channel.topic, c.schema_name, reason_against(plan, role, c.channel.id)) for c in found]
+    ids = [candidate.channel.id for candidate in found]
+    reasons = [plan.why_not.get(k) or f"in use as {plan.role(k)}" for k in ids]
+    available = [(c.channel.topic, c.schema_name, why) for c, why in zip(found, reasons, strict=True)]
     advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
-    return ChannelNotFound(wanted, path, available, advice)
-
-
-def reason_against(plan: Plan, role: str, channel_id: int) -> str:
-    """Why a channel is not used in a role."""
-    other = plan.role(channel_id)
-    if other is not None:
-        return f"used as {other}"
-    return plan.why_not.get(channel_id, f"not the {role} topic that was named")
+    return ChannelNotFound(WANTED[role] + named, path, available, advice)

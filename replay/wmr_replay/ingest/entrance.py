@@ -31,6 +31,10 @@ def check_entrance(path: Path) -> None:
         return
     if not head:
         raise LogUnusable(path, "the file is empty", "Nothing was recorded, or copying it failed.")
+    if MAGIC.startswith(head):
+        raise LogUnusable(
+            path, "the file ends inside MCAP's magic", "Copying it failed, or recording never began."
+        )
     for magic, problem, advice in _FOREIGN:
         if head.startswith(magic):
             raise LogUnusable(path, problem, advice.format(path=path, stem=path.stem))

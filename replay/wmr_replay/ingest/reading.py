@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from wmr_replay.ingest.book import Book
 from wmr_replay.ingest.census import Census
 from wmr_replay.ingest.chunks import Block
 from wmr_replay.ingest.clocks import Clock
@@ -12,11 +13,12 @@ from wmr_replay.ingest.decode import Decoded, Decoder
 from wmr_replay.ingest.detect import Use
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.signals import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
-from wmr_replay.ingest.survey import Book
 from wmr_replay.ingest.walk import Messages, walk
 from wmr_schemas.arrays import I64, U8
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
+
+_N_CHANNEL_IDS = 1 << 16
 
 
 class Reading:
@@ -27,6 +29,8 @@ class Reading:
     ) -> None:
         self.uses, self.clocks, self.book, self.losses = uses, clocks, book, losses
         self.decoders = {role: Decoder(use.definition, use.binding) for role, use in uses.items()}
+        self.is_used = np.zeros(_N_CHANNEL_IDS, np.bool_)
+        self.is_used[[use.channel.id for use in uses.values()]] = True
         self.census = Census()
         self.n_used = 0
         self.undecodable: Counter[str] = Counter()
@@ -37,7 +41,7 @@ class Reading:
         found = walk(block.data)
         self._judge(block, found.stop, len(found.messages))
         self.census.add(found.messages)
-        used = np.isin(found.messages.channel, [use.channel.id for use in self.uses.values()])
+        used = self.is_used[found.messages.channel]
         order = self.n_used + np.cumsum(used) - 1
         self.n_used += int(used.sum())
         rows = {role: self._rows(role, block.data, found.messages, order) for role in self.uses}

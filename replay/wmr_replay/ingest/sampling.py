@@ -57,8 +57,7 @@ class Sampler:
     def _take(self, data: U8) -> None:
         found = walk(data)
         self.book.enter(data, found.others)
-        ids, counts = np.unique(found.messages.channel, return_counts=True)
-        for channel_id, count in zip(ids.tolist(), counts.tolist(), strict=True):
+        for channel_id, count in found.messages.counts().items():
             self._keep(data, found.messages, channel_id)
             self.seen[channel_id] = self.seen.get(channel_id, 0) + count
 

@@ -12,58 +12,25 @@ from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.book import Book
 from wmr_replay.ingest.chunks import Span
 from wmr_replay.ingest.records import (
     HEAD,
     MAGIC,
-    Channel,
     Malformed,
     Opcode,
-    Schema,
-    parse_channel,
     parse_channel_counts,
     parse_chunk_head,
     parse_header,
     parse_metadata,
-    parse_schema,
 )
-from wmr_replay.ingest.walk import Walk, walk
-from wmr_schemas.arrays import I64, U8
+from wmr_replay.ingest.walk import walk
 
 WINDOW_BYTES = 2 << 20
 """Records outside chunks are read in pieces of about this size."""
 _CHUNK_HEAD_BYTES = 8 + 8 + 8 + 4 + 4 + 32 + 8
 _FOOTER = struct.Struct("<BQQQI")
 _PLAIN = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE}
-
-
-@dataclass
-class Book:
-    """Schemas and channels by id, wherever in the file they stand. The first description of an id holds."""
-
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, Channel] = field(default_factory=dict)
-    n_malformed: int = 0
-
-    def enter(self, data: U8, starts: I64) -> None:
-        """Add the schema and channel records that start at ``starts``."""
-        for start in starts.tolist():
-            opcode, length = HEAD.unpack(data[start : start + HEAD.size].tobytes())
-            content = data[start + HEAD.size : start + HEAD.size + length].tobytes()
-            try:
-                self._enter(opcode, content)
-            except Malformed:
-                self.n_malformed += 1
-
-    def _enter(self, opcode: int, content: bytes) -> None:
-        if opcode == Opcode.SCHEMA:
-            schema = parse_schema(content)
-            self.schemas.setdefault(schema.id, schema)
-        elif opcode == Opcode.CHANNEL:
-            channel = parse_channel(content)
-            self.channels.setdefault(channel.id, channel)
-        elif opcode == Opcode.MESSAGE:
-            raise Malformed("message too short")
 
 
 @dataclass
@@ -93,6 +60,7 @@ class Surveyor:
     def __init__(self, file: BinaryIO, size_bytes: int) -> None:
         self.file, self.size = file, size_bytes
         self.result = Survey(size_bytes)
+        self.in_summary = False
         self.landmarks = indexed_chunks(file, size_bytes)
 
     def run(self) -> Survey:
@@ -137,6 +105,8 @@ class Surveyor:
             self.result.metadata.setdefault(name, content)
         elif opcode == Opcode.STATISTICS:
             self.result.statistics = parse_channel_counts(self._content(position, length))
+        elif opcode == Opcode.DATA_END:
+            self.in_summary = True
         elif opcode == Opcode.HEADER:
             self.result.profile, self.result.library = parse_header(self._content(position, length))
 
@@ -155,9 +125,9 @@ class Surveyor:
     def _plain(self, position: int, stop: int) -> int:
         data = np.frombuffer(self._read(position, max(WINDOW_BYTES, stop - position)), np.uint8)
         found = walk(data, plain=True)
-        self.result.book.enter(data, found.others)
+        self.result.book.enter(data, found.others, summary=self.in_summary)
         if len(found.messages):
-            self.result.spans.append(Span(position, position, found.stop, counts=channel_counts(found)))
+            self.result.spans.append(Span(position, position, found.stop, counts=found.messages.counts()))
         return position + found.stop
 
     def _footer(self, stop: int) -> None:
@@ -188,12 +158,6 @@ class Surveyor:
 
     def _content(self, position: int, length: int) -> bytes:
         return self._read(position + HEAD.size, length)
-
-
-def channel_counts(found: Walk) -> dict[int, int]:
-    """Messages by channel id."""
-    counts = np.bincount(found.messages.channel)
-    return {int(channel): int(counts[channel]) for channel in np.flatnonzero(counts)}
 
 
 def indexed_chunks(file: BinaryIO, size: int) -> list[int]:

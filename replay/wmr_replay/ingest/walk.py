@@ -30,6 +30,11 @@ class Messages:
     def __len__(self) -> int:
         return len(self.channel)
 
+    def counts(self) -> dict[int, int]:
+        """How many of each channel."""
+        counts = np.bincount(self.channel)
+        return {channel_id: int(counts[channel_id]) for channel_id in np.flatnonzero(counts).tolist()}
+
 
 @dataclass(frozen=True, eq=False)
 class Walk:

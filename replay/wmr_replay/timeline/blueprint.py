@@ -27,17 +27,19 @@ class Plot:
         )
 
 
-_TRUE = "true grey"
+_TRUE = "true red"
 
 
 def _velocity(quantity: str, column: str) -> Plot:
-    return Plot(quantity, {"estimate blue": (f"/velocity/{column}",), _TRUE: (f"/velocity/true/{column}",)})
+    return Plot(
+        quantity, {"estimate blue": (f"/velocity/{column}/estimate",), _TRUE: (f"/velocity/{column}/true",)}
+    )
 
 
-def _constraint(quantity: str, column: str, threshold: str, colour: str) -> Plot:
+def _constraint(quantity: str, column: str, colour: str) -> Plot:
     lines = {
-        "estimate blue": (f"/constraint/{column}",),
-        f"± threshold {colour}": (f"/constraint/{threshold}",),
+        "estimate blue": (f"/constraint/{column}/estimate",),
+        f"± threshold {colour}": (f"/constraint/{column}/threshold",),
     }
     return Plot(quantity, lines)
 
@@ -53,14 +55,18 @@ ALPHA = Plot(
 PLOTS = (
     Plot(
         "Position [m]",
-        {"x blue": ("/pose/x_m",), "y yellow": ("/pose/y_m",), _TRUE: ("/pose/true/x_m", "/pose/true/y_m")},
+        {
+            "x blue": ("/pose/x_m/measured",),
+            "y yellow": ("/pose/y_m/measured",),
+            _TRUE: ("/pose/x_m/true", "/pose/y_m/true"),
+        },
     ),
-    Plot("Yaw [rad]", {"measured blue": ("/pose/yaw_rad",), _TRUE: ("/pose/true/yaw_rad",)}),
+    Plot("Yaw [rad]", {"measured blue": ("/pose/yaw_rad/measured",), _TRUE: ("/pose/yaw_rad/true",)}),
     _velocity("v_long [m/s]", "v_long_mps"),
     _velocity("Yaw rate [rad/s]", "yaw_rate_radps"),
     _velocity("v_lat [m/s]", "v_lat_mps"),
-    _constraint("C_k [m/s]", "c_k_mps", "c_k_threshold_mps", "orange"),
-    _constraint("C_d [m/s²]", "c_d_mps2", "c_d_threshold_mps2", "pink"),
+    _constraint("C_k [m/s]", "c_k_mps", "orange"),
+    _constraint("C_d [m/s²]", "c_d_mps2", "pink"),
     ALPHA,
 )
 

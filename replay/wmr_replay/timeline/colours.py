@@ -29,9 +29,10 @@ STATUS_COLOURS: dict[Status, Colour] = {
 
 ESTIMATE: Colour = (86, 180, 233)
 SECOND: Colour = (240, 228, 66)
-TRUTH: Colour = (128, 134, 143)
+TRUTH: Colour = (213, 94, 0)
 TRUE_PATH: Colour = (232, 234, 238)
 BAND: Colour = (52, 108, 140)
+NOMINAL: Colour = (150, 154, 160)
 GRID: Colour = (58, 61, 66)
 GRID_LABEL: Colour = (150, 154, 160)
 ROBOT: Colour = (255, 255, 255)

@@ -18,9 +18,9 @@ def description(log_name: str, verdict: str | None, rate_hz: float, drawn_hz: fl
     """Markdown for the text panel."""
     heading = f"## {log_name}\n\n" + (f"{verdict.strip()}\n\n" if verdict else "")
     return heading + _HOW_TO_READ.format(
-        true_path="; the true path thin over it" if has_truth else "",
+        true_path="; the true path thin and white over it" if has_truth else "",
         lanes="; the true mode leads by the detection delay" if has_truth else "",
-        true_lines=", over the truth" if has_truth else "",
+        true_lines=", with the true value in red" if has_truth else "",
         rate_hz=rate_hz,
         drawn_hz=drawn_hz,
     )

@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SETTLE_S = 6.0
 """Pop-ups fade and axes come to rest within this time."""
-_START_LIMIT_S = 30.0
+_START_LIMIT_S, _END_LIMIT_S = 30.0, 5.0
 _NO_GRAPHICS = 102
 _MENU_BAR = 36
 """Height of the bar that is cut off; it tells of the machine, not of the log."""
@@ -56,26 +56,20 @@ def _headless_viewer(home: Path, width: int, height: int) -> Iterator["ViewerCli
             command, env=environment, start_new_session=True, stdout=output, stderr=subprocess.STDOUT
         )
     try:
-        yield _connect(process, port, log)
+        yield _connect(process, port)
+    except ConnectionError as error:
+        raise ViewerUnavailable(_why_not(process, log)) from error
     finally:
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGTERM)
             process.wait()
 
 
-def _connect(process: "subprocess.Popen[bytes]", port: int, log: Path) -> "ViewerClient":
+def _connect(process: "subprocess.Popen[bytes]", port: int) -> "ViewerClient":
     from rerun.experimental import ViewerClient  # noqa: PLC0415 – not needed to write recordings
 
     deadline = time.monotonic() + _START_LIMIT_S
-    while time.monotonic() < deadline:
-        if process.poll() == _NO_GRAPHICS:
-            raise ViewerUnavailable(
-                "no Vulkan driver found; a software one is enough (Debian: mesa-vulkan-drivers)"
-            )
-        if process.poll() is not None:
-            raise ViewerUnavailable(
-                f"the viewer ended with code {process.returncode}: {log.read_text()[-500:]}"
-            )
+    while process.poll() is None and time.monotonic() < deadline:
         try:
             viewer = ViewerClient.connect(f"rerun+http://{LOOPBACK}:{port}/proxy")
             viewer.get_state()
@@ -83,7 +77,16 @@ def _connect(process: "subprocess.Popen[bytes]", port: int, log: Path) -> "Viewe
             time.sleep(0.2)
         else:
             return viewer
-    raise ViewerUnavailable(f"the viewer did not answer within {_START_LIMIT_S:g} s")
+    raise ConnectionError("no answer")
+
+
+def _why_not(process: "subprocess.Popen[bytes]", log: Path) -> str:
+    """What became of a viewer that does not answer; one that found no graphics needs a moment to end."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(_END_LIMIT_S)
+    if process.returncode == _NO_GRAPHICS:
+        return "no Vulkan driver found; a software one is enough (Debian: mesa-vulkan-drivers)"
+    return f"the headless viewer does not answer (exit code {process.returncode}): {log.read_text()[-500:]}"
 
 
 def _free_port() -> int:

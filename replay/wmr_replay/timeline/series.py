@@ -30,12 +30,12 @@ class Series:
 
 
 def _measured(column: str, name: str, colour: Colour = colours.ESTIMATE) -> Series:
-    return Series(f"/pose/{column}", (pl.col(column),), (name,), colour)
+    return Series(f"/pose/{column}/measured", (pl.col(column),), (name,), colour)
 
 
 def _derivative(column: str) -> Series:
     return Series(
-        f"/velocity/{column}",
+        f"/velocity/{column}/estimate",
         (pl.col(column),),
         ("estimate at t − delay",),
         colours.ESTIMATE,
@@ -47,13 +47,17 @@ def _constraint(column: str, threshold: str, name: str, beyond: ContactMode) -> 
     limit = pl.col(threshold)
     names = (f"+ threshold ({colours.mode_name(beyond)} beyond)", "− threshold")
     return (
-        Series(f"/constraint/{column}", (pl.col(column),), (name,), colours.ESTIMATE, at_described=True),
-        Series(f"/constraint/{threshold}", (limit, -limit), names, MODE_COLOURS[beyond], at_described=True),
+        Series(
+            f"/constraint/{column}/estimate", (pl.col(column),), (name,), colours.ESTIMATE, at_described=True
+        ),
+        Series(
+            f"/constraint/{column}/threshold", (limit, -limit), names, MODE_COLOURS[beyond], at_described=True
+        ),
     )
 
 
-def _true(entity: str, line: pl.Expr, name: str = "true") -> Series:
-    return Series(entity, (line,), (name,), colours.TRUTH, 4.0)
+def _true(folder: str, column: str) -> Series:
+    return Series(f"{folder}/true", (pl.col(column),), ("true",), colours.TRUTH)
 
 
 _SPREAD = NORMAL_95 * pl.col("alpha_sd")
@@ -78,16 +82,14 @@ ESTIMATED: tuple[Series, ...] = (
 """Lines out of the samples table."""
 
 TRUE: tuple[Series, ...] = (
-    _true("/pose/true/x_m", pl.col("x_m"), "x true"),
-    _true("/pose/true/y_m", pl.col("y_m"), "y true"),
-    _true("/pose/true/yaw_rad", pl.col("yaw_rad")),
-    _true("/velocity/true/v_long_mps", pl.col("v_long_mps")),
-    _true("/velocity/true/v_lat_mps", pl.col("v_lat_mps")),
-    _true("/velocity/true/yaw_rate_radps", pl.col("yaw_rate_radps")),
+    _true("/pose/yaw_rad", "yaw_rad"),
+    _true("/velocity/v_long_mps", "v_long_mps"),
+    _true("/velocity/v_lat_mps", "v_lat_mps"),
+    _true("/velocity/yaw_rate_radps", "yaw_rate_radps"),
 )
-"""Lines out of the side file with the truth: wide, and by their names beneath the estimates."""
+"""Lines out of the side file; Rerun draws siblings in alphabetical order, so ``true`` over ``estimate``."""
 
-NOMINAL = Series("/alpha/nominal", (pl.col("alpha"),), ("nominal",), colours.TRUTH, 1.0)
+NOMINAL = Series("/alpha/nominal", (pl.col("alpha"),), ("nominal",), colours.NOMINAL)
 
 
 def alpha_range(last: pl.DataFrame | None, nominal: float | None) -> tuple[float, float] | None:

@@ -95,7 +95,10 @@ class Sink:
     def _style(self, series: Series) -> None:
         n = len(series.lines)
         style = rr.SeriesLines(
-            colors=[series.colour] * n, widths=[series.width] * n, names=list(series.names)
+            colors=[series.colour] * n,
+            widths=[series.width] * n,
+            names=list(series.names),
+            aggregation_policy=rr.components.AggregationPolicy.MinMax,
         )
         self.recording.log(series.entity, style, static=True)
 

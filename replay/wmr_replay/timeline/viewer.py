@@ -10,8 +10,8 @@ from pathlib import Path
 
 from wmr_schemas.errors import WmrError
 
-RERUN = (sys.executable, "-m", "rerun_cli")
-"""The viewer that was installed with this interpreter, whatever PATH says."""
+RERUN = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
+"""The viewer installed for this interpreter, whatever PATH says; ``-m rerun_cli`` loses the exit code."""
 LOOPBACK = "127.0.0.1"
 
 

@@ -6,9 +6,10 @@ unknown value is null.
 
 import json
 
+import numpy as np
 import polars as pl
 
-from wmr_schemas.arrays import I64
+from wmr_schemas.arrays import F64, I64
 from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
@@ -41,45 +42,57 @@ def vector_schema(*names: str) -> dict[str, object]:
     return {"type": "object", "properties": dict.fromkeys(names, _NUMBER)}
 
 
-def timestamp(t_ns: I64) -> pl.Series:
+def column(values: np.ndarray) -> pl.Expr:
+    """A column of numbers; NaN becomes null."""
+    series = pl.Series(values)
+    return pl.lit(series.fill_nan(None) if series.dtype.is_float() else series)
+
+
+def timestamp(t_ns: I64) -> pl.Expr:
     """Rows of {sec, nsec}."""
     sec, nsec = split_stamp(t_ns)
-    return pl.DataFrame({"sec": sec, "nsec": nsec}).to_struct("timestamp")
+    return pl.struct(sec=column(sec), nsec=column(nsec))
 
 
-def encode(columns: dict[str, pl.Series | pl.Expr]) -> list[bytes]:
+def encode(**columns: pl.Expr) -> list[bytes]:
     """One JSON object a row."""
-    frame = pl.DataFrame().select(pl.struct(**columns).struct.json_encode().alias("text"))
-    return frame["text"].cast(pl.Binary).to_list()
+    row = pl.struct([values.alias(name) for name, values in columns.items()])
+    return pl.DataFrame().select(text=row.struct.json_encode())["text"].cast(pl.Binary).to_list()
 
 
 def encode_pose(pose: PoseTrack) -> list[bytes]:
     """``foxglove.PoseInFrame``."""
     z, w = yaw_quaternion(pose.yaw_rad)
-    position = pl.struct(x=pl.lit(pl.Series(pose.x_m)), y=pl.lit(pl.Series(pose.y_m)), z=pl.lit(0.0))
-    orientation = pl.struct(x=pl.lit(0.0), y=pl.lit(0.0), z=pl.lit(pl.Series(z)), w=pl.lit(pl.Series(w)))
+    zero = pl.lit(0.0)
+    position = pl.struct(x=column(pose.x_m), y=column(pose.y_m), z=zero)
+    orientation = pl.struct(x=zero, y=zero, z=column(z), w=column(w))
     placed = pl.struct(position=position, orientation=orientation)
-    return encode({"timestamp": timestamp(pose.t_ns), "frame_id": pl.lit(POSE_FRAME), "pose": placed})
+    return encode(timestamp=timestamp(pose.t_ns), frame_id=pl.lit(POSE_FRAME), pose=placed)
 
 
 def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> list[bytes]:
     """``wmr.JointState``; position and velocity are empty where unknown."""
-    columns: dict[str, pl.Series | pl.Expr] = {
-        "timestamp": timestamp(torque.t_ns),
-        "frame_id": pl.lit(""),
-        "name": pl.lit(pl.Series([list(WHEEL_JOINTS)])),
-    }
-    for name, group in zip(("position", "velocity", "effort"), wheel_columns(torque, angles), strict=True):
-        values = [pl.lit(pl.Series(column).fill_nan(None)) for column in group]
-        columns[name] = (
-            pl.concat_list(values) if values else pl.lit(pl.Series([[]], dtype=pl.List(pl.Float64)))
-        )
-    return encode(columns)
+    position, velocity, effort = wheel_columns(torque, angles)
+    return encode(
+        timestamp=timestamp(torque.t_ns),
+        frame_id=pl.lit(""),
+        name=pl.lit(pl.Series([list(WHEEL_JOINTS)])),
+        position=numbers(position),
+        velocity=numbers(velocity),
+        effort=numbers(effort),
+    )
+
+
+def numbers(columns: list[F64]) -> pl.Expr:
+    """Rows of arrays, one element a column."""
+    if not columns:
+        return pl.lit(pl.Series([[]], dtype=pl.List(pl.Float64)))
+    return pl.concat_list([column(values) for values in columns])
 
 
 def encode_mode(mode: ModeTrack) -> list[bytes]:
     """``wmr.ContactMode``."""
-    return encode({"timestamp": timestamp(mode.t_ns), "mode": pl.Series(mode.mode)})
+    return encode(timestamp=timestamp(mode.t_ns), mode=column(mode.mode))
 
 
 _POSE_SCHEMA = {
