@@ -14,7 +14,7 @@ from wmr_schemas.effects import EFFECTS
 from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUMMARY, Column
+from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUMMARY, TRUTH, Column
 
 DOCS = Path(__file__).parent
 BLOCK = re.compile(r"(<!-- begin (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
@@ -71,6 +71,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "segments": lambda: columns(SEGMENTS),
     "summary": lambda: columns(SUMMARY),
     "confusion": lambda: columns(CONFUSION),
+    "truth": lambda: columns(TRUTH),
     "robot": lambda: keys(RobotParameters),
     "noise": lambda: keys(NoiseModel),
     "provenance": lambda: keys(Provenance),

@@ -179,6 +179,25 @@ SUMMARY: tuple[Column, ...] = (
 )
 
 
+TRUTH: tuple[Column, ...] = (
+    Column("t_ns", pl.Int64, "ns", "stamp of the logged pose sample"),
+    _real("x_m", "m", "position of N without noise, world x"),
+    _real("y_m", "m", "position of N without noise, world y"),
+    _real("yaw_rad", "rad", "yaw without noise, unwrapped"),
+    _real("v_long_mps", "m/s", "longitudinal velocity"),
+    _real("v_lat_mps", "m/s", "lateral velocity, left positive"),
+    _real("yaw_rate_radps", "rad/s", "yaw rate"),
+    _real("a_long_mps2", "m/s²", "dv_long/dt"),
+    _real("yaw_acc_radps2", "rad/s²", "yaw acceleration"),
+    _real("sigma_sum_mps", "m/s", "mean slip velocity of the two wheels (−σ₂)"),
+    _real("sigma_diff_mps", "m/s", "difference slip velocity, right minus left (−σ₁)"),
+    _real("effort_left_nm", "N·m", "torque of the left wheel"),
+    _real("effort_right_nm", "N·m", "torque of the right wheel"),
+    Column("mode", pl.Int8, "–", "contact mode"),
+)
+"""``<stem>.truth.parquet``, the simulator's side file."""
+
+
 def polars_schema(columns: tuple[Column, ...]) -> pl.Schema:
     """The polars schema of a table, in the order of its columns."""
     return pl.Schema({column.name: column.dtype for column in columns})

@@ -66,7 +66,8 @@ class Motion:
 def union_of_sorted(*tracks: I64) -> I64:
     """Every instant of the sorted tracks once, in order."""
     t_ns = np.sort(np.concatenate(tracks), kind="stable")
-    return t_ns[np.concatenate([[True], np.diff(t_ns) > 0])]
+    union: I64 = t_ns[np.concatenate([[True], np.diff(t_ns) > 0])]
+    return union
 
 
 def simulate(

@@ -15,6 +15,8 @@ from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
 from wmr_synth.simulate import Motion, simulate
 
+MIN_DURATION_S = 0.001
+MAX_MESSAGES = 50_000_000
 START_NS = 1_700_000_000 * NS_PER_S
 """Every synthetic log starts here, so that one seed gives one file."""
 
@@ -54,16 +56,13 @@ def synthesise(
     """Simulate a scenario and measure it; the scenario's own duration and sensors unless others are given.
 
     The same arguments give the same log, bit for bit. Raises InvalidSetting for an unknown scenario, a
-    duration that is not positive, a negative seed, or a robot without the parameters that the scenario's
+    duration that below 1 ms or beyond memory, a negative seed, or a robot without the parameters that the scenario's
     modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors
     duration_s = chosen.duration_s if duration_s is None else duration_s
-    if not (math.isfinite(duration_s) and duration_s > 0):
-        raise InvalidSetting(f"the duration must be above 0 s, not {duration_s}")
-    if seed < 0:
-        raise InvalidSetting(f"the seed must not be negative, not {seed}")
+    check_size(seed, duration_s, sensors)
     plan = chosen.plan(duration_s, stream(seed, "scenario"))
     pose_ns = sampling_instants(duration_s, sensors.rate_hz, sensors.jitter_s, stream(seed, "pose_jitter"))
     torque_ns = sampling_instants(
@@ -74,6 +73,20 @@ def synthesise(
     modes = ModeTrack(START_NS + plan.modes.t_ns, plan.modes.mode)
     facts = describe(chosen.name, seed, duration_s, sensors, robot, modes)
     return measure(motion, pose_ns, torque_ns, sensors, seed, modes, robot, facts)
+
+
+def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
+    """The log has a length, and fits into memory."""
+    if seed < 0:
+        raise InvalidSetting(f"the seed must not be negative, not {seed}")
+    if not (math.isfinite(duration_s) and duration_s >= MIN_DURATION_S):
+        raise InvalidSetting(f"the duration must be at least {MIN_DURATION_S} s, not {duration_s}")
+    n_messages = duration_s * (sensors.rate_hz + sensors.torque_rate_hz)
+    if n_messages > MAX_MESSAGES:
+        raise InvalidSetting(
+            f"{n_messages:.2g} messages are more than the {MAX_MESSAGES:.0e} that one log may have; "
+            "shorten the duration or lower the rates"
+        )
 
 
 def measure(

@@ -51,7 +51,7 @@ def test_every_requirement_has_one_pin_that_satisfies_it(
     }
     pins = [Requirement(line) for line in lines]
     here = [
-        pin for pin in pins if pin.marker is None or pin.marker.evaluate({**default_environment(), **place})
+        pin for pin in pins if pin.marker is None or pin.marker.evaluate({**dict(default_environment()), **place})
     ]
     version = {canonicalize_name(pin.name): str(pin.specifier).removeprefix("==") for pin in here}
     assert len(version) == len(here)

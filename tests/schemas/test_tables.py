@@ -7,6 +7,7 @@ import pytest
 
 from wmr_schemas import tables
 from wmr_schemas.tables import Column, Status, polars_schema
+from wmr_synth.truth import TRUTH_SCHEMA
 
 DOCUMENTED_SAMPLES = """
 t_ns t_s x_m y_m yaw_rad
@@ -23,7 +24,9 @@ share_ideal share_skidding share_slipping share_skidding_slipping share_undecide
 accuracy decided_share accuracy_decided recall_ideal recall_skidding recall_slipping recall_skidding_slipping
 median_detection_delay_s p95_detection_delay_s missed_switches false_alarms_per_hour brier ece alpha_error
 """.split()
-ALL_TABLES = {name: getattr(tables, name) for name in ("SAMPLES", "SEGMENTS", "SUMMARY", "CONFUSION")}
+ALL_TABLES = {
+    name: getattr(tables, name) for name in ("SAMPLES", "SEGMENTS", "SUMMARY", "CONFUSION", "TRUTH")
+}
 
 
 def names(columns: tuple[Column, ...]) -> list[str]:
@@ -52,11 +55,15 @@ def test_segments_hold_the_documented_columns() -> None:
 def test_the_summary_holds_the_documented_columns_and_every_anomaly() -> None:
     found = names(tables.SUMMARY)
     assert in_order(DOCUMENTED_SUMMARY, found)
-    assert set(found) - set(DOCUMENTED_SUMMARY) == set(names(tables.ANOMALIES))
+    assert set(found) - set(DOCUMENTED_SUMMARY) == {*names(tables.ANOMALIES), "verdict", "notes"}
 
 
 def test_the_confusion_table_has_three_columns() -> None:
     assert names(tables.CONFUSION) == ["mode_true", "mode", "seconds"]
+
+
+def test_the_simulator_writes_the_documented_side_file() -> None:
+    assert polars_schema(tables.TRUTH) == TRUTH_SCHEMA
 
 
 def test_statuses_are_the_documented_ones_in_their_order() -> None:

@@ -116,8 +116,11 @@ def command(  # noqa: PLR0917
     robot = PAPER_ROBOT if robot_path is None else read_robot(robot_path)
     simulated = synthesise(chosen, seed=seed, duration_s=duration_s, sensors=sensors, robot=robot)
     n_messages = len(simulated.log.pose) + (len(simulated.log.torque) if simulated.log.torque else 0)
-    with progress_bar(n_messages) as progress:
-        paths = record(simulated, out, encoding=encoding, truth=not no_truth, progress=progress)
+    try:
+        with progress_bar(n_messages) as progress:
+            paths = record(simulated, out, encoding=encoding, truth=not no_truth, progress=progress)
+    except OSError as error:
+        raise InvalidSetting(f"--out {out}: cannot be written ({error.strerror})") from None
     report(chosen.name, seed, paths, simulated.facts, n_messages, as_json)
 
 

@@ -13,8 +13,8 @@ Entry = TypeVar("Entry", Schema, Channel)
 class Book:
     """Schemas and channels by id, wherever in the file they stand.
 
-    The first description of an id holds, but one from the summary, which no chunk's checksum covers, gives way
-    to one from the data.
+    The first description of an id holds; one from the summary, which no chunk's checksum covers, gives way to
+    one from the data.
     """
 
     schemas: dict[int, Schema] = field(default_factory=dict)

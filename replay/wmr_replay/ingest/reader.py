@@ -51,7 +51,7 @@ class LogReader:
         self.remarks: list[str] = []
         self.robot = mapping.robot or self._own_parameters()
         self.clocks: dict[str, Clock] = {}
-        self.losses = Losses(truncated=self.survey.truncated, notes=list(self.survey.notes))
+        self.losses = self._frame_losses()
         self.census = Census()
         self.position_bytes = 0
 
@@ -74,7 +74,7 @@ class LogReader:
 
     def batches(self) -> Iterator[RawBatch]:
         """Rows of the channels in use in file order, a batch for each chunk or stretch of plain records."""
-        self.losses = Losses(truncated=self.survey.truncated, notes=list(self.survey.notes))
+        self.losses = self._frame_losses()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
         reading = Reading(self.plan.uses, self.clocks, self.survey.book, self.losses)
         self.census = reading.census
@@ -85,6 +85,13 @@ class LogReader:
         reading.finish()
         self.remarks += reading.remarks
         self.position_bytes = self.size_bytes
+
+    def _frame_losses(self) -> Losses:
+        """What the survey of the file's frame already found."""
+        found = self.survey
+        return Losses(
+            n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
+        )
 
     def _own_parameters(self) -> RobotParameters:
         """The log's metadata record; a broken one is remarked on and left aside."""

@@ -28,7 +28,8 @@ from wmr_replay.ingest.walk import walk
 
 WINDOW_BYTES = 2 << 20
 """Records outside chunks are read in pieces of about this size."""
-_CHUNK_HEAD_BYTES = 8 + 8 + 8 + 4 + 4 + 32 + 8
+_CHUNK_HEAD_BYTES = 1 << 12
+"""Enough for a chunk's head with any sensible name of a compression."""
 _FOOTER = struct.Struct("<BQQQI")
 _PLAIN = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE}
 
@@ -45,6 +46,7 @@ class Survey:
     spans: list[Span] = field(default_factory=list)
     statistics: dict[int, int] | None = None
     truncated: bool = False
+    n_chunks_damaged: int = 0
     notes: list[str] = field(default_factory=list)
 
 
@@ -93,6 +95,7 @@ class Surveyor:
         try:
             self._take(opcode, position, length)
         except Malformed as error:
+            self.result.n_chunks_damaged += opcode == Opcode.CHUNK
             self.result.notes.append(f"byte {position}: a malformed record of type {opcode:#04x} ({error})")
 
     def _take(self, opcode: int, position: int, length: int) -> None:

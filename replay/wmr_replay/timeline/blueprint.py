@@ -11,19 +11,19 @@ from wmr_replay.timeline.path import Frame
 
 @dataclass(frozen=True)
 class Plot:
-    """One plot: its quantity with the unit, and for each part of its key the entities that it stands for."""
+    """One plot: its quantity with the unit, and for each part of its key the entity that it stands for."""
 
     quantity: str
-    parts: Mapping[str, tuple[str, ...]]
+    parts: Mapping[str, str]
 
     def entities(self, written: Collection[str]) -> list[str]:
         """What the plot can show."""
-        return [entity for part in self.parts.values() for entity in part if entity in written]
+        return [entity for entity in self.parts.values() if entity in written]
 
     def title(self, written: Collection[str]) -> str:
         """Quantity and key; a legend inside would hide the lines of so small a plot."""
         return f"{self.quantity}: " + ", ".join(
-            key for key, part in self.parts.items() if any(entity in written for entity in part)
+            key for key, entity in self.parts.items() if entity in written
         )
 
 
@@ -32,14 +32,14 @@ _TRUE = "true red"
 
 def _velocity(quantity: str, column: str) -> Plot:
     return Plot(
-        quantity, {"estimate blue": (f"/velocity/{column}/estimate",), _TRUE: (f"/velocity/{column}/true",)}
+        quantity, {"estimate blue": f"/velocity/{column}/estimate", _TRUE: f"/velocity/{column}/true"}
     )
 
 
 def _constraint(quantity: str, column: str, colour: str) -> Plot:
     lines = {
-        "estimate blue": (f"/constraint/{column}/estimate",),
-        f"± threshold {colour}": (f"/constraint/{column}/threshold",),
+        "estimate blue": f"/constraint/{column}/estimate",
+        f"± threshold {colour}": f"/constraint/{column}/threshold",
     }
     return Plot(quantity, lines)
 
@@ -47,21 +47,14 @@ def _constraint(quantity: str, column: str, colour: str) -> Plot:
 ALPHA = Plot(
     "α [(m/s²)/(N·m)]",
     {
-        "estimate blue": ("/alpha/estimate",),
-        "± 1.96 sd dark": ("/alpha/band",),
-        "nominal grey": ("/alpha/nominal",),
+        "estimate blue": "/alpha/estimate",
+        "± 1.96 sd dark": "/alpha/band",
+        "nominal grey": "/alpha/nominal",
     },
 )
 PLOTS = (
-    Plot(
-        "Position [m]",
-        {
-            "x blue": ("/pose/x_m/measured",),
-            "y yellow": ("/pose/y_m/measured",),
-            _TRUE: ("/pose/x_m/true", "/pose/y_m/true"),
-        },
-    ),
-    Plot("Yaw [rad]", {"measured blue": ("/pose/yaw_rad/measured",), _TRUE: ("/pose/yaw_rad/true",)}),
+    Plot("Position [m]", {"x blue": "/pose/x_m/measured", "y yellow": "/pose/y_m/measured"}),
+    Plot("Yaw [rad]", {"measured blue": "/pose/yaw_rad/measured", _TRUE: "/pose/yaw_rad/true"}),
     _velocity("v_long [m/s]", "v_long_mps"),
     _velocity("Yaw rate [rad/s]", "yaw_rate_radps"),
     _velocity("v_lat [m/s]", "v_lat_mps"),

@@ -35,5 +35,6 @@ def open_viewer(path: Path) -> None:
     ):
         raise ViewerUnavailable("no screen here (neither DISPLAY nor WAYLAND_DISPLAY is set)")
     command = [*RERUN, str(path), "--bind", LOOPBACK, "--port", "auto", "--detach-process"]
-    quiet = subprocess.DEVNULL
-    subprocess.Popen(command, start_new_session=True, stdin=quiet, stdout=quiet, stderr=quiet)
+    started = subprocess.run(command, capture_output=True, text=True, check=False)
+    if started.returncode != 0:
+        raise ViewerUnavailable(f"the viewer did not start: {started.stderr[-500:]}")

@@ -1,0 +1,73 @@
+"""Sliding sums in O(1) per row without drift: moments about anchors at fixed instants.
+
+Time is cut into blocks of the window's length, counted from the log's first stamp. A window that ends in a block
+is the end of the block before (a suffix, summed backwards from the anchor, the block's start) and the beginning
+of its own (a prefix, summed forwards). Both are moments about the same anchor, so a window's moment is their sum.
+Nothing is carried from block to block: no drift however long the log; a sample that is not a number spoils the
+windows that hold it and no other; and what a row gets depends on its own window and the first stamp alone, so
+batches change no bit (van Herk 1992, Gil and Werman 1993, for sums in place of maxima).
+"""
+
+import numpy as np
+from numba import njit
+
+from wmr_schemas.arrays import F64, I64
+
+
+@njit(cache=True)
+def block_rows(t_ns: I64, row: int, start_ns: int, block_ns: int) -> tuple[int, int, int]:
+    """Anchor of the block that holds ``row``, its first sample there, and the row behind the block's last."""
+    anchor_ns = start_ns + (t_ns[row] - start_ns) // block_ns * block_ns
+    head = int(np.searchsorted(t_ns, anchor_ns))
+    stop = int(np.searchsorted(t_ns, anchor_ns + block_ns))
+    return anchor_ns, head, stop
+
+
+@njit(cache=True)
+def centred_samples(samples: F64, low: int, head: int, stop: int, out: F64) -> None:
+    """``out[s, j] = samples[s, low + j] − samples[s, head]``: a large offset costs no digits."""
+    for s in range(samples.shape[0]):
+        origin = samples[s, head]
+        for j in range(low, stop):
+            out[s, j - low] = samples[s, j] - origin
+
+
+@njit(cache=True)
+def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop: int, out: F64) -> None:
+    """The ``fold``-times integral of an input that is constant over each interval, zero at ``head``: (stop − low,).
+
+    ``means[j]`` holds over the interval of length ``dt_s[j]`` that ends at sample j. Its derivative of order
+    ``fold``, estimated like any signal's, is the input behind the integrated kernel (see
+    ``design.input_taps``): Σ h_k ∫∫u = ∫ g u, summed by parts.
+    """
+    speed, place = 0.0, 0.0
+    out[head - low] = 0.0
+    for j in range(head + 1, stop):
+        gain = means[j] * dt_s[j]
+        place += gain if fold == 1 else (speed + 0.5 * gain) * dt_s[j]
+        speed += gain
+        out[j - low] = place
+    speed, place = 0.0, 0.0
+    for j in range(head, low, -1):
+        gain = means[j] * dt_s[j]
+        speed -= gain
+        place -= gain if fold == 1 else (speed + 0.5 * gain) * dt_s[j]
+        out[j - 1 - low] = place
+
+
+@njit(cache=True)
+def moments_about_head(values: F64, powers: F64, split: int, out: F64) -> None:
+    """Running moments on both sides of the anchor, ``out`` (p, n) from ``values`` (n,) and ``powers`` (p, n).
+
+    Column j < split is Σ_{k=j}^{split−1}, column j ≥ split is Σ_{k=split}^{j}.
+    """
+    n = values.shape[0]
+    for p in range(powers.shape[0]):
+        total = 0.0
+        for j in range(split - 1, -1, -1):
+            total += powers[p, j] * values[j]
+            out[p, j] = total
+        total = 0.0
+        for j in range(split, n):
+            total += powers[p, j] * values[j]
+            out[p, j] = total

@@ -1,0 +1,80 @@
+"""The fast road: uniform stamps, constant work per row (see ``blocks``)."""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.differentiate.blocks import (
+    block_rows,
+    centred_samples,
+    integrated_input,
+    moments_about_head,
+)
+from wmr_schemas.arrays import F64, I64, Bool
+
+
+def anchor_powers(n_taps: int, n_powers: int) -> F64:
+    """(k/(L−1))^p for k = −L … L−1, shape (n_powers, 2L)."""
+    return (np.arange(-n_taps, n_taps) / (n_taps - 1)) ** np.arange(n_powers)[:, None]
+
+
+@njit(cache=True)
+def weigh(taps: F64, moments: F64, low: int, head: int, row: int, stop: int, wanted: Bool, out: F64) -> None:
+    """``out[i] = Σ_p taps[p, i − head]·moment_p`` of the L samples up to row i, for i = row … stop − 1."""
+    n_taps = taps.shape[1]
+    total = np.zeros(stop - row)
+    for p in range(taps.shape[0]):
+        for i in range(row, stop):
+            total[i - row] += taps[p, i - head] * moments[p, i - low]
+        for i in range(row, min(stop, head + n_taps - 1)):
+            total[i - row] += taps[p, i - head] * moments[p, i - n_taps + 1 - low]
+    for i in range(row, stop):
+        if wanted[i]:
+            out[i] = total[i - row]
+
+
+@njit(cache=True)
+def uniform_rows(
+    t_ns: I64,
+    samples: F64,
+    inputs: F64,
+    folds: I64,
+    grid: tuple[int, int],
+    step_s: float,
+    wanted: Bool,
+    powers: F64,
+    taps: F64,
+    estimates: F64,
+    filtered: F64,
+) -> None:
+    """Fill the columns with ``wanted`` of ``estimates`` (s, orders, n) and ``filtered`` (k, n).
+
+    All arrays run over the buffer of n samples. ``grid`` is (first stamp of the log, block length) in ns,
+    ``powers`` from :func:`anchor_powers`, ``taps`` from ``exact.anchored_taps``. Each wanted row's window is
+    its last L samples, and these are uniform.
+    """
+    n_orders, n_powers, n_taps = taps.shape
+    n, row = len(t_ns), 0
+    while row < n:
+        if not wanted[row]:
+            row += 1
+            continue
+        _, head, stop = block_rows(t_ns, row, grid[0], grid[1])
+        stop = min(stop, head + n_taps)
+        low = min(row - n_taps + 1, head)
+        local = np.empty((samples.shape[0] + inputs.shape[0], stop - low))
+        centred_samples(samples, low, head, stop, local)
+        dt_s = np.full(stop, step_s)
+        for k in range(inputs.shape[0]):
+            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local[samples.shape[0] + k])
+        span = powers[:, low - head + n_taps : stop - head + n_taps]
+        moments = np.empty((n_powers, stop - low))
+        for s in range(samples.shape[0]):
+            moments_about_head(local[s], span, head - low, moments)
+            for order in range(n_orders):
+                weigh(taps[order], moments, low, head, row, stop, wanted, estimates[s, order])
+            for i in range(row, stop):
+                estimates[s, 0, i] += samples[s, head]
+        for k in range(inputs.shape[0]):
+            moments_about_head(local[samples.shape[0] + k], span, head - low, moments)
+            weigh(taps[folds[k]], moments, low, head, row, stop, wanted, filtered[k])
+        row = stop

@@ -1,0 +1,44 @@
+"""The small parts of the recording: path, grid, and the command that opens the viewer."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wmr_replay.timeline import ViewerUnavailable, open_viewer, viewer_command
+from wmr_replay.timeline.path import Frame, grid_step_m, strips_by_mode
+
+
+def test_strips_join_and_have_the_mode_of_their_first_row() -> None:
+    xy = np.stack([np.arange(6.0), np.zeros(6)], axis=1)
+    strips = strips_by_mode(xy, np.array([0, 0, 1, 1, 2, 0], np.int8))
+    assert [points[:, 0].tolist() for points in strips.points] == [[0, 1, 2], [2, 3, 4], [4, 5]]
+    assert (strips.modes.tolist(), strips.first_rows.tolist()) == ([0, 1, 2], [0, 2, 4])
+
+
+@pytest.mark.parametrize(("side", "step"), [(100.0, 20.0), (7.0, 2.0), (0.5, 0.1), (1200.0, 500.0)])
+def test_grid_steps_are_round(side: float, step: float) -> None:
+    assert grid_step_m(side) == pytest.approx(step)
+
+
+def test_a_straight_path_gets_a_frame_with_some_width() -> None:
+    frame = Frame()
+    frame.include(np.array([[0.0, 2.0], [80.0, 2.0]]))
+    low, high = frame.with_margin()
+    assert low[0] < 0.0
+    assert high[0] > 80.0
+    assert high[1] - low[1] >= 10
+
+
+def test_viewer_command_quotes_the_file() -> None:
+    program, _, file = viewer_command(Path("my drive.rrd")).partition(" ")
+    assert (Path(program).name, file) == ("rerun", "'my drive.rrd'")
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux says so beforehand")
+def test_without_a_screen_the_viewer_is_unavailable(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(ViewerUnavailable, match="no screen"):
+        open_viewer(Path("drive.rrd"))
