@@ -143,7 +143,7 @@ _SCENARIOS = (
         "paper-deceleration",
         "the same six conditions while braking",
         60.0,
-        paper_plan(-6.0, 18.0),
+        paper_plan(-5.0, 18.0),
         PAPER_SENSORS,
     ),
     Scenario(

@@ -56,8 +56,7 @@ def synthesise(
     """Simulate a scenario and measure it; the scenario's own duration and sensors unless others are given.
 
     The same arguments give the same log, bit for bit. Raises InvalidSetting for an unknown scenario, a
-    duration that below 1 ms or beyond memory, a negative seed, or a robot without the parameters that the scenario's
-    modes need.
+    duration below 1 ms or beyond memory, a negative seed, or a robot that lacks what the modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors

@@ -50,7 +50,7 @@ def command(
     from wmr_replay.cli.report import print_summary, summary_json
     from wmr_replay.run import run_log
     from wmr_replay.settings import Settings
-    from wmr_replay.timeline import open_viewer
+    from wmr_replay.timeline import ViewerUnavailable, open_viewer
 
     if view and no_rrd:
         raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
@@ -72,4 +72,7 @@ def command(
     else:
         print_summary(result)
     if view and "timeline" in result.files:
-        open_viewer(result.files["timeline"])
+        try:
+            open_viewer(result.files["timeline"])
+        except ViewerUnavailable as error:
+            click.echo(f"warning: {error}", err=True)

@@ -1,9 +1,9 @@
-"""The same kernels on irregular stamps: weighted least squares on the actual times of each window."""
+"""Weighted least squares on the actual times, each window anew: the road for kernels too steep for ``blocks``."""
 
 import numpy as np
 from numba import njit
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, Bool
 
 ORDERS = 3
 
@@ -75,39 +75,36 @@ def filtered_input(taps: F64, n_taps: int, t_ns: I64, last: int, means: F64, fol
 
 
 @njit(cache=True)
-def irregular_rows(
+def direct_rows(
     t_ns: I64,
     samples: F64,
     inputs: F64,
     folds: I64,
-    rows: I64,
     first: I64,
+    wanted: Bool,
     shape: tuple[int, int, int, float],
     window_ns: int,
-) -> tuple[F64, F64, F64]:
-    """Estimates on the windows t_ns[first[i]..rows[i]].
-
-    ``samples`` (s, n), ``inputs`` (k, n). Returns estimates (s, 3, rows), filtered inputs (k, rows), and the
-    covariance factors Σ h_a h_b of the orders, (3, 3, rows).
-    """
-    n_rows = rows.shape[0]
-    estimates = np.empty((samples.shape[0], ORDERS, n_rows))
-    filtered = np.empty((inputs.shape[0], n_rows))
-    gains = np.empty((ORDERS, ORDERS, n_rows))
-    longest = np.max(rows - first) + 1 if n_rows else 0
+    out: tuple[F64, F64, F64],
+) -> None:
+    """As ``irregular.irregular_rows``, with the work of a window in each row. ``shape`` is (N, κ, μ, θ)."""
+    estimates, filtered, gains = out
+    longest = 0
+    for i in range(len(t_ns)):
+        longest = max(longest, i - first[i] + 1)
     taps = np.empty((ORDERS, longest))
-    for i in range(n_rows):
-        n_taps = rows[i] - first[i] + 1
-        window_taps(t_ns, rows[i], first[i], shape, window_ns, taps)
+    for i in range(len(t_ns)):
+        if not wanted[i]:
+            continue
+        n_taps = i - first[i] + 1
+        window_taps(t_ns, i, first[i], shape, window_ns, taps)
         for s in range(samples.shape[0]):
             for n in range(ORDERS):
                 total = 0.0
                 for m in range(n_taps):
-                    total += taps[n, m] * samples[s, rows[i] - m]
-                estimates[s, n, i] = total
+                    total += taps[n, m] * (samples[s, i - m] - samples[s, i])
+                estimates[s, n, i] = total + (samples[s, i] if n == 0 else 0.0)
         for a in range(ORDERS):
             for b in range(ORDERS):
                 gains[a, b, i] = np.sum(taps[a, :n_taps] * taps[b, :n_taps])
         for k in range(inputs.shape[0]):
-            filtered[k, i] = filtered_input(taps[folds[k]], n_taps, t_ns, rows[i], inputs[k], folds[k])
-    return estimates, filtered, gains
+            filtered[k, i] = filtered_input(taps[folds[k]], n_taps, t_ns, i, inputs[k], folds[k])

@@ -9,29 +9,25 @@ BLOCK = 64
 
 
 @njit(cache=True)
-def apply_taps(taps: F64, samples: F64, wanted: Bool) -> F64:
-    """out[o, i] = Σ_k taps[o, k]·samples[i + L − 1 − k] for every i with ``wanted[i]``, NaN elsewhere.
+def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> None:
+    """out[o, i] = Σ_k taps[o, k]·signal[i − k] for every i with ``wanted[i]``.
 
-    ``taps`` (o, L) newest first, ``samples`` (n + L − 1,), ``wanted`` (n,). Each output is summed from the
-    newest sample to the oldest, whatever its neighbours: the compiler vectorises over outputs, which leaves
-    every sum's order alone.
+    ``taps`` (o, L) newest first, ``sums`` (o,) the sums that they have in exact arithmetic, so that a large
+    offset costs no digits; ``signal`` (n,), ``out`` (o, n). Each output is summed from the newest sample to
+    the oldest, whatever its neighbours: the compiler vectorises over outputs, which leaves every sum's order alone.
     """
     n_orders, n_taps = taps.shape
-    n = wanted.shape[0]
-    out = np.full((n_orders, n), np.nan)
     total = np.empty(BLOCK)
-    for start in range(0, n, BLOCK):
-        size = min(BLOCK, n - start)
-        if not wanted[start : start + size].any():
+    for start in range(0, len(signal), BLOCK):
+        stop = min(start + BLOCK, len(signal))
+        if not wanted[start:stop].any():
             continue
+        start = max(start, n_taps - 1)
         for o in range(n_orders):
             total[:] = 0.0
             for k in range(n_taps):
-                weight = taps[o, k]
-                offset = start + n_taps - 1 - k
-                for b in range(size):
-                    total[b] += weight * samples[offset + b]
-            for b in range(size):
+                for b in range(stop - start):
+                    total[b] += taps[o, k] * (signal[start - k + b] - signal[start + b])
+            for b in range(stop - start):
                 if wanted[start + b]:
-                    out[o, start + b] = total[b]
-    return out
+                    out[o, start + b] = total[b] + sums[o] * signal[start + b]

@@ -41,40 +41,38 @@ def uniform_rows(
     grid: tuple[int, int],
     step_s: float,
     wanted: Bool,
-    powers: F64,
-    taps: F64,
-    estimates: F64,
-    filtered: F64,
+    design: tuple[F64, F64],
+    out: tuple[F64, F64],
 ) -> None:
-    """Fill the columns with ``wanted`` of ``estimates`` (s, orders, n) and ``filtered`` (k, n).
+    """Fill the columns with ``wanted`` of ``out``: estimates (s, 3, n) and filtered inputs (k, n).
 
-    All arrays run over the buffer of n samples. ``grid`` is (first stamp of the log, block length) in ns,
-    ``powers`` from :func:`anchor_powers`, ``taps`` from ``exact.anchored_taps``. Each wanted row's window is
-    its last L samples, and these are uniform.
+    All arrays run over the buffer of n samples. ``grid`` is (first stamp of the log, block length) in ns; ``design``
+    is (:func:`anchor_powers`, ``exact.anchored_taps``). The window of each wanted row is its last L samples, and
+    these are uniform.
     """
-    n_orders, n_powers, n_taps = taps.shape
-    n, row = len(t_ns), 0
-    while row < n:
+    powers, taps = design
+    estimates, filtered = out
+    n_powers, n_taps = taps.shape[1:]
+    row = 0
+    while row < len(t_ns):
         if not wanted[row]:
             row += 1
             continue
         _, head, stop = block_rows(t_ns, row, grid[0], grid[1])
         stop = min(stop, head + n_taps)
         low = min(row - n_taps + 1, head)
-        local = np.empty((samples.shape[0] + inputs.shape[0], stop - low))
-        centred_samples(samples, low, head, stop, local)
-        dt_s = np.full(stop, step_s)
-        for k in range(inputs.shape[0]):
-            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local[samples.shape[0] + k])
         span = powers[:, low - head + n_taps : stop - head + n_taps]
+        local, dt_s = np.empty((len(samples), stop - low)), np.full(stop, step_s)
         moments = np.empty((n_powers, stop - low))
-        for s in range(samples.shape[0]):
+        centred_samples(samples, low, head, stop, local)
+        for s in range(len(samples)):
             moments_about_head(local[s], span, head - low, moments)
-            for order in range(n_orders):
+            for order in range(len(taps)):
                 weigh(taps[order], moments, low, head, row, stop, wanted, estimates[s, order])
             for i in range(row, stop):
                 estimates[s, 0, i] += samples[s, head]
-        for k in range(inputs.shape[0]):
-            moments_about_head(local[samples.shape[0] + k], span, head - low, moments)
+        for k in range(len(inputs)):
+            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local[0])
+            moments_about_head(local[0], span, head - low, moments)
             weigh(taps[folds[k]], moments, low, head, row, stop, wanted, filtered[k])
         row = stop

@@ -113,10 +113,16 @@ def _read_at_most(stream: BinaryIO, size: int) -> bytes:
 def _lz4(stored: bytes, size: int, whole: bool) -> bytes:
     from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
 
+    if not stored:
+        return b""
+    stream, piece_bytes = LZ4FrameDecompressor(), size + 1 if size <= _TRUSTED_BYTES else _PIECE_BYTES
     try:
-        return bytes(LZ4FrameDecompressor().decompress(stored, max_length=size + 1)) if stored else b""
+        out = stream.decompress(stored, max_length=piece_bytes)
+        while len(out) <= size and not stream.eof and not stream.needs_input:
+            out += stream.decompress(b"", max_length=piece_bytes)
     except EOFError as error:
         raise ValueError(error) from None
+    return bytes(out)
 
 
 _CODECS: dict[str, Callable[[bytes, int, bool], bytes]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}

@@ -12,7 +12,10 @@ _N_AHEAD = 2
 
 def load_ahead(path: Path, spans: Sequence[Span]) -> Iterator[Block]:
     """The blocks of the spans, in their order; at most two wait in memory."""
-    with path.open("rb") as file, ThreadPoolExecutor(max_workers=1) as worker:
+    with (
+        path.open("rb") as file,
+        ThreadPoolExecutor(max_workers=1, thread_name_prefix="read-ahead") as worker,
+    ):
         waiting: deque[Future[Block]] = deque()
         try:
             for span in spans:

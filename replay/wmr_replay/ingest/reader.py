@@ -82,7 +82,8 @@ class LogReader:
             batch = reading.push(block)
             self.position_bytes = block.span.data_offset + block.span.data_bytes
             yield batch
-        reading.finish()
+        statistics = self.survey.statistics
+        reading.finish(None if statistics is None else sum(statistics.values()))
         self.remarks += reading.remarks
         self.position_bytes = self.size_bytes
 

@@ -78,8 +78,8 @@ class Reading:
                 f"{where} is damaged {stop} bytes in; the {n_messages} messages before that were used"
             )
 
-    def finish(self) -> None:
-        """Complete the account."""
+    def finish(self, n_expected: int | None = None) -> None:
+        """Complete the account; ``n_expected`` messages are in the file by its own statistics."""
         for role, n in self.undecodable.items():
             self.losses.n_undecodable += n
             if n:
@@ -87,6 +87,9 @@ class Reading:
         for channel_id in sorted(self.census.tallies.keys() - self.book.channels.keys()):
             n = self.census.tallies[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
+        n_found = sum(tally.n for tally in self.census.tallies.values())
+        if n_expected is not None and n_expected != n_found and not self.losses.any():
+            self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
         if self.book.n_malformed:
             self.losses.note(f"{self.book.n_malformed} malformed records of schemas, channels or messages")
 

@@ -63,7 +63,8 @@ class Surveyor:
         self.file, self.size = file, size_bytes
         self.result = Survey(size_bytes)
         self.in_summary = False
-        self.landmarks = indexed_chunks(file, size_bytes)
+        self.claimed = indexed_chunks(file, size_bytes)
+        self.landmarks = sorted(mark for mark, n_bytes in self.claimed if is_chunk(file, mark, n_bytes))
 
     def run(self) -> Survey:
         """The whole file."""
@@ -72,7 +73,16 @@ class Surveyor:
             position = self._step(position)
         if position is not None:
             self._ends_early("the file ends without a footer")
+        self._check_index()
         return self.result
+
+    def _check_index(self) -> None:
+        """Every chunk of the summary's index was met."""
+        met = {span.offset for span in self.result.spans}
+        for mark, _ in self.claimed:
+            if mark not in met:
+                self.result.n_chunks_damaged += 1
+                self.result.notes.append(f"the chunk at byte {mark} is left out: only the index knows of it")
 
     def _step(self, position: int) -> int | None:
         """Take in the record at ``position``; the start of the next, or None at the end."""
@@ -163,8 +173,8 @@ class Surveyor:
         return self._read(position + HEAD.size, length)
 
 
-def indexed_chunks(file: BinaryIO, size: int) -> list[int]:
-    """Chunk starts according to the summary, as far as there really is a chunk of that length at each."""
+def indexed_chunks(file: BinaryIO, size: int) -> list[tuple[int, int]]:
+    """Starts and lengths of the chunks according to the summary."""
     tail = _FOOTER.size + len(MAGIC)
     file.seek(max(size - tail, 0))
     end = file.read(tail)
@@ -174,8 +184,7 @@ def indexed_chunks(file: BinaryIO, size: int) -> list[int]:
     if length != _FOOTER.size - HEAD.size or not 0 < summary_start < size - tail:
         return []
     file.seek(summary_start)
-    claims = _chunk_indexes(file.read(size - tail - summary_start))
-    return sorted(mark for mark, n_bytes in claims if is_chunk(file, mark, n_bytes))
+    return _chunk_indexes(file.read(size - tail - summary_start))
 
 
 def _chunk_indexes(summary: bytes) -> list[tuple[int, int]]:

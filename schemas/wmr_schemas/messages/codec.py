@@ -66,6 +66,8 @@ class Template:
 
     def fill(self, n: int, *columns: np.ndarray) -> list[bytes]:
         """The n messages: column k, viewed as bytes, goes into slot k."""
+        if n == 0:
+            return []
         matrix = np.tile(np.frombuffer(bytes(self.content), np.uint8), (n, 1))
         for offset, column in zip(self.slots, columns, strict=True):
             cells = np.ascontiguousarray(column).view(np.uint8).reshape(n, -1)

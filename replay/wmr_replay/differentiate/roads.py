@@ -1,0 +1,110 @@
+"""The roads from samples to derivatives: in blocks (constant work per row), or each window anew for steep kernels."""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from wmr_replay.differentiate.design import KernelSpec, input_taps, uniform_taps
+from wmr_replay.differentiate.direct import direct_rows
+from wmr_replay.differentiate.exact import anchored_taps
+from wmr_replay.differentiate.fir import apply_taps
+from wmr_replay.differentiate.irregular import irregular_rows, make_fit
+from wmr_replay.differentiate.uniform import anchor_powers, uniform_rows
+from wmr_replay.differentiate.windows import GAP, OK, Windows
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+
+MAX_BLOCK_DEGREE = 5
+"""Largest D = N + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to 5.8^D of its digits."""
+
+SUMS = np.array([1.0, 0.0, 0.0])
+"""Of the taps of order 0, 1 and 2; an input's taps sum to 1 too."""
+
+
+class Answer(NamedTuple):
+    """Estimates (s, 3, n), filtered inputs (k, n), Σ h_a h_b (3, 3, n), state (n,)."""
+
+    estimates: F64
+    inputs: F64
+    gains: F64
+    state: I8
+
+
+class Road(Protocol):
+    """Both kinds of windows of one kernel."""
+
+    def rows(
+        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
+    ) -> Answer:
+        """The rows from ``n_old`` on; ``grid`` is (first stamp of the log, block length) in ns."""
+
+
+def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
+    """The road for a kernel."""
+    in_blocks = spec.degree + spec.kappa + spec.mu <= MAX_BLOCK_DEGREE
+    return (BlockRoad if in_blocks else DirectRoad)(spec, n_taps, step_s, folds)
+
+
+def start_answer(samples: F64, inputs: F64, uniform: Bool, gains: F64) -> Answer:
+    """NaN everywhere, but for the gains of uniform windows."""
+    n = samples.shape[1]
+    known = np.where(uniform, gains[:, :, None], np.nan)
+    return Answer(np.full((len(samples), 3, n), np.nan), np.full((len(inputs), n), np.nan), known, np.empty(0, np.int8))
+
+
+def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
+    """The new rows; windows whose instants did not determine the fit are gaps."""
+    state = windows.state[n_old:].copy()
+    gains = answer.gains[:, :, n_old:]
+    state[(state == OK) & np.isnan(gains[0, 0])] = GAP
+    return Answer(answer.estimates[:, :, n_old:], answer.inputs[:, n_old:], gains, state)
+
+
+class BlockRoad:
+    """Constant work per row."""
+
+    def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
+        taps = uniform_taps(spec, n_taps, step_s)
+        self._gains, self._step_s, self._folds = taps @ taps.T, step_s, np.array(folds, np.int64)
+        anchored = anchored_taps(spec, n_taps, step_s)
+        self._design = (anchor_powers(n_taps, anchored.shape[1]), anchored)
+        self._fit = make_fit(spec, round((n_taps - 1) * step_s * NS_PER_S))
+
+    def rows(
+        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
+    ) -> Answer:
+        """See :class:`Road`."""
+        new = np.arange(len(t_ns)) >= n_old
+        uniform = windows.uniform & new
+        irregular = (windows.state == OK) & new & ~uniform
+        answer = start_answer(samples, inputs, uniform, self._gains)
+        signals = (t_ns, samples, inputs, self._folds, grid)
+        uniform_rows(*signals, self._step_s, uniform, self._design, answer[:2])
+        irregular_rows(*signals, windows.first, irregular, self._fit, answer[:3])
+        return cut(answer, windows, n_old)
+
+
+class DirectRoad:
+    """The work of a window in each row, for kernels of high degree or with steep weights."""
+
+    def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
+        self._taps = uniform_taps(spec, n_taps, step_s)
+        self._input_taps = [input_taps(self._taps[fold], step_s, fold)[None, :-1] for fold in folds]
+        self._gains, self._folds = self._taps @ self._taps.T, np.array(folds, np.int64)
+        self._shape = (spec.degree, spec.kappa, spec.mu, spec.theta)
+        self._window_ns = round((n_taps - 1) * step_s * NS_PER_S)
+
+    def rows(
+        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
+    ) -> Answer:
+        """See :class:`Road`; ``grid`` does not matter here."""
+        new = np.arange(len(t_ns)) >= n_old
+        uniform = windows.uniform & new
+        irregular = (windows.state == OK) & new & ~uniform
+        answer = start_answer(samples, inputs, uniform, self._gains)
+        for s, signal in enumerate(samples):
+            apply_taps(self._taps, SUMS, signal, uniform, answer.estimates[s])
+        for k, taps in enumerate(self._input_taps):
+            apply_taps(taps, SUMS[:1], inputs[k], uniform, answer.inputs[k : k + 1])
+        args = (t_ns, samples, inputs, self._folds, windows.first, irregular, self._shape, self._window_ns)
+        direct_rows(*args, answer[:3])
+        return cut(answer, windows, n_old)
