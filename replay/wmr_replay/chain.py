@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.align import AlignedBatch
 from wmr_replay.columns import Columns, estimated
 from wmr_replay.differentiate import GAP, Differentiator, KernelSpec, noise_coefficient
-from wmr_replay.identify import PaperIdentifier, make_rules, motion_of, wheel_slip
+from wmr_replay.identify import Evidence, PaperIdentifier, make_rules, motion_of, wheel_slip
 from wmr_replay.identify.independence import fresh_independence, judge_independence
 from wmr_replay.identify.noise import NoiseTracker, initial_noise
 from wmr_replay.settings import Settings
@@ -82,7 +82,9 @@ class Chain:
             motion, derivatives.inputs[2:], self._robot.wheel_radius_m, self._robot.half_track_m
         )
         force = derivatives.inputs[0] + derivatives.inputs[1]
-        verdict = self._identifier.push(rows.t_ns, motion, force, independence)
+        verdict = self._identifier.push(
+            Evidence(rows.t_ns, rows.pose, rows.inputs[:2], motion, force, variances, independence)
+        )
         status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)

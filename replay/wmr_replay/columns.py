@@ -13,6 +13,7 @@ Columns = dict[str, np.ndarray[Any, Any]]
 
 WARMING_UP = 1
 ALL_MODES = 0b111
+POSTERIOR = ("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping")
 
 
 def measured(start_ns: int, rows: AlignedBatch) -> Columns:
@@ -41,6 +42,8 @@ def estimated(
 ) -> Columns:
     """Complete rows."""
     columns = measured(start_ns, rows) | motion._asdict() | verdict._asdict()
+    del columns["outcome"], columns["posterior"]
+    columns |= dict(zip(POSTERIOR, verdict.posterior, strict=True))
     columns |= {
         "c_k_mps": -motion.v_lat_mps,
         "c_k_mps_sd": motion.v_lat_mps_sd,
@@ -52,7 +55,6 @@ def estimated(
         "delay_s": delay_s,
         "status": status,
     }
-    del columns["outcome"]
     return columns
 
 

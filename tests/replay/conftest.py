@@ -20,7 +20,11 @@ class LogRows:
         self.robot = log.robot
         empty = np.empty(0, np.int64)
         torque, mode = log.torque, log.mode
-        stamps = [log.pose.t_ns, empty if torque is None else torque.t_ns, empty if mode is None else mode.t_ns]
+        stamps = [
+            log.pose.t_ns,
+            empty if torque is None else torque.t_ns,
+            empty if mode is None else mode.t_ns,
+        ]
         values = [
             np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad]),
             np.empty((4, 0))

@@ -12,7 +12,12 @@ from wmr_synth import Sensors, synthesise
 
 CLEAN = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 ROUGH = Sensors(
-    rate_hz=50.0, torque_rate_hz=20.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005, jitter_s=0.004, dropout=0.05
+    rate_hz=50.0,
+    torque_rate_hz=20.0,
+    noise_xy_sd_m=0.01,
+    noise_yaw_sd_rad=0.005,
+    jitter_s=0.004,
+    dropout=0.05,
 )
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from wmr_replay.align import AlignedBatch
 from wmr_replay.chain import Chain
-from wmr_replay.identify import make_rules, motion_of, wheel_slip
+from wmr_replay.identify import Evidence, make_rules, motion_of, wheel_slip
 from wmr_replay.identify.independence import (
     INDEPENDENT,
     NOT_INDEPENDENT,
@@ -15,7 +15,8 @@ from wmr_replay.identify.independence import (
 )
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.noise import NoiseTracker, initial_noise
-from wmr_replay.identify.paper import IDEAL, SKIDDING, SLIPPING, PaperIdentifier, not_excluded
+from wmr_replay.identify.paper import PaperIdentifier, not_excluded
+from wmr_replay.identify.verdict import IDEAL, SKIDDING, SLIPPING
 from wmr_replay.settings import Settings
 from wmr_schemas import RobotParameters
 
@@ -43,7 +44,9 @@ def test_standard_deviations_of_body_motion_are_those_of_monte_carlo():
     estimated = motion_of(truth[:, :, None] + noise, gains, variances)
     exact = motion_of(np.repeat(truth[:, :, None], 1, axis=2), gains[:, :, :1], variances[:, :1])
     for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps", "a_long_mps2", "yaw_acc_radps2"):
-        assert getattr(exact, f"{name}_sd")[0] == pytest.approx(getattr(estimated, name).std(), rel=0.02), name
+        assert getattr(exact, f"{name}_sd")[0] == pytest.approx(getattr(estimated, name).std(), rel=0.02), (
+            name
+        )
 
 
 def test_body_motion_of_a_skidding_arc_is_its_closed_form():
@@ -51,7 +54,9 @@ def test_body_motion_of_a_skidding_arc_is_its_closed_form():
     yaw, rate, u, w = 0.7, 0.9, 2.0, -0.3
     e, n = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
     velocity, acceleration = u * e + w * n, rate * (u * n - w * e)
-    estimates = np.array([[0, velocity[0], acceleration[0]], [0, velocity[1], acceleration[1]], [yaw, rate, 0]])
+    estimates = np.array(
+        [[0, velocity[0], acceleration[0]], [0, velocity[1], acceleration[1]], [yaw, rate, 0]]
+    )
     motion = motion_of(estimates[:, :, None], constant_gains(1)[0], np.zeros((2, 1)))
     assert motion.v_long_mps[0] == pytest.approx(u)
     assert motion.v_lat_mps[0] == pytest.approx(w)
@@ -113,7 +118,9 @@ def test_a_pose_integrated_from_wheel_speeds_is_recognised(rule):
 @pytest.mark.parametrize("sd", [1e-3, 0.05])
 def test_a_measured_pose_is_recognised_as_independent(sd):
     t_ns, pose = odometry("middle")
-    verdict = judge_independence(t_ns, pose + np.random.default_rng(0).normal(size=pose.shape) * sd, fresh_independence())
+    verdict = judge_independence(
+        t_ns, pose + np.random.default_rng(0).normal(size=pose.shape) * sd, fresh_independence()
+    )
     assert (verdict[60:] == INDEPENDENT).all()
     assert not (verdict == NOT_INDEPENDENT)[60:].any()
 
@@ -144,7 +151,10 @@ def steered(n, alpha, slip_loss=0.0, slip_from=None, seed=0, noise=0.02):
 
 def identify(motion, force, robot, window_ns=100_000_000):
     rules = make_rules(robot, window_ns=window_ns, threshold_sd=3.0, min_c_k_mps=0.005, min_c_d_mps2=0.02)
-    return PaperIdentifier(rules).push(stamps(len(force)), motion, force, np.full(len(force), float(INDEPENDENT)))
+    n = len(force)
+    independence, unused = np.full(n, float(INDEPENDENT)), np.full((3, n), np.nan)
+    evidence = Evidence(stamps(n), unused, unused[:2], motion, force, unused[:2], independence)
+    return PaperIdentifier(rules).push(evidence)
 
 
 def test_alpha_is_regressed_with_an_honest_interval_and_without_any_prior():
@@ -188,7 +198,10 @@ def test_torque_steps_leave_c_d_at_zero_in_ideal_rolling_without_noise(rate_hz):
     inputs = np.stack([mean_effort, mean_effort, np.full(n, np.nan), np.full(n, np.nan)])
     heading = 0.6
     rows = AlignedBatch(
-        t_ns, np.stack([x * np.cos(heading), x * np.sin(heading), np.full(n, heading)]), inputs, np.zeros(n, np.int8)
+        t_ns,
+        np.stack([x * np.cos(heading), x * np.sin(heading), np.full(n, heading)]),
+        inputs,
+        np.zeros(n, np.int8),
     )
     chain = Chain(Settings(window_s=0.5), RobotParameters(alpha=alpha), rows)
     columns = chain.push(rows)

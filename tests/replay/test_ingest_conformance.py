@@ -45,7 +45,9 @@ def read_messages(path: Path) -> list[tuple[int, int, int, int, bytes]]:
 @pytest.mark.parametrize("kind", sorted({path.name.split("-")[0].split(".")[0] for path in FILES}))
 def test_messages_equal_the_suites_own_list(kind):
     files = [path for path in FILES if path.name.split("-")[0].split(".")[0] == kind]
-    differing = [path.name for path in files if read_messages(path) != expected_messages(path.with_suffix(".json"))]
+    differing = [
+        path.name for path in files if read_messages(path) != expected_messages(path.with_suffix(".json"))
+    ]
     assert not differing
 
 

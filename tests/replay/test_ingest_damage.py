@@ -62,7 +62,9 @@ def read(path: Path, content: bytes):
     poses = [batch.pose for batch in reader.batches()]
     t_ns = np.concatenate([p.t_ns for p in poses]) if poses else np.empty(0, np.int64)
     values = np.concatenate([p.values for p in poses], axis=1) if poses else np.empty((3, 0))
-    return SimpleNamespace(reader=reader, losses=reader.losses, rows=list(zip(t_ns.tolist(), *values.tolist(), strict=True)))
+    return SimpleNamespace(
+        reader=reader, losses=reader.losses, rows=list(zip(t_ns.tolist(), *values.tolist(), strict=True))
+    )
 
 
 def reference_count(content: bytes) -> int:

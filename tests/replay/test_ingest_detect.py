@@ -13,9 +13,17 @@ from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
 
-POSE = {"timestamp": {"sec": 1, "nsec": 0}, "pose": {"position": {"x": 1, "y": 2}, "orientation": dict(x=0, y=0, z=0, w=1)}}
+POSE = {
+    "timestamp": {"sec": 1, "nsec": 0},
+    "pose": {"position": {"x": 1, "y": 2}, "orientation": dict(x=0, y=0, z=0, w=1)},
+}
 ODOM = {"timestamp": {"sec": 1, "nsec": 0}, "pose": {"pose": POSE["pose"]}}
-JOINTS = {"timestamp": {"sec": 1, "nsec": 0}, "name": ["left_wheel", "right_wheel"], "velocity": [], "effort": [1, 2]}
+JOINTS = {
+    "timestamp": {"sec": 1, "nsec": 0},
+    "name": ["left_wheel", "right_wheel"],
+    "velocity": [],
+    "effort": [1, 2],
+}
 EMPTY_JOINTS = JOINTS | {"effort": []}
 MODE = {"timestamp": {"sec": 1, "nsec": 0}, "mode": 2}
 
@@ -27,7 +35,9 @@ def write(path, *channels, metadata=None):
         writer.start()
         ids = []
         for topic, name, _, _ in channels:
-            ids.append(writer.register_channel(topic, "json", writer.register_schema(name, "jsonschema", b"{}")))
+            ids.append(
+                writer.register_channel(topic, "json", writer.register_schema(name, "jsonschema", b"{}"))
+            )
         for channel, (_, _, message, n) in zip(ids, channels, strict=True):
             for k in range(n):
                 writer.add_message(channel, 10 + k, json.dumps(message).encode(), 10 + k)
@@ -104,7 +114,9 @@ def test_the_logs_robot_is_read_and_the_mappings_robot_overrides_it(tmp_path):
 
 
 def test_a_broken_robot_record_is_remarked_on_and_left_aside(tmp_path):
-    path = write(tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": {"alpha": "heavy"}})
+    path = write(
+        tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": {"alpha": "heavy"}}
+    )
     reader = open_log(path)
     assert reader.robot == RobotParameters()
     assert any("'heavy' is not a number" in remark for remark in reader.remarks)
@@ -117,7 +129,11 @@ def test_a_broken_robot_record_is_remarked_on_and_left_aside(tmp_path):
         ("wheel_right_joint wheel_left_joint", [1], [0]),
         ("left_joint right_joint", [0], [1]),
         ("fl_wheel fr_wheel rl_wheel rr_wheel", [0, 2], [1, 3]),
-        ("front_left_wheel_joint front_right_wheel_joint rear_left_wheel_joint rear_right_wheel_joint", [0, 2], [1, 3]),
+        (
+            "front_left_wheel_joint front_right_wheel_joint rear_left_wheel_joint rear_right_wheel_joint",
+            [0, 2],
+            [1, 3],
+        ),
         ("FrontLeftWheel FrontRightWheel", [0], [1]),
         ("wheel_front_l wheel_front_r caster_left_wheel", [0], [1]),
         ("drivewhl_l_joint drivewhl_r_joint", [0], [1]),
@@ -129,7 +145,9 @@ def test_wheels_are_known_by_name(names, left, right):
     assert wheel_joints(names.split()) == (tuple(left), tuple(right))
 
 
-@pytest.mark.parametrize("names", ["", "joint1 joint2", "left_wheel", "left_shoulder right_shoulder", "wheel_1 wheel_2"])
+@pytest.mark.parametrize(
+    "names", ["", "joint1 joint2", "left_wheel", "left_shoulder right_shoulder", "wheel_1 wheel_2"]
+)
 def test_other_joints_are_no_wheels(names):
     assert wheel_joints(names.split()) is None
 
@@ -171,7 +189,14 @@ def test_a_log_without_channels_says_so(tmp_path):
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(0.0, "0 s"), (-0.0254532, "-25.45 ms"), (1.78e9, "+1780000000 s"), (2e-6, "+2 µs"), (3e-9, "+3 ns"), (-12.5, "-12.5 s")],
+    [
+        (0.0, "0 s"),
+        (-0.0254532, "-25.45 ms"),
+        (1.78e9, "+1780000000 s"),
+        (2e-6, "+2 µs"),
+        (3e-9, "+3 ns"),
+        (-12.5, "-12.5 s"),
+    ],
 )
 def test_offsets_are_said_in_the_unit_that_suits_them(seconds, text):
     assert short_time(seconds) == text

@@ -19,17 +19,27 @@ from wmr_schemas.messages import proto, ros2
 
 T0 = 1_700_000_000_123_456_789
 HEADER = ros2.JOINT_STATE[ros2.JOINT_STATE.index("====") :]
-ODOMETRY = "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n" + (
-    "=" * 80 + "\nMSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n"
-) + ros2.POSE_STAMPED[ros2.POSE_STAMPED.index("====") :]
-TRANSFORM = "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n" + (
-    f"{'=' * 80}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
-    f"{'=' * 80}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
-    f"{'=' * 80}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
-) + HEADER
-FOXGLOVE = "builtin_interfaces/Time timestamp\nstring frame_id\ngeometry_msgs/Pose pose\n" + ros2.POSE_STAMPED[
-    ros2.POSE_STAMPED.index("====") :
-]
+ODOMETRY = (
+    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+    + (
+        "=" * 80
+        + "\nMSG: geometry_msgs/PoseWithCovariance\ngeometry_msgs/Pose pose\nfloat64[36] covariance\n"
+    )
+    + ros2.POSE_STAMPED[ros2.POSE_STAMPED.index("====") :]
+)
+TRANSFORM = (
+    "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"
+    + (
+        f"{'=' * 80}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
+        f"{'=' * 80}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
+        f"{'=' * 80}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
+    )
+    + HEADER
+)
+FOXGLOVE = (
+    "builtin_interfaces/Time timestamp\nstring frame_id\ngeometry_msgs/Pose pose\n"
+    + ros2.POSE_STAMPED[ros2.POSE_STAMPED.index("====") :]
+)
 
 
 def write(path: Path, *channels, **options) -> Path:
@@ -98,7 +108,10 @@ KINDS = {
             "transform": {"translation": p["position"], "rotation": p["orientation"]},
         },
     ),
-    "foxglove_msgs/msg/PoseInFrame": (FOXGLOVE, lambda k, p: {"timestamp": stamp(k), "frame_id": "x", "pose": p}),
+    "foxglove_msgs/msg/PoseInFrame": (
+        FOXGLOVE,
+        lambda k, p: {"timestamp": stamp(k), "frame_id": "x", "pose": p},
+    ),
 }
 
 
@@ -126,7 +139,9 @@ def test_big_endian_and_little_endian_messages_may_alternate(tmp_path):
     for k, pose in enumerate(TRUE_POSES * 5):
         little = encode({"header": header(k), "pose": pose_of(*pose)})
         messages.append(big_endian_pose(k, *pose) if k % 3 else little)
-    path = write(tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages))
+    path = write(
+        tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    )
     _, pose, *_ = read(path)
     np.testing.assert_allclose(pose.values.T, TRUE_POSES * 5, rtol=0, atol=1e-15)
     assert pose.t_ns.tolist() == [T0 + k for k in range(20)]
@@ -226,7 +241,9 @@ def test_messages_that_do_not_fit_their_schema_are_counted_and_do_not_stop_the_o
     good = [big_endian_pose(k, *TRUE_POSES[0]) for k in range(6)]
     odd = [b"", b"\0\1\0\0", good[0][:40], b"\xff" * 90]
     messages = [good[0], odd[0], good[1], odd[1], odd[2], good[2], odd[3], good[3]]
-    path = write(tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages))
+    path = write(
+        tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    )
     reader, pose, *_ = read(path)
     assert pose.t_ns.tolist() == [T0 + k for k in range(4)]
     assert pose.order.tolist() == [0, 2, 5, 7]
@@ -236,7 +253,9 @@ def test_messages_that_do_not_fit_their_schema_are_counted_and_do_not_stop_the_o
 
 def test_a_zero_quaternion_gives_no_yaw(tmp_path):
     message = big_endian_pose(0, 1.0, 2.0, 0.0)[:-32] + bytes(32)
-    path = write(tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", [message]))
+    path = write(
+        tmp_path / "a.mcap", ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", [message])
+    )
     _, pose, *_ = read(path)
     np.testing.assert_array_equal(pose.values[:, 0], [1.0, 2.0, np.nan])
 
@@ -274,7 +293,9 @@ stamps_ns = st.integers(0, 2**33 * 10**9)
 
 
 @settings(max_examples=40, deadline=None)
-@given(rows=st.lists(st.tuples(stamps_ns, finite, finite, finite, st.sampled_from(["", "m", "map"])), min_size=1))
+@given(
+    rows=st.lists(st.tuples(stamps_ns, finite, finite, finite, st.sampled_from(["", "m", "map"])), min_size=1)
+)
 def test_protobuf_poses_equal_what_googles_encoder_wrote(tmp_path_factory, rows):
     kind = protobuf_class(proto.CODEC.pose)
     messages = []
@@ -305,7 +326,14 @@ def test_protobuf_joint_states_and_modes(tmp_path):
     first = pose()
     first.pose.orientation.w = 1
     entries = [
-        (topic, schema.name, "protobuf", schema.definition, "protobuf", [m.SerializeToString() for m in messages])
+        (
+            topic,
+            schema.name,
+            "protobuf",
+            schema.definition,
+            "protobuf",
+            [m.SerializeToString() for m in messages],
+        )
         for topic, schema, messages in (
             ("/pose", proto.CODEC.pose, [first]),
             ("/js", proto.CODEC.torque, states),
@@ -323,7 +351,11 @@ def test_protobuf_joint_states_and_modes(tmp_path):
 
 
 def json_pose(k: int, x: float, y: float, yaw: float, **more: object) -> dict[str, object]:
-    return {"timestamp": {"sec": T0 // 10**9, "nsec": T0 % 10**9 + k}, "frame_id": "m", "pose": pose_of(x, y, yaw)} | more
+    return {
+        "timestamp": {"sec": T0 // 10**9, "nsec": T0 % 10**9 + k},
+        "frame_id": "m",
+        "pose": pose_of(x, y, yaw),
+    } | more
 
 
 numbers = st.floats(allow_nan=False, allow_infinity=False)
@@ -340,7 +372,8 @@ def test_json_poses_equal_what_json_wrote_to_the_last_bit(tmp_path_factory, rows
     extra = json_pose(len(rows), 1.0, 2.0, 0.5, note=text, list=[1, [], {"a": None}])
     messages.append(json.dumps(extra, ensure_ascii=False).encode(errors="replace"))
     path = write(
-        tmp_path_factory.mktemp("j") / "a.mcap", ("/pose", "foxglove.PoseInFrame", "jsonschema", b"{}", "json", messages)
+        tmp_path_factory.mktemp("j") / "a.mcap",
+        ("/pose", "foxglove.PoseInFrame", "jsonschema", b"{}", "json", messages),
     )
     reader, pose, *_ = read(path)
     assert pose.t_ns.tolist() == [T0 + k for k in range(len(messages))]
@@ -362,7 +395,9 @@ def test_json_without_schema_nulls_and_changing_keys(tmp_path):
         state(names, velocity=[], effort=[]),
     ]
     poses = [json.dumps(json_pose(0, 1.0, 2.0, 0.0)).encode()]
-    path = write(tmp_path / "a.mcap", ("/pose", "", "", b"", "json", poses), ("/js", "", "", b"", "json", states))
+    path = write(
+        tmp_path / "a.mcap", ("/pose", "", "", b"", "json", poses), ("/js", "", "", b"", "json", states)
+    )
     reader, _, torque, _ = read(path)
     nan = np.nan
     expected = [[3, 4, 1, 2], [4, 3, 2, 1], [nan, 5, nan, nan], [nan, nan, nan, nan]]

@@ -76,7 +76,8 @@ def test_turtlebot_pose_is_told_to_be_odometry_and_its_clock_to_be_off(turtlebot
     assert reader.pose_is_odometry
     assert {role: use.channel.id for role, use in reader.plan.uses.items()} == {"pose": 3, "torque": 2}
     offsets = [
-        m.header.stamp.sec * 10**9 + m.header.stamp.nanosec - raw.log_time for raw, m in reference(reader.path, "/odom")
+        m.header.stamp.sec * 10**9 + m.header.stamp.nanosec - raw.log_time
+        for raw, m in reference(reader.path, "/odom")
     ]
     assert reader.clocks["pose"].offset_s == pytest.approx(np.median(offsets) / 1e9, abs=2e-3)
 
@@ -131,7 +132,9 @@ def test_every_log_is_read_to_its_end_and_found_whole():
 
 def test_a_mapped_topic_that_does_not_serve_is_refused_with_the_reason():
     path = LOGS / "fuse_turtlebot3.mcap"
-    with pytest.raises(ChannelNotFound, match=r"/imu \(sensor_msgs/msg/Imu\): no position with an orientation"):
+    with pytest.raises(
+        ChannelNotFound, match=r"/imu \(sensor_msgs/msg/Imu\): no position with an orientation"
+    ):
         open_log(path, LogMapping(pose_topic="/imu"))
     with pytest.raises(ChannelNotFound, match=r"/odom .*: would serve as pose, but /nowhere was named"):
         open_log(path, LogMapping(pose_topic="/nowhere"))

@@ -48,7 +48,14 @@ def test_every_file_is_there_and_follows_its_documented_schema(result):
     for name, columns in tables.items():
         assert pl.read_parquet(result.files[name]).schema == polars_schema(columns), name
     directory = result.files["samples"].parent
-    endings = ("rrd", "samples.parquet", "segments.parquet", "summary.parquet", "summary.json", "confusion.parquet")
+    endings = (
+        "rrd",
+        "samples.parquet",
+        "segments.parquet",
+        "summary.parquet",
+        "summary.json",
+        "confusion.parquet",
+    )
     assert sorted(p.name for p in directory.iterdir()) == sorted(f"drive.{ending}" for ending in endings)
 
 
@@ -82,7 +89,9 @@ def test_truth_is_used_for_scoring_only(log, result, tmp_path):
 def test_the_same_log_gives_the_same_tables_twice(log, result, tmp_path):
     again = run_log(log, tmp_path, timeline=False)
     for name in ("samples", "segments", "summary"):
-        assert_frame_equal(pl.read_parquet(result.files[name]), pl.read_parquet(again.files[name]), check_exact=True)
+        assert_frame_equal(
+            pl.read_parquet(result.files[name]), pl.read_parquet(again.files[name]), check_exact=True
+        )
 
 
 def test_bare_run_writes_beside_where_it_is_called_and_says_what_it_found(log, tmp_path):
@@ -105,7 +114,9 @@ def test_json_is_the_summary(log, tmp_path):
 
 
 def test_options_of_the_differentiator_reach_the_result(log, tmp_path):
-    done = command("run", log, "--json", "--no-rrd", "--window", "0.8", "--degree", "3", "--theta", "0.4", cwd=tmp_path)
+    done = command(
+        "run", log, "--json", "--no-rrd", "--window", "0.8", "--degree", "3", "--theta", "0.4", cwd=tmp_path
+    )
     row = json.loads(done.stdout)
     assert row["settings"]["tuning"]["window_s"] == pytest.approx(0.8)
     assert row["settings"]["tuning"]["delay_s"] == pytest.approx(0.8 * 0.3)
@@ -141,7 +152,9 @@ def test_a_log_without_a_pose_says_what_was_looked_for_and_which_option_maps_it(
     assert sorted(p.name for p in tmp_path.iterdir()) == ["no_pose.mcap"]
 
 
-@pytest.mark.parametrize(("content", "fact"), [(None, "missing"), (b"", "empty"), (b"not an mcap file at all", "MCAP")])
+@pytest.mark.parametrize(
+    ("content", "fact"), [(None, "missing"), (b"", "empty"), (b"not an mcap file at all", "MCAP")]
+)
 def test_what_is_no_log_gets_exit_code_3(tmp_path, content, fact):
     path = tmp_path / f"{fact}.mcap"
     if content is not None:
@@ -190,7 +203,9 @@ def test_an_interrupted_run_leaves_nothing_behind(log, tmp_path):
 def test_a_robot_without_known_alpha_gets_one_estimated_and_none_assumed(log, tmp_path):
     copy = tmp_path / "drive.mcap"
     shutil.copy(log, copy)
-    result = run_log(copy, tmp_path / "out", mapping=LogMapping(robot=RobotParameters(half_track_m=1.0)), timeline=False)
+    result = run_log(
+        copy, tmp_path / "out", mapping=LogMapping(robot=RobotParameters(half_track_m=1.0)), timeline=False
+    )
     assert result.summary["alpha"] == pytest.approx(0.35**2 / 4.8, rel=0.15)
     samples = pl.read_parquet(result.files["samples"])
     early = samples.filter(pl.col("alpha").is_null())
@@ -234,7 +249,12 @@ def test_every_encoding_of_a_drive_gives_the_same_answer(result, tmp_path, encod
 
 def test_pose_jitter_and_dropouts_are_analysed_on_the_actual_stamps(tmp_path):
     rough = Sensors(
-        rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005, jitter_s=0.004, dropout=0.05
+        rate_hz=50.0,
+        torque_rate_hz=50.0,
+        noise_xy_sd_m=0.01,
+        noise_yaw_sd_rad=0.005,
+        jitter_s=0.004,
+        dropout=0.05,
     )
     path = tmp_path / "rough.mcap"
     record(synthesise("random", seed=5, duration_s=20, sensors=rough), path)

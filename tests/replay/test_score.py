@@ -63,7 +63,9 @@ def test_a_switch_that_is_not_seen_before_the_next_is_missed():
 
 def test_false_alarms_are_switches_without_a_true_one_in_the_two_seconds_before():
     true = [0] * 40 + [1] * 60
-    mode = [0] * 20 + [2] * 5 + [0] * 20 + [1] * 55  # two false switches at 2.0 and 2.5 s, a right one at 4.5 s
+    mode = (
+        [0] * 20 + [2] * 5 + [0] * 20 + [1] * 55
+    )  # two false switches at 2.0 and 2.5 s, a right one at 4.5 s
     result = score(samples(true, mode))
     hours = 9.9 / 3600
     assert result.false_alarms_per_hour == pytest.approx(2 / hours)
@@ -84,9 +86,11 @@ def test_confusion_adds_up_to_the_time_after_warm_up():
     collector.push(samples([0, 0, 0, 1, 1, 1], [0, 0, 1, 1, -1, 1], status=[WARMING_UP] + [OK] * 5))
     table = confusion_frame(collector.finish())
     assert table.schema == polars_schema(CONFUSION)
-    assert table.rows() == [(0, 0, pytest.approx(0.1)), (0, 1, pytest.approx(0.1)), (1, -1, pytest.approx(0.1))] + [
-        (1, 1, pytest.approx(0.1))
-    ]
+    assert table.rows() == [
+        (0, 0, pytest.approx(0.1)),
+        (0, 1, pytest.approx(0.1)),
+        (1, -1, pytest.approx(0.1)),
+    ] + [(1, 1, pytest.approx(0.1))]
 
 
 def test_segments_are_maximal_and_carry_the_mean_posterior():

@@ -24,12 +24,11 @@ def block_rows(t_ns: I64, row: int, start_ns: int, block_ns: int) -> tuple[int, 
 
 
 @njit(cache=True)
-def centred_samples(samples: F64, low: int, head: int, stop: int, out: F64) -> None:
-    """``out[s, j] = samples[s, low + j] − samples[s, head]``: a large offset costs no digits."""
-    for s in range(samples.shape[0]):
-        origin = samples[s, head]
-        for j in range(low, stop):
-            out[s, j - low] = samples[s, j] - origin
+def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> None:
+    """``out[j] = signal[low + j] − signal[head]``: a large offset costs no digits."""
+    part, origin = signal[low:stop], signal[head]
+    for j in range(len(part)):
+        out[j] = part[j] - origin
 
 
 @njit(cache=True)
@@ -61,13 +60,13 @@ def moments_about_head(values: F64, powers: F64, split: int, out: F64) -> None:
 
     Column j < split is Σ_{k=j}^{split−1}, column j ≥ split is Σ_{k=split}^{j}.
     """
-    n = values.shape[0]
-    for p in range(powers.shape[0]):
+    for p in range(len(powers)):
+        factor, side = powers[p], out[p]
         total = 0.0
         for j in range(split - 1, -1, -1):
-            total += powers[p, j] * values[j]
-            out[p, j] = total
+            total += factor[j] * values[j]
+            side[j] = total
         total = 0.0
-        for j in range(split, n):
-            total += powers[p, j] * values[j]
-            out[p, j] = total
+        for j in range(split, len(values)):
+            total += factor[j] * values[j]
+            side[j] = total

@@ -23,11 +23,13 @@ def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> Non
         if not wanted[start:stop].any():
             continue
         start = max(start, n_taps - 1)
+        newest, here = signal[start:stop], wanted[start:stop]
         for o in range(n_orders):
             total[:] = 0.0
             for k in range(n_taps):
-                for b in range(stop - start):
-                    total[b] += taps[o, k] * (signal[start - k + b] - signal[start + b])
-            for b in range(stop - start):
-                if wanted[start + b]:
-                    out[o, start + b] = total[b] + sums[o] * signal[start + b]
+                weight, older = taps[o, k], signal[start - k : stop - k]
+                for b in range(len(newest)):
+                    total[b] += weight * (older[b] - newest[b])
+            for b in range(len(newest)):
+                if here[b]:
+                    out[o, start + b] = total[b] + sums[o] * newest[b]

@@ -17,7 +17,7 @@ from wmr_replay.differentiate.blocks import (
     moments_about_head,
 )
 from wmr_replay.differentiate.design import KernelSpec
-from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 SINGULAR = 1e-9
 """Least pivot over its diagonal element: below it the instants do not determine the fit."""
@@ -41,143 +41,141 @@ def make_fit(spec: KernelSpec, window_ns: int) -> Fit:
 
 
 @njit(cache=True)
-def shift_moments(moments: F64, by: float) -> None:
-    """Σ sᵖ → Σ (s + by)ᵖ, in place."""
+def add_product(out: F64, a: F64, b: F64) -> None:
+    """``out += a·b``, row by row."""
+    for i in range(len(out)):
+        out[i] += a[i] * b[i]
+
+
+@njit(cache=True)
+def add_scaled(out: F64, factor: float, b: F64) -> None:
+    """``out += factor·b``, row by row."""
+    for i in range(len(out)):
+        out[i] += factor * b[i]
+
+
+@njit(cache=True)
+def shift_moments(moments: F64, by: F64) -> None:
+    """Σ sᵖ → Σ (s + by)ᵖ in place: ``moments`` (p, m), ``by`` (m,)."""
     for k in range(1, len(moments)):
         for p in range(len(moments) - 1, k - 1, -1):
-            moments[p] += by * moments[p - 1]
+            add_product(moments[p], by, moments[p - 1])
 
 
 @njit(cache=True)
-def shift_polynomial(coefficients: F64, by: float) -> None:
-    """q(u) → q(s + by), in place."""
+def shift_polynomials(coefficients: F64, by: F64) -> None:
+    """q(u) → q(s + by) in place: ``coefficients`` (p, m), ``by`` (m,)."""
     for k in range(len(coefficients) - 1):
         for p in range(len(coefficients) - 2, k - 1, -1):
-            coefficients[p] += by * coefficients[p + 1]
+            add_product(coefficients[p], by, coefficients[p + 1])
 
 
 @njit(cache=True)
-def cholesky(weighted: F64, factor: F64) -> bool:
-    """Lower ``factor`` (m, m) of the matrix M_pq = weighted[p + q]; false when it is singular to working precision."""
-    for i in range(factor.shape[0]):
-        for j in range(i + 1):
-            total = weighted[i + j]
-            for k in range(j):
-                total -= factor[i, k] * factor[j, k]
-            if i == j and not total > SINGULAR * weighted[2 * i]:
-                return False
-            factor[i, j] = np.sqrt(total) if i == j else total / factor[j, j]
-    return True
+def factorise(weighted: F64, lower: F64, diagonal: F64) -> None:
+    """M = L D Lᵀ of M_pq = ``weighted[p + q]``, row by row: ``lower`` (k, k, m) holds −L, ``diagonal`` (k, m) 1/D.
 
-
-@njit(cache=True)
-def solve_cholesky(factor: F64, right: F64, out: F64) -> None:
-    """``out`` = M⁻¹ ``right``."""
-    size = factor.shape[0]
-    for i in range(size):
-        total = right[i]
-        for k in range(i):
-            total -= factor[i, k] * out[k]
-        out[i] = total / factor[i, i]
-    for i in range(size - 1, -1, -1):
-        total = out[i]
-        for k in range(i + 1, size):
-            total -= factor[k, i] * out[k]
-        out[i] = total / factor[i, i]
-
-
-@njit(cache=True)
-def window_kernels(moments: F64, fit: Fit, kernels: F64) -> bool:
-    """Kernels (3, D+1) as polynomials in u, from the moments Σ uᵖ, p = 0 … 2D, of a window; false: too few instants.
+    A row whose M is singular to working precision gets NaN.
     """
-    n_weight, size = len(fit.weight), fit.wanted.shape[1]
-    weighted, factor, solution = np.zeros(2 * size - 1), np.empty((size, size)), np.empty(size)
+    scaled = np.empty_like(diagonal)
+    for i in range(len(lower)):
+        for j in range(i):
+            scaled[j] = weighted[i + j]
+            for k in range(j):
+                add_product(scaled[j], lower[j, k], scaled[k])
+            lower[i, j] = -scaled[j] * diagonal[j]
+        pivot = weighted[2 * i].copy()
+        for k in range(i):
+            add_product(pivot, lower[i, k], scaled[k])
+        for m in range(len(pivot)):
+            diagonal[i, m] = 1.0 / pivot[m] if pivot[m] > SINGULAR * weighted[2 * i, m] else np.nan
+
+
+@njit(cache=True)
+def solve(lower: F64, diagonal: F64, right: F64, out: F64) -> None:
+    """``out`` (k, m) = M⁻¹ ``right`` (k,)."""
+    size = len(lower)
+    for i in range(size):
+        out[i] = right[i]
+        for k in range(i):
+            add_product(out[i], lower[i, k], out[k])
+    for i in range(size - 1, -1, -1):
+        out[i] *= diagonal[i]
+        for k in range(i + 1, size):
+            add_product(out[i], lower[k, i], out[k])
+
+
+@njit(cache=True)
+def kernels_of(moments: F64, fit: Fit) -> F64:
+    """Kernels (3, D+1, m) as polynomials in u, from the moments Σ uᵖ, (2D+1, m), of m windows."""
+    n_weight, size, n_rows = len(fit.weight), fit.wanted.shape[1], moments.shape[1]
+    weighted = np.zeros((2 * size - 1, n_rows))
     for p in range(2 * size - 1):
         for q in range(n_weight):
-            weighted[p] += fit.weight[q] * moments[p + q]
-    if not cholesky(weighted, factor):
-        return False
-    kernels[:] = 0.0
-    for n in range(kernels.shape[0]):
-        solve_cholesky(factor, fit.wanted[n], solution)
+            add_scaled(weighted[p], fit.weight[q], moments[p + q])
+    lower, diagonal = np.empty((size, size, n_rows)), np.empty((size, n_rows))
+    factorise(weighted, lower, diagonal)
+    solution, kernels = np.empty((size, n_rows)), np.zeros((3, size + n_weight - 1, n_rows))
+    for n in range(3):
+        solve(lower, diagonal, fit.wanted[n], solution)
         for q in range(n_weight):
             for p in range(size):
-                kernels[n, p + q] += fit.weight[q] * solution[p]
-    return True
+                add_scaled(kernels[n, p + q], fit.weight[q], solution[p])
+    return kernels
 
 
 @njit(cache=True)
-def covariances(kernels: F64, moments: F64, out: F64, row: int) -> None:
-    """``out[a, b, row]`` = Σ_k h_a h_b."""
-    n_orders, n_powers = kernels.shape
-    for a in range(n_orders):
+def covariances(kernels: F64, moments: F64) -> F64:
+    """Σ_k h_a h_b of each row, (3, 3, m)."""
+    n_powers, n_rows = kernels.shape[1:]
+    out, inner = np.zeros((3, 3, n_rows)), np.empty((n_powers, n_rows))
+    for a in range(3):
+        inner[:] = 0.0
+        for p in range(n_powers):
+            for q in range(n_powers):
+                add_product(inner[p], kernels[a, q], moments[p + q])
         for b in range(a + 1):
-            total = 0.0
             for p in range(n_powers):
-                for q in range(n_powers):
-                    total += kernels[a, p] * kernels[b, q] * moments[p + q]
-            out[a, b, row] = total
-            out[b, a, row] = total
-
-
-class Block(NamedTuple):
-    """Running moments of a block about its anchor, columns from sample ``low`` on."""
-
-    anchor_ns: int
-    low: int
-    head: int
-    of_time: F64
-    of_signals: F64
+                add_product(out[a, b], kernels[b, p], inner[p])
+            out[b, a] = out[a, b]
+    return out
 
 
 @njit(cache=True)
-def block_moments(
-    t_ns: I64, samples: F64, inputs: F64, folds: I64, window_ns: int, n_powers: int, bounds: tuple[int, int, int, int]
-) -> Block:
-    """Moments Σ sᵖ (2D+1, span) and Σ sᵖ x (signals, D+1, span) with s = 2 (t − anchor)/T.
-
-    ``bounds``: anchor in ns, first sample needed, first sample of the block, and the one behind its last.
-    """
-    anchor_ns, low, head, stop = bounds
-    n_signals, n_inputs, span = samples.shape[0], inputs.shape[0], stop - low
-    powers, dt_s = np.ones((2 * n_powers - 1, span)), np.zeros(stop)
-    for j in range(low, stop):
-        if j > low:
-            dt_s[j] = (t_ns[j] - t_ns[j - 1]) * 1e-9
-        for p in range(1, 2 * n_powers - 1):
-            powers[p, j - low] = powers[p - 1, j - low] * 2.0 * (t_ns[j] - anchor_ns) / window_ns
-    local = np.empty((n_signals + n_inputs, span))
-    centred_samples(samples, low, head, stop, local)
-    for k in range(n_inputs):
-        integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local[n_signals + k])
-    of_time, of_signals = np.empty_like(powers), np.empty((n_signals + n_inputs, n_powers, span))
-    moments_about_head(np.ones(span), powers, head - low, of_time)
-    for s in range(n_signals + n_inputs):
-        moments_about_head(local[s], powers[:n_powers], head - low, of_signals[s])
-    return Block(anchor_ns, low, head, of_time, of_signals)
+def powers_about(t_ns: I64, anchor_ns: int, window_ns: int, n_powers: int) -> F64:
+    """Σ-ready powers (2 (t − anchor)/T)^p, (n_powers, n)."""
+    powers = np.ones((n_powers, len(t_ns)))
+    for j in range(len(t_ns)):
+        place = 2.0 * (t_ns[j] - anchor_ns) / window_ns
+        for p in range(1, n_powers):
+            powers[p, j] = powers[p - 1, j] * place
+    return powers
 
 
 @njit(cache=True)
-def weigh_window(kernel: F64, of_signal: F64, block: Block, row: int, first: int) -> float:
-    """Σ_k h_k y_k over the window ``first … row``."""
-    total = 0.0
+def gather(running: F64, split: int, first: I64, last: I64) -> F64:
+    """Moments (p, m) of the windows ``first … last`` out of those of the two sides."""
+    out = np.empty((len(running), len(last)))
+    for p in range(len(running)):
+        side = running[p]
+        for i in range(len(last)):
+            out[p, i] = side[last[i]] + (side[first[i]] if first[i] < split else 0.0)
+    return out
+
+
+@njit(cache=True)
+def weigh(kernel: F64, moments: F64) -> F64:
+    """Σ_k h_k y_k of each row, (m,)."""
+    total = np.zeros(kernel.shape[1])
     for p in range(len(kernel)):
-        moment = of_signal[p, row - block.low]
-        if first < block.head:
-            moment += of_signal[p, first - block.low]
-        total += kernel[p] * moment
+        add_product(total, kernel[p], moments[p])
     return total
 
 
 @njit(cache=True)
-def window_kernels_about(block: Block, row: int, first: int, shift: float, fit: Fit, raw: F64, kernels: F64) -> bool:
-    """Fill ``raw``, the moments Σ uᵖ, and ``kernels`` of one window."""
-    for p in range(len(raw)):
-        raw[p] = block.of_time[p, row - block.low]
-        if first < block.head:
-            raw[p] += block.of_time[p, first - block.low]
-    shift_moments(raw, shift)
-    return window_kernels(raw, fit, kernels)
+def put(values: F64, rows: I64, out: F64) -> None:
+    """``out[rows] = values``."""
+    for i in range(len(rows)):
+        out[rows[i]] = values[i]
 
 
 @njit(cache=True)
@@ -188,37 +186,63 @@ def irregular_rows(
     folds: I64,
     grid: tuple[int, int],
     first: I64,
-    wanted: Bool,
+    rows: I64,
     fit: Fit,
     out: tuple[F64, F64, F64],
 ) -> None:
-    """Fill the columns with ``wanted`` of ``out``: estimates (s, 3, n), filtered inputs (k, n), gains (3, 3, n).
+    """Fill the columns ``rows`` of ``out``: estimates (s, 3, n), filtered inputs (k, n) and gains (3, 3, n).
 
     All arrays run over the buffer of n samples; the window of row i is ``t_ns[first[i]..i]``. ``grid`` is (first
-    stamp of the log, block length) in ns. Rows whose instants do not determine the fit stay as they are.
+    stamp of the log, block length) in ns. Rows whose instants do not determine the fit get NaN.
     """
-    estimates, filtered, gains = out
-    n_signals, n_powers = samples.shape[0], fit.wanted.shape[1] + len(fit.weight) - 1
-    kernels, raw = np.empty((3, n_powers)), np.empty(2 * n_powers - 1)
-    stop = 0
-    block = Block(0, 0, 0, np.empty((0, 0)), np.empty((0, 0, 0)))
-    for i in range(len(t_ns)):
-        if not wanted[i]:
-            continue
-        if i >= stop:
-            anchor_ns, head, stop = block_rows(t_ns, i, grid[0], grid[1])
-            bounds = (anchor_ns, min(first[i], head), head, stop)
-            block = block_moments(t_ns, samples, inputs, folds, fit.window_ns, n_powers, bounds)
-        shift = 1.0 - 2.0 * (t_ns[i] - block.anchor_ns) / fit.window_ns
-        if not window_kernels_about(block, i, first[i], shift, fit, raw, kernels):
-            continue
-        covariances(kernels, raw, gains, i)
+    start = 0
+    while start < len(rows):
+        anchor_ns, head, stop = block_rows(t_ns, rows[start], grid[0], grid[1])
+        end = start + int(np.searchsorted(rows[start:], stop))
+        here, low = rows[start:end], min(first[rows[start]], head)
+        bounds = (low, head, stop)
+        block_of_rows(t_ns, samples, inputs, folds, bounds, anchor_ns, first[here] - low, here, fit, out)
+        start = end
+
+
+@njit(cache=True)
+def block_of_rows(
+    t_ns: I64,
+    samples: F64,
+    inputs: F64,
+    folds: I64,
+    bounds: tuple[int, int, int],
+    anchor_ns: int,
+    oldest: I64,
+    rows: I64,
+    fit: Fit,
+    out: tuple[F64, F64, F64],
+) -> None:
+    """:func:`irregular_rows` for rows of one block; ``bounds``: first sample needed, the block's first, its end."""
+    low, head, stop = bounds
+    newest, split, n_powers = rows - low, head - low, fit.wanted.shape[1] + len(fit.weight) - 1
+    powers = powers_about(t_ns[low:stop], anchor_ns, fit.window_ns, 2 * n_powers - 1)
+    shift = 1.0 - powers[1][newest]
+    running, local = np.empty_like(powers), np.ones(stop - low)
+    moments_about_head(local, powers, split, running)
+    moments = gather(running, split, oldest, newest)
+    shift_moments(moments, shift)
+    kernels, gains = kernels_of(moments, fit), out[2]
+    factors = covariances(kernels, moments)
+    for a in range(3):
+        for b in range(3):
+            put(factors[a, b], rows, gains[a, b])
+        shift_polynomials(kernels[a], shift)
+    running = running[:n_powers]
+    for s in range(len(samples)):
+        centred_samples(samples[s], low, head, stop, local)
+        moments_about_head(local, powers[:n_powers], split, running)
+        moments = gather(running, split, oldest, newest)
         for n in range(3):
-            shift_polynomial(kernels[n], shift)
-            for s in range(n_signals):
-                estimates[s, n, i] = weigh_window(kernels[n], block.of_signals[s], block, i, first[i])
-        for s in range(n_signals):
-            estimates[s, 0, i] += samples[s, block.head]
-        for k in range(len(folds)):
-            kernel = kernels[folds[k]]
-            filtered[k, i] = weigh_window(kernel, block.of_signals[n_signals + k], block, i, first[i])
+            put(weigh(kernels[n], moments) + (samples[s, head] if n == 0 else 0.0), rows, out[0][s, n])
+    dt_s = np.zeros(stop)
+    dt_s[low + 1 :] = (t_ns[low + 1 : stop] - t_ns[low : stop - 1]) * 1e-9
+    for k in range(len(inputs)):
+        integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local)
+        moments_about_head(local, powers[:n_powers], split, running)
+        put(weigh(kernels[folds[k]], gather(running, split, oldest, newest)), rows, out[1][k])

@@ -79,7 +79,7 @@ class BlockRoad:
         answer = start_answer(samples, inputs, uniform, self._gains)
         signals = (t_ns, samples, inputs, self._folds, grid)
         uniform_rows(*signals, self._step_s, uniform, self._design, answer[:2])
-        irregular_rows(*signals, windows.first, irregular, self._fit, answer[:3])
+        irregular_rows(*signals, windows.first, np.flatnonzero(irregular), self._fit, answer[:3])
         return cut(answer, windows, n_old)
 
 

@@ -18,18 +18,24 @@ def anchor_powers(n_taps: int, n_powers: int) -> F64:
 
 
 @njit(cache=True)
-def weigh(taps: F64, moments: F64, low: int, head: int, row: int, stop: int, wanted: Bool, out: F64) -> None:
-    """``out[i] = Σ_p taps[p, i − head]·moment_p`` of the L samples up to row i, for i = row … stop − 1."""
+def add_products(taps: F64, moments: F64, total: F64) -> None:
+    """``total[i] += taps[i]·moments[i]`` as far as all three reach."""
+    for i in range(min(len(taps), len(moments), len(total))):
+        total[i] += taps[i] * moments[i]
+
+
+@njit(cache=True)
+def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, out: F64) -> None:
+    """``out[i] = Σ_p taps[p, i]·moment_p`` of the L samples up to row + i, for i with ``wanted[i]``."""
     n_taps = taps.shape[1]
-    total = np.zeros(stop - row)
+    total = np.zeros(len(wanted))
     for p in range(taps.shape[0]):
-        for i in range(row, stop):
-            total[i - row] += taps[p, i - head] * moments[p, i - low]
-        for i in range(row, min(stop, head + n_taps - 1)):
-            total[i - row] += taps[p, i - head] * moments[p, i - n_taps + 1 - low]
-    for i in range(row, stop):
+        here = taps[p, row - head :]
+        add_products(here, moments[p, row - low :], total)
+        add_products(here, moments[p, row - n_taps + 1 - low : head - low], total)
+    for i in range(len(wanted)):
         if wanted[i]:
-            out[i] = total[i - row]
+            out[i] = total[i]
 
 
 @njit(cache=True)
@@ -62,17 +68,17 @@ def uniform_rows(
         stop = min(stop, head + n_taps)
         low = min(row - n_taps + 1, head)
         span = powers[:, low - head + n_taps : stop - head + n_taps]
-        local, dt_s = np.empty((len(samples), stop - low)), np.full(stop, step_s)
+        local, dt_s = np.empty(stop - low), np.full(stop, step_s)
         moments = np.empty((n_powers, stop - low))
-        centred_samples(samples, low, head, stop, local)
+        here = wanted[row:stop]
         for s in range(len(samples)):
-            moments_about_head(local[s], span, head - low, moments)
+            centred_samples(samples[s], low, head, stop, local)
+            moments_about_head(local, span, head - low, moments)
             for order in range(len(taps)):
-                weigh(taps[order], moments, low, head, row, stop, wanted, estimates[s, order])
-            for i in range(row, stop):
-                estimates[s, 0, i] += samples[s, head]
+                weigh(taps[order], moments, low, head, row, here, estimates[s, order, row:stop])
+            estimates[s, 0, row:stop] += samples[s, head]
         for k in range(len(inputs)):
-            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local[0])
-            moments_about_head(local[0], span, head - low, moments)
-            weigh(taps[folds[k]], moments, low, head, row, stop, wanted, filtered[k])
+            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local)
+            moments_about_head(local, span, head - low, moments)
+            weigh(taps[folds[k]], moments, low, head, row, here, filtered[k, row:stop])
         row = stop

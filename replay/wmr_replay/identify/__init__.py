@@ -1,6 +1,17 @@
 """The identifier of the contact mode and of α. Pure: numpy and numba alone."""
 
 from wmr_replay.identify.motion import Motion, Slip, motion_of, wheel_slip
-from wmr_replay.identify.paper import PaperIdentifier, Verdict, make_rules
+from wmr_replay.identify.paper import PaperIdentifier, make_rules
+from wmr_replay.identify.verdict import Evidence, Identifier, Verdict
 
-__all__ = ["Motion", "PaperIdentifier", "Slip", "Verdict", "make_rules", "motion_of", "wheel_slip"]
+__all__ = [
+    "Evidence",
+    "Identifier",
+    "Motion",
+    "PaperIdentifier",
+    "Slip",
+    "Verdict",
+    "make_rules",
+    "motion_of",
+    "wheel_slip",
+]

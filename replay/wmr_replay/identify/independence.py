@@ -35,7 +35,8 @@ def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: fl
 
 class IndependenceState(NamedTuple):
     """Memory of the test: stamp of the last row (1,); its x, y, yaw (3,); share of recent steps that break the
-    constraint, how many did, and how many moving steps there were (3,)."""
+    constraint, how many did, and how many moving steps there were (3,).
+    """
 
     last_ns: I64
     last: F64

@@ -13,13 +13,22 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.motion import Motion
-from wmr_schemas.arrays import F64, I8, I64, U8
+from wmr_replay.identify.verdict import (
+    IDEAL,
+    NO_TORQUE,
+    NOT_EXCITED,
+    NOT_TURNING,
+    OK,
+    POSE_NOT_INDEPENDENT,
+    SKIDDING,
+    SLIPPING,
+    WARMING_UP,
+    Evidence,
+    Verdict,
+    no_posterior,
+)
+from wmr_schemas.arrays import F64, I64
 from wmr_schemas.robot import RobotParameters
-
-IDEAL, SKIDDING, SLIPPING = 1, 2, 4
-OK, WARMING_UP, NO_TORQUE, NOT_EXCITED, NOT_TURNING, POSE_NOT_INDEPENDENT = 0, 1, 3, 4, 5, 6
-"""Outcomes, as positions in ``wmr_schemas.tables.Status``."""
 
 UNKNOWN_SKID_TIME_S = 0.1
 """Lateral time constant that is presumed, where the stiffness is unknown, to ask whether a skid would show.
@@ -38,19 +47,6 @@ class Rules(NamedTuple):
     half_track_m: float
     average_speed_mps: float
     window_ns: int
-
-
-class Verdict(NamedTuple):
-    """What the scheme says at each row, (n,)."""
-
-    c_d_mps2: F64
-    c_k_threshold_mps: F64
-    c_d_threshold_mps2: F64
-    alpha: F64
-    alpha_sd: F64
-    mode: I8
-    mode_set: U8
-    outcome: I8
 
 
 def make_rules(
@@ -190,15 +186,23 @@ class PaperIdentifier:
         self.rules = rules
         self._alpha = fresh_alpha()
 
-    def push(self, t_ns: I64, motion: Motion, force: F64, independence: F64) -> Verdict:
+    def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; see :func:`judge_rows`."""
-        values, verdicts = judge_rows(t_ns, np.stack(motion), force, independence, self.rules, self._alpha)
+        values, verdicts = judge_rows(
+            evidence.t_ns,
+            np.stack(evidence.motion),
+            evidence.force,
+            evidence.independence,
+            self.rules,
+            self._alpha,
+        )
         c_d, threshold_k, threshold_d, alpha, alpha_sd = values
         mode, mode_set, outcome = verdicts
         return Verdict(
             c_d,
             threshold_k,
             threshold_d,
+            no_posterior(len(evidence.t_ns)),
             alpha,
             alpha_sd,
             mode.astype(np.int8),

@@ -76,7 +76,9 @@ def open_chunk(head: ChunkHead, stored: bytes, *, whole: bool) -> bytes:
     except (MemoryError, ValueError, RuntimeError) as error:
         raise Unreadable(f"{head.compression or 'plain'} data are damaged ({error})") from None
     if not whole:
-        return records[: head.uncompressed_bytes]
+        records = records[: head.uncompressed_bytes]
+        if len(records) < head.uncompressed_bytes:
+            return records
     if len(records) != head.uncompressed_bytes:
         raise Unreadable(f"holds {len(records)} bytes where its header claims {head.uncompressed_bytes}")
     if head.uncompressed_crc and zlib.crc32(records) != head.uncompressed_crc:

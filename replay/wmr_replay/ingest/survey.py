@@ -98,19 +98,19 @@ class Surveyor:
             self._footer(stop)
             return None
         if fits or opcode == Opcode.CHUNK:
-            self._enter(opcode, position, length)
+            self._enter(opcode, position, length, fits)
         return stop if fits else self._lost(position, f"a record of type {opcode:#04x} claims {length} bytes")
 
-    def _enter(self, opcode: int, position: int, length: int) -> None:
+    def _enter(self, opcode: int, position: int, length: int, fits: bool) -> None:
         try:
-            self._take(opcode, position, length)
+            self._take(opcode, position, length, fits)
         except Malformed as error:
             self.result.n_chunks_damaged += opcode == Opcode.CHUNK
             self.result.notes.append(f"byte {position}: a malformed record of type {opcode:#04x} ({error})")
 
-    def _take(self, opcode: int, position: int, length: int) -> None:
+    def _take(self, opcode: int, position: int, length: int, fits: bool) -> None:
         if opcode == Opcode.CHUNK:
-            self._chunk(position, length)
+            self._chunk(position, length, fits)
         elif opcode == Opcode.MESSAGE_INDEX:
             self._message_index(position, length)
         elif opcode == Opcode.METADATA:
@@ -123,12 +123,14 @@ class Surveyor:
         elif opcode == Opcode.HEADER:
             self.result.profile, self.result.library = parse_header(self._content(position, length))
 
-    def _chunk(self, position: int, length: int) -> None:
+    def _chunk(self, position: int, length: int, fits: bool) -> None:
         available = min(length, self.size - position - HEAD.size)
         head = parse_chunk_head(self._content(position, min(available, _CHUNK_HEAD_BYTES)))
         start = position + HEAD.size + head.head_bytes
         stored = min(head.stored_bytes, available - head.head_bytes)
-        self.result.spans.append(Span(position, start, stored, head, whole=stored == head.stored_bytes))
+        self.result.spans.append(
+            Span(position, start, stored, head, whole=fits or stored == head.stored_bytes)
+        )
 
     def _message_index(self, position: int, length: int) -> None:
         channel_id = int.from_bytes(self._content(position, min(length, 2)), "little")
