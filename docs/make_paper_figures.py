@@ -81,7 +81,7 @@ def draw_path(axes: Axes, truth: pl.DataFrame) -> None:
     colours = [rgb(MODE_COLOURS[mode]) for _, _, mode in pieces]
     axes.add_collection(LineCollection([xy[a : b + 1] for a, b, _ in pieces], colors=colours, linewidths=3))
     axes.plot(*xy[0], "o", color="black", markersize=6)
-    axes.annotate("start", xy[0], xytext=(8, -4), textcoords="offset points", va="top")
+    axes.annotate("start", xy[0], xytext=(-8, 0), textcoords="offset points", ha="right", va="center")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(title="Trajectory", xlabel="x [m]", ylabel="y [m]")
     axes.legend(handles=mode_key(PAPER_MODES), loc="upper right", handlelength=1.2)
@@ -90,7 +90,7 @@ def draw_path(axes: Axes, truth: pl.DataFrame) -> None:
 def draw_velocity(axes: Axes, run: Replayed, column: str, title: str, unit: str) -> None:
     """A velocity, estimated at the instants described, and the true one over it."""
     samples, truth = thin(run.samples), thin(run.truth)
-    axes.plot(described_s(samples), samples[column], color=ESTIMATE, linewidth=1.8, label="estimated")
+    axes.plot(described_s(samples), samples[column], color=ESTIMATE, linewidth=1.4, label="estimated")
     axes.plot(truth["t_s"], truth[column], label="true", **TRUE_STYLE)
     axes.set(title=title, xlabel="t [s]", ylabel=unit)
     axes.set_xlim(0, truth["t_s"][-1])

@@ -50,7 +50,7 @@ def test_standard_deviations_of_body_motion_are_those_of_monte_carlo():
 
 
 def test_body_motion_of_a_skidding_arc_is_its_closed_form():
-    """A body with velocity (u, w) in its own frame, turning at ω: dv_long/dt = 0 while the world acceleration is not."""
+    """A body with velocity (u, w) in its own frame, turning at ω: dv_long/dt = 0, world acceleration not."""
     yaw, rate, u, w = 0.7, 0.9, 2.0, -0.3
     e, n = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
     velocity, acceleration = u * e + w * n, rate * (u * n - w * e)

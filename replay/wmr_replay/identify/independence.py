@@ -22,8 +22,8 @@ INDEPENDENT, NOT_INDEPENDENT, UNKNOWN = 1, -1, 0
 def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: float, step_s: float) -> bool:
     """Whether a step obeys the nonholonomic constraint to within numerical noise.
 
-    |Δp·n| ≤ 2·10⁻³ |Δp·e| + .1 mm/s · Δt for the heading at the step's start, middle or end: the three usual ways of
-    integrating wheel odometry.
+    |Δp·n| ≤ 2·10⁻³ |Δp·e| + .1 mm/s · Δt for the heading at the step's start, middle or end: the three usual
+    ways of integrating wheel odometry.
     """
     for yaw in (yaw_before, 0.5 * (yaw_before + yaw_after), yaw_after):
         cos, sin = np.cos(yaw), np.sin(yaw)
@@ -34,8 +34,8 @@ def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: fl
 
 
 class IndependenceState(NamedTuple):
-    """Memory of the test: stamp of the last row (1,); its x, y, yaw (3,); share of recent steps that break the
-    constraint, how many did, and how many moving steps there were (3,).
+    """Memory of the test: stamp of the last row (1,); its x, y, yaw (3,); share of recent steps that break
+    the constraint, how many did, and how many moving steps there were (3,).
     """
 
     last_ns: I64
@@ -53,8 +53,8 @@ def judge_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
     """INDEPENDENT, NOT_INDEPENDENT or UNKNOWN at each row, (n,), from the steps up to it.
 
     A running median test over the steps at .02 m/s or more: once more than half of the recent ones break the
-    constraint, with at least 20 that do, the pose is independent for good; while 20 moving steps have not shown
-    that, it is not. ``pose`` (3, n); ``state`` is carried on in place.
+    constraint, with at least 20 that do, the pose is independent for good; while 20 moving steps have not
+    shown that, it is not. ``pose`` (3, n); ``state`` is carried on in place.
     """
     out = np.empty(t_ns.shape[0])
     tally = state.tally

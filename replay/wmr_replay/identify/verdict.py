@@ -17,9 +17,9 @@ OK, WARMING_UP, NO_TORQUE, NOT_EXCITED, NOT_TURNING, POSE_NOT_INDEPENDENT = 0, 1
 class Evidence(NamedTuple):
     """What is known up to each of n rows of strictly increasing time.
 
-    ``t_ns`` (n,); ``pose`` (3, n) x, y, yaw unwrapped; ``efforts`` (2, n) left and right, each the mean over the
-    interval that ends at the row, NaN where unknown; ``motion`` and ``force`` (n,), the sum of the efforts through
-    the same window; ``variances`` (2, n) of position and yaw noise; ``independence`` (n,).
+    ``t_ns`` (n,); ``pose`` (3, n) x, y, yaw unwrapped; ``efforts`` (2, n) left and right, each the mean over
+    the interval that ends at the row, NaN where unknown; ``motion`` and ``force`` (n,), the sum of the
+    efforts through the same window; ``variances`` (2, n) of position and yaw noise; ``independence`` (n,).
     """
 
     t_ns: I64
@@ -34,7 +34,8 @@ class Evidence(NamedTuple):
 class Verdict(NamedTuple):
     """What an identifier says at each row, (n,); NaN where unknown.
 
-    ``posterior`` (4, n) over ideal, skidding, slipping, both; all NaN from an identifier that has no probabilities.
+    ``posterior`` (4, n) over ideal, skidding, slipping, both; all NaN from an identifier that has no
+    probabilities.
     """
 
     c_d_mps2: F64
