@@ -21,7 +21,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs unit docs lock clean
+.PHONY: help demo test lint types imports check-docs unit docs figures lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -51,6 +51,9 @@ unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 
 docs: $(TOOLS) ## the documentation, into site/
 	$(PY) -m mkdocs build --strict
+
+figures: $(TOOLS) ## the paper's figures 3 to 6, into docs/images
+	$(PY) docs/make_paper_figures.py
 
 lock: ## resolve constraints.txt anew; UPGRADE=1 takes the newest versions (needs uv)
 	uv pip compile --universal --python-version 3.11 --all-extras --no-header --no-annotate \

@@ -16,6 +16,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from paper_runs import Replayed, quotient, replay
+from PIL import Image
 
 from wmr_replay.timeline.colours import BAND, MODE_COLOURS, Colour, mode_name
 from wmr_schemas.modes import ContactMode
@@ -26,6 +27,7 @@ DRAWN_HZ = 25.0
 SEED = 0
 TRUE_STYLE = {"color": "black", "linestyle": (0, (4, 2)), "linewidth": 1.2}
 STYLE = {
+    "figure.dpi": 110,
     "font.size": 11,
     "axes.titlesize": 11,
     "axes.titlelocation": "left",
@@ -81,7 +83,7 @@ def draw_path(axes: Axes, truth: pl.DataFrame) -> None:
     colours = [rgb(MODE_COLOURS[mode]) for _, _, mode in pieces]
     axes.add_collection(LineCollection([xy[a : b + 1] for a, b, _ in pieces], colors=colours, linewidths=3))
     axes.plot(*xy[0], "o", color="black", markersize=6)
-    axes.annotate("start", xy[0], xytext=(-8, 0), textcoords="offset points", ha="right", va="center")
+    axes.annotate("start", xy[0], xytext=(0, -7), textcoords="offset points", ha="center", va="top")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(title="Trajectory", xlabel="x [m]", ylabel="y [m]")
     axes.legend(handles=mode_key(PAPER_MODES), loc="upper right", handlelength=1.2)
@@ -176,9 +178,11 @@ def figure_alpha(run: Replayed, condition: ContactMode, formula: str) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """A PNG whose bytes do not tell of the day."""
-    FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=100, metadata={"Software": None}, pil_kwargs={"optimize": True})
+    """A small PNG: 256 colours, and no word of when or by what it was made."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    picture.quantize(256, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def make_figures(out: Path, *, quick: bool = False) -> None:

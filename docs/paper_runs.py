@@ -8,9 +8,11 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.run import run_log
+from wmr_replay.settings import Settings
 from wmr_schemas.robot import PAPER_ROBOT
 from wmr_synth import SCENARIOS, record, synthesise
 
+PAPER_SCHEME = Settings(identifier="paper")
 QUICK_DURATION_S, QUICK_RATE_HZ = 24.0, 200.0
 
 
@@ -24,7 +26,7 @@ class Replayed:
 
 
 def replay(scenario: str, *, seed: int = 0, quick: bool = False) -> Replayed:
-    """``wmr-replay synth`` and ``wmr-replay run`` with their defaults, in a folder that is removed again.
+    """``wmr-replay synth`` and ``wmr-replay run --identifier paper``, in a folder that is removed again.
 
     ``quick`` takes a short log at a low rate: enough to try the road, not to measure.
     """
@@ -36,7 +38,7 @@ def replay(scenario: str, *, seed: int = 0, quick: bool = False) -> Replayed:
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder, f"{scenario}.mcap")
         record(simulated, log)
-        result = run_log(log, Path(folder, "results"), timeline=False)
+        result = run_log(log, Path(folder, "results"), settings=PAPER_SCHEME, timeline=False)
         samples = pl.read_parquet(result.files["samples"])
         truth = pl.read_parquet(log.with_name(f"{scenario}.truth.parquet"))
     start_ns = samples["t_ns"][0]

@@ -5,13 +5,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.align import AlignedBatch
-from wmr_replay.columns import Columns, estimated
-from wmr_replay.differentiate import GAP, Differentiator, KernelSpec, noise_coefficient
-from wmr_replay.identify import Evidence, PaperIdentifier, make_rules, motion_of, wheel_slip
+from wmr_replay.columns import ALL_MODES, Columns, estimated
+from wmr_replay.differentiate import GAP, WARMING_UP, Differentiator, KernelSpec, noise_coefficient
+from wmr_replay.identify import (
+    Evidence,
+    Identifier,
+    PaperIdentifier,
+    Rules,
+    Verdict,
+    make_rules,
+    motion_of,
+    wheel_slip,
+)
+from wmr_replay.identify.bank import BankIdentifier, BankSettings
 from wmr_replay.identify.independence import fresh_independence, judge_independence
 from wmr_replay.identify.noise import NoiseTracker, initial_noise
 from wmr_replay.settings import Settings
-from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.arrays import NS_PER_S, Bool
 from wmr_schemas.robot import RobotParameters
 
 MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
@@ -39,6 +49,24 @@ def choose_window_s(settings: Settings, spec: KernelSpec, step_s: float, positio
     return max(min(window_s, MAX_WINDOW_S), MIN_WINDOW_S, MIN_WINDOW_STEPS * step_s)
 
 
+def make_identifier(settings: Settings, robot: RobotParameters, rules: Rules, step_s: float) -> Identifier:
+    """The identifier that the settings name."""
+    if settings.identifier == "paper":
+        return PaperIdentifier(rules)
+    bank = BankSettings(min_confidence=settings.min_confidence)
+    return BankIdentifier(robot, rules, step_s, bank, both=settings.simultaneous)
+
+
+def silent_while_filling(verdict: Verdict, filling: Bool) -> Verdict:
+    """No verdict while the differentiator's window fills, whatever an identifier makes of the first rows."""
+    return verdict._replace(
+        posterior=np.where(filling, np.nan, verdict.posterior),
+        mode=np.where(filling, -1, verdict.mode).astype(np.int8),
+        mode_set=np.where(filling, ALL_MODES, verdict.mode_set).astype(np.uint8),
+        outcome=np.where(filling, WARMING_UP, verdict.outcome).astype(np.int8),
+    )
+
+
 class Chain:
     """Stage: aligned rows → rows of the samples table."""
 
@@ -60,15 +88,14 @@ class Chain:
             step_s=step_s,
             time_constant_s=settings.noise_time_constant_s,
         )
-        self._identifier = PaperIdentifier(
-            make_rules(
-                robot,
-                window_ns=round(window_s * NS_PER_S),
-                threshold_sd=settings.threshold_sd,
-                min_c_k_mps=settings.min_c_k_mps,
-                min_c_d_mps2=settings.min_c_d_mps2,
-            )
+        rules = make_rules(
+            robot,
+            window_ns=round(window_s * NS_PER_S),
+            threshold_sd=settings.threshold_sd,
+            min_c_k_mps=settings.min_c_k_mps,
+            min_c_d_mps2=settings.min_c_d_mps2,
         )
+        self._identifier = make_identifier(settings, robot, rules, step_s)
         self._robot, self._start_ns = robot, int(stretch.t_ns[0])
         self._independence = fresh_independence()
 
@@ -85,6 +112,7 @@ class Chain:
         verdict = self._identifier.push(
             Evidence(rows.t_ns, rows.pose, rows.inputs[:2], motion, force, variances, independence)
         )
+        verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP)
         status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)

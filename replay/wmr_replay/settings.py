@@ -5,6 +5,8 @@ from typing import Any
 
 from wmr_schemas.errors import InvalidSetting
 
+IDENTIFIERS = ("paper", "bank")
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -16,6 +18,12 @@ class Settings:
     kappa: int = 0
     mu: int = 0
     theta: float = 0.0
+    identifier: str = "bank"
+    """``paper``, ``algebraic`` or ``bank``."""
+    min_confidence: float = 0.5
+    """Below this posterior ``mode`` is −1."""
+    simultaneous: bool = False
+    """Whether skidding and slipping at once is a mode of its own."""
     threshold_sd: float = 3.0
     """Thresholds of C_k and C_d in standard deviations."""
     min_c_k_mps: float = 0.005
@@ -30,6 +38,12 @@ class Settings:
     """A torque is held no longer than this."""
 
     def __post_init__(self) -> None:
+        if self.identifier not in IDENTIFIERS:
+            raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
+        if not 2 <= self.degree <= 8:
+            raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
+        if not 0 <= self.min_confidence < 1:
+            raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")
         if self.window_s is not None and not self.window_s > 0:
             raise InvalidSetting(f"the window must be longer than 0 s, not {self.window_s:g} s")
         if not self.threshold_sd > 0:

@@ -15,7 +15,7 @@ from wmr_schemas.mapping_file import LogMapping
 
 POSE = {
     "timestamp": {"sec": 1, "nsec": 0},
-    "pose": {"position": {"x": 1, "y": 2}, "orientation": dict(x=0, y=0, z=0, w=1)},
+    "pose": {"position": {"x": 1, "y": 2}, "orientation": {"x": 0, "y": 0, "z": 0, "w": 1}},
 }
 ODOM = {"timestamp": {"sec": 1, "nsec": 0}, "pose": {"pose": POSE["pose"]}}
 JOINTS = {

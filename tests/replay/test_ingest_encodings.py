@@ -1,4 +1,4 @@
-"""Columns against messages made by other people's encoders: mcap-ros2-support, google.protobuf, json, struct."""
+"""Columns against messages from other people's encoders: mcap-ros2-support, google.protobuf, json, struct."""
 
 import json
 import struct
@@ -30,7 +30,8 @@ ODOMETRY = (
 TRANSFORM = (
     "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n"
     + (
-        f"{'=' * 80}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n"
+        f"{'=' * 80}\nMSG: geometry_msgs/Transform\ngeometry_msgs/Vector3 translation\n"
+        "geometry_msgs/Quaternion rotation\n"
         f"{'=' * 80}\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
         f"{'=' * 80}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"
     )
@@ -43,7 +44,7 @@ FOXGLOVE = (
 
 
 def write(path: Path, *channels, **options) -> Path:
-    """Channels: (topic, schema name, schema encoding, definition, message encoding, messages); stamps 10 ms apart."""
+    """Channels: (topic, schema name, schema encoding, definition, message encoding, messages)."""
     with path.open("wb") as file:
         writer = Writer(file, **options)
         writer.start(profile="", library="test")
@@ -278,7 +279,7 @@ def test_without_header_stamps_the_publish_time_then_the_log_time_serves(tmp_pat
     assert reader.clock_notes[0].startswith(f"/p: {clock} (its first stamps are zero)")
 
 
-# protobuf ----------------------------------------------------------------------------------------------------------
+# protobuf ----------------------------------------
 
 
 def protobuf_class(schema):
@@ -347,7 +348,7 @@ def test_protobuf_joint_states_and_modes(tmp_path):
     assert reader.losses.n_torque_empty == 1
 
 
-# JSON --------------------------------------------------------------------------------------------------------------
+# JSON ----------------------------------------
 
 
 def json_pose(k: int, x: float, y: float, yaw: float, **more: object) -> dict[str, object]:
@@ -406,7 +407,7 @@ def test_json_without_schema_nulls_and_changing_keys(tmp_path):
     assert reader.losses.n_torque_empty == 2
 
 
-# all encodings -----------------------------------------------------------------------------------------------------
+# all encodings ----------------------------------------
 
 
 @pytest.mark.parametrize("chunk_size", [1, 300, 5_000, 1 << 20])

@@ -1,4 +1,4 @@
-"""Real logs against mcap with mcap-ros2-support as the independent reader; every file opens or says why not."""
+"""Real logs against mcap and mcap-ros2-support, the independent readers; every file opens or says why not."""
 
 import hashlib
 from collections import Counter

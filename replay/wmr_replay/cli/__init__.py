@@ -19,6 +19,7 @@ COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
+    "diff": "Design a differentiator, see its kernel and what it does to a log.",
 }
 
 
@@ -42,7 +43,7 @@ class LazyGroup(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="wmr-replay")
 def cli() -> None:
     """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs.

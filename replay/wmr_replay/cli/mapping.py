@@ -19,11 +19,11 @@ TORQUE_SPEC = re.compile(r"(?P<topic>[^{}]+)(?:\{(?P<joints>[^{}]*)\})?")
 def mapping_options(command: F) -> F:
     """Adds --pose, --torque, --truth and --map."""
     options = (
-        click.option("--pose", metavar="TOPIC", help="Topic of the pose.  [default: found by schema]"),
+        click.option("--pose", metavar="TOPIC", help="Topic of the pose; else found by schema."),
         click.option(
             "--torque",
             metavar="TOPIC[{left=A+B,right=C}]",
-            help="Topic of the wheel torques, with the joints of each side.  [default: found by schema and joint names]",
+            help="Topic of the wheel torques, and the joints of each side; else found by schema and names.",
         ),
         click.option("--truth", metavar="TOPIC", help="Topic of the true contact mode."),
         click.option(
@@ -56,10 +56,14 @@ def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMappin
 def parse_torque(spec: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     """``/joint_states{left=a+b,right=c}`` → topic and the joints of each side."""
     match = TORQUE_SPEC.fullmatch(spec)
-    sides = dict(part.partition("=")[::2] for part in (match["joints"] or "").split(",") if part) if match else {}
+    sides = (
+        dict(part.partition("=")[::2] for part in (match["joints"] or "").split(",") if part) if match else {}
+    )
     if match is None or (sides and set(sides) != {"left", "right"}):
         raise click.BadParameter(
             f"{spec!r} is not TOPIC or TOPIC{{left=JOINT+JOINT,right=JOINT}}", param_hint="--torque"
         )
-    left, right = (tuple(j.strip() for j in sides.get(side, "").split("+") if j.strip()) for side in ("left", "right"))
+    left, right = (
+        tuple(j.strip() for j in sides.get(side, "").split("+") if j.strip()) for side in ("left", "right")
+    )
     return match["topic"].strip(), left, right

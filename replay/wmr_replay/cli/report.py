@@ -27,7 +27,9 @@ def print_summary(result: "RunResult") -> None:
     row, console = result.summary, Console(highlight=False, soft_wrap=True)
     console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
     console.print(mode_table(row))
-    for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in json.loads(row["notes"])]:
+    for line in (
+        score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in json.loads(row["notes"])]
+    ):
         console.print(line)
     console.print(f"\n[bold]{row['verdict']}[/bold]\n")
     console.print(f"results   {result.files['samples'].parent}/")
@@ -60,9 +62,12 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
     if row["accuracy"] is None:
         return []
     delay, p95 = row["median_detection_delay_s"], row["p95_detection_delay_s"]
-    lines = [f"accuracy  {percent(row['accuracy'])} ({percent(row['accuracy_decided'])} of the {percent(row['decided_share'])} decided)"]
+    decided = f"{percent(row['accuracy_decided'])} of the {percent(row['decided_share'])} decided"
+    lines = [f"accuracy  {percent(row['accuracy'])} ({decided})"]
     if delay is not None:
-        lines.append(f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed")
+        lines.append(
+            f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed"
+        )
     lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
     if row["alpha_error"] is not None:
         lines.append(f"alpha     {row['alpha_error']:+.1%} off the true value")
@@ -71,7 +76,9 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
 
 def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
     """Whatever was counted as out of the ordinary."""
-    return [f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name != "truncated"]
+    return [
+        f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name != "truncated"
+    ]
 
 
 def percent(value: float | None) -> str:

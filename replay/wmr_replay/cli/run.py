@@ -1,40 +1,27 @@
 """``wmr-replay run``."""
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from wmr_replay.cli.mapping import mapping_from_options, mapping_options
+from wmr_replay.cli.tuning import settings_from_options, settings_options
 
 
 @click.command(name="run")
 @click.argument("log", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(file_okay=False, path_type=Path), help="Where results go.  [default: ./<stem>.wmr/]")
+@click.option(
+    "--out", type=click.Path(file_okay=False, path_type=Path), help="Results go here, not to ./<stem>.wmr/."
+)
 @click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
-@click.option("--strict", is_flag=True, help="Fail (exit code 3) when something in the file was damaged.")
+@click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
 @mapping_options
-@click.option("--window", "window_s", type=float, help="Differentiator window T in s.  [default: from rate and noise]")
-@click.option("--degree", type=int, default=2, show_default=True, help="Degree N of the local polynomial.")
-@click.option("--kappa", type=int, default=0, show_default=True, help="Weight exponent at the window's newest end.")
-@click.option("--mu", type=int, default=0, show_default=True, help="Weight exponent at the window's oldest end.")
-@click.option("--theta", type=float, default=0.0, show_default=True, help="Instant described: 0 the window's middle, 1 now.")
-@click.option("--threshold-sd", type=float, default=3.0, show_default=True, help="Thresholds in standard deviations.")
+@settings_options
 def command(
-    log: Path,
-    out: Path | None,
-    view: bool,
-    as_json: bool,
-    no_rrd: bool,
-    strict: bool,
-    window_s: float | None,
-    degree: int,
-    kappa: int,
-    mu: int,
-    theta: float,
-    threshold_sd: float,
-    **mapping: str | Path | None,
+    log: Path, out: Path | None, view: bool, as_json: bool, no_rrd: bool, strict: bool, **options: Any
 ) -> None:
     """Identify contact modes and alpha in LOG.
 
@@ -49,20 +36,16 @@ def command(
     from wmr_replay.cli.progress import byte_progress
     from wmr_replay.cli.report import print_summary, summary_json
     from wmr_replay.run import run_log
-    from wmr_replay.settings import Settings
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
 
     if view and no_rrd:
         raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
-    settings = Settings(
-        window_s=window_s, degree=degree, kappa=kappa, mu=mu, theta=theta, threshold_sd=threshold_sd
-    )
     with byte_progress(f"replaying {log.name}") as progress:
         result = run_log(
             log,
             out,
-            settings=settings,
-            mapping=mapping_from_options(mapping),
+            settings=settings_from_options(options),
+            mapping=mapping_from_options(options),
             timeline=not no_rrd,
             strict=strict,
             progress=progress,

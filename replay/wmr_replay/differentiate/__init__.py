@@ -1,7 +1,17 @@
-"""The causal algebraic differentiator."""
+"""The causal algebraic differentiator. The choice of its parameters from data is in ``differentiate.tuning``."""
 
-from wmr_replay.differentiate.design import KernelSpec, noise_coefficient, root_theta, uniform_taps
+from wmr_replay.differentiate.adaptive import AdaptiveDifferentiator
+from wmr_replay.differentiate.design import KernelSpec, root_theta, uniform_taps
 from wmr_replay.differentiate.equation10 import kernel_polynomial
+from wmr_replay.differentiate.kernel import (
+    best_noise_coefficient,
+    continuous_kernel,
+    efficiency,
+    folded_kernel,
+    frequency_response,
+    noise_coefficient,
+)
+from wmr_replay.differentiate.noise import NoiseTracker, robust_sigma
 from wmr_replay.differentiate.stream import Derivatives, Differentiator
 from wmr_replay.differentiate.windows import GAP, OK, WARMING_UP
 
@@ -9,11 +19,19 @@ __all__ = [
     "GAP",
     "OK",
     "WARMING_UP",
+    "AdaptiveDifferentiator",
     "Derivatives",
     "Differentiator",
     "KernelSpec",
+    "NoiseTracker",
+    "best_noise_coefficient",
+    "continuous_kernel",
+    "efficiency",
+    "folded_kernel",
+    "frequency_response",
     "kernel_polynomial",
     "noise_coefficient",
+    "robust_sigma",
     "root_theta",
     "uniform_taps",
 ]

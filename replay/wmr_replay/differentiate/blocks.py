@@ -8,18 +8,34 @@ windows that hold it and no other; and what a row gets depends on its own window
 batches change no bit (van Herk 1992, Gil and Werman 1993, for sums in place of maxima).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from wmr_schemas.arrays import F64, I64
 
 
+class Signals(NamedTuple):
+    """The buffer of n samples: stamps (n,), ``samples`` (s, n), ``inputs`` (k, n), ``folds`` (k,); and the grid
+    of blocks: the log's first stamp, the blocks' length.
+    """
+
+    t_ns: I64
+    samples: F64
+    inputs: F64
+    folds: I64
+    start_ns: int
+    block_ns: int
+
+
 @njit(cache=True)
-def block_rows(t_ns: I64, row: int, start_ns: int, block_ns: int) -> tuple[int, int, int]:
+def block_of(signals: Signals, row: int) -> tuple[int, int, int]:
     """Anchor of the block that holds ``row``, its first sample there, and the row behind the block's last."""
-    anchor_ns = start_ns + (t_ns[row] - start_ns) // block_ns * block_ns
-    head = int(np.searchsorted(t_ns, anchor_ns))
-    stop = int(np.searchsorted(t_ns, anchor_ns + block_ns))
+    start_ns, block_ns = signals.start_ns, signals.block_ns
+    anchor_ns = start_ns + (signals.t_ns[row] - start_ns) // block_ns * block_ns
+    head = int(np.searchsorted(signals.t_ns, anchor_ns))
+    stop = int(np.searchsorted(signals.t_ns, anchor_ns + block_ns))
     return anchor_ns, head, stop
 
 

@@ -1,5 +1,4 @@
-"""Kernels of the causal algebraic differentiator: the continuous form, the delay, the noise gain, and the
-taps.
+"""Kernels of the causal algebraic differentiator: parameters, delay, and taps with exact discrete moments.
 
 Sources: Mboup, Join, Fliess, "Numerical differentiation with annihilators in noisy environment" (2009);
 Othmane, Kiltz, Rudolph, "Survey on algebraic numerical differentiation" (2022). The annihilator-based
@@ -28,8 +27,8 @@ class KernelSpec:
     theta: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 2 <= self.degree <= 8:
-            raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
+        if not 0 <= self.degree <= 8:
+            raise InvalidSetting(f"degree must be 0 to 8, not {self.degree}")
         if min(self.kappa, self.mu) < 0 or max(self.kappa, self.mu) > 8:
             raise InvalidSetting(f"kappa and mu must be 0 to 8, not {self.kappa} and {self.mu}")
         if not -1 <= self.theta <= 1:
@@ -85,10 +84,3 @@ def input_taps(taps: F64, step_s: float, fold: int) -> F64:
         return np.append(once[:-1] * step_s, 0.0)
     g = np.concatenate([[0.0], np.cumsum(once)[:-1]]) * step_s
     return np.append((g[:-1] + g[1:]) / 2 * step_s, 0.0)
-
-
-def noise_coefficient(order: int, spec: KernelSpec) -> float:
-    """C in sd = σ·√(c·step/T^{2n+1}): Σ h² of the continuous kernel over a window of 1 s."""
-    n_taps = 4001
-    taps = uniform_taps(spec, n_taps, 1 / (n_taps - 1))
-    return float(np.sum(taps[order] ** 2) * (n_taps - 1))

@@ -3,7 +3,8 @@
 import numpy as np
 from numba import njit
 
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_replay.differentiate.blocks import Signals
+from wmr_schemas.arrays import F64, I64
 
 ORDERS = 3
 
@@ -76,35 +77,30 @@ def filtered_input(taps: F64, n_taps: int, t_ns: I64, last: int, means: F64, fol
 
 @njit(cache=True)
 def direct_rows(
-    t_ns: I64,
-    samples: F64,
-    inputs: F64,
-    folds: I64,
+    signals: Signals,
     first: I64,
-    wanted: Bool,
+    rows: I64,
     shape: tuple[int, int, int, float],
     window_ns: int,
     out: tuple[F64, F64, F64],
 ) -> None:
     """As ``irregular.irregular_rows``, with the work of a window in each row. ``shape`` is (N, κ, μ, θ)."""
     estimates, filtered, gains = out
-    longest = 0
-    for i in range(len(t_ns)):
+    samples, longest = signals.samples, 0
+    for i in rows:
         longest = max(longest, i - first[i] + 1)
     taps = np.empty((ORDERS, longest))
-    for i in range(len(t_ns)):
-        if not wanted[i]:
-            continue
+    for i in rows:
         n_taps = i - first[i] + 1
-        window_taps(t_ns, i, first[i], shape, window_ns, taps)
-        for s in range(samples.shape[0]):
-            for n in range(ORDERS):
-                total = 0.0
-                for m in range(n_taps):
-                    total += taps[n, m] * (samples[s, i - m] - samples[s, i])
-                estimates[s, n, i] = total + (samples[s, i] if n == 0 else 0.0)
+        window_taps(signals.t_ns, i, first[i], shape, window_ns, taps)
         for a in range(ORDERS):
             for b in range(ORDERS):
                 gains[a, b, i] = np.sum(taps[a, :n_taps] * taps[b, :n_taps])
-        for k in range(inputs.shape[0]):
-            filtered[k, i] = filtered_input(taps[folds[k]], n_taps, t_ns, i, inputs[k], folds[k])
+            for s in range(len(samples)):
+                total = samples[s, i] if a == 0 else 0.0
+                for m in range(n_taps):
+                    total += taps[a, m] * (samples[s, i - m] - samples[s, i])
+                estimates[s, a, i] = total
+        for k in range(len(signals.inputs)):
+            fold = signals.folds[k]
+            filtered[k, i] = filtered_input(taps[fold], n_taps, signals.t_ns, i, signals.inputs[k], fold)

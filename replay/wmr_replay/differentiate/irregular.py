@@ -11,7 +11,8 @@ from numba import njit
 from numpy.polynomial import polynomial
 
 from wmr_replay.differentiate.blocks import (
-    block_rows,
+    Signals,
+    block_of,
     centred_samples,
     integrated_input,
     moments_about_head,
@@ -36,7 +37,9 @@ def make_fit(spec: KernelSpec, window_ns: int) -> Fit:
     old, new = polynomial.polypow([0.5, -0.5], spec.kappa), polynomial.polypow([0.5, 0.5], spec.mu)
     powers = np.eye(spec.degree + 1)
     rate = 2 * NS_PER_S / window_ns
-    wanted = [[rate**n * polynomial.polyval(spec.theta, polynomial.polyder(p, n)) for p in powers] for n in range(3)]
+    wanted = [
+        [rate**n * polynomial.polyval(spec.theta, polynomial.polyder(p, n)) for p in powers] for n in range(3)
+    ]
     return Fit(np.atleast_1d(polynomial.polymul(old, new)), np.array(wanted), window_ns)
 
 
@@ -179,70 +182,66 @@ def put(values: F64, rows: I64, out: F64) -> None:
 
 
 @njit(cache=True)
-def irregular_rows(
-    t_ns: I64,
-    samples: F64,
-    inputs: F64,
-    folds: I64,
-    grid: tuple[int, int],
+def put_covariances(values: F64, rows: I64, out: F64) -> None:
+    """``out[:, :, rows] = values``."""
+    for a in range(len(values)):
+        for b in range(len(values)):
+            put(values[a, b], rows, out[a, b])
+
+
+@njit(cache=True)
+def irregular_rows(signals: Signals, first: I64, rows: I64, fit: Fit, out: tuple[F64, F64, F64]) -> None:
+    """Fill the columns ``rows`` of ``out``: estimates (s, 3, n), filtered inputs (k, n), gains (3, 3, n).
+
+    The window of row i is ``first[i] … i``. Rows whose instants do not determine the fit get NaN.
+    """
+    start = 0
+    while start < len(rows):
+        anchor_ns, head, stop = block_of(signals, rows[start])
+        end = start + int(np.searchsorted(rows[start:], stop))
+        bounds = (anchor_ns, min(first[rows[start]], head), head, stop)
+        rows_of_block(signals, bounds, first, rows[start:end], fit, out)
+        start = end
+
+
+@njit(cache=True)
+def rows_of_block(
+    signals: Signals,
+    bounds: tuple[int, int, int, int],
     first: I64,
     rows: I64,
     fit: Fit,
     out: tuple[F64, F64, F64],
 ) -> None:
-    """Fill the columns ``rows`` of ``out``: estimates (s, 3, n), filtered inputs (k, n) and gains (3, 3, n).
+    """:func:`irregular_rows` for the rows of one block.
 
-    All arrays run over the buffer of n samples; the window of row i is ``t_ns[first[i]..i]``. ``grid`` is (first
-    stamp of the log, block length) in ns. Rows whose instants do not determine the fit get NaN.
+    ``bounds``: anchor in ns, first sample needed, the block's first, the one behind its last.
     """
-    start = 0
-    while start < len(rows):
-        anchor_ns, head, stop = block_rows(t_ns, rows[start], grid[0], grid[1])
-        end = start + int(np.searchsorted(rows[start:], stop))
-        here, low = rows[start:end], min(first[rows[start]], head)
-        bounds = (low, head, stop)
-        block_of_rows(t_ns, samples, inputs, folds, bounds, anchor_ns, first[here] - low, here, fit, out)
-        start = end
-
-
-@njit(cache=True)
-def block_of_rows(
-    t_ns: I64,
-    samples: F64,
-    inputs: F64,
-    folds: I64,
-    bounds: tuple[int, int, int],
-    anchor_ns: int,
-    oldest: I64,
-    rows: I64,
-    fit: Fit,
-    out: tuple[F64, F64, F64],
-) -> None:
-    """:func:`irregular_rows` for rows of one block; ``bounds``: first sample needed, the block's first, its end."""
-    low, head, stop = bounds
-    newest, split, n_powers = rows - low, head - low, fit.wanted.shape[1] + len(fit.weight) - 1
-    powers = powers_about(t_ns[low:stop], anchor_ns, fit.window_ns, 2 * n_powers - 1)
+    anchor_ns, low, head, stop = bounds
+    t_ns, samples, inputs = signals.t_ns[low:stop], signals.samples, signals.inputs
+    oldest, newest, split = first[rows] - low, rows - low, head - low
+    n_powers = fit.wanted.shape[1] + len(fit.weight) - 1
+    powers = powers_about(t_ns, anchor_ns, fit.window_ns, 2 * n_powers - 1)
     shift = 1.0 - powers[1][newest]
     running, local = np.empty_like(powers), np.ones(stop - low)
     moments_about_head(local, powers, split, running)
     moments = gather(running, split, oldest, newest)
     shift_moments(moments, shift)
-    kernels, gains = kernels_of(moments, fit), out[2]
-    factors = covariances(kernels, moments)
-    for a in range(3):
-        for b in range(3):
-            put(factors[a, b], rows, gains[a, b])
-        shift_polynomials(kernels[a], shift)
+    kernels = kernels_of(moments, fit)
+    put_covariances(covariances(kernels, moments), rows, out[2])
+    for n in range(3):
+        shift_polynomials(kernels[n], shift)
     running = running[:n_powers]
     for s in range(len(samples)):
         centred_samples(samples[s], low, head, stop, local)
         moments_about_head(local, powers[:n_powers], split, running)
         moments = gather(running, split, oldest, newest)
         for n in range(3):
-            put(weigh(kernels[n], moments) + (samples[s, head] if n == 0 else 0.0), rows, out[0][s, n])
+            offset = samples[s, head] if n == 0 else 0.0
+            put(weigh(kernels[n], moments) + offset, rows, out[0][s, n])
     dt_s = np.zeros(stop)
-    dt_s[low + 1 :] = (t_ns[low + 1 : stop] - t_ns[low : stop - 1]) * 1e-9
+    dt_s[low + 1 :] = (t_ns[1:] - t_ns[:-1]) * 1e-9
     for k in range(len(inputs)):
-        integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local)
+        integrated_input(inputs[k], dt_s, signals.folds[k], low, head, stop, local)
         moments_about_head(local, powers[:n_powers], split, running)
-        put(weigh(kernels[folds[k]], gather(running, split, oldest, newest)), rows, out[1][k])
+        put(weigh(kernels[signals.folds[k]], gather(running, split, oldest, newest)), rows, out[1][k])

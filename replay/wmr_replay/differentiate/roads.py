@@ -4,6 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.design import KernelSpec, input_taps, uniform_taps
 from wmr_replay.differentiate.direct import direct_rows
 from wmr_replay.differentiate.exact import anchored_taps
@@ -32,10 +33,8 @@ class Answer(NamedTuple):
 class Road(Protocol):
     """Both kinds of windows of one kernel."""
 
-    def rows(
-        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
-    ) -> Answer:
-        """The rows from ``n_old`` on; ``grid`` is (first stamp of the log, block length) in ns."""
+    def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
+        """The rows from ``n_old`` on."""
 
 
 def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
@@ -44,11 +43,19 @@ def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ..
     return (BlockRoad if in_blocks else DirectRoad)(spec, n_taps, step_s, folds)
 
 
-def start_answer(samples: F64, inputs: F64, uniform: Bool, gains: F64) -> Answer:
+def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:
+    """The new rows with a uniform window, as a mask, and those with another whole window, as indices."""
+    new = np.arange(len(windows.state)) >= n_old
+    uniform = windows.uniform & new
+    return uniform, np.flatnonzero((windows.state == OK) & new & ~uniform)
+
+
+def start_answer(signals: Signals, uniform: Bool, gains: F64) -> Answer:
     """NaN everywhere, but for the gains of uniform windows."""
-    n = samples.shape[1]
+    n = len(uniform)
+    estimates = np.full((len(signals.samples), 3, n), np.nan)
     known = np.where(uniform, gains[:, :, None], np.nan)
-    return Answer(np.full((len(samples), 3, n), np.nan), np.full((len(inputs), n), np.nan), known, np.empty(0, np.int8))
+    return Answer(estimates, np.full((len(signals.inputs), n), np.nan), known, np.empty(0, np.int8))
 
 
 def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
@@ -64,22 +71,17 @@ class BlockRoad:
 
     def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
         taps = uniform_taps(spec, n_taps, step_s)
-        self._gains, self._step_s, self._folds = taps @ taps.T, step_s, np.array(folds, np.int64)
+        self._gains, self._step_s = taps @ taps.T, step_s
         anchored = anchored_taps(spec, n_taps, step_s)
         self._design = (anchor_powers(n_taps, anchored.shape[1]), anchored)
         self._fit = make_fit(spec, round((n_taps - 1) * step_s * NS_PER_S))
 
-    def rows(
-        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
-    ) -> Answer:
+    def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
         """See :class:`Road`."""
-        new = np.arange(len(t_ns)) >= n_old
-        uniform = windows.uniform & new
-        irregular = (windows.state == OK) & new & ~uniform
-        answer = start_answer(samples, inputs, uniform, self._gains)
-        signals = (t_ns, samples, inputs, self._folds, grid)
-        uniform_rows(*signals, self._step_s, uniform, self._design, answer[:2])
-        irregular_rows(*signals, windows.first, np.flatnonzero(irregular), self._fit, answer[:3])
+        uniform, irregular = split(windows, n_old)
+        answer = start_answer(signals, uniform, self._gains)
+        uniform_rows(signals, self._step_s, uniform, self._design, answer[:2])
+        irregular_rows(signals, windows.first, irregular, self._fit, answer[:3])
         return cut(answer, windows, n_old)
 
 
@@ -89,22 +91,17 @@ class DirectRoad:
     def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
         self._taps = uniform_taps(spec, n_taps, step_s)
         self._input_taps = [input_taps(self._taps[fold], step_s, fold)[None, :-1] for fold in folds]
-        self._gains, self._folds = self._taps @ self._taps.T, np.array(folds, np.int64)
+        self._gains = self._taps @ self._taps.T
         self._shape = (spec.degree, spec.kappa, spec.mu, spec.theta)
         self._window_ns = round((n_taps - 1) * step_s * NS_PER_S)
 
-    def rows(
-        self, t_ns: I64, samples: F64, inputs: F64, grid: tuple[int, int], windows: Windows, n_old: int
-    ) -> Answer:
-        """See :class:`Road`; ``grid`` does not matter here."""
-        new = np.arange(len(t_ns)) >= n_old
-        uniform = windows.uniform & new
-        irregular = (windows.state == OK) & new & ~uniform
-        answer = start_answer(samples, inputs, uniform, self._gains)
-        for s, signal in enumerate(samples):
+    def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
+        """See :class:`Road`."""
+        uniform, irregular = split(windows, n_old)
+        answer = start_answer(signals, uniform, self._gains)
+        for s, signal in enumerate(signals.samples):
             apply_taps(self._taps, SUMS, signal, uniform, answer.estimates[s])
         for k, taps in enumerate(self._input_taps):
-            apply_taps(taps, SUMS[:1], inputs[k], uniform, answer.inputs[k : k + 1])
-        args = (t_ns, samples, inputs, self._folds, windows.first, irregular, self._shape, self._window_ns)
-        direct_rows(*args, answer[:3])
+            apply_taps(taps, SUMS[:1], signals.inputs[k], uniform, answer.inputs[k : k + 1])
+        direct_rows(signals, windows.first, irregular, self._shape, self._window_ns, answer[:3])
         return cut(answer, windows, n_old)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.roads import make_road
 from wmr_replay.differentiate.windows import UNIFORM_TOLERANCE_NS, WindowRules, find_windows
@@ -68,6 +69,7 @@ class Differentiator:
         self.window_s = (n_taps - 1) * step_s
         self.delay_s = spec.delay_s(self.window_s)
         self.n_gaps = 0
+        self._folds = np.array(folds, np.int64)
         window_ns, step_ns = round(self.window_s * NS_PER_S), step_s * NS_PER_S
         hole_ns = max(window_ns // 4, round(1.5 * step_ns))
         self._rules = WindowRules(window_ns, step_ns, hole_ns, n_taps, max((n_taps + 1) // 2, least))
@@ -86,8 +88,9 @@ class Differentiator:
         start_ns = self._start_ns or 0
         windows = find_windows(self._t_ns, n_old, start_ns, self._rules)
         self.n_gaps += windows.n_holes
-        grid = (start_ns, self._rules.window_ns + UNIFORM_TOLERANCE_NS)
-        answer = self._road.rows(self._t_ns, held, self._inputs, grid, windows, n_old)
+        block_ns = self._rules.window_ns + UNIFORM_TOLERANCE_NS
+        signals = Signals(self._t_ns, held, self._inputs, self._folds, start_ns, block_ns)
+        answer = self._road.rows(signals, windows, n_old)
         delay_s = np.where(answer.state == 0, self.delay_s, np.nan)
         coverage = windows.coverage[n_old:]
         self._forget(windows.first)
@@ -99,8 +102,8 @@ class Differentiator:
         return self.push(np.empty(0, np.int64), np.empty((n_signals, 0)), np.empty((len(self._inputs), 0)))
 
     def _append(self, t_ns: I64, samples: F64, inputs: F64) -> F64:
-        held = samples if self._samples is None else np.concatenate([self._samples, samples], axis=1)
-        self._samples = np.ascontiguousarray(held, dtype=np.float64)
+        before = np.empty((len(samples), 0)) if self._samples is None else self._samples
+        self._samples = np.concatenate([before, samples], axis=1)
         self._inputs = np.concatenate([self._inputs, inputs], axis=1)
         self._t_ns = np.concatenate([self._t_ns, t_ns])
         return self._samples

@@ -4,12 +4,13 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.differentiate.blocks import (
-    block_rows,
+    Signals,
+    block_of,
     centred_samples,
     integrated_input,
     moments_about_head,
 )
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.arrays import F64, Bool
 
 
 def anchor_powers(n_taps: int, n_powers: int) -> F64:
@@ -40,37 +41,28 @@ def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, 
 
 @njit(cache=True)
 def uniform_rows(
-    t_ns: I64,
-    samples: F64,
-    inputs: F64,
-    folds: I64,
-    grid: tuple[int, int],
-    step_s: float,
-    wanted: Bool,
-    design: tuple[F64, F64],
-    out: tuple[F64, F64],
+    signals: Signals, step_s: float, wanted: Bool, design: tuple[F64, F64], out: tuple[F64, F64]
 ) -> None:
     """Fill the columns with ``wanted`` of ``out``: estimates (s, 3, n) and filtered inputs (k, n).
 
-    All arrays run over the buffer of n samples. ``grid`` is (first stamp of the log, block length) in ns; ``design``
-    is (:func:`anchor_powers`, ``exact.anchored_taps``). The window of each wanted row is its last L samples, and
-    these are uniform.
+    ``design`` is (:func:`anchor_powers`, ``exact.anchored_taps``). The window of each wanted row is its last
+    L samples, and these are uniform.
     """
     powers, taps = design
     estimates, filtered = out
+    samples, inputs = signals.samples, signals.inputs
     n_powers, n_taps = taps.shape[1:]
     row = 0
-    while row < len(t_ns):
+    while row < len(wanted):
         if not wanted[row]:
             row += 1
             continue
-        _, head, stop = block_rows(t_ns, row, grid[0], grid[1])
+        _, head, stop = block_of(signals, row)
         stop = min(stop, head + n_taps)
-        low = min(row - n_taps + 1, head)
+        low, here = min(row - n_taps + 1, head), wanted[row:stop]
         span = powers[:, low - head + n_taps : stop - head + n_taps]
         local, dt_s = np.empty(stop - low), np.full(stop, step_s)
         moments = np.empty((n_powers, stop - low))
-        here = wanted[row:stop]
         for s in range(len(samples)):
             centred_samples(samples[s], low, head, stop, local)
             moments_about_head(local, span, head - low, moments)
@@ -78,7 +70,7 @@ def uniform_rows(
                 weigh(taps[order], moments, low, head, row, here, estimates[s, order, row:stop])
             estimates[s, 0, row:stop] += samples[s, head]
         for k in range(len(inputs)):
-            integrated_input(inputs[k], dt_s, folds[k], low, head, stop, local)
+            integrated_input(inputs[k], dt_s, signals.folds[k], low, head, stop, local)
             moments_about_head(local, span, head - low, moments)
-            weigh(taps[folds[k]], moments, low, head, row, here, filtered[k, row:stop])
+            weigh(taps[signals.folds[k]], moments, low, head, row, here, filtered[k, row:stop])
         row = stop

@@ -1,7 +1,7 @@
 """The identifier of the contact mode and of α. Pure: numpy and numba alone."""
 
 from wmr_replay.identify.motion import Motion, Slip, motion_of, wheel_slip
-from wmr_replay.identify.paper import PaperIdentifier, make_rules
+from wmr_replay.identify.paper import PaperIdentifier, Rules, make_rules
 from wmr_replay.identify.verdict import Evidence, Identifier, Verdict
 
 __all__ = [
@@ -9,6 +9,7 @@ __all__ = [
     "Identifier",
     "Motion",
     "PaperIdentifier",
+    "Rules",
     "Slip",
     "Verdict",
     "make_rules",

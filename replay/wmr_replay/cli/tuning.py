@@ -1,0 +1,56 @@
+"""Options of the differentiator and the identifier, shared by the commands that replay logs."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from wmr_replay.settings import Settings
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+OPTIONS = (
+    click.option(
+        "--identifier", type=click.Choice(["paper", "bank"]), default="bank", help="How modes are told apart."
+    ),
+    click.option("--min-confidence", type=float, default=0.5, help="No mode is named below this posterior."),
+    click.option(
+        "--simultaneous", is_flag=True, help="Let skidding and slipping at once be a mode of its own."
+    ),
+    click.option(
+        "--threshold-sd", type=float, default=3.0, help="Thresholds of C_k and C_d in standard deviations."
+    ),
+    click.option(
+        "--window", "window_s", type=float, help="Differentiator window in s; else from rate and noise."
+    ),
+    click.option("--degree", type=int, default=2, help="Degree N of the local polynomial."),
+    click.option("--kappa", type=int, default=0, help="Weight exponent at the window's newest end."),
+    click.option("--mu", type=int, default=0, help="Weight exponent at the window's oldest end."),
+    click.option("--theta", type=float, default=0.0, help="Instant described: 0 the window's middle, 1 now."),
+)
+NAMES = (
+    "identifier",
+    "min_confidence",
+    "simultaneous",
+    "threshold_sd",
+    "window_s",
+    "degree",
+    "kappa",
+    "mu",
+    "theta",
+)
+
+
+def settings_options(command: F) -> F:
+    """Adds the options of :class:`~wmr_replay.settings.Settings` that people change."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+def settings_from_options(options: Mapping[str, Any]) -> "Settings":
+    """The settings that the options say."""
+    from wmr_replay.settings import Settings
+
+    return Settings(**{name: options[name] for name in NAMES})

@@ -1,0 +1,219 @@
+"""The bank as a stage: rows go into bins, every bin advances all hypotheses, rows report the last bin."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.bank.bins import FORCE, TURN, Bins, into_bins, open_bin
+from wmr_replay.identify.bank.hypotheses import Population, make_population, normalise, split, thin
+from wmr_replay.identify.bank.predict import move, spread
+from wmr_replay.identify.bank.start import start_population
+from wmr_replay.identify.bank.states import (
+    BOTH,
+    LN_ALPHA,
+    LN_BETA,
+    N_MOVING,
+    N_STATES,
+    OMEGA,
+    RHO,
+    SKIDDING,
+    V_LAT,
+    V_LONG,
+    Prior,
+    make_prior,
+    with_alpha,
+)
+from wmr_replay.identify.bank.update import absorb
+from wmr_replay.identify.paper import PaperIdentifier, Rules
+from wmr_replay.identify.posterior import decide
+from wmr_replay.identify.verdict import Evidence, Verdict
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.robot import RobotParameters
+
+LONGEST_STEP_S = 0.05
+ALPHA_KNOWN_WITHIN = 0.3
+"""Without a nominal α the bank starts once the regression knows it this well."""
+UNKNOWN_ACCELERATION_DIFFUSION = 0.5
+"""(m/s²)²·s: what the velocities may do where no torque is known."""
+
+
+@dataclass(frozen=True)
+class BankSettings:
+    """Size and rhythm of the bank, and how far the model is trusted."""
+
+    most_hypotheses: int = 40
+    bin_s: float = 0.02
+    split_s: float = 0.1
+    switch_rate_per_s: float = 0.15
+    start_bins: int = 30
+    velocity_diffusion: float = 1e-4
+    """(m/s)²/s, on v_long, v_lat and (rad/s)²/s on ω."""
+    alpha_diffusion_per_s: float = 1e-5
+    rho_diffusion_per_s: float = 1e-3
+    min_confidence: float = 0.5
+
+
+class Drift(NamedTuple):
+    """Diffusion of velocities, ln α and ρ, per second."""
+
+    velocity: float
+    ln_alpha: float
+    rho: float
+
+
+@njit(cache=True)
+def advance(
+    people: Population, force: float, turn: float, step_s: float, prior: Prior, drift: Drift, work: F64
+) -> None:
+    """All hypotheses forward by ``step_s``; unknown efforts (NaN) leave the velocities free.
+
+    ``work`` (12, 10) is scratch.
+    """
+    pieces = max(1, int(np.ceil(step_s / LONGEST_STEP_S)))
+    dt = step_s / pieces
+    free_v, free_omega = np.isnan(force), np.isnan(turn) or np.isnan(prior.ln_beta)
+    for h in range(people.size[0]):
+        mean, covariance, mode = people.mean[h], people.covariance[h], people.mode[h]
+        for _ in range(pieces):
+            move(
+                mean, mode, 0.0 if free_v else force, 0.0 if free_omega else turn, dt, prior, work[:N_MOVING]
+            )
+            spread(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
+            covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else drift.velocity) * dt
+            covariance[OMEGA, OMEGA] += (
+                UNKNOWN_ACCELERATION_DIFFUSION if free_omega else drift.velocity
+            ) * dt
+            if mode in (SKIDDING, BOTH):
+                covariance[V_LAT, V_LAT] += drift.velocity * dt
+            for a in (LN_ALPHA, LN_BETA):
+                for b in (LN_ALPHA, LN_BETA):
+                    covariance[a, b] += drift.ln_alpha * dt
+            covariance[RHO, RHO] += drift.rho * dt
+
+
+@njit(cache=True)
+def run_bins(
+    people: Population,
+    values: F64,
+    seconds: F64,
+    last: F64,
+    prior: Prior,
+    drift: Drift,
+    rhythm: tuple[int, int, float, float],
+) -> tuple[F64, F64]:
+    """Every bin through the bank: posterior by mode (4, m) and mean and variance of ln α (2, m).
+
+    ``last`` (4,) – time of the last bin in s, its effort sum and difference, time since the last split – is
+    carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate.
+    """
+    n_modes, most, split_s, rate = rhythm
+    m = seconds.shape[0]
+    posterior, ln_alpha = np.zeros((4, m)), np.zeros((2, m))
+    work = np.empty((2 * N_MOVING, N_STATES))
+    gain = np.empty(N_STATES)
+    for k in range(m):
+        step_s = seconds[k] - last[0]
+        force, turn = 0.5 * (values[FORCE, k] + last[1]), 0.5 * (values[TURN, k] + last[2])
+        last[3] += step_s
+        if last[3] >= split_s - 1e-9:
+            inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
+            split(people, n_modes, last[3], rate, inputs, prior)
+            thin(people, most)
+            last[3] = 0.0
+        advance(people, force, turn, step_s, prior, drift, work)
+        for h in range(people.size[0]):
+            people.log_weight[h] += absorb(
+                people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
+            )
+        normalise(people)
+        last[0], last[1], last[2] = seconds[k], values[FORCE, k], values[TURN, k]
+        for h in range(people.size[0]):
+            weight, mean = np.exp(people.log_weight[h]), people.mean[h, LN_ALPHA]
+            posterior[people.mode[h], k] += weight
+            ln_alpha[0, k] += weight * mean
+            ln_alpha[1, k] += weight * (people.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
+        ln_alpha[1, k] -= ln_alpha[0, k] ** 2
+    return posterior, ln_alpha
+
+
+class BankIdentifier:
+    """Stage: evidence in, verdicts out.
+
+    C_k, C_d and their thresholds come from the paper's scheme on the same rows, as do the reasons why
+    something cannot be seen; mode, posterior and α come from the bank.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        rules: Rules,
+        step_s: float,
+        settings: BankSettings,
+        *,
+        both: bool = False,
+    ) -> None:
+        self.settings, self._paper = settings, PaperIdentifier(rules)
+        self._prior, self._n_modes = make_prior(robot), 4 if both else 3
+        self._people = make_population(settings.most_hypotheses * (self._n_modes + 1))
+        self._rows_per_bin = max(1, round(settings.bin_s / step_s))
+        self._bin, self._last = open_bin(), np.zeros(4)
+        self._waiting: Bins | None = None
+        self._origin_ns = 0
+        self._said = np.full(6, np.nan)
+
+    def push(self, evidence: Evidence) -> Verdict:
+        """Rows in strictly increasing time; NaN until the bank has started."""
+        paper = self._paper.push(evidence)
+        bins, done = into_bins(evidence, self._rows_per_bin, self._bin)
+        said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
+        self._said = said[:, -1]
+        rows = said[:, done]
+        alpha = np.exp(rows[4])
+        return decide(
+            paper,
+            evidence,
+            rows[:4],
+            (alpha, alpha * np.sqrt(rows[5])),
+            self.settings.min_confidence,
+            self._n_modes,
+        )
+
+    def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
+        """What the bank says after each bin: posterior, mean and variance of ln α; NaN before its start."""
+        if self._people.size[0]:
+            return self._advance(bins)
+        held = 0 if self._waiting is None else len(self._waiting.stamps)
+        waiting = bins if self._waiting is None else self._waiting.then(bins)
+        begin = self._first_start(held, len(waiting.stamps), paper, done)
+        if begin is None:
+            self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
+            return np.full((6, len(bins.stamps)), np.nan)
+        first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
+        self._waiting, self._origin_ns = None, int(first.stamps[-1])
+        start_population(self._people, first, self._prior, self._n_modes)
+        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
+        before = np.full((6, len(bins.stamps) - len(rest.stamps)), np.nan)
+        return np.concatenate([before, self._advance(rest)], axis=1)
+
+    def _first_start(self, held: int, total: int, paper: Verdict, done: I64) -> int | None:
+        """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
+        least = self.settings.start_bins
+        if not np.isnan(self._prior.ln_alpha):
+            return least if total >= least else None
+        known = paper.alpha_sd <= ALPHA_KNOWN_WITHIN * paper.alpha
+        ready = known & (held + done >= least)
+        if not ready.any():
+            return None
+        row = int(np.argmax(ready))
+        self._prior = with_alpha(self._prior, float(paper.alpha[row]))
+        return held + int(done[row])
+
+    def _advance(self, bins: Bins) -> F64:
+        s = self.settings
+        drift = Drift(s.velocity_diffusion, s.alpha_diffusion_per_s, s.rho_diffusion_per_s)
+        rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s)
+        seconds = (bins.stamps - self._origin_ns) / NS_PER_S
+        said = run_bins(self._people, bins.values, seconds, self._last, self._prior, drift, rhythm)
+        return np.concatenate(said)

@@ -1,0 +1,89 @@
+"""The state of one hypothesis, and what is believed of it before the log is seen.
+
+x, y, ψ, v_long, v_lat, ω; ln α; ln β with β = α_yaw/l; ln c with the skid's decay rate c/v, c = 2 G_x/(ε m);
+and ρ, the share of traction that slipping leaves.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_schemas.robot import RobotParameters
+
+X, Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_BETA, LN_C, RHO = range(10)
+N_STATES = 10
+N_MOVING = 6
+"""The first six states move; the last four are parameters that drift at most."""
+
+IDEAL, SKIDDING, SLIPPING, BOTH = range(4)
+
+UNKNOWN_C = 8.0
+UNKNOWN_RHO = 0.1
+
+
+class Prior(NamedTuple):
+    """Means and standard deviations of the parameters, and constants of the model.
+
+    ``average_speed_mps`` NaN stands for ``auto``; ``yaw_slip_ratio`` is ρ of the yaw axis over ρ.
+    """
+
+    ln_alpha: float
+    ln_alpha_sd: float
+    ln_beta: float
+    ln_beta_given_alpha_sd: float
+    ln_c: float
+    ln_c_sd: float
+    rho: float
+    rho_sd: float
+    yaw_slip_ratio: float
+    half_track_m: float
+    average_speed_mps: float
+
+
+def slip_shares(robot: RobotParameters) -> tuple[float, float] | None:
+    """Traction left by quasi-steady slipping, ahead and in yaw: (3/m)/(r²/I_φ + 2/m) and (3l²/I_θ)/(r²/I_φ +
+    2l²/I_θ).
+
+    The slip stiffness cancels: σ settles within milliseconds. None where a parameter is unknown.
+    """
+    m, inertia, yaw = robot.mass_kg, robot.wheel_inertia_kgm2, robot.yaw_inertia_kgm2
+    radius, half_track = robot.wheel_radius_m, robot.half_track_m
+    if m is None or inertia is None or yaw is None or radius is None or half_track is None:
+        return None
+    wheel, turn = radius**2 / inertia, half_track**2 / yaw
+    return 3 / m / (wheel + 2 / m), 3 * turn / (wheel + 2 * turn)
+
+
+def make_prior(robot: RobotParameters) -> Prior:
+    """A prior about the nominal parameters: α within a factor 2 (two standard deviations), stiffness
+    likewise.
+
+    What is unknown gets a wide prior; an unknown α is NaN until :func:`with_alpha` fills it in.
+    """
+    shares = slip_shares(robot)
+    rho, yaw_share = (UNKNOWN_RHO, UNKNOWN_RHO) if shares is None else shares
+    known_c = robot.mass_kg is not None and robot.cornering_stiffness_over_epsilon is not None
+    c = 2 * robot.cornering_stiffness_over_epsilon / robot.mass_kg if known_c else UNKNOWN_C  # type: ignore[operator]
+    alpha, alpha_yaw, half_track = robot.alpha, robot.alpha_yaw_or_alpha, robot.half_track_m
+    speed = robot.average_speed_mps
+    known_beta = alpha_yaw is not None and half_track is not None
+    return Prior(
+        ln_alpha=np.nan if alpha is None else float(np.log(alpha)),
+        ln_alpha_sd=0.5 * float(np.log(2.0)) * 1.5,
+        ln_beta=float(np.log(alpha_yaw / half_track)) if known_beta else np.nan,  # type: ignore[operator]
+        ln_beta_given_alpha_sd=0.05,
+        ln_c=float(np.log(c)),
+        ln_c_sd=float(np.log(2.0)) if known_c else 1.5,
+        rho=rho,
+        rho_sd=0.2,
+        yaw_slip_ratio=yaw_share / rho,
+        half_track_m=0.0 if half_track is None else half_track,
+        average_speed_mps=speed if isinstance(speed, float) else np.nan,
+    )
+
+
+def with_alpha(prior: Prior, alpha: float) -> Prior:
+    """The prior of a robot without a nominal α, once a regression has found one."""
+    ln_alpha = float(np.log(alpha))
+    ln_beta = ln_alpha - float(np.log(prior.half_track_m)) if prior.half_track_m > 0 else np.nan
+    return prior._replace(ln_alpha=ln_alpha, ln_beta=ln_beta)
