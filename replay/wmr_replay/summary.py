@@ -9,7 +9,14 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.align.aligner import AlignmentCounts
-from wmr_replay.tables import ModeRuns, RunCollector, Score, SegmentCollector, score_runs
+from wmr_replay.tables import (
+    CalibrationCollector,
+    ModeRuns,
+    RunCollector,
+    Score,
+    SegmentCollector,
+    score_runs,
+)
 from wmr_replay.verdict import verdict_sentence
 from wmr_schemas import __version__
 from wmr_schemas.modes import MODES, ContactMode
@@ -23,6 +30,7 @@ class Tally:
 
     runs: RunCollector = field(default_factory=RunCollector)
     segments: SegmentCollector = field(default_factory=SegmentCollector)
+    calibration: CalibrationCollector = field(default_factory=CalibrationCollector)
     statuses: Counter[str] = field(default_factory=Counter)
     first_ns: int | None = None
     last_ns: int = 0
@@ -34,6 +42,7 @@ class Tally:
             return
         self.runs.push(samples)
         self.segments.push(samples)
+        self.calibration.push(samples)
         self.statuses.update(dict(samples.group_by(pl.col("status").cast(pl.String)).len().rows()))
         self.first_ns = samples["t_ns"][0] if self.first_ns is None else self.first_ns
         self.last_ns = samples["t_ns"][-1]
@@ -91,6 +100,7 @@ def summary_row(facts: LogFacts, tally: Tally, runs: ModeRuns) -> dict[str, Any]
     row |= {"duration_s": tally.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
     row |= asdict(facts.counts) | facts.losses | {f"share_{label}": share for label, share in shares.items()}
     row |= {"alpha": alpha, "alpha_sd": alpha_sd} | asdict(score_runs(runs))
+    row |= {"brier": tally.calibration.brier, "ece": tally.calibration.ece}
     if alpha is not None and facts.alpha_true:
         row["alpha_error"] = alpha / facts.alpha_true - 1
     torque = facts.counts.n_torque > int(facts.losses.get("n_torque_empty", 0))

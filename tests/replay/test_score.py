@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wmr_replay.tables import RunCollector, SegmentCollector, confusion_frame, samples_frame, score_runs
+from wmr_replay.tables import CalibrationCollector, RunCollector, SegmentCollector, confusion_frame, samples_frame, score_runs
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, polars_schema
 
 OK, WARMING_UP = 0, 1
@@ -141,3 +141,29 @@ def test_unknown_values_become_null_in_the_samples_table():
     assert frame["status"].to_list() == ["warming_up", "ok"]
     assert frame["p_ideal"].dtype == pl.Float64
     assert frame["p_ideal"].null_count() == 2
+
+
+def test_brier_score_and_calibration_by_hand():
+    columns = {
+        "t_ns": np.arange(4),
+        "mode_true": np.array([0, 0, 1, -1], np.int8),
+        "mode": np.zeros(4, np.int8),
+        "status": np.zeros(4, np.int8),
+        "p_ideal": np.array([0.95, 0.75, 0.75, 0.1]),
+        "p_skidding": np.array([0.05, 0.05, 0.15, 0.9]),
+        "p_slipping": np.array([0.0, 0.2, 0.1, 0.0]),
+    }
+    collector = CalibrationCollector()
+    frame = samples_frame(columns)
+    collector.push(frame[:2])
+    collector.push(frame[2:])
+    squares = 0.05**2 * 2 + (0.25**2 + 0.05**2 + 0.2**2) + (0.75**2 + 0.85**2 + 0.1**2)
+    assert collector.brier == pytest.approx(squares / 3)
+    assert collector.ece == pytest.approx((abs(1 - 0.95) * 1 + abs(0.5 - 0.75) * 2) / 3)
+
+
+def test_without_a_posterior_there_is_no_calibration():
+    collector = CalibrationCollector()
+    collector.push(samples([0, 0], [0, 0]))
+    assert collector.brier is None
+    assert collector.ece is None

@@ -56,7 +56,7 @@ POSITIVE = click.FloatRange(min=0, min_open=True)
 )
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @mapping_options
-def command(
+def command(  # noqa: PLR0917
     window_s: float,
     rate_hz: float | None,
     degree: int,
@@ -70,8 +70,8 @@ def command(
     as_json: bool,
     **mapping: str | Path | None,
 ) -> None:
-    """Design a differentiator: delay, noise, bandwidth and efficiency of every order; kernels and Bode diagram; and
-    what it makes of a log.
+    """Design a differentiator: delay, noise, bandwidth and efficiency of every order; kernels and Bode
+    diagram; and what it makes of a log.
 
     \b
     Examples:

@@ -1,5 +1,6 @@
 """What a differentiator makes of a log's pose."""
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,7 +45,9 @@ class SignalEffect:
 
 @dataclass(frozen=True, eq=False)
 class Effect:
-    """The differentiator on a log. ``head`` holds stamps, pose, estimates and sd of its first rows, for a picture."""
+    """The differentiator on a log. ``head`` holds stamps, pose, estimates and sd of its first rows, for a
+    picture.
+    """
 
     rate_hz: float
     n_rows: int
@@ -76,8 +79,11 @@ class Effect:
             f"{share(self.n_gap, self.n_rows)} behind a gap, coverage {self.mean_coverage:.3f}"
         )
         for s in self.signals:
-            first, second = (f"{rms:.3g} ± {sd:.3g} {s.unit}/s" for rms, sd in zip(s.rms, s.sd, strict=True))
-            yield f"{s.name:4}noise {s.sigma:.3g} {s.unit}; rms of the first derivative {first}, of the second {second}²"
+            first, second = (f"{rms:.3g} ± {sd:.3g}" for rms, sd in zip(s.rms, s.sd, strict=True))
+            yield (
+                f"{s.name:4}noise {s.sigma:.3g} {s.unit}; rms of the first derivative {first} {s.unit}/s, "
+                f"of the second {second} {s.unit}/s²"
+            )
         for result in self.advice:
             yield f"\nx, order {result.order}: expected error (noise and bias) on the log's first rows"
             for e in (result.choice, result.butterworth, result.kalman):
@@ -131,7 +137,8 @@ def effect_on(
 ) -> Effect:
     """Send the pose of ``log`` through the differentiator."""
     batches = pose_batches(log, mapping)
-    t_ns, pose = next(batches)
+    first = next(batches)
+    t_ns, pose = first
     if len(t_ns) < 4:
         raise LogUnusable(log, f"{len(t_ns)} pose rows are too few to differentiate")
     step_s = float(np.median(np.diff(t_ns))) / NS_PER_S if rate_hz is None else 1 / rate_hz
@@ -140,11 +147,11 @@ def effect_on(
     tracker, tally = NoiseTracker(sigma, step_s=step_s), Tally()
     advice = () if max_delay_s is None else advise(t_ns, pose, sigma, step_s, max_delay_s)
     head = None
-    for t_ns, pose in [(t_ns, pose), *batches]:
-        out = differentiator.push(t_ns, pose, np.empty((0, len(t_ns))))
-        sd = out.sd(tracker.push(t_ns, pose))
+    for batch_ns, batch in itertools.chain([first], batches):
+        out = differentiator.push(batch_ns, batch, np.empty((0, len(batch_ns))))
+        sd = out.sd(tracker.push(batch_ns, batch))
         tally.push(out, sd)
-        head = head or (t_ns, pose, out, sd)
+        head = head or (batch_ns, batch, out, sd)
     assert head is not None
     return tally.effect(1 / step_s, sigma, advice, head)
 

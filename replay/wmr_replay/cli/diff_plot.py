@@ -1,6 +1,5 @@
 """Kernels, Bode diagram and, with a log, derivatives over time. The one module that imports matplotlib."""
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,7 +35,7 @@ def draw(path: Path, design: "Design", effect: "Effect | None") -> None:
     part = path.with_name(f".{path.name}.part")
     try:
         figure.savefig(part, format=path.suffix[1:].lower(), dpi=120)
-        os.replace(part, path)
+        part.replace(path)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
@@ -73,13 +72,14 @@ def draw_bode(gain: "Axes", lag: "Axes", design: "Design") -> None:
         colour = COLOURS[row.order]
         gain.loglog(frequencies, np.abs(response), color=colour, label=f"order {row.order}")
         gain.loglog(frequencies, np.abs(ideal), color=colour, linestyle=":")
-        shown = frequencies <= 4 / design.window_s
-        degrees = np.angle(response[shown] / ideal[shown], deg=True)
-        lag.semilogx(frequencies[shown], degrees, color=colour)
+        passed = frequencies <= row.bandwidth_hz
+        degrees = np.angle(response[passed] / ideal[passed], deg=True)
+        lag.semilogx(frequencies[passed], degrees, color=colour)
     largest = max(float(np.max(np.abs(taps).sum())) for taps in design.taps)
     gain.set_ylim(1e-4, largest * 2)
+    lag.set_ylim(min(-10.0, lag.get_ylim()[0]), max(10.0, lag.get_ylim()[1]))
     gain.set(xlabel="Hz", ylabel="gain", title="Gain (dotted: ideal)")
-    lag.set(xlabel="Hz", ylabel="degrees", title="Phase against an ideal differentiator delayed by δ")
+    lag.set(xlabel="Hz", ylabel="degrees", title="Phase in the pass band, against the ideal one delayed by δ")
     gain.legend()
 
 

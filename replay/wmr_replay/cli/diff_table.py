@@ -65,8 +65,8 @@ def design_of(spec: KernelSpec, window_s: float, rate_hz: float, sigma: float) -
     n_taps = round(window_s * rate_hz) + 1
     if n_taps < spec.degree + 2:
         raise InvalidSetting(
-            f"a window of {window_s:g} s holds {n_taps} samples at {rate_hz:g} Hz; degree {spec.degree} needs "
-            f"{spec.degree + 2} or more"
+            f"a window of {window_s:g} s holds {n_taps} samples at {rate_hz:g} Hz; degree {spec.degree} "
+            f"needs {spec.degree + 2} or more"
         )
     step_s = 1 / rate_hz
     window_s = (n_taps - 1) * step_s

@@ -1,4 +1,4 @@
-"""The causal algebraic differentiator. The choice of its parameters from data is in ``differentiate.tuning``."""
+"""The causal algebraic differentiator; ``differentiate.tuning`` chooses its parameters from data."""
 
 from wmr_replay.differentiate.adaptive import AdaptiveDifferentiator
 from wmr_replay.differentiate.design import KernelSpec, root_theta, uniform_taps

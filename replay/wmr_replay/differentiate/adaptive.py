@@ -1,9 +1,10 @@
 """Several windows at once: at each row the longest that the data do not contradict.
 
-Every window gives, besides its own answer, an estimate of one common instant (the middle of the shortest window).
-Going from short to long, the confidence intervals of these estimates are intersected, for every signal and order;
-the window before the first empty intersection is taken (Goldenshluger and Nemirovski 1997, Katkovnik 1999: the rule
-of intersecting confidence intervals). Shortly after a mode switch that is a short window, on a steady stretch the longest.
+Every window gives, besides its own answer, an estimate of one common instant (the middle of the shortest
+window). Going from short to long, the confidence intervals of these estimates are intersected, for every
+signal and order; the window before the first empty intersection is taken (Goldenshluger and Nemirovski 1997,
+Katkovnik 1999: the rule of intersecting confidence intervals). Shortly after a mode switch that is a short
+window, on a steady stretch the longest.
 """
 
 from dataclasses import replace
@@ -44,9 +45,10 @@ def longest_consistent(estimates: F64, half_widths: F64) -> I64:
 class AdaptiveDifferentiator:
     """Stage with the face of :class:`Differentiator`; ``delay_s`` of a row is that of the window it took.
 
-    ``windows_s`` (rising) are the choices; ``spec.theta`` places the instant in each, or ``common_delay_s`` fixes
-    one delay for all. ``confidence`` is the half width of the intervals in standard deviations. ``sigma`` (s,)
-    is the noise to begin with; it is tracked from there. Memory and work: those of two differentiators a window.
+    ``windows_s`` (rising) are the choices; ``spec.theta`` places the instant in each, or ``common_delay_s``
+    fixes one delay for all. ``confidence`` is the half width of the intervals in standard deviations.
+    ``sigma`` (s,) is the noise to begin with; it is tracked from there. Memory and work: those of two
+    differentiators a window.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Recursive differentiators to compare with, as impulse responses: Butterworth filters and a Kalman smoother.
 
-They are linear and time-invariant, so a response cut off where it has decayed tells all about them. Neither is on
-the road: their memory has no end, a gap or an outlier stays in it.
+They are linear and time-invariant, so a response cut off where it has decayed tells all about them. Neither
+is on the road: their memory has no end, a gap or an outlier stays in it.
 """
 
 import numpy as np
@@ -62,7 +62,8 @@ def powers_on(matrix: F64, vector: F64, count: int) -> F64:
 def kalman_response(
     order: int, intensity: float, sigma: float, lag: int, step_s: float, length: int
 ) -> F64 | None:
-    """Stationary fixed-lag Kalman smoother of x⁽ⁿ⁾ with white x⁽ⁿ⁺²⁾ of the given intensity, ``lag`` steps late.
+    """Stationary fixed-lag Kalman smoother of x⁽ⁿ⁾ with white x⁽ⁿ⁺²⁾ of the given intensity, ``lag`` steps
+    late.
 
     x̂(k−d|k) = x̂(k−d|k−d−1) + Σ_{i=0}^{d} P (Fᵀ)^i Cᵀ S⁻¹ e(k−d+i), F = A − K C (Anderson and Moore, Optimal
     Filtering, §7.3).

@@ -1,11 +1,11 @@
 """Sliding sums in O(1) per row without drift: moments about anchors at fixed instants.
 
-Time is cut into blocks of the window's length, counted from the log's first stamp. A window that ends in a block
-is the end of the block before (a suffix, summed backwards from the anchor, the block's start) and the beginning
-of its own (a prefix, summed forwards). Both are moments about the same anchor, so a window's moment is their sum.
-Nothing is carried from block to block: no drift however long the log; a sample that is not a number spoils the
-windows that hold it and no other; and what a row gets depends on its own window and the first stamp alone, so
-batches change no bit (van Herk 1992, Gil and Werman 1993, for sums in place of maxima).
+Time is cut into blocks of the window's length, counted from the log's first stamp. A window that ends in a
+block is the end of the block before (a suffix, summed backwards from the anchor, the block's start) and the
+beginning of its own (a prefix, summed forwards). Both are moments about the same anchor, so a window's moment
+is their sum. Nothing is carried from block to block: no drift however long the log; a sample that is not a
+number spoils the windows that hold it and no other; and what a row gets depends on its own window and the
+first stamp alone, so batches change no bit (van Herk 1992, Gil and Werman 1993, for sums in place of maxima).
 """
 
 from typing import NamedTuple
@@ -17,8 +17,8 @@ from wmr_schemas.arrays import F64, I64
 
 
 class Signals(NamedTuple):
-    """The buffer of n samples: stamps (n,), ``samples`` (s, n), ``inputs`` (k, n), ``folds`` (k,); and the grid
-    of blocks: the log's first stamp, the blocks' length.
+    """The buffer of n samples: stamps (n,), ``samples`` (s, n), ``inputs`` (k, n), ``folds`` (k,); and the
+    grid of blocks: the log's first stamp, the blocks' length.
     """
 
     t_ns: I64
@@ -49,7 +49,8 @@ def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> No
 
 @njit(cache=True)
 def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop: int, out: F64) -> None:
-    """The ``fold``-times integral of an input that is constant over each interval, zero at ``head``: (stop − low,).
+    """The ``fold``-times integral of an input that is constant over each interval, zero at ``head``: (stop −
+    low,).
 
     ``means[j]`` holds over the interval of length ``dt_s[j]`` that ends at sample j. Its derivative of order
     ``fold``, estimated like any signal's, is the input behind the integrated kernel (see

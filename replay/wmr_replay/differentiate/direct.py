@@ -1,4 +1,6 @@
-"""Weighted least squares on the actual times, each window anew: the road for kernels too steep for ``blocks``."""
+"""Weighted least squares on the actual times, each window anew: the road for kernels too steep for
+``blocks``.
+"""
 
 import numpy as np
 from numba import njit

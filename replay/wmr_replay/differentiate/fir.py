@@ -14,7 +14,8 @@ def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> Non
 
     ``taps`` (o, L) newest first, ``sums`` (o,) the sums that they have in exact arithmetic, so that a large
     offset costs no digits; ``signal`` (n,), ``out`` (o, n). Each output is summed from the newest sample to
-    the oldest, whatever its neighbours: the compiler vectorises over outputs, which leaves every sum's order alone.
+    the oldest, whatever its neighbours: the compiler vectorises over outputs, which leaves every sum's order
+    alone.
     """
     n_orders, n_taps = taps.shape
     total = np.empty(BLOCK)
@@ -22,14 +23,14 @@ def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> Non
         stop = min(start + BLOCK, len(signal))
         if not wanted[start:stop].any():
             continue
-        start = max(start, n_taps - 1)
-        newest, here = signal[start:stop], wanted[start:stop]
+        first = max(start, n_taps - 1)
+        newest, here = signal[first:stop], wanted[first:stop]
         for o in range(n_orders):
             total[:] = 0.0
             for k in range(n_taps):
-                weight, older = taps[o, k], signal[start - k : stop - k]
+                weight, older = taps[o, k], signal[first - k : stop - k]
                 for b in range(len(newest)):
                     total[b] += weight * (older[b] - newest[b])
             for b in range(len(newest)):
                 if here[b]:
-                    out[o, start + b] = total[b] + sums[o] * newest[b]
+                    out[o, first + b] = total[b] + sums[o] * newest[b]

@@ -25,7 +25,9 @@ SINGULAR = 1e-9
 
 
 class Fit(NamedTuple):
-    """Constants of the fit: ``weight`` the coefficients of w in u; ``wanted`` (3, N+1) derivatives of uᵖ at θ."""
+    """Constants of the fit: ``weight`` the coefficients of w in u; ``wanted`` (3, N+1) derivatives of uᵖ at
+    θ.
+    """
 
     weight: F64
     wanted: F64
@@ -75,7 +77,8 @@ def shift_polynomials(coefficients: F64, by: F64) -> None:
 
 @njit(cache=True)
 def factorise(weighted: F64, lower: F64, diagonal: F64) -> None:
-    """M = L D Lᵀ of M_pq = ``weighted[p + q]``, row by row: ``lower`` (k, k, m) holds −L, ``diagonal`` (k, m) 1/D.
+    """M = L D Lᵀ of M_pq = ``weighted[p + q]``, row by row: ``lower`` (k, k, m) holds −L, ``diagonal`` (k, m)
+    1/D.
 
     A row whose M is singular to working precision gets NaN.
     """

@@ -1,7 +1,8 @@
-"""The continuous kernel of the algebraic differentiator: shape, integrals, noise, frequency response, efficiency.
+"""The continuous kernel of the algebraic differentiator: shape, integrals, noise, frequency response,
+efficiency.
 
-Sources as in ``design``. With u = 1 − 2·age/T, a = κ + n, b = μ + n, q = N − n and Jacobi polynomials P_i^{(a,b)} of
-squared norm ‖P_i‖²:
+Sources as in ``design``. With u = 1 − 2·age/T, a = κ + n, b = μ + n, q = N − n and Jacobi polynomials
+P_i^{(a,b)} of squared norm ‖P_i‖²:
 
     h(age) = 2^{2n+1} T^{−n−1} (1−u)^κ (1+u)^μ Σ_{i=0}^{q} P_i^{(a,b)}(θ)/‖P_i‖² · (i+n)!/i! · P_{i+n}^{(κ,μ)}(u)
 """
@@ -24,7 +25,8 @@ def jacobi_norm(i: int, a: int, b: int) -> float:
 
 
 def continuous_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64) -> F64:
-    """h(age) in 1/s^{n+1}: the estimate of x⁽ⁿ⁾(t − δ) is ∫₀ᵀ h(age) x(t − age) d age. Zero outside the window.
+    """h(age) in 1/s^{n+1}: the estimate of x⁽ⁿ⁾(t − δ) is ∫₀ᵀ h(age) x(t − age) d age. Zero outside the
+    window.
 
     Raises InvalidSetting for an order above N.
     """
@@ -50,10 +52,11 @@ def kernel_in_age(order: int, spec: KernelSpec, window_s: float) -> Polynomial:
 
 
 def folded_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64, fold: int) -> F64:
-    """The ``fold``-times integrated kernel g(age) = ∫₀^age (age − a)^{f−1}/(f−1)! h(a) da, 0 outside the window.
+    """The ``fold``-times integrated kernel g(age) = ∫₀^age (age − a)^{f−1}/(f−1)! h(a) da, 0 outside the
+    window.
 
-    With x⁽ᶠ⁾ = u the estimate is ∫ g(age) u(t − age) d age, for f ≤ n: integration by parts, whose boundary terms
-    vanish because the moments of h below n do. An input so filtered lags as its derivative does.
+    With x⁽ᶠ⁾ = u the estimate is ∫ g(age) u(t − age) d age, for f ≤ n: integration by parts, whose boundary
+    terms vanish because the moments of h below n do. An input so filtered lags as its derivative does.
     """
     if not 0 <= fold <= order:
         raise InvalidSetting(f"a kernel of order {order} folds 0 to {order} times, not {fold}")
@@ -69,13 +72,17 @@ def noise_coefficient(order: int, spec: KernelSpec) -> float:
 
 
 def best_noise_coefficient(order: int, degree: int, theta: float) -> float:
-    """The least c of any kernel that is exact to ``degree`` at θ: Σ_{k=n}^{M} (2k+1) [2ⁿ P_k⁽ⁿ⁾(θ)]², white noise."""
+    """The least c of any kernel that is exact to ``degree`` at θ: Σ_{k=n}^{M} (2k+1) [2ⁿ P_k⁽ⁿ⁾(θ)]², white
+    noise.
+    """
     slopes = 2.0**order * basis_derivative(KernelSpec(degree, theta=theta), order)
     return float(np.sum((2 * np.arange(degree + 1) + 1) * slopes**2))
 
 
 def efficiency(order: int, spec: KernelSpec, degree: int | None = None) -> float:
-    """Variance of the best unbiased estimator of ``degree`` (default: N) at the same delay, over this kernel's."""
+    """Variance of the best unbiased estimator of ``degree`` (default: N) at the same delay, over this
+    kernel's.
+    """
     best = best_noise_coefficient(order, spec.degree if degree is None else degree, spec.theta)
     return best / noise_coefficient(order, spec)
 

@@ -1,8 +1,9 @@
 """Noise level of each signal, tracked from the data up to each row.
 
-Every four neighbours give one number free of motion up to constant acceleration: their third divided difference on the
-actual stamps, scaled so that white noise keeps its standard deviation. Its squares, clipped at nine times the
-current variance so that outliers and mode switches count little, are averaged with a time constant.
+Every four neighbours give one number free of motion up to constant acceleration: their third divided
+difference on the actual stamps, scaled so that white noise keeps its standard deviation. Its squares, clipped
+at nine times the current variance so that outliers and mode switches count little, are averaged with a time
+constant.
 """
 
 import numpy as np
@@ -39,7 +40,7 @@ def track_variance(t_ns: I64, signal: F64, n_old: int, step_ns: float, gain: flo
     for i in range(n_old, len(t_ns)):
         if i >= 3 and t_ns[i] - t_ns[i - 3] <= 3 * HOLE_IN_STEPS * step_ns:
             square = third_difference(t_ns, signal, i) ** 2
-            if square == square:
+            if np.isfinite(square):
                 variance += gain * (min(square, 9.0 * variance) / CLIPPED_SQUARE - variance)
                 variance = max(variance, LEAST_SD**2)
         out[i - n_old] = variance

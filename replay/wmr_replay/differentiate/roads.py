@@ -1,4 +1,6 @@
-"""The roads from samples to derivatives: in blocks (constant work per row), or each window anew for steep kernels."""
+"""The roads from samples to derivatives: in blocks (constant work per row), or each window anew for steep
+kernels.
+"""
 
 from typing import NamedTuple, Protocol
 

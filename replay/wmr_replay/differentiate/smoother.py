@@ -18,7 +18,9 @@ STIFFNESSES = 10.0 ** np.arange(-2.0, 20.1, 0.5)
 
 
 MOST_KNOTS = 1500
-"""Longer stretches are averaged in groups first, for speed and because λ grows with the eighth power of the rate."""
+"""Longer stretches are averaged in groups first, for speed and because λ grows with the eighth power of the
+rate.
+"""
 
 
 class Smoothed(NamedTuple):
@@ -53,7 +55,9 @@ def smooth(samples: F64, noise: F64, sigma: float, step_s: float) -> Smoothed:
 
 
 def stiffest_within_noise(both: F64, sigma: float) -> F64:
-    """Columns ``both`` (n, 2), smoothed as the first demands; the trace from the eigenvalues 1/(1 + λ (2 sin(πk/2n))⁸)."""
+    """Columns ``both`` (n, 2), smoothed as the first demands; the trace from the eigenvalues 1/(1 + λ (2
+    sin(πk/2n))⁸).
+    """
     n = len(both)
     bands, eigenvalues = penalty_bands(n), (2 * np.sin(np.pi * np.arange(n) / (2 * n))) ** 8
     best, chosen = np.inf, both

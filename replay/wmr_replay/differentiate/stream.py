@@ -18,8 +18,8 @@ from wmr_schemas.errors import InvalidSetting
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """Estimates (s, 3, n) of the instants t − ``delay_s``, filtered inputs (k, n), covariance factors Σ h_a h_b
-    (3, 3, n), state (n,), coverage (n,) – samples in the window over the nominal number – and delay (n,).
+    """Estimates (s, 3, n) of the instants t − ``delay_s``, filtered inputs (k, n), covariance factors Σ h_a
+    h_b (3, 3, n), state (n,), coverage (n,) – samples in the window over the nominal number – and delay (n,).
     """
 
     estimates: F64
@@ -30,7 +30,9 @@ class Derivatives:
     delay_s: F64
 
     def sd(self, sigma: F64 | float) -> F64:
-        """Standard deviations (s, 3, n) of the estimates, for white noise of sd ``sigma``: a number, (s,) or (s, n)."""
+        """Standard deviations (s, 3, n) of the estimates, for white noise of sd ``sigma``: a number, (s,) or
+        (s, n).
+        """
         factors = np.sqrt(np.diagonal(self.gains, axis1=0, axis2=1).T)
         per_signal = np.asarray(sigma, np.float64)
         if per_signal.ndim < 2:
@@ -50,7 +52,8 @@ class Differentiator:
     ``window_s`` is rounded to whole steps of ``step_s`` (the nominal sampling step). ``folds`` (k,) says how
     often the kernel is integrated for each input: 2 for accelerations, 1 for velocities; those of fold f are
     filtered with the kernel of order f. The gap policy is that of ``windows.WindowRules``, with holes above
-    max(T/4, 1.5 steps) and half of the samples at least. Memory: one window of samples; nothing is accumulated.
+    max(T/4, 1.5 steps) and half of the samples at least. Memory: one window of samples; nothing is
+    accumulated.
     """
 
     def __init__(
@@ -62,8 +65,9 @@ class Differentiator:
             raise InvalidSetting(f"second derivatives need a degree of 2 or more, not {spec.degree}")
         if n_taps < least:
             raise InvalidSetting(
-                f"a window of {window_s:g} s holds {n_taps} samples at {1 / step_s:g} Hz; degree {spec.degree} "
-                f"needs {least} or more: lengthen the window to {(least - 1) * step_s:g} s at least"
+                f"a window of {window_s:g} s holds {n_taps} samples at {1 / step_s:g} Hz; degree "
+                f"{spec.degree} needs {least} or more: lengthen the window to {(least - 1) * step_s:g} s "
+                "at least"
             )
         self.spec, self.n_taps, self.step_s = spec, n_taps, step_s
         self.window_s = (n_taps - 1) * step_s

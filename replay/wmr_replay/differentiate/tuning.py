@@ -1,9 +1,9 @@
 """Choice of (T, N, κ, μ) from a stretch of the signal itself: the least expected error at a bounded delay.
 
-Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in for it
-(``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off, measured on a
-noise realisation sent the same way. Butterworth filters and Kalman smoothers are judged by the same rule, so
-the comparison is honest: where a recursive filter expects less error, the result says so.
+Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in
+for it (``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off,
+measured on a noise realisation sent the same way. Butterworth filters and Kalman smoothers are judged by the
+same rule, so the comparison is honest: where a recursive filter expects less error, the result says so.
 """
 
 from collections.abc import Iterator
@@ -29,7 +29,9 @@ SEED = 20090706
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a differentiator is expected to do on such a signal, in units of the derivative; ``label`` names it."""
+    """What a differentiator is expected to do on such a signal, in units of the derivative; ``label`` names
+    it.
+    """
 
     label: str
     delay_s: float
@@ -46,7 +48,9 @@ class Expectation:
 
 @dataclass(frozen=True)
 class TuningResult:
-    """The choice, the candidates by expected error, and the best Butterworth and Kalman filters (None: none fits)."""
+    """The choice, the candidates by expected error, and the best Butterworth and Kalman filters (None: none
+    fits).
+    """
 
     order: int
     choice: Expectation
@@ -68,7 +72,9 @@ class TuningResult:
 
 
 class Judge:
-    """Expected error of any linear differentiator on a stretch (n,), sampled every ``step_s``, noise of sd ``sigma``."""
+    """Expected error of any linear differentiator on a stretch (n,), sampled every ``step_s``, noise of sd
+    ``sigma``.
+    """
 
     def __init__(self, signal: F64, sigma: float, order: int, step_s: float) -> None:
         noise = sigma * np.random.default_rng(SEED).standard_normal(len(signal))
@@ -91,7 +97,7 @@ class Judge:
             return None
         at = self._t_s[len(taps) - 1 :] - delay_s
         squares = [
-            np.mean((fftconvolve(guess, taps, "valid") - slope(at)) ** 2)
+            float(np.mean((fftconvolve(guess, taps, "valid") - np.asarray(slope(at))) ** 2))
             for guess, slope in zip(self._guesses, self._slopes, strict=True)
         ]
         bias = float(np.sqrt(max(squares[0] - squares[1], 0.0)))
@@ -115,8 +121,9 @@ def candidate_kernels(
 def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order: int = 1) -> TuningResult:
     """The kernel with the least expected error in x⁽ⁿ⁾, n = ``order``, at a delay of ``max_delay_s`` at most.
 
-    ``signal`` (n,), sampled every ``step_s``, should hold motion like that to come: a stretch at rest recommends
-    the longest window. Raises InvalidSetting when the stretch or the delay is too short for any kernel.
+    ``signal`` (n,), sampled every ``step_s``, should hold motion like that to come: a stretch at rest
+    recommends the longest window. Raises InvalidSetting when the stretch or the delay is too short for any
+    kernel.
     """
     judge = Judge(np.asarray(signal, np.float64), sigma, order, step_s)
     longest_s = (len(signal) - MIN_ROWS) * step_s

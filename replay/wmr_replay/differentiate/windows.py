@@ -14,8 +14,8 @@ UNIFORM_TOLERANCE_NS = 2
 class WindowRules(NamedTuple):
     """Constants of the windows. A row is ``WARMING_UP`` until the log is one window old. From then on it is a
     ``GAP`` when two neighbours in the window lie further apart than ``hole_ns``, when the oldest sample is
-    younger than T − ``hole_ns``, or when fewer than ``least`` samples are there; else it is ``OK``. Nothing is
-    carried over a hole: estimates return as soon as the window holds enough again.
+    younger than T − ``hole_ns``, or when fewer than ``least`` samples are there; else it is ``OK``. Nothing
+    is carried over a hole: estimates return as soon as the window holds enough again.
     """
 
     window_ns: int
@@ -26,7 +26,7 @@ class WindowRules(NamedTuple):
 
 
 class Windows(NamedTuple):
-    """By row: the window's first sample, its state, whether its stamps are uniform; and how many holes came."""
+    """By row: the window's first sample, state, uniformity and coverage; and how many holes came."""
 
     first: I64
     state: I8

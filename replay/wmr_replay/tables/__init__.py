@@ -1,5 +1,6 @@
 """The result tables: columns into polars, Parquet and the summary."""
 
+from wmr_replay.tables.calibration import CalibrationCollector
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
@@ -7,6 +8,7 @@ from wmr_replay.tables.segments import SegmentCollector
 from wmr_replay.tables.writer import ParquetStream, replace_file
 
 __all__ = [
+    "CalibrationCollector",
     "ModeRuns",
     "ParquetStream",
     "RunCollector",
