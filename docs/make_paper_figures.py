@@ -83,7 +83,7 @@ def draw_path(axes: Axes, truth: pl.DataFrame) -> None:
     colours = [rgb(MODE_COLOURS[mode]) for _, _, mode in pieces]
     axes.add_collection(LineCollection([xy[a : b + 1] for a, b, _ in pieces], colors=colours, linewidths=3))
     axes.plot(*xy[0], "o", color="black", markersize=6)
-    axes.annotate("start", xy[0], xytext=(0, -7), textcoords="offset points", ha="center", va="top")
+    axes.annotate("start", xy[0], xytext=(-5, -7), textcoords="offset points", ha="center", va="top")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set(title="Trajectory", xlabel="x [m]", ylabel="y [m]")
     axes.legend(handles=mode_key(PAPER_MODES), loc="upper right", handlelength=1.2)

@@ -2,12 +2,12 @@
 
 from itertools import pairwise
 
-import numpy as np
 import polars as pl
 import pytest
 
 from wmr_replay.engine import Engine
 from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_replay.memory import as_batch
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas.signals import Log
@@ -18,26 +18,9 @@ class LogRows:
 
     def __init__(self, log: Log) -> None:
         self.robot = log.robot
-        empty = np.empty(0, np.int64)
-        torque, mode = log.torque, log.mode
-        stamps = [
-            log.pose.t_ns,
-            empty if torque is None else torque.t_ns,
-            empty if mode is None else mode.t_ns,
-        ]
-        values = [
-            np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad]),
-            np.empty((4, 0))
-            if torque is None
-            else np.stack([torque.left_nm, torque.right_nm, torque.left_radps, torque.right_radps]),
-            np.empty((1, 0)) if mode is None else mode.mode[None].astype(float),
-        ]
-        everything = np.concatenate(stamps)
-        place = np.empty(len(everything), np.int64)
-        place[np.argsort(everything, kind="stable")] = np.arange(len(everything))
-        orders = np.split(place, np.cumsum([len(s) for s in stamps])[:-1])
-        self.signals = [Rows(*columns) for columns in zip(stamps, orders, values, strict=True)]
-        self.n = len(everything)
+        whole = as_batch(log)
+        self.signals = [whole.pose, whole.torque, whole.mode]
+        self.n = sum(map(len, self.signals))
 
     def batch(self, start: int, stop: int) -> RawBatch:
         """The messages start … stop − 1."""

@@ -13,10 +13,9 @@ from wmr_replay.differentiate import (
     WARMING_UP,
     Differentiator,
     KernelSpec,
-    noise_coefficient,
-    root_theta,
 )
 from wmr_replay.differentiate.design import input_taps, uniform_taps
+from wmr_replay.differentiate.irregular import make_fit
 from wmr_schemas.errors import InvalidSetting
 
 specs = st.builds(
@@ -46,25 +45,6 @@ def push_all(differentiator, t_ns, samples, inputs, cuts=()):
     )
 
 
-@pytest.mark.parametrize(
-    ("n", "degree", "kappa", "mu", "delay", "c"),
-    [
-        (1, 2, 0, 0, 0.2764, 48),
-        (1, 2, 0, 1, 0.2265, 81.3),
-        (1, 2, 1, 1, 0.311, 57.1),
-        (1, 2, 2, 2, 0.3333, 78.3),
-        (2, 2, 0, 0, 0.5, 720),
-        (2, 3, 0, 0, 0.311, 4320),
-        (2, 3, 1, 1, 0.3333, 5701),
-    ],
-)
-def test_delay_and_noise_gain_are_those_of_the_literature(n, degree, kappa, mu, delay, c):
-    theta = root_theta(n, KernelSpec(degree, kappa, mu))
-    spec = KernelSpec(degree, kappa, mu, theta)
-    assert spec.delay_s(1.0) == pytest.approx(delay, abs=6e-5)
-    assert noise_coefficient(n, spec) == pytest.approx(c, rel=4e-3)
-
-
 @given(spec=specs, seed=st.integers(0, 2**32 - 1), irregular=st.booleans())
 @settings(max_examples=60, deadline=None)
 def test_polynomials_up_to_the_degree_are_exact_on_any_stamps(spec, seed, irregular):
@@ -88,17 +68,22 @@ def test_polynomials_up_to_the_degree_are_exact_on_any_stamps(spec, seed, irregu
 
 @given(spec=specs, seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
-def test_both_roads_agree_on_uniform_stamps(spec, seed):
+def test_both_roads_agree_to_round_off_on_uniform_stamps(spec, seed):
+    """A nominal step off by 3 ns sends the same uniform stamps through the solver on actual stamps."""
     rng = np.random.default_rng(seed)
     t_ns = stamps(rng, 150)
-    shifted = t_ns.copy()
-    shifted[100] += 3  # 3 ns: windows around it are no longer uniform and are solved on their stamps
     samples, inputs = rng.normal(size=(2, 150)), rng.normal(size=(2, 150))
     fast = push_all(Differentiator(spec, window_s=0.3, step_s=0.01, folds=(2, 1)), t_ns, samples, inputs)
-    slow = push_all(Differentiator(spec, window_s=0.3, step_s=0.01, folds=(2, 1)), shifted, samples, inputs)
-    rows = slice(101, 125)
-    for a, b in zip(fast[:3], slow[:3], strict=True):
-        assert np.max(np.abs(a[..., rows] - b[..., rows])) < 1e-5 * max(1.0, np.nanmax(np.abs(a)))
+    off = Differentiator(spec, window_s=0.3, step_s=0.010000003, folds=(2, 1))
+    off._rules = off._rules._replace(window_ns=300_000_000)
+    off._road._fit, off._road._window_ns = make_fit(spec, 300_000_000), 300_000_000
+    slow = push_all(off, t_ns, samples, inputs)
+    sd = np.sqrt(np.diagonal(fast[2][:, :, -1]))
+    both = (fast[3] == OK) & (slow[3] == OK)
+    assert both.sum() > 100
+    difference = np.abs(fast[0] - slow[0])[..., both]
+    assert np.all(difference <= 1e-9 * sd[:, None]), difference.max(axis=(0, 2)) / sd
+    assert np.max(np.abs(fast[1] - slow[1])[:, both]) < 1e-9
 
 
 def test_predicted_standard_deviation_is_that_of_monte_carlo():
@@ -183,7 +168,7 @@ def test_a_window_too_short_for_its_degree_says_how_long_it_must_be():
         Differentiator(KernelSpec(3), window_s=0.02, step_s=0.01)
 
 
-@pytest.mark.parametrize("bad", [{"degree": 1}, {"kappa": -1}, {"mu": 9}, {"theta": 1.5}])
+@pytest.mark.parametrize("bad", [{"degree": -1}, {"degree": 9}, {"kappa": -1}, {"mu": 9}, {"theta": 1.5}])
 def test_impossible_kernels_are_refused(bad):
     with pytest.raises(InvalidSetting, match=next(iter(bad))):
         KernelSpec(**bad)

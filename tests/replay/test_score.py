@@ -6,7 +6,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wmr_replay.tables import CalibrationCollector, RunCollector, SegmentCollector, confusion_frame, samples_frame, score_runs
+from wmr_replay.tables import (
+    CalibrationCollector,
+    RunCollector,
+    SegmentCollector,
+    confusion_frame,
+    samples_frame,
+    score_runs,
+)
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, polars_schema
 
 OK, WARMING_UP = 0, 1

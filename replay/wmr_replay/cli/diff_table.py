@@ -8,7 +8,6 @@ import numpy as np
 from wmr_replay.differentiate import (
     KernelSpec,
     best_noise_coefficient,
-    frequency_response,
     noise_coefficient,
     root_theta,
     uniform_taps,
@@ -92,8 +91,9 @@ def order_figures(spec: KernelSpec, order: int, taps: F64, step_s: float, sigma:
 
 def bandwidth_hz(taps: F64, order: int, step_s: float) -> float:
     """Lowest frequency at which |H| has left the ideal (2πf)ⁿ by 3 dB, up or down."""
-    frequencies = np.linspace(0, 0.5 / step_s, 16 * len(taps) + 1)[1:]
-    ratio = np.abs(frequency_response(taps, step_s, frequencies)) / (2 * np.pi * frequencies) ** order
+    size = 1024 * len(taps)
+    frequencies = np.fft.rfftfreq(size, step_s)[1:]
+    ratio = np.abs(np.fft.rfft(taps, size)[1:]) / (2 * np.pi * frequencies) ** order
     off = np.abs(20 * np.log10(np.maximum(ratio, 1e-12))) > 20 * np.log10(np.sqrt(2))
     return float(frequencies[np.argmax(off)]) if off.any() else float(frequencies[-1])
 

@@ -4,7 +4,8 @@ efficiency.
 Sources as in ``design``. With u = 1 − 2·age/T, a = κ + n, b = μ + n, q = N − n and Jacobi polynomials
 P_i^{(a,b)} of squared norm ‖P_i‖²:
 
-    h(age) = 2^{2n+1} T^{−n−1} (1−u)^κ (1+u)^μ Σ_{i=0}^{q} P_i^{(a,b)}(θ)/‖P_i‖² · (i+n)!/i! · P_{i+n}^{(κ,μ)}(u)
+    h(age) = 2^{2n+1} T^{−n−1} (1−u)^κ (1+u)^μ
+             · Σ_{i=0}^{q} P_i^{(a,b)}(θ)/‖P_i‖² · (i+n)!/i! · P_{i+n}^{(κ,μ)}(u)
 """
 
 from math import factorial
@@ -66,7 +67,7 @@ def folded_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64, fol
 
 
 def noise_coefficient(order: int, spec: KernelSpec) -> float:
-    """C in sd = σ·√(c·step/T^{2n+1}): ∫ h² of the kernel over a window of 1 s, by Gauss' rule (exact here)."""
+    """C in sd = σ·√(c·step/T^{2n+1}): ∫ h² of the kernel over 1 s, by Gauss' rule (exact here)."""
     nodes, weights = legendre.leggauss(spec.degree + spec.kappa + spec.mu + 1)
     return float(weights @ continuous_kernel(order, spec, 1.0, (1 - nodes) / 2) ** 2 / 2)
 

@@ -31,7 +31,7 @@ class Smoothed(NamedTuple):
 
 
 def penalty_bands(n: int) -> F64:
-    """Upper bands of DᵀD for the differences D of n samples, (5, n), the diagonal last (``solveh_banded``)."""
+    """Upper bands of DᵀD for the differences D of n samples, (5, n), diagonal last (``solveh_banded``)."""
     bands = np.zeros((5, n))
     for lag in range(5):
         products = STENCIL[: 5 - lag] * STENCIL[lag:]

@@ -125,6 +125,11 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
     recommends the longest window. Raises InvalidSetting when the stretch or the delay is too short for any
     kernel.
     """
+    if len(signal) < MIN_ROWS + 4 or not max_delay_s > 0 or not sigma > 0:
+        raise InvalidSetting(
+            f"{len(signal)} samples are too few to tune on (24 is the least), or the delay of "
+            f"{max_delay_s:g} s or the noise of {sigma:g} is not above 0"
+        )
     judge = Judge(np.asarray(signal, np.float64), sigma, order, step_s)
     longest_s = (len(signal) - MIN_ROWS) * step_s
     judged = []
@@ -135,11 +140,6 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
         judged.append(judge.expect(taps, spec.delay_s(window_s), label, spec, window_s))
     ranked = sorted((e for e in judged if e is not None), key=lambda e: e.rmse)
     ranked = [e for e in ranked if e.delay_s <= max_delay_s + step_s / 1000]
-    if not ranked:
-        raise InvalidSetting(
-            f"no kernel fits a delay of {max_delay_s:g} s into {len(signal)} samples at {1 / step_s:g} Hz: "
-            "allow a longer delay or a longer stretch"
-        )
     best = [best_of(peers) for peers in (butterworths(judge, max_delay_s), kalmans(judge, max_delay_s))]
     return TuningResult(order, ranked[0], tuple(ranked), *best)
 

@@ -12,6 +12,7 @@ from wmr_replay.identify.bank.states import (
     LN_C,
     N_STATES,
     OMEGA,
+    PSI,
     RHO,
     SKIDDING,
     SLIPPING,
@@ -58,6 +59,15 @@ def stop_skidding(mean: F64, covariance: F64) -> None:
 
 
 @njit(cache=True)
+def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
+    """A skid that ended at an uncertain instant leaves the position uncertain across the heading by v_lat · that time."""
+    across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
+    for a in range(2):
+        for b in range(2):
+            covariance[a, b] += across[a] * across[b] * (mean[V_LAT] * when_sd) ** 2
+
+
+@njit(cache=True)
 def split(
     people: Population,
     n_modes: int,
@@ -89,6 +99,8 @@ def split(
             people.size[0] += 1
             mean, covariance = people.mean[child], people.covariance[child]
             skidded, skids = before in (SKIDDING, BOTH), mode in (SKIDDING, BOTH)
+            if skidded and not skids:
+                spread_sideways(mean, covariance, when_sd)
             if not (skidded and skids):
                 stop_skidding(mean, covariance)
             if skids and not skidded:

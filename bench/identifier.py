@@ -1,0 +1,156 @@
+"""The identifiers beside the yardstick: accuracy, delay, calibration, α, speed.
+
+    python bench/identifier.py [--seeds 40] [--identifiers paper,bank] [--sets paper,random] [--stiffness 1.0]
+
+Each log's nominal α is wrong by a factor drawn from 1/2 to 2 and the noise level is not told; the yardstick knows everything.
+"""
+
+import argparse
+import importlib.util
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+
+from wmr_replay.memory import replay_log
+from wmr_replay.settings import Settings
+from wmr_replay.tables import CalibrationCollector, RunCollector, score_runs
+from wmr_schemas import PAPER_ROBOT
+from wmr_schemas.signals import Log
+from wmr_synth import Sensors, synthesise
+
+ROOT = Path(__file__).parents[1]
+SETS = {
+    "paper .1": ("paper-acceleration", 0.1, 1000.0),
+    "paper .01": ("paper-acceleration", 0.01, 1000.0),
+    "paper 1e-4": ("paper-acceleration", 1e-4, 1000.0),
+    "paper 1e-4 100 Hz": ("paper-acceleration", 1e-4, 100.0),
+    "random .1": ("random", 0.1, 1000.0),
+    "random .01": ("random", 0.01, 1000.0),
+    "random 1e-4": ("random", 1e-4, 1000.0),
+    "random 1e-4 100 Hz": ("random", 1e-4, 100.0),
+}
+
+
+def load_yardstick():
+    """tests/replay/yardstick.py as a module."""
+    spec = importlib.util.spec_from_file_location("yardstick", ROOT / "tests" / "replay" / "yardstick.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+YARDSTICK = load_yardstick()
+KNOWN = YARDSTICK.Truth(
+    alpha=PAPER_ROBOT.alpha,
+    beta=PAPER_ROBOT.alpha,
+    c=8.0,
+    rho=(3 / 1000) / (0.35**2 / 1.6 + 2 / 1000),
+    rho_yaw=(3 / 500) / (0.35**2 / 1.6 + 2 / 500),
+    half_track_m=1.0,
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One log's scores."""
+
+    accuracy: float
+    delay_s: float
+    ece: float
+    alpha_error: float
+    covered: float
+    speed: float
+
+
+def make_log(scenario, variance, rate_hz, seed, stiffness):
+    """A log whose nominal parameters are wrong by known factors."""
+    sensors = Sensors(rate_hz=rate_hz, noise_xy_sd_m=variance**0.5, noise_yaw_sd_rad=variance**0.5)
+    log = synthesise(scenario, seed=seed, sensors=sensors).log
+    factor = 2 ** np.random.default_rng(10_000 + seed).uniform(-1, 1)
+    wrong = replace(
+        PAPER_ROBOT,
+        alpha=PAPER_ROBOT.alpha * factor,
+        cornering_stiffness_over_epsilon=PAPER_ROBOT.cornering_stiffness_over_epsilon * stiffness,
+        longitudinal_stiffness_over_epsilon=PAPER_ROBOT.longitudinal_stiffness_over_epsilon * stiffness,
+    )
+    return log, Log(log.pose, log.torque, log.mode, wrong)
+
+
+def score(samples, duration_s, seconds):
+    """The scores of a samples table."""
+    runs, calibration = RunCollector(), CalibrationCollector()
+    runs.push(samples)
+    calibration.push(samples)
+    result = score_runs(runs.finish())
+    known = samples.select("alpha", "alpha_sd").drop_nulls()
+    alpha, sd = known.row(-1) if len(known) else (np.nan, np.nan)
+    error = alpha / PAPER_ROBOT.alpha - 1
+    covered = float(abs(alpha - PAPER_ROBOT.alpha) <= 1.96 * sd) if len(known) else np.nan
+    delay = np.nan if result.median_detection_delay_s is None else result.median_detection_delay_s
+    ece = np.nan if calibration.ece is None else calibration.ece
+    return Outcome(result.accuracy, delay, ece, abs(error), covered, duration_s / seconds)
+
+
+def by_yardstick(log, variance, template):
+    """The yardstick's answer in the form of a samples table."""
+    posterior = YARDSTICK.yardstick(log, KNOWN, variance**0.5, variance**0.5)
+    said = ~np.isnan(posterior[0])
+    mode = np.where(said, np.argmax(np.nan_to_num(posterior), axis=0), -1).astype(np.int8)
+    columns = {f"p_{name}": posterior[k] for k, name in enumerate(("ideal", "skidding", "slipping"))}
+    return template.with_columns(
+        pl.Series("mode", mode),
+        *(pl.Series(name, values).fill_nan(None) for name, values in columns.items()),
+        pl.lit(None, pl.Float64).alias("alpha"),
+    )
+
+
+def evaluate(name, seeds, identifiers, stiffness):
+    """Rows of the table for one set."""
+    scenario, variance, rate_hz = SETS[name]
+    outcomes = {key: [] for key in (*identifiers, "yardstick")}
+    for seed in seeds:
+        log, told = make_log(scenario, variance, rate_hz, seed, stiffness)
+        duration_s = (log.pose.t_ns[-1] - log.pose.t_ns[0]) * 1e-9
+        for identifier in identifiers:
+            start = time.perf_counter()
+            samples = replay_log(told, Settings(identifier=identifier))
+            outcomes[identifier].append(score(samples, duration_s, time.perf_counter() - start))
+        start = time.perf_counter()
+        judged = by_yardstick(log, variance, samples)
+        outcomes["yardstick"].append(score(judged, duration_s, time.perf_counter() - start))
+    return outcomes
+
+
+def report(name, outcomes):
+    """One line for each identifier."""
+    for key, rows in outcomes.items():
+        get = lambda field, rows=rows: np.array([getattr(row, field) for row in rows])  # noqa: E731
+        print(
+            f"{name:20s} {key:10s} accuracy {get('accuracy').mean():.4f} (min {get('accuracy').min():.3f})  "
+            f"delay {np.nanmedian(get('delay_s')) if not np.isnan(get('delay_s')).all() else np.nan:.3f} s  "
+            f"ece {get('ece').mean():.3f}  |alpha| {np.median(get('alpha_error')):.4f} max {get('alpha_error').max():.4f}  "
+            f"covered {get('covered').mean():.2f}  x real time {np.median(get('speed')):.0f}",
+            flush=True,
+        )
+
+
+def main():
+    """Evaluate the sets that were asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=40)
+    parser.add_argument("--first-seed", type=int, default=100)
+    parser.add_argument("--identifiers", default="paper,bank")
+    parser.add_argument("--sets", default="")
+    parser.add_argument("--stiffness", type=float, default=1.0)
+    options = parser.parse_args()
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    for name in SETS:
+        if options.sets in name:
+            report(name, evaluate(name, seeds, options.identifiers.split(","), options.stiffness))
+
+
+if __name__ == "__main__":
+    main()
