@@ -60,7 +60,7 @@ def stop_skidding(mean: F64, covariance: F64) -> None:
 
 @njit(cache=True)
 def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
-    """A skid that ended at an uncertain instant leaves the position uncertain across the heading by v_lat · that time."""
+    """A skid that ended at an uncertain instant leaves the position uncertain by v_lat · that time."""
     across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
     for a in range(2):
         for b in range(2):
