@@ -16,6 +16,9 @@ TOOLS := $(VENV)/.installed-dev
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
 export PYTHONNOUSERSITE := 1
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+# Compiled code is cached per state of the sources: a changed callee does not invalidate its callers by itself.
+SOURCES := $(shell find schemas synth replay -name '*.py' -exec cat {} + | cksum | cut -d' ' -f1)
+export NUMBA_CACHE_DIR := $(abspath $(VENV))/numba/$(SOURCES)
 export NO_MKDOCS_2_WARNING := 1
 PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
 

@@ -6,26 +6,10 @@ from pathlib import Path
 import polars as pl
 
 from wmr_schemas import __version__
+from wmr_schemas.tables import TRUTH, polars_schema
 from wmr_synth.synthesis import SimulatedLog, truth_columns
 
-TRUTH_SCHEMA = pl.Schema(
-    {
-        "t_ns": pl.Int64,
-        "x_m": pl.Float64,
-        "y_m": pl.Float64,
-        "yaw_rad": pl.Float64,
-        "v_long_mps": pl.Float64,
-        "v_lat_mps": pl.Float64,
-        "yaw_rate_radps": pl.Float64,
-        "a_long_mps2": pl.Float64,
-        "yaw_acc_radps2": pl.Float64,
-        "sigma_sum_mps": pl.Float64,
-        "sigma_diff_mps": pl.Float64,
-        "effort_left_nm": pl.Float64,
-        "effort_right_nm": pl.Float64,
-        "mode": pl.Int8,
-    }
-)
+TRUTH_SCHEMA = polars_schema(TRUTH)
 
 
 def side_files(log: Path) -> tuple[Path, Path]:

@@ -1,6 +1,8 @@
-"""Synthetic logs as batches, without a file in between."""
+"""Synthetic logs as batches, without a file in between; the yardstick."""
 
+import importlib.util
 from itertools import pairwise
+from pathlib import Path
 
 import polars as pl
 import pytest
@@ -10,6 +12,7 @@ from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_replay.memory import as_batch
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
+from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
 
 
@@ -43,3 +46,15 @@ class LogRows:
 def log_rows():
     """The class itself: tests make their own."""
     return LogRows
+
+
+@pytest.fixture(scope="session")
+def yardstick():
+    """``yardstick(log, position_sd_m, yaw_sd_rad)``: the posterior of the filter that is told everything."""
+    spec = importlib.util.spec_from_file_location("yardstick", Path(__file__).with_name("yardstick.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    alpha = PAPER_ROBOT.alpha
+    wheel, m, yaw = 0.35**2 / 1.6, 1000.0, 500.0
+    truth = module.Truth(alpha, alpha, 8.0, (3 / m) / (wheel + 2 / m), (3 / yaw) / (wheel + 2 / yaw), 1.0)
+    return lambda log, position_sd_m, yaw_sd_rad: module.yardstick(log, truth, position_sd_m, yaw_sd_rad)

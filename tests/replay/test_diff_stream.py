@@ -90,9 +90,9 @@ def test_gains_on_irregular_stamps_are_the_sums_of_squared_taps():
 
 @pytest.mark.parametrize("irregular", [False, True])
 def test_nothing_drifts_however_long_the_log(irregular):
-    """Rows after two million samples equal, to the bit, those of a log that begins a whole number of blocks later.
+    """Rows late in two million samples equal, to the bit, those of a log that begins whole blocks later.
 
-    Blocks are counted from the first stamp and nothing passes from one to the next, so this holds for any length.
+    Blocks are counted from the first stamp and nothing passes from one to the next: true for any length.
     """
     rng = np.random.default_rng(0)
     n, step_ns = 2_000_000, 1_000_000

@@ -101,7 +101,7 @@ def test_predicted_standard_deviation_is_that_of_monte_carlo():
 @given(seed=st.integers(0, 2**32 - 1), irregular=st.booleans(), spec=specs)
 @settings(max_examples=40, deadline=None)
 def test_stepping_inputs_pass_through_the_same_window_as_the_derivative(seed, irregular, spec):
-    """x'' = u with u constant over each interval: the filtered u equals the second derivative, steps and all."""
+    """x'' = u with u constant over each interval: the filtered u is the second derivative, steps and all."""
     rng = np.random.default_rng(seed)
     t_ns = stamps(rng, 200, jitter=0.3 if irregular else 0.0, dropout=0.1 if irregular else 0.0)
     dt = np.diff(t_ns) * 1e-9

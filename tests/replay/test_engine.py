@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.settings import Settings
+from wmr_schemas import RobotParameters
 from wmr_schemas.tables import SAMPLES, polars_schema
 from wmr_synth import Sensors, synthesise
 
@@ -21,40 +22,58 @@ ROUGH = Sensors(
 )
 
 
+CASES = {
+    "bank": (CLEAN, Settings()),
+    "bank on rough stamps": (ROUGH, Settings()),
+    "bank without a nominal alpha": (CLEAN, Settings()),
+    "bank with simultaneous modes": (CLEAN, Settings(simultaneous=True)),
+    "paper on rough stamps": (ROUGH, Settings(identifier="paper")),
+}
+cases = pytest.mark.parametrize("name", CASES)
+
+
 @pytest.fixture(scope="module")
 def logs(log_rows):
-    return {
-        name: log_rows(synthesise("random", seed=4, duration_s=12, sensors=sensors).log)
-        for name, sensors in {"clean": CLEAN, "rough": ROUGH}.items()
+    made = {
+        name: log_rows(synthesise("random", seed=4, duration_s=12, sensors=s).log)
+        for name, (s, _) in CASES.items()
     }
+    made["bank without a nominal alpha"].robot = RobotParameters(half_track_m=1.0)
+    return made
 
 
 @pytest.fixture(scope="module")
 def wholes(logs):
-    return {name: rows.samples() for name, rows in logs.items()}
+    return {name: logs[name].samples(settings) for name, (_, settings) in CASES.items()}
 
 
-@pytest.mark.parametrize("name", ["clean", "rough"])
+@cases
 @given(data=st.data())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_a_prefix_of_the_log_gives_a_prefix_of_the_answer(logs, wholes, name, data):
     """run(x[:k]) == run(x)[:k], every default included; k cuts between stamps."""
     stamps = np.unique(np.concatenate([rows.t_ns for rows in logs[name].signals]))
     newest = data.draw(st.sampled_from(stamps))
     stop = sum(np.count_nonzero(rows.t_ns <= newest) for rows in logs[name].signals)
-    prefix = logs[name].samples(stop=stop)
+    prefix = logs[name].samples(CASES[name][1], stop=stop)
     assert prefix.equals(wholes[name].filter(pl.col("t_ns") <= newest))
 
 
-@pytest.mark.parametrize("name", ["clean", "rough"])
+@cases
 @given(cuts=st.lists(st.integers(0, 1200), max_size=20))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 def test_batches_change_no_bit(logs, wholes, name, cuts):
-    assert logs[name].samples(cuts=cuts).equals(wholes[name])
+    assert logs[name].samples(CASES[name][1], cuts=cuts).equals(wholes[name])
 
 
-def test_batches_of_one_message_change_no_bit(logs, wholes):
-    assert logs["rough"].samples(cuts=range(logs["rough"].n)).equals(wholes["rough"])
+@cases
+def test_batches_of_one_message_change_no_bit(logs, wholes, name):
+    assert logs[name].samples(CASES[name][1], cuts=range(logs[name].n)).equals(wholes[name])
+
+
+def test_every_identifier_names_modes_on_the_cases_above(wholes):
+    for samples in wholes.values():
+        assert (samples["mode"] >= 0).mean() > 0.4
 
 
 def test_rows_follow_the_documented_schema(wholes):
@@ -65,7 +84,7 @@ def test_rows_follow_the_documented_schema(wholes):
 
 
 def test_a_log_within_its_initial_stretch_is_warming_up_throughout(logs):
-    samples = logs["clean"].samples(stop=30)
+    samples = logs["bank"].samples(stop=30)
     assert len(samples) > 5
     assert samples["status"].unique().to_list() == ["warming_up"]
     assert samples["mode"].unique().to_list() == [-1]

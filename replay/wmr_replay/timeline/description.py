@@ -1,8 +1,8 @@
 """The text panel: what the run found, and how to read the recording."""
 
 _HOW_TO_READ = """\
-**Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding \
-(C_k beyond its threshold); pink: slipping (C_d beyond its threshold); dark red: both; grey: undecided.
+**Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding; \
+pink: slipping; dark red: both; grey: undecided. Skidding drives C_k, slipping C_d, away from zero.
 
 **Lanes** and **α**: at the time t at which they were known{lanes}.
 

@@ -85,6 +85,8 @@ def move(mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prio
         new_v += coupling * middle_lat * middle_omega
         jacobian[V_LONG, V_LAT] = coupling * middle_omega
         jacobian[V_LONG, OMEGA] = coupling * middle_lat
+        if slips:
+            jacobian[V_LONG, RHO] -= 2.0 / 3.0 * dt * middle_lat * middle_omega
     else:
         jacobian[V_LAT, V_LAT] = 0.0
         middle_lat = 0.0

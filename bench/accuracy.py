@@ -1,0 +1,140 @@
+"""Accuracy: algorithm × signal × noise at one delay, parameters chosen on one realisation, scored on another."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from cases import DELAY_S, SIGNALS, STEP_S, Realisation, realise
+from peers import FINITE, RECURSIVE, SLOW, WINDOW_STEPS, Candidates, Estimate
+
+from wmr_replay.differentiate import AdaptiveDifferentiator, Differentiator, KernelSpec
+from wmr_replay.differentiate.tuning import tune
+from wmr_schemas.arrays import F64
+
+NO_INPUTS = np.empty((0, 0))
+HEAD_ROWS = 2000
+"""Slow rivals choose on as many rows, and so does ``tune``, without truth."""
+NOISES = (0.001, 0.01, 0.1)
+
+
+def run_stage(stage: Differentiator | AdaptiveDifferentiator, r: Realisation) -> F64:
+    """Send a realisation through a stage."""
+    return np.asarray(stage.push(r.t_ns, r.noisy[None], np.empty((0, len(r.t_ns)))).estimates[0, r.order])
+
+
+def fixed_window(steps: int, degree: int, kappa: int, mu: int) -> Estimate:
+    """Ours, one window."""
+    spec = KernelSpec(degree, kappa, mu, 1 - 2 * DELAY_S / (steps * STEP_S))
+    return lambda r: run_stage(Differentiator(spec, window_s=steps * STEP_S, step_s=STEP_S), r)
+
+
+def adaptive_window(degree: int, first: int, last: int, confidence: float) -> Estimate:
+    """Ours, several windows at one delay."""
+    windows_s = tuple(s * STEP_S for s in WINDOW_STEPS[first:last])
+    options = {"windows_s": windows_s, "step_s": STEP_S, "common_delay_s": DELAY_S, "confidence": confidence}
+    return lambda r: run_stage(AdaptiveDifferentiator(KernelSpec(degree), sigma=np.array([r.sigma]), **options), r)
+
+
+def ours(order: int) -> Candidates:
+    """Fixed and adaptive windows."""
+    grid = product(WINDOW_STEPS, (2, 3, 4, 5), ((0, 0), (0, 1), (1, 1)))
+    found = [
+        (f"T {s * STEP_S:.3g}, N {n}, kappa {k}, mu {m}", fixed_window(s, n, k, m)) for s, n, (k, m) in grid if s >= n + 2
+    ]
+    choices = product((2, 3), (1, 3, 5), (9, 12), (1.5, 2.0, 3.0))
+    return found + [
+        (f"adaptive, N {n}, T {WINDOW_STEPS[a] * STEP_S:.2g} up, {c:g} sd", adaptive_window(n, a, b, c))
+        for n, a, b, c in choices
+    ]
+
+
+def tuned_without_truth(train: Realisation) -> Estimate:
+    """Ours with what ``tune`` picks from the noisy head of the training realisation alone."""
+    t_s = (train.t_ns - train.t_ns[0])[:HEAD_ROWS] * 1e-9
+    uniform = np.interp(np.arange(0, t_s[-1], STEP_S), t_s, train.noisy[:HEAD_ROWS])
+    found = tune(uniform, train.sigma, DELAY_S, step_s=STEP_S, order=train.order)
+    spec = KernelSpec(found.spec.degree, found.spec.kappa, found.spec.mu, found.spec.theta)
+    held = round((DELAY_S - found.choice.delay_s) / STEP_S)
+
+    def estimate(r: Realisation) -> F64:
+        out = run_stage(Differentiator(spec, window_s=found.window_s, step_s=STEP_S), r)
+        return out if held <= 0 else np.concatenate([np.full(held, np.nan), out[:-held]])
+
+    return estimate
+
+
+@dataclass(frozen=True)
+class Score:
+    """What an algorithm chose, and its error on the other realisation."""
+
+    label: str
+    rmse: float
+
+
+def choose_and_score(candidates: Candidates, train: Realisation, test: Realisation) -> Score | None:
+    """The candidate of least error on ``train``, scored on ``test``."""
+    if not candidates:
+        return None
+    errors = [train.rmse(estimate(train)) for _, estimate in candidates]
+    label, estimate = candidates[int(np.argmin(errors))]
+    return Score(label, test.rmse(estimate(test)))
+
+
+Makers = dict[str, Callable[[int], Candidates]]
+
+
+def score_all(makers: Makers, train: Realisation, test: Realisation) -> dict[str, Score]:
+    """Every algorithm of a family."""
+    scores = {}
+    for name, make in makers.items():
+        score = choose_and_score(make(train.order), train.head(HEAD_ROWS) if name in SLOW else train, test)
+        if score is not None:
+            scores[name] = score
+    return scores
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table."""
+
+    case: str
+    ours: Score
+    tuned: float
+    finite: dict[str, Score]
+    recursive: dict[str, Score]
+
+    @property
+    def ratio(self) -> float:
+        """Ours over the best finite-window peer; at most 1.02 wanted."""
+        return self.ours.rmse / min(score.rmse for score in self.finite.values())
+
+    def cells(self) -> list[str]:
+        """As text."""
+        peers = {**self.finite, **self.recursive}
+        listed = [f"{peers[n].rmse:.3g}" if n in peers else "–" for n in (*FINITE, *RECURSIVE)]
+        best = min(self.recursive.values(), key=lambda s: s.rmse).rmse
+        return [self.case, f"{self.ours.rmse:.3g}", f"{self.tuned:.3g}", *listed, f"{self.ratio:.3f}", f"{self.ours.rmse / best:.3f}"]
+
+
+HEAD = ["signal, order, noise", "ours", "ours, `tune`", *FINITE, *RECURSIVE, "ours / finite", "ours / recursive"]
+
+
+def accuracy_row(name: str, order: int, sigma: float, irregular: bool) -> Row:
+    """One case: the second realisation differs in noise and, where irregular, in stamps."""
+    train = realise(SIGNALS[name], order, sigma, irregular, seed=1)
+    test = realise(SIGNALS[name], order, sigma, irregular, seed=2)
+    own = choose_and_score(ours(order), train, test)
+    assert own is not None
+    tuned = test.rmse(tuned_without_truth(train)(test))
+    finite, recursive = score_all(FINITE, train, test), score_all(RECURSIVE, train, test)
+    case = f"{name}, {order}, {sigma:g}" + (", irregular" if irregular else "")
+    return Row(case, own, tuned, finite, recursive)
+
+
+def cases(quick: bool) -> list[tuple[str, int, float, bool]]:
+    """All, or a few."""
+    if quick:
+        return [("three sines", 1, 0.01, False), ("switching", 1, 0.01, False), ("three sines", 1, 0.01, True)]
+    uniform = [(n, o, s, False) for n, o, s in product(SIGNALS, (1, 2), NOISES)]
+    return uniform + [(n, o, s, True) for n, o, s in product(("three sines", "switching"), (1, 2), (0.001, 0.1))]

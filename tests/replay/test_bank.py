@@ -1,0 +1,223 @@
+"""The bank of filters: its model against the plant's, its population, its answers."""
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from wmr_replay.identify.bank.bins import fill_bins, open_bin
+from wmr_replay.identify.bank.hypotheses import make_population, normalise, split, thin
+from wmr_replay.identify.bank.predict import move, spread
+from wmr_replay.identify.bank.states import (
+    LN_ALPHA,
+    LN_BETA,
+    LN_C,
+    N_MOVING,
+    N_STATES,
+    RHO,
+    V_LAT,
+    make_prior,
+    slip_shares,
+    with_alpha,
+)
+from wmr_replay.identify.bank.update import absorb
+from wmr_replay.settings import Settings
+from wmr_schemas import PAPER_ROBOT, RobotParameters
+from wmr_schemas.signals import Log, ModeTrack
+from wmr_synth import Sensors, synthesise
+from wmr_synth.drivers import constant_effort
+from wmr_synth.scenarios import Plan, Scenario
+
+PRIOR = make_prior(PAPER_ROBOT)
+STEP_S = 0.02
+
+
+def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5):
+    return np.array([x, y, psi, v_long, v_lat, omega, PRIOR.ln_alpha, PRIOR.ln_beta, PRIOR.ln_c, PRIOR.rho])
+
+
+def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S):
+    after, jacobian = mean.copy(), np.empty((N_MOVING, N_STATES))
+    move(after, mode, force, turn, dt, PRIOR, jacobian)
+    return after, jacobian
+
+
+@pytest.mark.parametrize("mode", range(4))
+def test_the_filters_model_is_the_plants(mode):
+    """Two pieces of code, one physics: noise-free motion of the plant against steps of the filter."""
+    plan = Plan(constant_effort(12.0), ModeTrack(np.array([0]), np.array([mode], np.int8)), 3.0, 0.4)
+    scenario = Scenario("one mode", "", 4.0, lambda duration_s, rng: plan)
+    quiet = Sensors(rate_hz=1 / STEP_S, torque_rate_hz=1 / STEP_S).without_noise()
+    truth = synthesise(scenario, sensors=quiet).truth
+    columns = (truth.x_m, truth.y_m, truth.yaw_rad, truth.v_long_mps, truth.v_lat_mps, truth.yaw_rate_radps)
+    exact = np.stack(columns)
+    settled = 5  # the slip velocities, quasi-steady in the filter, settle within milliseconds
+    for k in range(settled, exact.shape[1] - 1):
+        before = np.concatenate([exact[:, k], [PRIOR.ln_alpha, PRIOR.ln_beta, PRIOR.ln_c, PRIOR.rho]])
+        after, _ = moved(before, mode, force=24.0, turn=0.0)
+        np.testing.assert_allclose(after[:6], exact[:, k + 1], atol=5e-4 * STEP_S**0.5, rtol=2e-4)
+
+
+@pytest.mark.parametrize("mode", range(4))
+def test_the_jacobian_is_that_of_finite_differences(mode):
+    mean = state(v_lat=-0.4 if mode in (1, 3) else 0.0)
+    _, jacobian = moved(mean, mode)
+    for column in range(N_STATES):
+        if column == V_LAT and mode in (0, 2):
+            continue
+        nudge = np.zeros(N_STATES)
+        nudge[column] = 1e-6
+        difference = (moved(mean + nudge, mode)[0] - moved(mean - nudge, mode)[0])[:N_MOVING] / 2e-6
+        np.testing.assert_allclose(
+            jacobian[:, column], difference, atol=3e-3 * STEP_S + 0.02 * np.abs(difference).max()
+        )
+
+
+@pytest.mark.parametrize("mode", range(4))
+def test_the_covariance_step_is_the_dense_one(mode):
+    rng = np.random.default_rng(mode)
+    root = rng.normal(size=(N_STATES, N_STATES))
+    covariance = root @ root.T
+    _, jacobian = moved(state(), mode)
+    full = np.eye(N_STATES)
+    full[:N_MOVING] = jacobian
+    expected = full @ covariance @ full.T
+    spread(covariance, jacobian, np.empty((N_MOVING, N_STATES)))
+    np.testing.assert_allclose(covariance, expected, rtol=1e-12, atol=1e-12)
+
+
+def test_the_update_is_the_textbook_one():
+    rng = np.random.default_rng(1)
+    root = rng.normal(size=(N_STATES, N_STATES)) * 0.1
+    covariance, mean = root @ root.T, state()
+    pose, variances = mean[:3] + rng.normal(size=3) * 0.05, np.array([0.01, 0.01, 0.02])
+    S = covariance[:3, :3] + np.diag(variances)
+    gain = covariance[:, :3] @ np.linalg.inv(S)
+    error = pose - mean[:3]
+    expected_mean, expected = mean + gain @ error, covariance - gain @ S @ gain.T
+    likelihood = -0.5 * (error @ np.linalg.solve(S, error) + np.log(np.linalg.det(S)))
+    assert absorb(mean, covariance, pose, variances, np.empty(N_STATES)) == pytest.approx(likelihood)
+    np.testing.assert_allclose(mean, expected_mean, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(covariance, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_slipping_leaves_under_four_percent_of_the_papers_traction():
+    ahead, turning = slip_shares(PAPER_ROBOT)
+    assert ahead == pytest.approx(0.0382, abs=5e-4)
+    assert turning == pytest.approx(0.0745, abs=5e-4)
+    assert slip_shares(RobotParameters(mass_kg=20.0)) is None
+
+
+def test_what_is_not_known_of_a_robot_is_never_the_papers():
+    prior = make_prior(RobotParameters(half_track_m=0.2))
+    assert np.isnan(prior.ln_alpha)
+    assert prior.ln_c_sd > 1
+    known = with_alpha(prior, 0.5)
+    assert np.exp(known.ln_beta) == pytest.approx(0.5 / 0.2)
+
+
+def population(weights, modes):
+    people = make_population(20)
+    for h, (weight, mode) in enumerate(zip(weights, modes, strict=True)):
+        people.mean[h] = state(v_long=1.0 + h, v_lat=-0.4 if mode == 1 else 0.0)
+        people.covariance[h] = np.eye(N_STATES) * 1e-4
+        people.log_weight[h], people.mode[h] = np.log(weight), mode
+    people.size[0] = len(weights)
+    return people
+
+
+def test_splitting_keeps_the_probability_and_starts_skids_without_lateral_velocity():
+    people = population([0.7, 0.3], [0, 1])
+    split(people, 3, 0.1, 0.2, (20.0, 0.0), PRIOR)
+    n = people.size[0]
+    assert n == 6
+    assert np.exp(people.log_weight[:n]).sum() == pytest.approx(1.0)
+    assert sorted(people.mode[2:n]) == [0, 1, 2, 2]
+    assert (people.mean[2:n, V_LAT] == 0).all()
+    from_skid = people.mean[2:n, 3] == 2.0
+    assert (people.covariance[2:n][from_skid][:, 0, 0] > 1e-4).all()
+
+
+def test_thinning_joins_twins_and_keeps_the_probable():
+    people = population([0.4, 0.3, 0.2, 0.1], [0, 0, 1, 2])
+    people.mean[1] = people.mean[0]
+    thin(people, 2)
+    normalise(people)
+    assert people.size[0] == 2
+    assert list(people.mode[:2]) == [0, 1]
+    assert np.exp(people.log_weight[:2]) == pytest.approx([0.7 / 0.9, 0.2 / 0.9])
+
+
+@given(
+    n=st.integers(1, 60),
+    per=st.integers(1, 7),
+    cuts=st.lists(st.integers(0, 60), max_size=5),
+    seed=st.integers(0, 99),
+)
+@settings(max_examples=60, deadline=None)
+def test_bins_are_means_of_consecutive_rows_whatever_the_batches(n, per, cuts, seed):
+    rng = np.random.default_rng(seed)
+    t_ns = 10**18 + np.cumsum(rng.integers(1, 10**7, n))
+    pose, efforts, variances = rng.normal(size=(3, n)), rng.normal(size=(2, n)), rng.random((2, n))
+    edges = [0, *sorted(min(c, n) for c in cuts), n]
+    kept, values, stamps = open_bin(), [], []
+    for a, b in zip(edges, edges[1:], strict=False):
+        v, s, done = fill_bins(t_ns[a:b], pose[:, a:b], efforts[:, a:b], variances[:, a:b], per, kept)
+        values.append(v)
+        stamps.append(s)
+        assert len(done) == b - a
+    values, stamps = np.concatenate(values, axis=1), np.concatenate(stamps)
+    m = n // per
+    assert values.shape == (8, m)
+    means = pose[:, : m * per].reshape(3, m, per).mean(axis=2)
+    np.testing.assert_allclose(values[:3], means, atol=1e-12)
+    expected = (t_ns[: m * per] - t_ns[0]).reshape(m, per).mean(axis=1)
+    assert np.abs(stamps - t_ns[0] - expected).max(initial=0) <= 1
+
+
+def wrong_nominal(log, factor):
+    wrong = RobotParameters(**{**log.robot.known(), "alpha": log.robot.alpha * factor})
+    return Log(log.pose, log.torque, log.mode, wrong)
+
+
+@pytest.mark.parametrize(("scenario", "within"), [("paper-acceleration", 0.02), ("random", 0.03)])
+def test_the_bank_comes_near_a_filter_that_is_told_everything(log_rows, yardstick, scenario, within):
+    """One seed each with α wrong by a third; the benchmark has forty."""
+    sensors = Sensors(rate_hz=200.0, noise_xy_sd_m=0.03, noise_yaw_sd_rad=0.03)
+    log = synthesise(scenario, seed=31, sensors=sensors).log
+    samples = log_rows(wrong_nominal(log, 0.7)).samples()
+    judged = samples.filter(pl.col("status") != "warming_up")
+    told = yardstick(log, 0.03, 0.03)
+    mode = np.argmax(np.nan_to_num(told), axis=0)
+    known = ~np.isnan(told[0])
+    best = np.mean(mode[known] == samples["mode_true"].to_numpy()[known])
+    assert (judged["mode"] == judged["mode_true"]).mean() > best - within
+    alpha, sd = samples.select("alpha", "alpha_sd").drop_nulls().row(-1)
+    assert alpha == pytest.approx(PAPER_ROBOT.alpha, rel=0.03)
+    assert abs(alpha - PAPER_ROBOT.alpha) < 3 * sd
+
+
+def test_simultaneous_skidding_and_slipping_is_found_when_enabled(log_rows):
+    modes = ModeTrack(np.array([0, 6, 14]) * 10**9, np.array([0, 3, 0], np.int8))
+    plan = Plan(constant_effort(15.0), modes, 3.0, 0.4)
+    scenario = Scenario("both", "", 20.0, lambda duration_s, rng: plan)
+    log = synthesise(scenario, sensors=Sensors(rate_hz=100.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)).log
+    samples = log_rows(log).samples(Settings(simultaneous=True)).filter(pl.col("status") != "warming_up")
+    both = samples.filter(pl.col("mode_true") == 3)
+    assert (both["mode"] == 3).mean() > 0.8
+    assert samples["p_skidding_slipping"].null_count() == 0
+    total = samples.select(pl.sum_horizontal("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping"))
+    assert np.allclose(total.to_numpy(), 1.0)
+
+
+def test_a_load_that_changes_alpha_is_followed(log_rows):
+    log = synthesise("random", seed=8, duration_s=240, sensors=Sensors(noise_xy_sd_m=0.005)).log
+    heavier = Log(log.pose, log.torque, log.mode, log.robot)
+    samples = log_rows(wrong_nominal(heavier, 1.3)).samples()
+    late = samples.filter(pl.col("t_s") > 200)["alpha"].mean()
+    assert late == pytest.approx(PAPER_ROBOT.alpha, rel=0.03)
+
+
+def test_parameters_have_their_places():
+    assert (LN_ALPHA, LN_BETA, LN_C, RHO) == (6, 7, 8, 9)
