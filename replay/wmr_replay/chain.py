@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.align import AlignedBatch
-from wmr_replay.columns import ALL_MODES, Columns, estimated
+from wmr_replay.columns import Columns, estimated
 from wmr_replay.differentiate import GAP, WARMING_UP, Differentiator, KernelSpec, noise_coefficient
 from wmr_replay.identify import (
     Evidence,
@@ -57,12 +57,12 @@ def make_identifier(settings: Settings, robot: RobotParameters, rules: Rules, st
     return BankIdentifier(robot, rules, step_s, bank, both=settings.simultaneous)
 
 
-def silent_while_filling(verdict: Verdict, filling: Bool) -> Verdict:
+def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: int) -> Verdict:
     """No verdict while the differentiator's window fills, whatever an identifier makes of the first rows."""
     return verdict._replace(
         posterior=np.where(filling, np.nan, verdict.posterior),
         mode=np.where(filling, -1, verdict.mode).astype(np.int8),
-        mode_set=np.where(filling, ALL_MODES, verdict.mode_set).astype(np.uint8),
+        mode_set=np.where(filling, all_modes, verdict.mode_set).astype(np.uint8),
         outcome=np.where(filling, WARMING_UP, verdict.outcome).astype(np.int8),
     )
 
@@ -96,6 +96,7 @@ class Chain:
             min_c_d_mps2=settings.min_c_d_mps2,
         )
         self._identifier = make_identifier(settings, robot, rules, step_s)
+        self._all_modes = settings.all_modes
         self._robot, self._start_ns = robot, int(stretch.t_ns[0])
         self._independence = fresh_independence()
 
@@ -112,7 +113,7 @@ class Chain:
         verdict = self._identifier.push(
             Evidence(rows.t_ns, rows.pose, rows.inputs[:2], motion, force, variances, independence)
         )
-        verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP)
+        verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
         status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)

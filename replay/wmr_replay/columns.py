@@ -12,7 +12,6 @@ Columns = dict[str, np.ndarray[Any, Any]]
 """By name, equally long; ``status`` as positions in ``Status``; NaN where unknown."""
 
 WARMING_UP = 1
-ALL_MODES = 0b111
 POSTERIOR = ("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping")
 
 
@@ -30,10 +29,10 @@ def measured(start_ns: int, rows: AlignedBatch) -> Columns:
     }
 
 
-def unknown(start_ns: int, rows: AlignedBatch) -> Columns:
-    """Rows about which nothing can be said yet."""
+def unknown(start_ns: int, rows: AlignedBatch, all_modes: int) -> Columns:
+    """Rows about which nothing can be said yet: ``mode_set`` is ``all_modes``."""
     n = len(rows)
-    verdict = {"mode": np.full(n, -1, np.int8), "mode_set": np.full(n, ALL_MODES, np.uint8)}
+    verdict = {"mode": np.full(n, -1, np.int8), "mode_set": np.full(n, all_modes, np.uint8)}
     return measured(start_ns, rows) | verdict | {"status": np.full(n, WARMING_UP, np.int8)}
 
 

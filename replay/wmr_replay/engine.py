@@ -46,7 +46,7 @@ class Engine:
     def finish(self) -> list[Columns]:
         """The rows that were waiting; a log that ends within its initial stretch is warming up throughout."""
         done = self._advance(self.aligner.finish())
-        rest = [unknown(self._start_ns, rows) for rows in self._stretch]
+        rest = [unknown(self._start_ns, rows, self.settings.all_modes) for rows in self._stretch]
         self._stretch = []
         return done + rest
 
@@ -72,4 +72,4 @@ class Engine:
         """Tune on the stretch and send it through for the stages' memory; its own rows say nothing."""
         self._chain = Chain(self.settings, self.robot, stretch)
         self._chain.push(stretch)
-        return [unknown(int(stretch.t_ns[0]), stretch), self._chain.push(rest)]
+        return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), self._chain.push(rest)]

@@ -49,6 +49,11 @@ class Settings:
         if not self.threshold_sd > 0:
             raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
 
+    @property
+    def all_modes(self) -> int:
+        """``mode_set`` when nothing is excluded."""
+        return 0b1111 if self.simultaneous else 0b111
+
     def as_dict(self) -> dict[str, Any]:
         """As they stand in ``summary.settings``."""
         return asdict(self)
