@@ -79,7 +79,14 @@ def test_the_continuous_kernel_answers_polynomials_with_their_delayed_derivative
 
 
 @pytest.mark.parametrize(
-    "spec", [KernelSpec(2), KernelSpec(3, 1, 0, 0.3), KernelSpec(5, 2, 2, 1.0), KernelSpec(8)]
+    "spec",
+    [
+        KernelSpec(2),
+        KernelSpec(3, 1, 0, 0.3),
+        KernelSpec(5, 2, 2, 1.0),
+        KernelSpec(8),
+        KernelSpec(2, shares=(0.4, 2.0)),
+    ],
 )
 def test_taps_have_exact_discrete_moments(spec):
     step_s, n_taps = 0.002, 101
@@ -94,7 +101,13 @@ def test_taps_have_exact_discrete_moments(spec):
 
 
 def test_exact_taps_are_those_of_the_orthogonal_decomposition():
-    for spec, n_taps in [(KernelSpec(2), 51), (KernelSpec(3, 1, 1), 40), (KernelSpec(5, 0, 0, 0.5), 200)]:
+    shared = KernelSpec(2, 0, 1, 0.5, (1.5, 0.3))
+    for spec, n_taps in [
+        (KernelSpec(2), 51),
+        (KernelSpec(3, 1, 1), 40),
+        (KernelSpec(5, 0, 0, 0.5), 200),
+        (shared, 90),
+    ]:
         taps = uniform_taps(spec, n_taps, 1.0)
         for n, polynomial in enumerate(tap_polynomials(spec, n_taps)):
             exact = [
@@ -104,7 +117,7 @@ def test_exact_taps_are_those_of_the_orthogonal_decomposition():
 
 
 def test_taps_about_an_anchor_are_the_taps_wherever_the_window_stands():
-    spec, n_taps = KernelSpec(3, 1, 1, 0.2), 64
+    spec, n_taps = KernelSpec(3, 1, 1, 0.2, (0.5,)), 64
     taps, anchored = uniform_taps(spec, n_taps, 0.01), anchored_taps(spec, n_taps, 0.01)
     powers = anchor_powers(n_taps, anchored.shape[1])
     for r in (0, 1, 31, 63):

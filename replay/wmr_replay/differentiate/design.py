@@ -19,20 +19,37 @@ from wmr_schemas.errors import InvalidSetting
 
 @dataclass(frozen=True)
 class KernelSpec:
-    """Degree N, weight exponents κ and μ, evaluation point θ in [−1, 1] (0: the window's middle; 1: now)."""
+    """Degree N, weight exponents κ and μ, evaluation point θ in [−1, 1] (0: the window's middle; 1: now).
+
+    ``shares``, if any, are what the kernel takes of the degrees N + 1, N + 2, …: 0 leaves a degree out, 1 takes it as
+    least squares does, and what lies between trades bias for noise. The kernel stays exact up to N.
+    """
 
     degree: int = 2
     kappa: int = 0
     mu: int = 0
     theta: float = 0.0
+    shares: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if not 0 <= self.degree <= 8:
             raise InvalidSetting(f"degree must be 0 to 8, not {self.degree}")
+        if self.top_degree > 8 or not np.isfinite(self.shares).all():
+            raise InvalidSetting(f"shares must be finite and reach degree 8 at most, not {self.shares}")
         if min(self.kappa, self.mu) < 0 or max(self.kappa, self.mu) > 8:
             raise InvalidSetting(f"kappa and mu must be 0 to 8, not {self.kappa} and {self.mu}")
         if not -1 <= self.theta <= 1:
             raise InvalidSetting(f"theta must lie in -1 to 1, not {self.theta}")
+
+    @property
+    def top_degree(self) -> int:
+        """The highest degree that has a share."""
+        return self.degree + len(self.shares)
+
+    @property
+    def all_shares(self) -> F64:
+        """Shares of the degrees 0 to the top: 1 up to N."""
+        return np.array([1.0] * (self.degree + 1) + list(self.shares))
 
     def delay_s(self, window_s: float) -> float:
         """δ = T(1 − θ)/2."""
@@ -49,19 +66,19 @@ def fit_functionals(spec: KernelSpec, age: F64, window_s: float, orders: int = 3
     """Taps (orders, L): the derivative of order n of the fit over samples of these ages is taps[n] @ samples.
 
     Weighted least squares in the Legendre basis by QR: with V_ki = P_i(u_k), u = 1 − 2·age/T, W =
-    diag(τ^κ(1−τ)^μ), h_n = W V (VᵀWV)⁻¹ p⁽ⁿ⁾(θ)·(2/T)ⁿ. Exact for polynomials up to N on any stamps. ``age``
+    diag(τ^κ(1−τ)^μ), h_n = W V (VᵀWV)⁻¹ p⁽ⁿ⁾(θ)·(2/T)ⁿ; the columns of Q are orthogonal polynomials, one a degree. Exact for polynomials up to N on any stamps. ``age``
     (L,) in s, ``window_s`` = T.
     """
     tau = age / window_s
     root_weight = np.sqrt(tau**spec.kappa * (1 - tau) ** spec.mu)
-    q, r = np.linalg.qr(root_weight[:, None] * legendre.legvander(1 - 2 * tau, spec.degree))
+    q, r = np.linalg.qr(root_weight[:, None] * legendre.legvander(1 - 2 * tau, spec.top_degree))
     rows = [np.linalg.solve(r.T, basis_derivative(spec, n) * (2 / window_s) ** n) for n in range(orders)]
-    return np.ascontiguousarray((np.stack(rows) @ q.T) * root_weight)
+    return np.ascontiguousarray((np.stack(rows) * spec.all_shares @ q.T) * root_weight)
 
 
 def basis_derivative(spec: KernelSpec, order: int) -> F64:
-    """n-th derivatives of P_0 … P_N at θ, shape (N+1,)."""
-    eye = np.eye(spec.degree + 1)
+    """n-th derivatives of P_0 … P_top at θ."""
+    eye = np.eye(spec.top_degree + 1)
     return np.array([legendre.legval(spec.theta, legendre.legder(row, order)) for row in eye])
 
 

@@ -6,56 +6,38 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.differentiate.blocks import Signals
+from wmr_replay.differentiate.irregular import Fit, factorise, solve
 from wmr_schemas.arrays import F64, I64
 
 ORDERS = 3
 
 
 @njit(cache=True)
-def powers_at(theta: float, degree: int, window_s: float) -> F64:
-    """n-th derivatives by time of uᵖ at u = θ, u = 1 − 2·age/T: shape (3, N+1)."""
-    out = np.zeros((ORDERS, degree + 1))
-    for n in range(ORDERS):
-        for p in range(n, degree + 1):
-            factor = 1.0
-            for m in range(n):
-                factor *= (p - m) * 2.0 / window_s
-            out[n, p] = factor * theta ** (p - n)
-    return out
-
-
-@njit(cache=True)
-def window_taps(
-    t_ns: I64, last: int, first: int, shape: tuple[int, int, int, float], window_ns: int, taps: F64
-) -> None:
+def window_taps(t_ns: I64, last: int, first: int, exponents: tuple[int, int], fit: Fit, taps: F64) -> None:
     """Fill ``taps`` (3, last − first + 1), newest first, with the functionals of the window
     ``t_ns[first..last]``.
 
     Moments exact for polynomials up to N on these stamps: M = Σ w u^{p+q}, h_nk = w_k Σ_p [M⁻¹ p⁽ⁿ⁾(θ)]_p
-    u_kᵖ. ``shape`` is (N, κ, μ, θ).
+    u_kᵖ. ``exponents`` are κ and μ.
     """
-    degree, kappa, mu, theta = shape
-    moments = np.zeros(2 * degree + 1)
+    size = fit.wanted.shape[1]
+    moments, solution = np.zeros((2 * size - 1, 1)), np.empty((size, 1))
     for k in range(last, first - 1, -1):
-        tau = (t_ns[last] - t_ns[k]) / window_ns
-        term = tau**kappa * (1.0 - tau) ** mu
-        for p in range(2 * degree + 1):
-            moments[p] += term
+        tau = (t_ns[last] - t_ns[k]) / fit.window_ns
+        term = tau ** exponents[0] * (1.0 - tau) ** exponents[1]
+        for p in range(2 * size - 1):
+            moments[p, 0] += term
             term *= 1.0 - 2.0 * tau
-    normal = np.empty((degree + 1, degree + 1))
-    for p in range(degree + 1):
-        for q in range(degree + 1):
-            normal[p, q] = moments[p + q]
-    coefficients = np.linalg.solve(normal, powers_at(theta, degree, window_ns * 1e-9).T.copy())
-    for k in range(last, first - 1, -1):
-        tau = (t_ns[last] - t_ns[k]) / window_ns
-        weight = tau**kappa * (1.0 - tau) ** mu
-        u = 1.0 - 2.0 * tau
-        for n in range(ORDERS):
+    lower, diagonal = np.empty((size, size, 1)), np.empty((size, 1))
+    factorise(moments, lower, diagonal)
+    for n in range(ORDERS):
+        solve(lower, diagonal, fit.shares, fit.wanted[n], solution)
+        for k in range(last, first - 1, -1):
+            tau = (t_ns[last] - t_ns[k]) / fit.window_ns
             value = 0.0
-            for p in range(degree, -1, -1):
-                value = value * u + coefficients[p, n]
-            taps[n, last - k] = weight * value
+            for p in range(size - 1, -1, -1):
+                value = value * (1.0 - 2.0 * tau) + solution[p, 0]
+            taps[n, last - k] = value * tau ** exponents[0] * (1.0 - tau) ** exponents[1]
 
 
 @njit(cache=True)
@@ -82,11 +64,11 @@ def direct_rows(
     signals: Signals,
     first: I64,
     rows: I64,
-    shape: tuple[int, int, int, float],
-    window_ns: int,
+    exponents: tuple[int, int],
+    fit: Fit,
     out: tuple[F64, F64, F64],
 ) -> None:
-    """As ``irregular.irregular_rows``, with the work of a window in each row. ``shape`` is (N, κ, μ, θ)."""
+    """As ``irregular.irregular_rows``, with the work of a window in each row. ``exponents`` are κ and μ."""
     estimates, filtered, gains = out
     samples, longest = signals.samples, 0
     for i in rows:
@@ -94,7 +76,7 @@ def direct_rows(
     taps = np.empty((ORDERS, longest))
     for i in rows:
         n_taps = i - first[i] + 1
-        window_taps(signals.t_ns, i, first[i], shape, window_ns, taps)
+        window_taps(signals.t_ns, i, first[i], exponents, fit, taps)
         for a in range(ORDERS):
             for b in range(ORDERS):
                 gains[a, b, i] = np.sum(taps[a, :n_taps] * taps[b, :n_taps])

@@ -40,22 +40,34 @@ def solve(matrix: list[Polynomial], right: Polynomial) -> Polynomial:
 def tap_polynomials(spec: KernelSpec, n_taps: int) -> list[Polynomial]:
     """Taps as polynomials in the age m = 0 … L−1, counted in steps; order n in units of 1/stepⁿ.
 
-    h_n(m) = m^κ (L−1−m)^μ Σ_p c_np m^p, with Σ_m h_n(m) (−m)^p = dⁿ/dsⁿ s^p at s = −δ/step for all p ≤ N.
+    h_n(m) = m^κ (L−1−m)^μ Σ_p c_np m^p, with Σ_m h_n(m) (−m)^p = dⁿ/dsⁿ s^p at s = −δ/step for all p ≤ N. Degrees
+    above N add their share of what each changes.
     """
     last = n_taps - 1
     weight: Polynomial = [Fraction(0)] * spec.kappa + [Fraction(1)]
     for _ in range(spec.mu):
         weight = times(weight, [Fraction(last), Fraction(-1)])
-    size = spec.degree + 1
-    sums = [sum(m**p for m in range(n_taps)) for p in range(2 * spec.degree + len(weight))]
-    moments = [sum(w * sums[p + q] for q, w in enumerate(weight)) for p in range(2 * size - 1)]
-    normal = [[Fraction(moments[p + q]) for q in range(size)] for p in range(size)]
+    top = spec.top_degree
+    sums = [sum(m**p for m in range(n_taps)) for p in range(2 * top + len(weight))]
+    moments = [Fraction(sum(w * sums[p + q] for q, w in enumerate(weight))) for p in range(2 * top + 1)]
     delay = last * (1 - Fraction(spec.theta)) / 2
-    out = []
-    for n in range(min(ORDERS, size)):
-        wanted = [power_derivative(p, n, delay) for p in range(size)]
-        out.append(times(weight, solve(normal, wanted)))
-    return out
+    return [
+        times(weight, blended(moments, [power_derivative(p, n, delay) for p in range(top + 1)], spec))
+        for n in range(min(ORDERS, spec.degree + 1))
+    ]
+
+
+def blended(moments: Polynomial, wanted: Polynomial, spec: KernelSpec) -> Polynomial:
+    """c of degree N, and of each higher degree the share of what it changes."""
+    total, before = [Fraction(0)] * len(wanted), [Fraction(0)] * len(wanted)
+    for degree in range(spec.degree, spec.top_degree + 1):
+        size = degree + 1
+        fit = solve([moments[p : p + size] for p in range(size)], wanted[:size])
+        fit += [Fraction(0)] * (len(wanted) - size)
+        share = Fraction(float(spec.all_shares[degree]))
+        total = [t + share * (new - old) for t, new, old in zip(total, fit, before, strict=True)]
+        before = fit
+    return total
 
 
 def power_derivative(power: int, order: int, age: Fraction) -> Fraction:

@@ -31,18 +31,19 @@ class Fit(NamedTuple):
 
     weight: F64
     wanted: F64
+    shares: F64
     window_ns: int
 
 
 def make_fit(spec: KernelSpec, window_ns: int) -> Fit:
     """The fit of a kernel: τ = (1 − u)/2, 1 − τ = (1 + u)/2, d/dt = (2/T) d/du."""
     old, new = polynomial.polypow([0.5, -0.5], spec.kappa), polynomial.polypow([0.5, 0.5], spec.mu)
-    powers = np.eye(spec.degree + 1)
+    powers = np.eye(spec.top_degree + 1)
     rate = 2 * NS_PER_S / window_ns
     wanted = [
         [rate**n * polynomial.polyval(spec.theta, polynomial.polyder(p, n)) for p in powers] for n in range(3)
     ]
-    return Fit(np.atleast_1d(polynomial.polymul(old, new)), np.array(wanted), window_ns)
+    return Fit(np.atleast_1d(polynomial.polymul(old, new)), np.array(wanted), spec.all_shares, window_ns)
 
 
 @njit(cache=True)
@@ -97,15 +98,15 @@ def factorise(weighted: F64, lower: F64, diagonal: F64) -> None:
 
 
 @njit(cache=True)
-def solve(lower: F64, diagonal: F64, right: F64, out: F64) -> None:
-    """``out`` (k, m) = M⁻¹ ``right`` (k,)."""
+def solve(lower: F64, diagonal: F64, shares: F64, right: F64, out: F64) -> None:
+    """``out`` (k, m) = L⁻ᵀ D⁻¹ S L⁻¹ ``right`` (k,); L⁻¹ holds the orthogonal polynomials, so S are their shares."""
     size = len(lower)
     for i in range(size):
         out[i] = right[i]
         for k in range(i):
             add_product(out[i], lower[i, k], out[k])
     for i in range(size - 1, -1, -1):
-        out[i] *= diagonal[i]
+        out[i] *= diagonal[i] * shares[i]
         for k in range(i + 1, size):
             add_product(out[i], lower[k, i], out[k])
 
@@ -122,7 +123,7 @@ def kernels_of(moments: F64, fit: Fit) -> F64:
     factorise(weighted, lower, diagonal)
     solution, kernels = np.empty((size, n_rows)), np.zeros((3, size + n_weight - 1, n_rows))
     for n in range(3):
-        solve(lower, diagonal, fit.wanted[n], solution)
+        solve(lower, diagonal, fit.shares, fit.wanted[n], solution)
         for q in range(n_weight):
             for p in range(size):
                 add_scaled(kernels[n, p + q], fit.weight[q], solution[p])

@@ -2,7 +2,7 @@
 efficiency.
 
 Sources as in ``design``. With u = 1 − 2·age/T, a = κ + n, b = μ + n, q = N − n and Jacobi polynomials
-P_i^{(a,b)} of squared norm ‖P_i‖²:
+P_i^{(a,b)} of squared norm ‖P_i‖² (terms of degree i + n > N take their share, see ``design.KernelSpec``):
 
     h(age) = 2^{2n+1} T^{−n−1} (1−u)^κ (1+u)^μ
              · Σ_{i=0}^{q} P_i^{(a,b)}(θ)/‖P_i‖² · (i+n)!/i! · P_{i+n}^{(κ,μ)}(u)
@@ -36,8 +36,14 @@ def continuous_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64)
     u = 1 - 2 * np.asarray(age_s, np.float64) / window_s
     a, b = spec.kappa + order, spec.mu + order
     total = np.zeros_like(u)
-    for i in range(spec.degree - order + 1):
-        factor = eval_jacobi(i, a, b, spec.theta) / jacobi_norm(i, a, b) * factorial(i + order) / factorial(i)
+    for i in range(spec.top_degree - order + 1):
+        factor = (
+            spec.all_shares[i + order]
+            * eval_jacobi(i, a, b, spec.theta)
+            / jacobi_norm(i, a, b)
+            * factorial(i + order)
+            / factorial(i)
+        )
         total += factor * eval_jacobi(i + order, spec.kappa, spec.mu, u)
     inside = np.abs(u) <= 1
     weight = np.where(inside, (1 - u) ** spec.kappa * (1 + u) ** spec.mu, 0.0)
@@ -46,7 +52,7 @@ def continuous_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64)
 
 def kernel_in_age(order: int, spec: KernelSpec, window_s: float) -> Polynomial:
     """The same kernel as a polynomial in the age (s), inside the window."""
-    size = spec.degree + spec.kappa + spec.mu + 1
+    size = spec.top_degree + spec.kappa + spec.mu + 1
     ages = window_s * (1 - np.cos(np.pi * (np.arange(size) + 0.5) / size)) / 2
     domain = [0, window_s]
     return Polynomial.fit(ages, continuous_kernel(order, spec, window_s, ages), size - 1, domain=domain)
@@ -68,7 +74,7 @@ def folded_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64, fol
 
 def noise_coefficient(order: int, spec: KernelSpec) -> float:
     """C in sd = σ·√(c·step/T^{2n+1}): ∫ h² of the kernel over 1 s, by Gauss' rule (exact here)."""
-    nodes, weights = legendre.leggauss(spec.degree + spec.kappa + spec.mu + 1)
+    nodes, weights = legendre.leggauss(spec.top_degree + spec.kappa + spec.mu + 1)
     return float(weights @ continuous_kernel(order, spec, 1.0, (1 - nodes) / 2) ** 2 / 2)
 
 

@@ -16,8 +16,9 @@ from wmr_replay.differentiate.uniform import anchor_powers, uniform_rows
 from wmr_replay.differentiate.windows import GAP, OK, Windows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 
-MAX_BLOCK_DEGREE = 5
-"""Largest D = N + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to 5.8^D of its digits."""
+MAX_BLOCK_DEGREE, MAX_TOP = 6, 5
+"""Largest D = top degree + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to 5.8^D of its
+digits; and largest top degree, whose normal matrix holds moments of twice as high an order."""
 
 SUMS = np.array([1.0, 0.0, 0.0])
 """Of the taps of order 0, 1 and 2; an input's taps sum to 1 too."""
@@ -41,7 +42,7 @@ class Road(Protocol):
 
 def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
     """The road for a kernel."""
-    in_blocks = spec.degree + spec.kappa + spec.mu <= MAX_BLOCK_DEGREE
+    in_blocks = spec.top_degree <= MAX_TOP and spec.top_degree + spec.kappa + spec.mu <= MAX_BLOCK_DEGREE
     return (BlockRoad if in_blocks else DirectRoad)(spec, n_taps, step_s, folds)
 
 
@@ -94,8 +95,8 @@ class DirectRoad:
         self._taps = uniform_taps(spec, n_taps, step_s)
         self._input_taps = [input_taps(self._taps[fold], step_s, fold)[None, :-1] for fold in folds]
         self._gains = self._taps @ self._taps.T
-        self._shape = (spec.degree, spec.kappa, spec.mu, spec.theta)
-        self._window_ns = round((n_taps - 1) * step_s * NS_PER_S)
+        self._exponents = (spec.kappa, spec.mu)
+        self._fit = make_fit(spec, round((n_taps - 1) * step_s * NS_PER_S))
 
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
         """See :class:`Road`."""
@@ -105,5 +106,5 @@ class DirectRoad:
             apply_taps(self._taps, SUMS, signal, uniform, answer.estimates[s])
         for k, taps in enumerate(self._input_taps):
             apply_taps(taps, SUMS[:1], signals.inputs[k], uniform, answer.inputs[k : k + 1])
-        direct_rows(signals, windows.first, irregular, self._shape, self._window_ns, answer[:3])
+        direct_rows(signals, windows.first, irregular, self._exponents, self._fit, answer[:3])
         return cut(answer, windows, n_old)

@@ -60,13 +60,13 @@ class Differentiator:
         self, spec: KernelSpec, *, window_s: float, step_s: float, folds: tuple[int, ...] = ()
     ) -> None:
         n_taps = round(window_s / step_s) + 1
-        least = spec.degree + 2
+        least = spec.top_degree + 2
         if spec.degree < 2:
             raise InvalidSetting(f"second derivatives need a degree of 2 or more, not {spec.degree}")
         if n_taps < least:
             raise InvalidSetting(
                 f"a window of {window_s:g} s holds {n_taps} samples at {1 / step_s:g} Hz; degree "
-                f"{spec.degree} needs {least} or more: lengthen the window to {(least - 1) * step_s:g} s "
+                f"{spec.top_degree} needs {least} or more: lengthen the window to {(least - 1) * step_s:g} s "
                 "at least"
             )
         self.spec, self.n_taps, self.step_s = spec, n_taps, step_s

@@ -1,4 +1,4 @@
-"""Choice of (T, N, κ, μ) from a stretch of the signal itself: the least expected error at a bounded delay.
+"""Choice of (T, N, κ, μ, shares) from a stretch of the signal itself: the least expected error at a bounded delay.
 
 Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in
 for it (``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off,
@@ -7,8 +7,8 @@ same rule, so the comparison is honest: where a recursive filter expects less er
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import product
+from dataclasses import dataclass, replace
+from itertools import chain, product
 
 import numpy as np
 from scipy.signal import fftconvolve
@@ -24,6 +24,7 @@ WEIGHTS = ((0, 0), (0, 1), (1, 0), (1, 1))
 WINDOWS_PER_OCTAVE = 4
 LONGEST_IN_DELAYS = 8.0
 MIN_ROWS = 20
+N_SHARES, SHARE_LIMIT = 3, 2.5
 SEED = 20090706
 
 
@@ -95,14 +96,34 @@ class Judge:
         """None when fewer than 20 windows fit into the stretch."""
         if self.n - len(taps) + 1 < MIN_ROWS:
             return None
-        at = self._t_s[len(taps) - 1 :] - delay_s
-        squares = [
-            float(np.mean((fftconvolve(guess, taps, "valid") - np.asarray(slope(at))) ** 2))
-            for guess, slope in zip(self._guesses, self._slopes, strict=True)
-        ]
+        squares = [float(np.mean(self._errors(k, taps, delay_s) ** 2)) for k in (0, 1)]
         bias = float(np.sqrt(max(squares[0] - squares[1], 0.0)))
         sd = float(self.sigma * np.sqrt(np.sum(taps**2)))
         return Expectation(label, delay_s, sd, bias, spec, window_s)
+
+    def _errors(self, k: int, taps: F64, delay_s: float) -> F64:
+        """Error on the guess (k = 0) or on what is left of noise in it (k = 1) at every window."""
+        at = self._t_s[len(taps) - 1 :] - delay_s
+        return np.asarray(fftconvolve(self._guesses[k], taps, "valid") - np.asarray(self._slopes[k](at)))
+
+    def best_shares(self, base: KernelSpec, n_taps: int, n_extra: int) -> tuple[float, ...]:
+        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²: a small least-squares problem."""
+        specs = [replace(base, degree=base.degree + k) for k in range(n_extra + 1)]
+        taps = np.stack([uniform_taps(spec, n_taps, self.step_s)[self.order] for spec in specs])
+        delay_s = base.delay_s((n_taps - 1) * self.step_s)
+        errors = np.stack([self._errors(0, row, delay_s) for row in taps])
+        columns = np.concatenate([errors / np.sqrt(errors.shape[1]), self.sigma * taps], axis=1)
+        steps = np.diff(columns, axis=0)
+        shares, *_ = np.linalg.lstsq(steps.T, -columns[0], rcond=1e-9)
+        return tuple(float(share) for share in np.clip(shares, -SHARE_LIMIT, SHARE_LIMIT))
+
+
+def shared_kernels(judge: Judge, max_delay_s: float, longest_s: float) -> Iterator[tuple[KernelSpec, int]]:
+    """Kernels exact to degree 2 that take of the degrees 3 to 5 what lowers the error most."""
+    for base, n_taps in candidate_kernels(max_delay_s, judge.step_s, longest_s):
+        roomy = judge.n - n_taps >= 2 * MIN_ROWS and n_taps >= 2 + N_SHARES + 3
+        if base.degree == 2 and base.kappa == 0 and roomy:
+            yield replace(base, shares=judge.best_shares(base, n_taps, N_SHARES)), n_taps
 
 
 def candidate_kernels(
@@ -133,9 +154,13 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
     judge = Judge(np.asarray(signal, np.float64), sigma, order, step_s)
     longest_s = (len(signal) - MIN_ROWS) * step_s
     judged = []
-    for spec, n_taps in candidate_kernels(max_delay_s, step_s, longest_s):
+    kernels = chain(
+        candidate_kernels(max_delay_s, step_s, longest_s), shared_kernels(judge, max_delay_s, longest_s)
+    )
+    for spec, n_taps in kernels:
         window_s = (n_taps - 1) * step_s
         label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
+        label += "".join(f"{', shares' if k == 0 else ''} {share:.2f}" for k, share in enumerate(spec.shares))
         taps = uniform_taps(spec, n_taps, step_s)[order]
         judged.append(judge.expect(taps, spec.delay_s(window_s), label, spec, window_s))
     ranked = sorted((e for e in judged if e is not None), key=lambda e: e.rmse)

@@ -24,18 +24,23 @@ from wmr_schemas.arrays import F64, I64
 
 LEAST_LOG_WEIGHT = -14.0
 SPLIT_LOG_WEIGHT = -9.0
+LEVEL_CHANGE = 1e-3
+"""Probability, at each split, that the level of disturbance has changed to a neighbouring one."""
 ALIKE_SD = 0.2
 ALIKE_VARIANCE = 1.5
 COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
 
 
 class Population(NamedTuple):
-    """Means (H, 10), covariances (H, 10, 10), log weights (H,), modes (H,); the first ``size`` (1,) live."""
+    """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
+    modes (H,), and levels of disturbance (H,).
+    """
 
     mean: F64
     covariance: F64
     log_weight: F64
     mode: I64
+    level: I64
     size: I64
 
 
@@ -46,8 +51,32 @@ def make_population(room: int) -> Population:
         np.zeros((room, N_STATES, N_STATES)),
         np.zeros(room),
         np.zeros(room, np.int64),
+        np.zeros(room, np.int64),
         np.zeros(1, np.int64),
     )
+
+
+@njit(cache=True)
+def copy(people: Population, source: int, target: int) -> None:
+    """One hypothesis over another."""
+    people.mean[target] = people.mean[source]
+    people.covariance[target] = people.covariance[source]
+    people.log_weight[target] = people.log_weight[source]
+    people.mode[target] = people.mode[source]
+    people.level[target] = people.level[source]
+
+
+@njit(cache=True)
+def vary_level(people: Population, n_levels: int) -> None:
+    """The most probable hypothesis may have met calmer or rougher ground: a child at either level beside."""
+    best = int(np.argmax(people.log_weight[: people.size[0]]))
+    for level in (people.level[best] - 1, people.level[best] + 1):
+        child = people.size[0]
+        if 0 <= level < n_levels and child < people.mode.shape[0]:
+            copy(people, best, child)
+            people.level[child] = level
+            people.log_weight[child] += np.log(LEVEL_CHANGE)
+            people.size[0] += 1
 
 
 @njit(cache=True)
@@ -92,10 +121,9 @@ def split(
             child = people.size[0]
             if mode == before or child == people.mode.shape[0]:
                 continue
-            people.mean[child] = people.mean[parent]
-            people.covariance[child] = people.covariance[parent]
+            copy(people, parent, child)
             people.mode[child] = mode
-            people.log_weight[child] = people.log_weight[parent] + np.log(switched / (n_modes - 1))
+            people.log_weight[child] += np.log(switched / (n_modes - 1))
             people.size[0] += 1
             mean, covariance = people.mean[child], people.covariance[child]
             skidded, skids = before in (SKIDDING, BOTH), mode in (SKIDDING, BOTH)
@@ -115,8 +143,8 @@ def split(
 
 @njit(cache=True)
 def alike(people: Population, a: int, b: int) -> bool:
-    """Whether two hypotheses of one mode have come to say the same."""
-    if people.mode[a] != people.mode[b]:
+    """Whether two hypotheses of one mode and one level have come to say the same."""
+    if people.mode[a] != people.mode[b] or people.level[a] != people.level[b]:
         return False
     for s in COMPARED:
         variance, other = people.covariance[a, s, s], people.covariance[b, s, s]
@@ -151,10 +179,7 @@ def thin(people: Population, most: int) -> None:
     kept = np.sort(kept[:n_kept])
     for place in range(n_kept):
         if kept[place] != place:
-            people.mean[place] = people.mean[kept[place]]
-            people.covariance[place] = people.covariance[kept[place]]
-            people.log_weight[place] = people.log_weight[kept[place]]
-            people.mode[place] = people.mode[kept[place]]
+            copy(people, kept[place], place)
     people.size[0] = n_kept
 
 

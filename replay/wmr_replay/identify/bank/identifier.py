@@ -7,7 +7,14 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.bank.bins import FORCE, TURN, Bins, into_bins, open_bin
-from wmr_replay.identify.bank.hypotheses import Population, make_population, normalise, split, thin
+from wmr_replay.identify.bank.hypotheses import (
+    Population,
+    make_population,
+    normalise,
+    split,
+    thin,
+    vary_level,
+)
 from wmr_replay.identify.bank.predict import move, spread
 from wmr_replay.identify.bank.start import start_population
 from wmr_replay.identify.bank.states import (
@@ -48,18 +55,19 @@ class BankSettings:
     split_s: float = 0.1
     switch_rate_per_s: float = 0.15
     start_bins: int = 30
-    velocity_diffusion: float = 1e-4
-    """(m/s)²/s, on v_long, v_lat and (rad/s)²/s on ω."""
-    alpha_diffusion_per_s: float = 1e-5
+    velocity_diffusions: tuple[float, ...] = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+    """Levels of disturbance, (m/s)²/s on v_long and v_lat, (rad/s)²/s on ω; which one holds is hypothesised."""
+    alpha_diffusion_share: float = 0.03
+    """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
     rho_diffusion_per_s: float = 1e-3
     min_confidence: float = 0.5
 
 
 class Drift(NamedTuple):
-    """Diffusion of velocities, ln α and ρ, per second."""
+    """Diffusion per second: of the velocities by level of disturbance, of ln α as a share of it, of ρ."""
 
-    velocity: float
-    ln_alpha: float
+    velocity: F64
+    alpha_share: float
     rho: float
 
 
@@ -76,20 +84,19 @@ def advance(
     free_v, free_omega = np.isnan(force), np.isnan(turn) or np.isnan(prior.ln_beta)
     for h in range(people.size[0]):
         mean, covariance, mode = people.mean[h], people.covariance[h], people.mode[h]
+        diffusion = drift.velocity[people.level[h]]
         for _ in range(pieces):
             move(
                 mean, mode, 0.0 if free_v else force, 0.0 if free_omega else turn, dt, prior, work[:N_MOVING]
             )
             spread(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
-            covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else drift.velocity) * dt
-            covariance[OMEGA, OMEGA] += (
-                UNKNOWN_ACCELERATION_DIFFUSION if free_omega else drift.velocity
-            ) * dt
+            covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
+            covariance[OMEGA, OMEGA] += (UNKNOWN_ACCELERATION_DIFFUSION if free_omega else diffusion) * dt
             if mode in (SKIDDING, BOTH):
-                covariance[V_LAT, V_LAT] += drift.velocity * dt
+                covariance[V_LAT, V_LAT] += diffusion * dt
             for a in (LN_ALPHA, LN_BETA):
                 for b in (LN_ALPHA, LN_BETA):
-                    covariance[a, b] += drift.ln_alpha * dt
+                    covariance[a, b] += drift.alpha_share * diffusion * dt
             covariance[RHO, RHO] += drift.rho * dt
 
 
@@ -120,6 +127,7 @@ def run_bins(
         if last[3] >= split_s - 1e-9:
             inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
             split(people, n_modes, last[3], rate, inputs, prior)
+            vary_level(people, drift.velocity.shape[0])
             thin(people, most)
             last[3] = 0.0
         advance(people, force, turn, step_s, prior, drift, work)
@@ -156,7 +164,7 @@ class BankIdentifier:
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._prior, self._n_modes = make_prior(robot), 4 if both else 3
-        self._people = make_population(settings.most_hypotheses * (self._n_modes + 1))
+        self._people = make_population(settings.most_hypotheses * (self._n_modes + 1) + 2)
         self._rows_per_bin = max(1, round(settings.bin_s / step_s))
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
@@ -192,7 +200,9 @@ class BankIdentifier:
             return np.full((6, len(bins.stamps)), np.nan)
         first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
-        start_population(self._people, first, self._prior, self._n_modes)
+        start_population(
+            self._people, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
+        )
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
         before = np.full((6, len(bins.stamps) - len(rest.stamps)), np.nan)
         return np.concatenate([before, self._advance(rest)], axis=1)
@@ -212,7 +222,7 @@ class BankIdentifier:
 
     def _advance(self, bins: Bins) -> F64:
         s = self.settings
-        drift = Drift(s.velocity_diffusion, s.alpha_diffusion_per_s, s.rho_diffusion_per_s)
+        drift = Drift(np.array(s.velocity_diffusions), s.alpha_diffusion_share, s.rho_diffusion_per_s)
         rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S
         said = run_bins(self._people, bins.values, seconds, self._last, self._prior, drift, rhythm)

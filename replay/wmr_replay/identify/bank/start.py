@@ -1,5 +1,7 @@
 """Where the bank starts: a quadratic through the first bins, in every mode."""
 
+from itertools import product
+
 import numpy as np
 
 from wmr_replay.identify.bank.bins import Bins
@@ -25,15 +27,16 @@ from wmr_schemas.arrays import F64, I64
 LEAST_SPEED_SD_MPS = 0.05
 
 
-def start_population(people: Population, bins: Bins, prior: Prior, n_modes: int) -> None:
-    """Fill the population with one hypothesis for each mode, at the last of the bins."""
+def start_population(people: Population, bins: Bins, prior: Prior, n_modes: int, n_levels: int) -> None:
+    """Fill the population with one hypothesis for each mode and level, at the last of the bins."""
     mean, covariance = first_state(bins.values, bins.stamps, prior)
-    for mode in range(n_modes):
-        people.mean[mode], people.covariance[mode] = mean, covariance
-        people.mode[mode], people.log_weight[mode] = mode, -np.log(n_modes)
+    for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):
+        people.mean[h], people.covariance[h] = mean, covariance
+        people.mode[h], people.level[h] = mode, level
+        people.log_weight[h] = -np.log(n_modes * n_levels)
         if mode not in (SKIDDING, BOTH):
-            stop_skidding(people.mean[mode], people.covariance[mode])
-    people.size[0] = n_modes
+            stop_skidding(people.mean[h], people.covariance[h])
+    people.size[0] = n_modes * n_levels
 
 
 def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:
