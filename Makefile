@@ -24,7 +24,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs unit docs figures lock clean
+.PHONY: help demo test lint types imports check-docs unit docs figures bench lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -54,6 +54,10 @@ unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 
 docs: $(TOOLS) ## the documentation, into site/
 	$(PY) -m mkdocs build --strict
+
+bench: $(TOOLS) ## speed and accuracy of the differentiator beside its peers, which it installs
+	$(INSTALL) --no-build-isolation --editable '.[bench]'
+	$(PY) bench/differentiator.py
 
 figures: $(TOOLS) ## the paper's figures 3 to 6, into docs/images
 	$(PY) docs/make_paper_figures.py

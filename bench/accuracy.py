@@ -1,4 +1,4 @@
-"""Accuracy: algorithm × signal × noise at one delay, parameters chosen on one realisation, scored on another."""
+"""Accuracy: algorithm × signal × noise at one delay; parameters from one realisation, scored on another."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,6 @@ from wmr_replay.differentiate import AdaptiveDifferentiator, Differentiator, Ker
 from wmr_replay.differentiate.tuning import tune
 from wmr_schemas.arrays import F64
 
-NO_INPUTS = np.empty((0, 0))
 HEAD_ROWS = 2000
 """Slow rivals choose on as many rows, and so does ``tune``, without truth."""
 NOISES = (0.001, 0.01, 0.1)
@@ -23,30 +22,53 @@ def run_stage(stage: Differentiator | AdaptiveDifferentiator, r: Realisation) ->
     return np.asarray(stage.push(r.t_ns, r.noisy[None], np.empty((0, len(r.t_ns)))).estimates[0, r.order])
 
 
-def fixed_window(steps: int, degree: int, kappa: int, mu: int) -> Estimate:
+def spec_at(steps: int, degree: int, kappa: int, mu: int, shares: tuple[float, ...] = ()) -> KernelSpec:
+    """A kernel that is read ``DELAY_S`` before its newest sample."""
+    return KernelSpec(degree, kappa, mu, 1 - 2 * DELAY_S / (steps * STEP_S), shares)
+
+
+def fixed_window(spec: KernelSpec, steps: int) -> Estimate:
     """Ours, one window."""
-    spec = KernelSpec(degree, kappa, mu, 1 - 2 * DELAY_S / (steps * STEP_S))
     return lambda r: run_stage(Differentiator(spec, window_s=steps * STEP_S, step_s=STEP_S), r)
+
+
+def shared_window(train: Realisation, steps: int, mu: int) -> tuple[str, Estimate]:
+    """Ours, one window, exact to degree 2, shares of degrees 3 to 5 by least squares on the truth."""
+    nested = np.stack(
+        [fixed_window(spec_at(steps, n, 0, mu), steps)(train)[train.scored] for n in (2, 3, 4, 5)]
+    )
+    gap = train.truth[train.scored] - nested[0]
+    shares = tuple(np.linalg.lstsq(np.diff(nested, axis=0).T, gap, rcond=1e-9)[0].tolist())
+    label = f"T {steps * STEP_S:.3g}, N 2, mu {mu}, shares " + " ".join(f"{share:.2f}" for share in shares)
+    return label, fixed_window(spec_at(steps, 2, 0, mu, shares), steps)
 
 
 def adaptive_window(degree: int, first: int, last: int, confidence: float) -> Estimate:
     """Ours, several windows at one delay."""
     windows_s = tuple(s * STEP_S for s in WINDOW_STEPS[first:last])
     options = {"windows_s": windows_s, "step_s": STEP_S, "common_delay_s": DELAY_S, "confidence": confidence}
-    return lambda r: run_stage(AdaptiveDifferentiator(KernelSpec(degree), sigma=np.array([r.sigma]), **options), r)
+    return lambda r: run_stage(
+        AdaptiveDifferentiator(KernelSpec(degree), sigma=np.array([r.sigma]), **options), r
+    )
 
 
-def ours(order: int) -> Candidates:
-    """Fixed and adaptive windows."""
-    grid = product(WINDOW_STEPS, (2, 3, 4, 5), ((0, 0), (0, 1), (1, 1)))
-    found = [
-        (f"T {s * STEP_S:.3g}, N {n}, kappa {k}, mu {m}", fixed_window(s, n, k, m)) for s, n, (k, m) in grid if s >= n + 2
+def ours(train: Realisation) -> Candidates:
+    """Fixed windows, with whole degrees and with shares, and adaptive ones."""
+    grid = [
+        (steps, spec_at(steps, n, k, m))
+        for steps, n, (k, m) in product(WINDOW_STEPS, (2, 3, 4, 5), ((0, 0), (0, 1), (1, 1)))
+        if steps >= n + 2
     ]
-    choices = product((2, 3), (1, 3, 5), (9, 12), (1.5, 2.0, 3.0))
-    return found + [
+    whole = [
+        (f"T {s * STEP_S:.3g}, N {p.degree}, kappa {p.kappa}, mu {p.mu}", fixed_window(p, s)) for s, p in grid
+    ]
+    shared = [shared_window(train, steps, mu) for steps, mu in product(WINDOW_STEPS, (0, 1))]
+    choices = product((2, 3), (1, 3, 5), (9, len(WINDOW_STEPS)), (1.5, 2.0, 3.0))
+    adaptive = [
         (f"adaptive, N {n}, T {WINDOW_STEPS[a] * STEP_S:.2g} up, {c:g} sd", adaptive_window(n, a, b, c))
         for n, a, b, c in choices
     ]
+    return [*whole, *shared, *adaptive]
 
 
 def tuned_without_truth(train: Realisation) -> Estimate:
@@ -54,11 +76,10 @@ def tuned_without_truth(train: Realisation) -> Estimate:
     t_s = (train.t_ns - train.t_ns[0])[:HEAD_ROWS] * 1e-9
     uniform = np.interp(np.arange(0, t_s[-1], STEP_S), t_s, train.noisy[:HEAD_ROWS])
     found = tune(uniform, train.sigma, DELAY_S, step_s=STEP_S, order=train.order)
-    spec = KernelSpec(found.spec.degree, found.spec.kappa, found.spec.mu, found.spec.theta)
     held = round((DELAY_S - found.choice.delay_s) / STEP_S)
 
     def estimate(r: Realisation) -> F64:
-        out = run_stage(Differentiator(spec, window_s=found.window_s, step_s=STEP_S), r)
+        out = run_stage(Differentiator(found.spec, window_s=found.window_s, step_s=STEP_S), r)
         return out if held <= 0 else np.concatenate([np.full(held, np.nan), out[:-held]])
 
     return estimate
@@ -114,17 +135,32 @@ class Row:
         peers = {**self.finite, **self.recursive}
         listed = [f"{peers[n].rmse:.3g}" if n in peers else "–" for n in (*FINITE, *RECURSIVE)]
         best = min(self.recursive.values(), key=lambda s: s.rmse).rmse
-        return [self.case, f"{self.ours.rmse:.3g}", f"{self.tuned:.3g}", *listed, f"{self.ratio:.3f}", f"{self.ours.rmse / best:.3f}"]
+        return [
+            self.case,
+            f"{self.ours.rmse:.3g}",
+            f"{self.tuned:.3g}",
+            *listed,
+            f"{self.ratio:.3f}",
+            f"{self.ours.rmse / best:.3f}",
+        ]
 
 
-HEAD = ["signal, order, noise", "ours", "ours, `tune`", *FINITE, *RECURSIVE, "ours / finite", "ours / recursive"]
+HEAD = [
+    "signal, order, noise",
+    "ours",
+    "ours, `tune`",
+    *FINITE,
+    *RECURSIVE,
+    "ours / finite",
+    "ours / recursive",
+]
 
 
 def accuracy_row(name: str, order: int, sigma: float, irregular: bool) -> Row:
     """One case: the second realisation differs in noise and, where irregular, in stamps."""
     train = realise(SIGNALS[name], order, sigma, irregular, seed=1)
     test = realise(SIGNALS[name], order, sigma, irregular, seed=2)
-    own = choose_and_score(ours(order), train, test)
+    own = choose_and_score(ours(train), train, test)
     assert own is not None
     tuned = test.rmse(tuned_without_truth(train)(test))
     finite, recursive = score_all(FINITE, train, test), score_all(RECURSIVE, train, test)
@@ -135,6 +171,12 @@ def accuracy_row(name: str, order: int, sigma: float, irregular: bool) -> Row:
 def cases(quick: bool) -> list[tuple[str, int, float, bool]]:
     """All, or a few."""
     if quick:
-        return [("three sines", 1, 0.01, False), ("switching", 1, 0.01, False), ("three sines", 1, 0.01, True)]
+        return [
+            ("three sines", 1, 0.01, False),
+            ("switching", 1, 0.01, False),
+            ("three sines", 1, 0.01, True),
+        ]
     uniform = [(n, o, s, False) for n, o, s in product(SIGNALS, (1, 2), NOISES)]
-    return uniform + [(n, o, s, True) for n, o, s in product(("three sines", "switching"), (1, 2), (0.001, 0.1))]
+    return uniform + [
+        (n, o, s, True) for n, o, s in product(("three sines", "switching"), (1, 2), (0.001, 0.1))
+    ]

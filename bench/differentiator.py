@@ -1,6 +1,6 @@
-"""Benchmarks of the differentiator: speed and accuracy beside its peers, in one run. Needs the ``bench`` extra.
+"""Speed and accuracy of the differentiator beside its peers, in one run. Needs the ``bench`` extra.
 
-    python bench/differentiator.py [--quick]
+python bench/differentiator.py [--quick]
 """
 
 import sys
@@ -36,7 +36,7 @@ def main() -> None:
         print_row(rows[-1].cells())
     ratios = [row.ratio for row in rows]
     wins = sum(min(s.rmse for s in row.recursive.values()) < row.ours.rmse for row in rows)
-    print(f"\nours over the best causal finite-window peer: at most {max(ratios):.3f}, at least {min(ratios):.3f}")
+    print(f"\nours over the best causal finite-window peer: {min(ratios):.3f} to {max(ratios):.3f}")
     print(f"a recursive peer is better in {wins} of {len(rows)} cases")
     for row in rows:
         print(f"  {row.case}: {row.ours.label}")

@@ -1,4 +1,4 @@
-"""The rivals, each as a list of candidates: a label and a function from a realisation to estimates x̂⁽ⁿ⁾(t − δ).
+"""The rivals, each as candidates: a label and a function from a realisation to estimates x̂⁽ⁿ⁾(t − δ).
 
 Finite-window rivals are used causally: the instant described lies δ before the newest sample that they see.
 Recursive ones may answer early and be held back, whichever scores better.
@@ -10,12 +10,19 @@ from contextlib import contextmanager
 from itertools import product
 
 import numpy as np
+from AlgDiff import AlgebraicDifferentiator
 from cases import DELAY_S, STEP_S, Realisation
+from derivative import dxdt
 from numba import njit
 from scipy.signal import oaconvolve, savgol_coeffs
+from simdkalman import KalmanFilter
 
-from wmr_replay.differentiate.baselines import butterworth_response, kalman_response
+from wmr_replay.differentiate.baselines import butterworth_response, chain_of_integrators, kalman_response
 from wmr_schemas.arrays import F64
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # it warns of its optional solver
+    from pynumdiff.polynomial_fit import polydiff, savgoldiff
 
 Estimate = Callable[[Realisation], F64]
 Candidates = list[tuple[str, Estimate]]
@@ -45,7 +52,7 @@ def held_back(values: F64, steps: int) -> F64:
 
 
 def savitzky_golay(order: int) -> Candidates:
-    """scipy's coefficients, read δ before the newest sample."""
+    """Coefficients of scipy, read δ before the newest sample."""
 
     def candidate(steps: int, degree: int) -> Estimate:
         taps = savgol_coeffs(steps + 1, degree, order, STEP_S, pos=steps - LAG, use="conv")
@@ -57,7 +64,6 @@ def savitzky_golay(order: int) -> Candidates:
 
 def algdiff(order: int) -> Candidates:
     """AlgDiff with its own taps; its θ may correct the half sample by which they are late."""
-    from AlgDiff import AlgebraicDifferentiator
 
     def candidate(steps: int, extra: int, more: float, early: float) -> Estimate:
         window_s = steps * STEP_S
@@ -68,13 +74,15 @@ def algdiff(order: int) -> Candidates:
             taps = np.asarray(peer.discretize(order, "mid-point")[order]["mid-point"])
         return lambda r: filtered(taps, r.noisy)
 
-    grid = list(product(WINDOW_STEPS, range(4), (0.0, 0.5, 1.0, 2.0), (0.0, 0.5, 1.0)))
-    return [(f"T {s * STEP_S:.3g}, N {e}, weight {m:g}, early {o:g}", candidate(s, e, m, o)) for s, e, m, o in grid]
+    grid = product(WINDOW_STEPS, range(4), (0.0, 0.5, 1.0, 2.0), (0.0, 0.5, 1.0))
+    return [
+        (f"T {s * STEP_S:.3g}, N {extra}, weight {more:g}, early {early:g}", candidate(s, extra, more, early))
+        for s, extra, more, early in grid
+    ]
 
 
 def derivative_package(order: int) -> Candidates:
-    """``derivative``'s Savitzky–Golay on actual stamps: δ to the right, the rest to the left. First order only."""
-    from derivative import dxdt
+    """Savitzky–Golay of ``derivative`` on actual stamps, δ to the right, the rest left. First order only."""
 
     def candidate(steps: int, degree: int) -> Estimate:
         def estimate(r: Realisation) -> F64:
@@ -93,9 +101,7 @@ def derivative_package(order: int) -> Candidates:
 
 
 def pynumdiff(order: int) -> Candidates:
-    """PyNumDiff's finite windows, centred, as wide as δ allows. First order only; its other methods see it all."""
-    with quiet():
-        from pynumdiff.polynomial_fit import polydiff, savgoldiff
+    """PyNumDiff's finite windows, centred, as wide as δ allows. First order; its other methods see it all."""
 
     def centred(method: Callable[[F64], F64]) -> Estimate:
         def estimate(r: Realisation) -> F64:
@@ -106,14 +112,18 @@ def pynumdiff(order: int) -> Candidates:
 
     def savgol(degree: int, smoothing: int) -> Estimate:
         width = 2 * (LAG - smoothing // 2) + 1
-        return centred(lambda x: savgoldiff(x, STEP_S, degree=degree, window_size=width, smoothing_win=smoothing)[1])
+        return centred(
+            lambda x: savgoldiff(x, STEP_S, degree=degree, window_size=width, smoothing_win=smoothing)[1]
+        )
 
     def poly(degree: int) -> Estimate:
         return centred(lambda x: polydiff(x, STEP_S, degree=degree, window_size=LAG + 1)[1])
 
     if order != 1:
         return []
-    found = [(f"savgoldiff, degree {d}, smoothing {w}", savgol(d, w)) for d, w in product((2, 3, 4), (1, 5, 9))]
+    found = [
+        (f"savgoldiff, degree {d}, smoothing {w}", savgol(d, w)) for d, w in product((2, 3, 4), (1, 5, 9))
+    ]
     return found + [(f"polydiff, degree {d}", poly(d)) for d in (2, 3)]
 
 
@@ -127,7 +137,9 @@ def butterworth(order: int) -> Candidates:
     for poles, cutoff_hz in product((order + 1, order + 2), np.geomspace(0.3, 12, 25)):
         taps = butterworth_response(order, poles, cutoff_hz, STEP_S, 2000)
         if taps is not None:
-            found += [(f"{poles} poles, {cutoff_hz:.2g} Hz", candidate(taps, s)) for s in range(0, LAG + 1, 2)]
+            found += [
+                (f"{poles} poles, {cutoff_hz:.2g} Hz", candidate(taps, s)) for s in range(0, LAG + 1, 2)
+            ]
     return found
 
 
@@ -151,11 +163,7 @@ def kalman(order: int) -> Candidates:
 
 
 def simdkalman(order: int) -> Candidates:
-    """simdkalman's filter of the same model without lag, its state carried back by δ."""
-    from simdkalman import KalmanFilter
-
-    from wmr_replay.differentiate.baselines import chain_of_integrators
-
+    """The filter of simdkalman, the same model without lag, its state carried back by δ."""
     transition, process = chain_of_integrators(order + 2, STEP_S)
     back = chain_of_integrators(order + 2, -DELAY_S)[0]
 
@@ -164,7 +172,9 @@ def simdkalman(order: int) -> Candidates:
             intensity = ratio * r.sigma**2 / STEP_S ** (2 * order + 2)
             model = KalmanFilter(transition, intensity * process, np.eye(order + 2)[:1], r.sigma**2)
             x = r.noisy - r.noisy[0]
-            return np.asarray(model.compute(x, 0, filtered=True, smoothed=False).filtered.states.mean @ back[order])
+            return np.asarray(
+                model.compute(x, 0, filtered=True, smoothed=False).filtered.states.mean @ back[order]
+            )
 
         return estimate
 
@@ -175,8 +185,8 @@ def simdkalman(order: int) -> Candidates:
 def levant(samples: F64, bound: float, step_s: float, size: int) -> F64:
     """Levant's differentiator (2003) of order ``size`` − 1 by Euler steps: states (size, n).
 
-    ż_i = −λ_i L^{1/(m−i)} |z_i − v|^{(m−i−1)/(m−i)} sign(z_i − v) + z_{i+1}, v the right-hand side above; for two
-    states the super-twisting algorithm.
+    ż_i = −λ_i L^{1/(m−i)} |z_i − v|^{(m−i−1)/(m−i)} sign(z_i − v) + z_{i+1}, v the right-hand side above;
+    with two states the super-twisting algorithm.
     """
     gains = (1.1, 1.5, 3.0, 5.0)
     state, out = np.zeros(size), np.empty((size, len(samples)))
@@ -187,7 +197,9 @@ def levant(samples: F64, bound: float, step_s: float, size: int) -> F64:
         for i in range(size):
             left = size - i
             error = old[i] - rate
-            pull = gains[left - 1] * bound ** (1.0 / left) * abs(error) ** ((left - 1.0) / left) * np.sign(error)
+            pull = (
+                gains[left - 1] * bound ** (1.0 / left) * abs(error) ** ((left - 1.0) / left) * np.sign(error)
+            )
             rate = -pull + (old[i + 1] if i + 1 < size else 0.0)
             state[i] = old[i] + step_s * rate
         out[:, k] = state

@@ -10,6 +10,7 @@ from wmr_replay.differentiate import GAP, WARMING_UP, Differentiator, KernelSpec
 from wmr_replay.identify import (
     Evidence,
     Identifier,
+    Motion,
     PaperIdentifier,
     Rules,
     Verdict,
@@ -20,9 +21,10 @@ from wmr_replay.identify import (
 from wmr_replay.identify.bank import BankIdentifier, BankSettings
 from wmr_replay.identify.independence import fresh_independence, judge_independence
 from wmr_replay.identify.noise import NoiseTracker, initial_noise
+from wmr_replay.identify.terms import extra_along
+from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
-from wmr_schemas.arrays import NS_PER_S, Bool
-from wmr_schemas.robot import RobotParameters
+from wmr_schemas.arrays import F64, NS_PER_S, Bool
 
 MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
 EFFORT_FOLD, SPEED_FOLD = 2, 1
@@ -49,12 +51,12 @@ def choose_window_s(settings: Settings, spec: KernelSpec, step_s: float, positio
     return max(min(window_s, MAX_WINDOW_S), MIN_WINDOW_S, MIN_WINDOW_STEPS * step_s)
 
 
-def make_identifier(settings: Settings, robot: RobotParameters, rules: Rules, step_s: float) -> Identifier:
+def make_identifier(settings: Settings, model: ReplayModel, rules: Rules, step_s: float) -> Identifier:
     """The identifier that the settings name."""
     if settings.identifier == "paper":
         return PaperIdentifier(rules)
     bank = BankSettings(min_confidence=settings.min_confidence)
-    return BankIdentifier(robot, rules, step_s, bank, both=settings.simultaneous)
+    return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 
 
 def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: int) -> Verdict:
@@ -70,7 +72,8 @@ def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: int) -> Ver
 class Chain:
     """Stage: aligned rows → rows of the samples table."""
 
-    def __init__(self, settings: Settings, robot: RobotParameters, stretch: AlignedBatch) -> None:
+    def __init__(self, settings: Settings, model: ReplayModel, stretch: AlignedBatch) -> None:
+        robot = model.robot
         spec = KernelSpec(settings.degree, settings.kappa, settings.mu, settings.theta)
         step_s = float(np.median(np.diff(stretch.t_ns))) / NS_PER_S
         position_sd_m, yaw_sd_rad = initial_noise(stretch.pose[:2]), initial_noise(stretch.pose[2:])
@@ -95,8 +98,9 @@ class Chain:
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,
         )
-        self._identifier = make_identifier(settings, robot, rules, step_s)
+        self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
+        self._terms, self._has_terms = model.terms, any(model.terms[:-1])
         self._robot, self._start_ns = robot, int(stretch.t_ns[0])
         self._independence = fresh_independence()
 
@@ -111,9 +115,25 @@ class Chain:
         )
         force = derivatives.inputs[0] + derivatives.inputs[1]
         verdict = self._identifier.push(
-            Evidence(rows.t_ns, rows.pose, rows.inputs[:2], motion, force, variances, independence)
+            Evidence(
+                rows.t_ns,
+                rows.pose,
+                rows.inputs[:2],
+                motion,
+                force,
+                self._known_acceleration(motion, derivatives.estimates[2, 0]),
+                variances,
+                independence,
+            )
         )
         verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
         status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)
+
+    def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:
+        """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""
+        if not self._has_terms:
+            return np.zeros(len(yaw_rad))
+        alpha = self._robot.alpha or 0.0
+        return extra_along(motion.v_long_mps, yaw_rad, motion.yaw_rate_radps, alpha, self._terms)

@@ -6,13 +6,13 @@ what is learnt from the stretch must not reach back into it.
 
 import numpy as np
 
-from wmr_replay.align import AlignedBatch, Aligner
+from wmr_replay.align import AlignedBatch, Aligner, Lag
 from wmr_replay.chain import Chain, Tuning
 from wmr_replay.columns import Columns, concatenate, part, unknown
 from wmr_replay.ingest.signals import RawBatch
+from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
 from wmr_schemas.arrays import I64, NS_PER_S
-from wmr_schemas.robot import RobotParameters
 
 MIN_STRETCH_ROWS = 20
 
@@ -22,9 +22,10 @@ class Engine:
     order.
     """
 
-    def __init__(self, settings: Settings, robot: RobotParameters) -> None:
-        self.settings, self.robot = settings, robot
+    def __init__(self, settings: Settings, model: ReplayModel) -> None:
+        self.settings, self.model = settings, model
         self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
+        self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
         self._stretch: list[AlignedBatch] = []
         self._start_ns = 0
@@ -41,7 +42,7 @@ class Engine:
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """Rows that the batch completes."""
-        return self._advance(self.aligner.push(batch))
+        return self._advance(self.aligner.push(self.model.corrected(batch)))
 
     def finish(self) -> list[Columns]:
         """The rows that were waiting; a log that ends within its initial stretch is warming up throughout."""
@@ -53,6 +54,8 @@ class Engine:
     def _advance(self, rows: AlignedBatch) -> list[Columns]:
         if not len(rows):
             return []
+        if self._lag is not None:
+            rows.inputs[:2] = self._lag.push(rows.t_ns, rows.inputs[:2])
         if self._chain is not None:
             return [self._chain.push(rows)]
         held = concatenate([*self._stretch, rows])
@@ -70,6 +73,6 @@ class Engine:
 
     def _begin(self, stretch: AlignedBatch, rest: AlignedBatch) -> list[Columns]:
         """Tune on the stretch and send it through for the stages' memory; its own rows say nothing."""
-        self._chain = Chain(self.settings, self.robot, stretch)
+        self._chain = Chain(self.settings, self.model, stretch)
         self._chain.push(stretch)
         return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), self._chain.push(rest)]

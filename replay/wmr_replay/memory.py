@@ -5,6 +5,7 @@ import polars as pl
 
 from wmr_replay.engine import Engine
 from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas.arrays import F64, I64
@@ -34,6 +35,6 @@ def as_batch(log: Log) -> RawBatch:
 
 def replay_log(log: Log, settings: Settings | None = None) -> pl.DataFrame:
     """The samples table of a log in memory, by its own nominal parameters."""
-    engine = Engine(settings or Settings(), log.robot)
+    engine = Engine(settings or Settings(), ReplayModel(log.robot))
     columns = [*engine.push(as_batch(log)), *engine.finish()]
     return pl.concat([samples_frame(c) for c in columns])

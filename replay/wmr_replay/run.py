@@ -9,7 +9,8 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.engine import Engine
-from wmr_replay.ingest import LogReader, open_log, sha256_of
+from wmr_replay.ingest import Between, LogReader, open_log, sha256_of
+from wmr_replay.model_effects import replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.summary import LogFacts, Tally, summary_frame, summary_row
 from wmr_replay.tables import ParquetStream, confusion_frame, replace_file, samples_frame
@@ -17,6 +18,7 @@ from wmr_replay.timeline import Timeline
 from wmr_replay.truth import SideTruth, read_side_truth
 from wmr_schemas.errors import DamagedLog
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.model_file import Model
 from wmr_schemas.tables import SAMPLES, polars_schema
 
 Progress = Callable[[int, int], None]
@@ -59,6 +61,8 @@ def run_log(
     *,
     settings: Settings | None = None,
     mapping: LogMapping | None = None,
+    between: Between | None = None,
+    model: Model | None = None,
     timeline: bool = True,
     strict: bool = False,
     progress: Progress | None = None,
@@ -68,8 +72,8 @@ def run_log(
     Every file appears complete or not at all. Raises LogUnusable (with ``strict`` also when something was
     damaged).
     """
-    reader = open_log(log, mapping or LogMapping())
-    engine = Engine(settings or Settings(), reader.robot)
+    reader = open_log(log, mapping or LogMapping(), between=between or Between())
+    engine = Engine(settings or Settings(), replay_model(model or Model(), reader.robot))
     truth = read_side_truth(log)
     directory = out or default_directory(log)
     directory.mkdir(parents=True, exist_ok=True)
@@ -108,7 +112,7 @@ class ResultFiles:
         self._samples.push(samples)
         if self._wants_timeline and self._timeline is None:
             rate_hz = engine.tuning.rate_hz if engine.tuning else 1.0
-            self._timeline = self._open_timeline(rate_hz)
+            self._timeline = self._open_timeline(rate_hz, engine.model.robot.alpha)
         if self._timeline is not None:
             self._timeline.push(samples)
 
@@ -151,19 +155,21 @@ class ResultFiles:
     def _file(self, ending: str) -> Path:
         return self._directory / f"{self._log.stem}.{ending}"
 
-    def _open_timeline(self, rate_hz: float) -> Timeline:
+    def _open_timeline(self, rate_hz: float, alpha: float | None) -> Timeline:
         return Timeline(
             self._file("rrd"),
             log_name=self._log.name,
-            alpha_nominal=self._reader.robot.alpha,
+            alpha_nominal=alpha,
             rate_hz=rate_hz,
-            truth=self._truth.states,
+            truth=self._truth.states if self._truth.states_file else None,
             recording_id=f"{self._log.stem}-{self._sha256[:16]}",
         )
 
     def _facts(self, engine: Engine) -> LogFacts:
         reader, tuning = self._reader, engine.tuning
-        settings = engine.settings.as_dict() | {"robot": reader.robot.known()}
+        robot = engine.model.robot
+        settings = engine.settings.as_dict() | {"robot": robot.known()}
+        settings |= {"effects": [asdict(effect) for effect in engine.model.effects]}
         settings |= {"channels": reader.plan.as_dict(), "tuning": asdict(tuning) if tuning else None}
         return LogFacts(
             log=str(self._log),
@@ -173,8 +179,8 @@ class ResultFiles:
             counts=engine.aligner.counts,
             losses=reader.losses.counts(),
             n_gaps=engine.n_gaps,
-            notes=reader.losses.notes,
-            robot=reader.robot,
+            notes=[*reader.losses.notes, *reader.remarks, *reader.stamp_notes, *engine.model.notes],
+            robot=robot,
             alpha_true=self._truth.alpha,
         )
 

@@ -1,18 +1,31 @@
 """The simulator's side files, read for scoring only: deleting them changes no estimate."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import polars as pl
+import pyarrow.parquet as pq
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class SideTruth:
-    """What lies beside a synthetic log: true states at the pose stamps, true α."""
+    """What lies beside a synthetic log: a file with the true states at the pose stamps, true α."""
 
-    states: pl.DataFrame | None = None
+    states_file: Path | None = None
     alpha: float | None = None
+
+    def states(self, stride: int = 1) -> Iterator[pl.DataFrame]:
+        """Every ``stride``-th true state, block by block."""
+        if self.states_file is None:
+            return
+        n_read = 0
+        with pq.ParquetFile(self.states_file) as file:
+            for group in range(file.num_row_groups):
+                rows = pl.DataFrame(file.read_row_group(group))
+                yield rows.gather_every(stride, offset=-n_read % stride)
+                n_read += len(rows)
 
 
 def read_side_truth(log: Path) -> SideTruth:
@@ -21,4 +34,4 @@ def read_side_truth(log: Path) -> SideTruth:
     alpha = None
     if facts.is_file():
         alpha = json.loads(facts.read_text(encoding="utf-8")).get("robot", {}).get("alpha")
-    return SideTruth(pl.read_parquet(states) if states.is_file() else None, alpha)
+    return SideTruth(states if states.is_file() else None, alpha)

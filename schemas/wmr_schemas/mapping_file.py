@@ -1,11 +1,68 @@
-"""``robot.toml``: which topics of a log hold pose, torques and truth, and what is known of the robot."""
+"""``robot.toml``: which topics and fields of a log hold pose, torques and truth, and what is known of the robot."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any, Literal
+
+import tomli_w
 
 from wmr_schemas.errors import InvalidFile
-from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
+from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.tomlfile import check_keys, expect_number, expect_table, expect_text, read_toml
+
+Clock = Literal["header", "publish", "log"]
+CLOCKS: tuple[Clock, ...] = ("header", "publish", "log")
+
+
+def key(kind: str, meaning: str, default: Any = None) -> Any:
+    """A field with its type in the file and its meaning, for the documentation."""
+    return field(default=default, metadata=described(kind, meaning))
+
+
+@dataclass(frozen=True)
+class PoseFields:
+    """What ``[pose]`` says besides the topic; None: found by schema."""
+
+    position: str | None = key("path", "of a struct with `x` and `y`")
+    orientation: str | None = key("path", "of a quaternion with `x`, `y`, `z`, `w`")
+    x: str | None = key("path", "of a number in m; with `y` and `yaw` instead of the two above")
+    y: str | None = key("path", "of a number in m")
+    yaw: str | None = key("path", "of a number in rad")
+    parent: str | None = key("string", "transforms: the fixed frame, such as `map`")
+    child: str | None = key("string", "transforms: the robot's frame, such as `base_link`")
+    yaw_offset_rad: float = key("number", "measured yaw minus the robot's", 0.0)
+    lever_arm_m: tuple[float, float] = key(
+        "[x, y]", "place of the measured point in the robot's frame: ahead of and left of the driving axle's midpoint", (0.0, 0.0)
+    )
+    clock: Clock | None = key("string", "`header`, `publish` or `log`")
+
+
+@dataclass(frozen=True)
+class TorqueFields:
+    """What ``[torque]`` says besides topic and joints; None: found by schema."""
+
+    names: str | None = key("path", "of the array of joint names (`name`)")
+    efforts: str | None = key("path", "of the array of torques, or currents (`effort`); an interface's name in DynamicJointState")
+    speeds: str | None = key("path", "of the array of speeds (`velocity`); an interface's name in DynamicJointState")
+    left_fields: tuple[str, ...] = key("paths", "of numbers: torques, or currents, of the left side, instead of joints by name", ())
+    right_fields: tuple[str, ...] = key("paths", "the same of the right side", ())
+    left_speed_fields: tuple[str, ...] = key("paths", "of wheel speeds of the left side in rad/s", ())
+    right_speed_fields: tuple[str, ...] = key("paths", "the same of the right side", ())
+    left_sign: float = key("1 or -1", "-1 where a positive value drives the left side backward", 1.0)
+    right_sign: float = key("1 or -1", "the same of the right side", 1.0)
+    torque_constant_nm_per_a: float = key("number", "N·m per A at the motor, where the values are currents", 1.0)
+    gear_ratio: float = key("number", "motor turns per wheel turn: multiplies torques", 1.0)
+    speeds_before_gear: bool = key("true or false", "whether speeds are the motor's, to be divided by `gear_ratio`", False)
+    clock: Clock | None = key("string", "`header`, `publish` or `log`")
+
+
+@dataclass(frozen=True)
+class TruthFields:
+    """What ``[truth]`` says besides the topic."""
+
+    field: str = key("path", "of the number of the mode", "mode")
+    clock: Clock | None = key("string", "`header`, `publish` or `log`")
 
 
 @dataclass(frozen=True)
@@ -18,18 +75,27 @@ class LogMapping:
     right_joints: tuple[str, ...] = ()
     truth_topic: str | None = None
     robot: RobotParameters | None = None
+    pose: PoseFields = PoseFields()
+    torque: TorqueFields = TorqueFields()
+    truth: TruthFields = TruthFields()
+    clock: Clock | None = None
+    """For all signals whose own section names none."""
 
 
-_SECTIONS = {"pose": ("topic",), "torque": ("topic", "left", "right"), "truth": ("topic",)}
+_SECTIONS: dict[str, tuple[type, tuple[str, ...]]] = {
+    "pose": (PoseFields, ("topic",)),
+    "torque": (TorqueFields, ("topic", "left", "right")),
+    "truth": (TruthFields, ("topic",)),
+}
 
 
 def read_mapping(path: Path) -> LogMapping:
     """Read and check a mapping file. Raises InvalidFile naming the key at fault."""
     tables = read_toml(path)
-    check_keys(path, "", tables, (*_SECTIONS, "robot"))
+    check_keys(path, "", tables, (*_SECTIONS, "robot", "clock"))
     sections = {name: expect_table(path, f"[{name}]", tables.get(name, {})) for name in _SECTIONS}
-    for name, keys in _SECTIONS.items():
-        check_keys(path, f"[{name}]", sections[name], keys)
+    for name, (record, own) in _SECTIONS.items():
+        check_keys(path, f"[{name}]", sections[name], (*own, *(f.name for f in fields(record))))
     robot = tables.get("robot")
     return LogMapping(
         pose_topic=text(path, "[pose] topic", sections["pose"].get("topic")),
@@ -40,7 +106,21 @@ def read_mapping(path: Path) -> LogMapping:
         robot=None
         if robot is None
         else RobotParameters.from_values(expect_table(path, "[robot]", robot), str(path)),
+        pose=PoseFields(**further(path, "pose", sections["pose"])),
+        torque=TorqueFields(**further(path, "torque", sections["torque"])),
+        truth=TruthFields(**further(path, "truth", sections["truth"])),
+        clock=clock(path, "clock", tables["clock"]) if "clock" in tables else None,
     )
+
+
+def further(path: Path, section: str, table: dict[str, Any]) -> dict[str, Any]:
+    """The keys of a section's record, checked."""
+    kinds = {f.name: f.metadata["unit"] for f in fields(_SECTIONS[section][0])}
+    return {
+        name: _READERS.get(name, _KINDS[kinds[name]])(path, f"[{section}] {name}", value)
+        for name, value in table.items()
+        if name in kinds
+    }
 
 
 def text(path: Path, key: str, value: object) -> str | None:
@@ -48,9 +128,90 @@ def text(path: Path, key: str, value: object) -> str | None:
     return None if value is None else expect_text(path, key, value)
 
 
-def names(path: Path, key: str, value: object) -> tuple[str, ...]:
+def names(path: Path, key: str, value: object, what: str = "joint names") -> tuple[str, ...]:
     """A list of names; one name alone is a list of one."""
     items = [value] if isinstance(value, str) else value
     if not isinstance(items, list) or not all(isinstance(item, str) for item in items):
-        raise InvalidFile(path, key, f"expected a list of joint names, found {value!r}")
+        raise InvalidFile(path, key, f"expected a list of {what}, found {value!r}")
     return tuple(items)
+
+
+def paths(path: Path, key: str, value: object) -> tuple[str, ...]:
+    """A list of field paths."""
+    return names(path, key, value, "field paths")
+
+
+def clock(path: Path, key: str, value: object) -> Clock:
+    """The name of a clock."""
+    for known in CLOCKS:
+        if value == known:
+            return known
+    raise InvalidFile(path, key, f"expected header, publish or log, found {value!r}")
+
+
+def sign(path: Path, key: str, value: object) -> float:
+    """1 or −1."""
+    if value not in {1, -1} or isinstance(value, bool):
+        raise InvalidFile(path, key, f"expected 1 or -1, found {value!r}")
+    return float(value)  # type: ignore[arg-type]
+
+
+def positive(path: Path, key: str, value: object) -> float:
+    """A number above 0."""
+    number = expect_number(path, key, value)
+    if number <= 0:
+        raise InvalidFile(path, key, f"expected a number above 0, found {value!r}")
+    return number
+
+
+def point(path: Path, key: str, value: object) -> tuple[float, float]:
+    """Two numbers."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise InvalidFile(path, key, f"expected two numbers [x, y], found {value!r}")
+    return expect_number(path, key, value[0]), expect_number(path, key, value[1])
+
+
+def truth_value(path: Path, key: str, value: object) -> bool:
+    """True or false."""
+    if not isinstance(value, bool):
+        raise InvalidFile(path, key, f"expected true or false, found {value!r}")
+    return value
+
+
+_KINDS: dict[str, Callable[[Path, str, object], Any]] = {
+    "path": expect_text,
+    "string": expect_text,
+    "paths": paths,
+    "number": expect_number,
+    "1 or -1": sign,
+    "[x, y]": point,
+    "true or false": truth_value,
+}
+_READERS: dict[str, Callable[[Path, str, object], Any]] = {
+    "clock": clock,
+    "gear_ratio": positive,
+    "torque_constant_nm_per_a": positive,
+}
+
+
+def mapping_toml(mapping: LogMapping) -> str:
+    """The file that reads back as ``mapping``; what is not set is left out."""
+    joints = {"left": mapping.left_joints, "right": mapping.right_joints}
+    sections: dict[str, Any] = {
+        "pose": _section(mapping.pose_topic, {}, mapping.pose),
+        "torque": _section(mapping.torque_topic, joints, mapping.torque),
+        "truth": _section(mapping.truth_topic, {}, mapping.truth),
+        "robot": mapping.robot.known() if mapping.robot else {},
+    }
+    head = {"clock": mapping.clock} if mapping.clock else {}
+    return tomli_w.dumps(head | {name: table for name, table in sections.items() if table})
+
+
+def _section(topic: str | None, more: dict[str, Any], record: Any) -> dict[str, Any]:
+    further = {f.name: getattr(record, f.name) for f in fields(record) if getattr(record, f.name) != f.default}
+    found = {"topic": topic} | more | further
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in found.items()
+        if value not in (None, ())
+    }

@@ -1,5 +1,6 @@
 """Reading TOML with messages that name the file and the place."""
 
+import math
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -38,3 +39,10 @@ def expect_table(path: Path | str, key: str, value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise InvalidFile(path, key, f"expected a table, found {value!r}")
     return value
+
+
+def expect_number(path: Path | str, key: str, value: object) -> float:
+    """A finite number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise InvalidFile(path, key, f"expected a finite number, found {value!r}")
+    return float(value)

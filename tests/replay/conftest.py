@@ -10,6 +10,7 @@ import pytest
 from wmr_replay.engine import Engine
 from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_replay.memory import as_batch
+from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import PAPER_ROBOT
@@ -35,7 +36,7 @@ class LogRows:
 
     def samples(self, settings: Settings | None = None, *, cuts=(), stop: int | None = None) -> pl.DataFrame:
         """The samples table of the first ``stop`` messages, pushed in pieces."""
-        engine = Engine(settings or Settings(), self.robot)
+        engine = Engine(settings or Settings(), ReplayModel(self.robot))
         stop = self.n if stop is None else stop
         edges = [0, *sorted(c for c in cuts if c < stop), stop]
         columns = [c for a, b in pairwise(edges) for c in engine.push(self.batch(a, b))] + engine.finish()

@@ -22,6 +22,7 @@ from wmr_replay.identify.bank.states import (
     with_alpha,
 )
 from wmr_replay.identify.bank.update import absorb
+from wmr_replay.identify.terms import Terms
 from wmr_replay.settings import Settings
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
@@ -39,7 +40,7 @@ def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5):
 
 def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S):
     after, jacobian = mean.copy(), np.empty((N_MOVING, N_STATES))
-    move(after, mode, force, turn, dt, PRIOR, jacobian)
+    move(after, mode, force, turn, dt, PRIOR, Terms(), jacobian)
     return after, jacobian
 
 

@@ -17,6 +17,7 @@ from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.noise import NoiseTracker, initial_noise
 from wmr_replay.identify.paper import PaperIdentifier, not_excluded
 from wmr_replay.identify.verdict import IDEAL, SKIDDING, SLIPPING
+from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
 from wmr_schemas import RobotParameters
 
@@ -153,7 +154,7 @@ def identify(motion, force, robot, window_ns=100_000_000):
     rules = make_rules(robot, window_ns=window_ns, threshold_sd=3.0, min_c_k_mps=0.005, min_c_d_mps2=0.02)
     n = len(force)
     independence, unused = np.full(n, float(INDEPENDENT)), np.full((3, n), np.nan)
-    evidence = Evidence(stamps(n), unused, unused[:2], motion, force, unused[:2], independence)
+    evidence = Evidence(stamps(n), unused, unused[:2], motion, force, np.zeros(n), unused[:2], independence)
     return PaperIdentifier(rules).push(evidence)
 
 
@@ -203,7 +204,7 @@ def test_torque_steps_leave_c_d_at_zero_in_ideal_rolling_without_noise(rate_hz):
         inputs,
         np.zeros(n, np.int8),
     )
-    chain = Chain(Settings(window_s=0.5), RobotParameters(alpha=alpha), rows)
+    chain = Chain(Settings(window_s=0.5), ReplayModel(RobotParameters(alpha=alpha)), rows)
     columns = chain.push(rows)
     good = np.isfinite(columns["c_d_mps2"])
     assert good.sum() > n - rate_hz

@@ -159,7 +159,6 @@ def test_other_joints_are_no_wheels(names):
         (b"\x89MCAP", "ends inside MCAP's magic", "Copying"),
         (b"SQLite format 3\0" + bytes(90), "ROS 2 bag in SQLite form", "rosbags-convert --src {path}"),
         (b"#ROSBAG V2.0\n", "ROS 1 bag", "rosbags-convert --src {path}"),
-        (b"\x28\xb5\x2f\xfd\0\0", "compressed with zstd", "zstd -d {path}"),
         (b"hello, world", "not an MCAP file", "Give a .mcap file"),
     ],
 )
@@ -172,11 +171,8 @@ def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem,
     assert advice.format(path=path) in caught.value.advice
 
 
-def test_a_directory_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(LogUnusable, match="this is a directory"):
-        open_log(tmp_path)
-    (tmp_path / "b.mcap").touch()
-    with pytest.raises(LogUnusable, match=r"such as .*b\.mcap"):
+def test_an_empty_directory_and_a_missing_file_are_refused(tmp_path):
+    with pytest.raises(LogUnusable, match=r"a directory without any \.mcap file"):
         open_log(tmp_path)
     with pytest.raises(LogUnusable, match="there is no such file"):
         open_log(tmp_path / "nothing.mcap")

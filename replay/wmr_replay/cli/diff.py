@@ -33,6 +33,13 @@ POSITIVE = click.FloatRange(min=0, min_open=True)
     help="Instant described: 0 the window's middle, 1 now.",
 )
 @click.option(
+    "--share",
+    "shares",
+    type=float,
+    multiple=True,
+    help="Share of degree N + 1; given again, of N + 2, and so on.  [default: none]",
+)
+@click.option(
     "--noise",
     "sigma",
     type=POSITIVE,
@@ -63,6 +70,7 @@ def command(  # noqa: PLR0917
     kappa: int,
     mu: int,
     theta: float,
+    shares: tuple[float, ...],
     sigma: float,
     plot: Path | None,
     log: Path | None,
@@ -85,7 +93,7 @@ def command(  # noqa: PLR0917
 
     if max_delay_s is not None and log is None:
         raise click.UsageError("--max-delay needs a signal to judge by: name a log with --log FILE")
-    spec = KernelSpec(degree, kappa, mu, theta)
+    spec = KernelSpec(degree, kappa, mu, theta, shares)
     draw = None if plot is None else drawing(plot)
     effect = None
     if log is not None:

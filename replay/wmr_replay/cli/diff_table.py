@@ -62,10 +62,10 @@ class Design:
 def design_of(spec: KernelSpec, window_s: float, rate_hz: float, sigma: float) -> Design:
     """The design with its window rounded to whole steps."""
     n_taps = round(window_s * rate_hz) + 1
-    if n_taps < spec.degree + 2:
+    if n_taps < spec.top_degree + 2:
         raise InvalidSetting(
-            f"a window of {window_s:g} s holds {n_taps} samples at {rate_hz:g} Hz; degree {spec.degree} "
-            f"needs {spec.degree + 2} or more"
+            f"a window of {window_s:g} s holds {n_taps} samples at {rate_hz:g} Hz; degree "
+            f"{spec.top_degree} needs {spec.top_degree + 2} or more"
         )
     step_s = 1 / rate_hz
     window_s = (n_taps - 1) * step_s
@@ -103,9 +103,11 @@ def print_design(design: Design, effect: "Effect | None") -> None:
     from rich.console import Console
     from rich.table import Table
 
-    console, spec = Console(highlight=False, soft_wrap=True), design.spec
+    console, spec = Console(highlight=False, soft_wrap=True, width=160), design.spec
     console.print(
-        f"[bold]N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}[/bold]  "
+        f"[bold]N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}"
+        + "".join(f", share {share:g}" for share in spec.shares)
+        + "[/bold]  "
         f"window {design.window_s:.4g} s, {design.taps.shape[1]} taps at {design.rate_hz:.5g} Hz, "
         f"delay [bold]{design.delay_s:.4g} s[/bold]"
     )

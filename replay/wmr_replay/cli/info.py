@@ -5,12 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from wmr_replay.cli.mapping import mapping_from_options, mapping_options
+from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from wmr_replay.ingest import LogReader
+    from wmr_schemas.mapping_file import LogMapping
 
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
@@ -20,8 +21,13 @@ _ROLES = ("pose", "torque", "truth")
 @click.command(name="info")
 @click.argument("log", type=click.Path(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
+@click.option(
+    "--write-map",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write what was found to this mapping file (robot.toml).",
+)
 @mapping_options
-def command(log: Path, as_json: bool, **mapping: str | Path | None) -> None:
+def command(log: Path, as_json: bool, write_map: Path | None, **options: str | Path | None) -> None:
     """What LOG holds, what would be used as pose, torque and truth, and why the rest would not.
 
     The whole file is read, so that what is damaged is known too.
@@ -31,21 +37,35 @@ def command(log: Path, as_json: bool, **mapping: str | Path | None) -> None:
       wmr-replay info log.mcap
       wmr-replay info log.mcap --pose /amcl_pose
       wmr-replay info log.mcap --json | jq .channels
+      wmr-replay info log.mcap --write-map robot.toml
     """
     import json
 
     from wmr_replay.cli.progress import byte_progress
     from wmr_replay.ingest import open_log
 
-    reader = open_log(log, mapping_from_options(mapping), need_pose=False)
+    mapping = mapping_from_options(options)
+    reader = open_log(log, mapping, need_pose=False, between=between_from_options(options))
     with byte_progress(f"reading {log.name}") as progress:
-        for _ in reader.batches():
+        for _ in reader.batches(everything=True):
             if progress is not None:
                 progress(reader.position_bytes, reader.size_bytes)
+    if write_map is not None:
+        write_mapping(reader, mapping, write_map)
     if as_json:
         click.echo(json.dumps(facts(reader), indent=2, ensure_ascii=False))
     else:
         show(reader)
+
+
+def write_mapping(reader: "LogReader", said: "LogMapping", path: Path) -> None:
+    """The mapping file of what was found, whole or not at all."""
+    from wmr_replay.ingest.guessed import mapping_of
+    from wmr_replay.tables import replace_file
+    from wmr_schemas.mapping_file import mapping_toml
+
+    with replace_file(path) as part:
+        part.write_text(mapping_toml(mapping_of(reader.plan, said, reader.robot)), encoding="utf-8")
 
 
 def facts(reader: "LogReader") -> dict[str, Any]:
@@ -58,7 +78,8 @@ def facts(reader: "LogReader") -> dict[str, Any]:
         "channels": [channel_facts(reader, channel_id) for channel_id in sorted(reader.survey.book.channels)],
         "used": {role: reader.plan.as_dict().get(role) for role in _ROLES},
         "clocks": {
-            role: {"clock": clock.name, "offset_s": clock.offset_s} for role, clock in reader.clocks.items()
+            role: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
+            for role, clock in reader.clocks.items()
         },
         "robot": reader.robot.known(),
         "losses": {**reader.losses.counts(), "notes": reader.losses.notes},
@@ -154,6 +175,7 @@ def lines(reader: "LogReader") -> list[tuple[str, str]]:
         ("robot", known or "no parameters known (metadata record wmr_replay, or [robot] with --map FILE)")
     )
     found += [("note", remark) for remark in reader.remarks]
+    found += [("stamps", note) for note in reader.stamp_notes]
     if plan.pose_is_odometry:
         found.append(("note", "by its name the pose is odometry: skidding cannot be seen in wheel odometry"))
     if losses.n_torque_empty:

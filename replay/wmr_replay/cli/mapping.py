@@ -9,17 +9,22 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from wmr_replay.ingest import Between
     from wmr_schemas.mapping_file import LogMapping
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-TORQUE_SPEC = re.compile(r"(?P<topic>[^{}]+)(?:\{(?P<joints>[^{}]*)\})?")
+SPEC = re.compile(r"(?P<topic>[^{}]+)(?:\{(?P<inside>[^{}]*)\})?")
 
 
 def mapping_options(command: F) -> F:
-    """Adds --pose, --torque, --truth and --map."""
+    """Adds --pose, --torque, --truth, --map, --clock, --start and --end."""
     options = (
-        click.option("--pose", metavar="TOPIC", help="Topic of the pose; else found by schema."),
+        click.option(
+            "--pose",
+            metavar="TOPIC[{parent=A,child=B}]",
+            help="Topic of the pose; of transforms, with the frames; else found by schema.",
+        ),
         click.option(
             "--torque",
             metavar="TOPIC[{left=A+B,right=C}]",
@@ -29,8 +34,19 @@ def mapping_options(command: F) -> F:
         click.option(
             "--map",
             type=click.Path(exists=True, dir_okay=False, path_type=Path),
-            help="File that maps topics and holds the robot's parameters (robot.toml).",
+            help="File that maps topics and fields and holds the robot's parameters (robot.toml).",
         ),
+        click.option(
+            "--clock",
+            type=click.Choice(["header", "publish", "log"]),
+            help="Clock to go by; else the header's, or where its stamps are missing or zero the next that is there.",
+        ),
+        click.option(
+            "--start",
+            metavar="TIME",
+            help="Leave out what was logged before: s from the first message, ns since 1970, or ISO 8601.",
+        ),
+        click.option("--end", metavar="TIME", help="Leave out what was logged after."),
     )
     for option in reversed(options):
         command = option(command)
@@ -39,31 +55,50 @@ def mapping_options(command: F) -> F:
 
 def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMapping":
     """The mapping file, if any, with the options on top of it."""
-    from wmr_schemas.mapping_file import LogMapping, read_mapping
+    from wmr_schemas.mapping_file import CLOCKS, LogMapping, read_mapping
 
     path, torque = options["map"], options["torque"]
     mapping = read_mapping(path) if isinstance(path, Path) else LogMapping()
     if isinstance(options["pose"], str):
-        mapping = replace(mapping, pose_topic=options["pose"])
+        topic, frames = parse_spec(options["pose"], "--pose", ("parent", "child"))
+        mapping = replace(mapping, pose_topic=topic, pose=replace(mapping.pose, **frames))
     if isinstance(options["truth"], str):
         mapping = replace(mapping, truth_topic=options["truth"])
     if isinstance(torque, str):
         topic, left, right = parse_torque(torque)
         mapping = replace(mapping, torque_topic=topic, left_joints=left, right_joints=right)
+    if options.get("clock") in CLOCKS:
+        mapping = replace(mapping, clock=options["clock"])
     return mapping
+
+
+def between_from_options(options: Mapping[str, str | Path | None]) -> "Between":
+    """--start and --end."""
+    from wmr_replay.ingest import Between
+
+    start, end = options["start"], options["end"]
+    return Between(start if isinstance(start, str) else None, end if isinstance(end, str) else None)
+
+
+FORMS = {"--pose": "{parent=FRAME,child=FRAME}", "--torque": "{left=JOINT+JOINT,right=JOINT}"}
+
+
+def parse_spec(spec: str, option: str, keys: tuple[str, str]) -> tuple[str, dict[str, str]]:
+    """``TOPIC`` or ``TOPIC{a=…,b=…}`` → topic and what is inside, with exactly these keys or none."""
+    match = SPEC.fullmatch(spec)
+    pairs = (
+        dict(part.partition("=")[::2] for part in (match["inside"] or "").split(",") if part) if match else {}
+    )
+    pairs = {name.strip(): value.strip() for name, value in pairs.items()}
+    if match is None or (pairs and set(pairs) != set(keys)) or not all(pairs.values()):
+        raise click.BadParameter(f"{spec!r} is not TOPIC or TOPIC{FORMS[option]}", param_hint=option)
+    return match["topic"].strip(), pairs
 
 
 def parse_torque(spec: str) -> tuple[str, tuple[str, ...], tuple[str, ...]]:
     """``/joint_states{left=a+b,right=c}`` → topic and the joints of each side."""
-    match = TORQUE_SPEC.fullmatch(spec)
-    sides = (
-        dict(part.partition("=")[::2] for part in (match["joints"] or "").split(",") if part) if match else {}
-    )
-    if match is None or (sides and set(sides) != {"left", "right"}):
-        raise click.BadParameter(
-            f"{spec!r} is not TOPIC or TOPIC{{left=JOINT+JOINT,right=JOINT}}", param_hint="--torque"
-        )
+    topic, sides = parse_spec(spec, "--torque", ("left", "right"))
     left, right = (
         tuple(j.strip() for j in sides.get(side, "").split("+") if j.strip()) for side in ("left", "right")
     )
-    return match["topic"].strip(), left, right
+    return topic, left, right

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from wmr_replay.cli.mapping import mapping_from_options, mapping_options
+from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
 from wmr_replay.cli.tuning import settings_from_options, settings_options
 
 
@@ -18,10 +18,23 @@ from wmr_replay.cli.tuning import settings_from_options, settings_options
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
+@click.option(
+    "--model",
+    "model_file",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Model file (model.toml): parameters and effects beyond the base model.",
+)
 @mapping_options
 @settings_options
 def command(
-    log: Path, out: Path | None, view: bool, as_json: bool, no_rrd: bool, strict: bool, **options: Any
+    log: Path,
+    out: Path | None,
+    view: bool,
+    as_json: bool,
+    no_rrd: bool,
+    strict: bool,
+    model_file: Path | None,
+    **options: Any,
 ) -> None:
     """Identify contact modes and alpha in LOG.
 
@@ -37,6 +50,7 @@ def command(
     from wmr_replay.cli.report import print_summary, summary_json
     from wmr_replay.run import run_log
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
+    from wmr_schemas.model_file import read_model
 
     if view and no_rrd:
         raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
@@ -46,6 +60,8 @@ def command(
             out,
             settings=settings_from_options(options),
             mapping=mapping_from_options(options),
+            between=between_from_options(options),
+            model=read_model(model_file) if model_file else None,
             timeline=not no_rrd,
             strict=strict,
             progress=progress,

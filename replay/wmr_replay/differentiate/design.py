@@ -21,8 +21,8 @@ from wmr_schemas.errors import InvalidSetting
 class KernelSpec:
     """Degree N, weight exponents κ and μ, evaluation point θ in [−1, 1] (0: the window's middle; 1: now).
 
-    ``shares``, if any, are what the kernel takes of the degrees N + 1, N + 2, …: 0 leaves a degree out, 1 takes it as
-    least squares does, and what lies between trades bias for noise. The kernel stays exact up to N.
+    ``shares``, if any, are what the kernel takes of the degrees N + 1, N + 2, …: 0 leaves a degree out,
+    1 takes it as least squares does, and what lies between trades bias for noise. Exactness stays at N.
     """
 
     degree: int = 2
@@ -66,8 +66,9 @@ def fit_functionals(spec: KernelSpec, age: F64, window_s: float, orders: int = 3
     """Taps (orders, L): the derivative of order n of the fit over samples of these ages is taps[n] @ samples.
 
     Weighted least squares in the Legendre basis by QR: with V_ki = P_i(u_k), u = 1 − 2·age/T, W =
-    diag(τ^κ(1−τ)^μ), h_n = W V (VᵀWV)⁻¹ p⁽ⁿ⁾(θ)·(2/T)ⁿ; the columns of Q are orthogonal polynomials, one a degree. Exact for polynomials up to N on any stamps. ``age``
-    (L,) in s, ``window_s`` = T.
+    diag(τ^κ(1−τ)^μ), h_n = W V (VᵀWV)⁻¹ p⁽ⁿ⁾(θ)·(2/T)ⁿ; the columns of Q are orthogonal polynomials, one a
+    degree, and take their shares. Exact for polynomials up to N on any stamps. ``age`` (L,) in s,
+    ``window_s`` = T.
     """
     tau = age / window_s
     root_weight = np.sqrt(tau**spec.kappa * (1 - tau) ** spec.mu)

@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.differentiate.blocks import Signals
-from wmr_replay.differentiate.irregular import Fit, factorise, solve
+from wmr_replay.differentiate.irregular import Fit
+from wmr_replay.differentiate.rowwise import factorise, solve
 from wmr_schemas.arrays import F64, I64
 
 ORDERS = 3

@@ -40,8 +40,8 @@ def solve(matrix: list[Polynomial], right: Polynomial) -> Polynomial:
 def tap_polynomials(spec: KernelSpec, n_taps: int) -> list[Polynomial]:
     """Taps as polynomials in the age m = 0 … L−1, counted in steps; order n in units of 1/stepⁿ.
 
-    h_n(m) = m^κ (L−1−m)^μ Σ_p c_np m^p, with Σ_m h_n(m) (−m)^p = dⁿ/dsⁿ s^p at s = −δ/step for all p ≤ N. Degrees
-    above N add their share of what each changes.
+    h_n(m) = m^κ (L−1−m)^μ Σ_p c_np m^p, with Σ_m h_n(m) (−m)^p = dⁿ/dsⁿ s^p at s = −δ/step for all p ≤ N.
+    Degrees above N add their share of what each changes.
     """
     last = n_taps - 1
     weight: Polynomial = [Fraction(0)] * spec.kappa + [Fraction(1)]
@@ -58,7 +58,7 @@ def tap_polynomials(spec: KernelSpec, n_taps: int) -> list[Polynomial]:
 
 
 def blended(moments: Polynomial, wanted: Polynomial, spec: KernelSpec) -> Polynomial:
-    """c of degree N, and of each higher degree the share of what it changes."""
+    """C of degree N, and of each higher degree the share of what it changes."""
     total, before = [Fraction(0)] * len(wanted), [Fraction(0)] * len(wanted)
     for degree in range(spec.degree, spec.top_degree + 1):
         size = degree + 1

@@ -83,8 +83,10 @@ class BlockRoad:
         """See :class:`Road`."""
         uniform, irregular = split(windows, n_old)
         answer = start_answer(signals, uniform, self._gains)
-        uniform_rows(signals, self._step_s, uniform, self._design, answer[:2])
-        irregular_rows(signals, windows.first, irregular, self._fit, answer[:3])
+        if uniform.any():
+            uniform_rows(signals, self._step_s, uniform, self._design, answer[:2])
+        if irregular.size:
+            irregular_rows(signals, windows.first, irregular, self._fit, answer[:3])
         return cut(answer, windows, n_old)
 
 
@@ -106,5 +108,6 @@ class DirectRoad:
             apply_taps(self._taps, SUMS, signal, uniform, answer.estimates[s])
         for k, taps in enumerate(self._input_taps):
             apply_taps(taps, SUMS[:1], signals.inputs[k], uniform, answer.inputs[k : k + 1])
-        direct_rows(signals, windows.first, irregular, self._exponents, self._fit, answer[:3])
+        if irregular.size:
+            direct_rows(signals, windows.first, irregular, self._exponents, self._fit, answer[:3])
         return cut(answer, windows, n_old)

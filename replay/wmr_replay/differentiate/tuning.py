@@ -1,4 +1,4 @@
-"""Choice of (T, N, κ, μ, shares) from a stretch of the signal itself: the least expected error at a bounded delay.
+"""Choice of (T, N, κ, μ, shares) from a stretch of the signal: the least expected error at a bounded delay.
 
 Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in
 for it (``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off,
@@ -107,7 +107,7 @@ class Judge:
         return np.asarray(fftconvolve(self._guesses[k], taps, "valid") - np.asarray(self._slopes[k](at)))
 
     def best_shares(self, base: KernelSpec, n_taps: int, n_extra: int) -> tuple[float, ...]:
-        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²: a small least-squares problem."""
+        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²: least squares again."""
         specs = [replace(base, degree=base.degree + k) for k in range(n_extra + 1)]
         taps = np.stack([uniform_taps(spec, n_taps, self.step_s)[self.order] for spec in specs])
         delay_s = base.delay_s((n_taps - 1) * self.step_s)

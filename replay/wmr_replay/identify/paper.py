@@ -135,7 +135,7 @@ def regress_alpha(
 
 @njit(cache=True)
 def judge_rows(
-    t_ns: I64, motion: F64, force: F64, independence: F64, rules: Rules, alpha: AlphaState
+    t_ns: I64, motion: F64, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
 ) -> tuple[F64, I64]:
     """The scheme row by row: ``motion`` (10, n) as in ``body_motion``, ``force`` = Σeffort through the same
     window (n,).
@@ -157,14 +157,14 @@ def judge_rows(
             used = fitted
         threshold_k = max(rules.threshold_sd * motion[6, i], rules.min_c_k_mps)
         threshold_d = max(rules.threshold_sd * motion[8, i], rules.min_c_d_mps2)
-        c_d = a_long - used * force[i]
+        c_d = a_long - known[i] - used * force[i]
         skids, slips = abs(v_lat) > threshold_k, abs(c_d) > threshold_d
         excited = abs(used * force[i]) >= threshold_d
         turning = skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
         left = not_excluded(skids, slips, excited, turning)
         if not np.isnan(force[i]) and independence[i] != NOT_INDEPENDENT:
             variance = max(motion[8, i], rules.min_c_d_mps2 / rules.threshold_sd) ** 2
-            response = a_long - v_lat * yaw_rate / 3.0
+            response = a_long - known[i] - v_lat * yaw_rate / 3.0
             regress_alpha(alpha, t_ns[i], rules.window_ns, force[i], response, variance, slips and not skids)
         outcome = OK
         if independence[i] == NOT_INDEPENDENT:
@@ -192,6 +192,7 @@ class PaperIdentifier:
             evidence.t_ns,
             np.stack(evidence.motion),
             evidence.force,
+            evidence.known_acceleration,
             evidence.independence,
             self.rules,
             self._alpha,

@@ -27,6 +27,7 @@ class Evidence(NamedTuple):
     efforts: F64
     motion: Motion
     force: F64
+    known_acceleration: F64
     variances: F64
     independence: F64
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numba import njit
 
-from wmr_replay.ingest.joints import wheel_joints
 from wmr_replay.ingest.layout import Layout, Leaf, Undecodable
 from wmr_schemas.arrays import F64
 
@@ -90,44 +90,78 @@ class PoseBinding:
         return Recipe(stamp_terms(layout, self.stamp), tuple(one(layout, path) for path in paths))
 
     def values(self, raw: F64) -> F64:
-        """Yaw = atan2(2(wz + xy), w² + x² − y² − z²), for any norm of the quaternion but 0 (NaN)."""
-        x, y, z, w = raw[2:]
-        squares = w * w, x * x, y * y, z * z
-        yaw = np.arctan2(2 * (w * z + x * y), squares[0] + squares[1] - squares[2] - squares[3])
-        yaw[sum(squares) == 0] = np.nan
-        return np.stack((raw[0], raw[1], yaw))
+        """x, y and the quaternion's yaw."""
+        return np.stack((raw[0], raw[1], yaw_of(raw[2:])))
 
 
 @dataclass(frozen=True)
-class TorqueBinding:
-    """Joint states by name; several joints on one side add up their efforts and share a mean speed."""
+class PlanarPoseBinding:
+    """x, y and yaw at dotted paths, as numbers."""
 
+    x: str
+    y: str
+    yaw: str
     stamp: tuple[str, str] | None
-    left: tuple[str, ...] = ()
-    right: tuple[str, ...] = ()
-    n_raw: int = 4
+    n_raw: int = 3
 
     def recipe(self, layout: Layout) -> Recipe:
-        """Left and right effort, left and right velocity; NaN where the arrays do not reach."""
-        names = layout.names("name")
-        sides = wheel_joints(names, self.left, self.right)
-        if sides is None:
-            wanted = ", ".join((*self.left, *self.right)) or "a left and a right wheel"
-            raise NotConcerned(f"its joints are {', '.join(names) or 'unnamed'}; wanted: {wanted}")
-        efforts = tuple(side_column(layout, "effort", side, 1.0) for side in sides)
-        speeds = tuple(side_column(layout, "velocity", side, 1.0 / len(side)) for side in sides)
-        return Recipe(stamp_terms(layout, self.stamp), efforts + speeds)
+        """The three fields."""
+        columns = tuple(one(layout, path) for path in (self.x, self.y, self.yaw))
+        return Recipe(stamp_terms(layout, self.stamp), columns)
 
     def values(self, raw: F64) -> F64:
         """As they are."""
         return raw
 
 
-def side_column(layout: Layout, array: str, joints: tuple[int, ...], gain: float) -> Column:
-    """gain·Σ over the joints of one side."""
-    leaves = [layout.leaf(f"{array}[{k}]") for k in joints]
-    found = tuple((leaf, gain) for leaf in leaves if leaf is not None)
-    return Column(found) if len(found) == len(leaves) else UNKNOWN
+@dataclass(frozen=True)
+class PlacedBinding:
+    """A pose of some point of the robot, moved to the midpoint of the driving axle.
+
+    yaw = measured − yaw_offset; position = measured − R(yaw)·lever arm, the measured point's place in the
+    robot's frame (x forward, y left).
+    """
+
+    pose: Binding
+    yaw_offset_rad: float
+    lever_arm_m: tuple[float, float]
+
+    @property
+    def stamp(self) -> tuple[str, str] | None:
+        """That of the pose."""
+        return self.pose.stamp
+
+    @property
+    def n_raw(self) -> int:
+        """That of the pose."""
+        return self.pose.n_raw
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """That of the pose."""
+        return self.pose.recipe(layout)
+
+    def values(self, raw: F64) -> F64:
+        """x, y, yaw of the axle's midpoint."""
+        x, y, measured = self.pose.values(raw)
+        yaw, (ahead, left) = measured - self.yaw_offset_rad, self.lever_arm_m
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        return np.stack((x - ahead * cos + left * sin, y - ahead * sin - left * cos, yaw))
+
+
+def yaw_of(quaternion: F64) -> F64:
+    """Yaw = atan2(2(wz + xy), w² + x² − y² − z²) of (4, n), for any norm of the quaternion but 0 (NaN)."""
+    yaw: F64 = _yaw(*quaternion)
+    return yaw
+
+
+@njit(cache=True, nogil=True)
+def _yaw(x: F64, y: F64, z: F64, w: F64) -> F64:
+    yaw = np.empty(len(x))
+    for k in range(len(x)):
+        a, b, c, d = w[k] * w[k], x[k] * x[k], y[k] * y[k], z[k] * z[k]
+        known = a + b + c + d != 0
+        yaw[k] = np.arctan2(2 * (w[k] * z[k] + x[k] * y[k]), a + b - c - d) if known else np.nan
+    return yaw
 
 
 @dataclass(frozen=True)
@@ -135,11 +169,12 @@ class ModeBinding:
     """The true contact mode."""
 
     stamp: tuple[str, str] | None
+    field: str = "mode"
     n_raw: int = 1
 
     def recipe(self, layout: Layout) -> Recipe:
-        """The field ``mode``."""
-        return Recipe(stamp_terms(layout, self.stamp), (one(layout, "mode"),))
+        """The field."""
+        return Recipe(stamp_terms(layout, self.stamp), (one(layout, self.field),))
 
     def values(self, raw: F64) -> F64:
         """As it is."""

@@ -1,4 +1,6 @@
-"""The layout of ROS 2 messages: plain CDR (OMG DDS-XTypes 7.4), versions 1 and 2, both byte orders."""
+"""The layout of ROS messages: ROS 2's plain CDR (OMG DDS-XTypes 7.4), versions 1 and 2, both byte orders, and
+ROS 1's wire form, which is the same without header, alignment and closing zeros.
+"""
 
 from wmr_replay.ingest.definitions import PRIMITIVES, Node
 from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
@@ -10,17 +12,23 @@ _KINDS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
 
 def cdr_layout(definition: Node, message: bytes) -> Layout:
     """Walk one message. Raises Undecodable when it does not fit its definition."""
-    return _CdrWalk(message).run(definition)
+    if len(message) < _HEADER_BYTES or message[0] != 0 or message[1] not in _KINDS:
+        raise Undecodable("no plain CDR header")
+    walk = _Walk(message, *_KINDS[message[1]], _HEADER_BYTES)
+    walk.layout.fix(0, 2)
+    return walk.run(definition)
 
 
-class _CdrWalk:
-    def __init__(self, message: bytes) -> None:
-        if len(message) < _HEADER_BYTES or message[0] != 0 or message[1] not in _KINDS:
-            raise Undecodable("no plain CDR header")
-        self.order, self.max_alignment = _KINDS[message[1]]
-        self.message, self.position = message, _HEADER_BYTES
+def ros1_layout(definition: Node, message: bytes) -> Layout:
+    """Walk one message of ROS 1. Raises Undecodable when it does not fit its definition."""
+    return _Walk(message, "<", 1, 0).run(definition)
+
+
+class _Walk:
+    def __init__(self, message: bytes, order: str, max_alignment: int, start: int) -> None:
+        self.order, self.max_alignment = order, max_alignment
+        self.message, self.position = message, start
         self.layout = Layout(message)
-        self.layout.fix(0, 2)
 
     def run(self, definition: Node) -> Layout:
         self._node(definition, "")
@@ -39,7 +47,7 @@ class _CdrWalk:
             raise Undecodable(f"{path}: {node.name} has no fixed form in CDR")
 
     def _struct(self, fields: tuple[tuple[str, Node], ...], path: str) -> None:
-        if not fields:
+        if not fields and self.max_alignment > 1:
             self._advance(1, 1)  # an empty message carries one dummy byte
         for name, node in fields:
             self._node(node, f"{path}.{name}" if path else name)

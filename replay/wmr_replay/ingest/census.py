@@ -2,11 +2,17 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+from numba import njit
+
 from wmr_replay.ingest.walk import Messages
-from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.arrays import I64, NS_PER_S
+
+_N_IDS = 1 << 16
+_LATEST, _EARLIEST = np.iinfo(np.int64).max, np.iinfo(np.int64).min
 
 
-@dataclass
+@dataclass(frozen=True)
 class Tally:
     """Messages of one channel, by log time."""
 
@@ -29,12 +35,27 @@ class Tally:
 class Census:
     """Tallies by channel id."""
 
-    tallies: dict[int, Tally] = field(default_factory=dict)
+    n: I64 = field(default_factory=lambda: np.zeros(_N_IDS, np.int64))
+    first_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _LATEST, np.int64))
+    last_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _EARLIEST, np.int64))
 
     def add(self, messages: Messages) -> None:
         """Count one block's messages."""
-        for channel_id, n in messages.counts().items():
-            log_ns = messages.log_ns[messages.channel == channel_id]
-            first, last = int(log_ns.min()), int(log_ns.max())
-            old = self.tallies.get(channel_id, Tally(0, first, last))
-            self.tallies[channel_id] = Tally(old.n + n, min(old.first_ns, first), max(old.last_ns, last))
+        _add(messages.channel, messages.log_ns, self.n, self.first_ns, self.last_ns)
+
+    @property
+    def tallies(self) -> dict[int, Tally]:
+        """By the ids that have messages."""
+        return {
+            k: Tally(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
+            for k in np.flatnonzero(self.n).tolist()
+        }
+
+
+@njit(cache=True, nogil=True)
+def _add(channel: I64, log_ns: I64, n: I64, first_ns: I64, last_ns: I64) -> None:
+    for row in range(len(channel)):
+        k = channel[row]
+        n[k] += 1
+        first_ns[k] = min(first_ns[k], log_ns[row])
+        last_ns[k] = max(last_ns[k], log_ns[row])

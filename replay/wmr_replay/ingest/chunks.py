@@ -36,6 +36,10 @@ class Span:
     head: ChunkHead | None = None
     counts: dict[int, int] = field(default_factory=dict)
     whole: bool = True
+    times_ns: tuple[int, int] | None = None
+    """Earliest and latest log time, where known."""
+    part: int = 0
+    """Which of the log's files it stands in."""
 
 
 @dataclass(frozen=True, eq=False)

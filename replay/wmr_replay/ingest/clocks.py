@@ -13,8 +13,10 @@ import numpy as np
 from wmr_replay.ingest.decode import Decoder
 from wmr_replay.ingest.detect import Use
 from wmr_replay.ingest.sampling import N_WANTED
+from wmr_replay.ingest.steps import Steps
 from wmr_schemas.arrays import I64, NS_PER_S
 
+_N_OFFSETS = 64
 ClockName = Literal["header stamp", "publish time", "log time"]
 
 
@@ -25,11 +27,16 @@ class Clock:
     name: ClockName
     reason: str = ""
     offsets_ns: list[float] = field(default_factory=list)
-    """Median of stamp − log time, block by block."""
+    """Typical stamp − log time, block by block."""
+    steps: Steps = field(default_factory=Steps)
 
     @classmethod
     def choose(cls, use: Use) -> "Clock":
         """The clock for a channel, from its first messages."""
+        if use.clock == "log":
+            return cls("log time", "as wanted")
+        if use.clock == "publish":
+            return cls("publish time", "as wanted")
         if use.binding.stamp is None:
             reason = "its messages carry no stamp"
         elif first_stamps(use).any():
@@ -43,7 +50,8 @@ class Clock:
         """Stamps of one block's messages by this clock."""
         t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
         if len(t_ns):
-            self.offsets_ns.append(float(np.median(t_ns - log_ns)))
+            self.offsets_ns.append(_typical_offset(t_ns, log_ns))
+            self.steps.push(t_ns, log_ns)
         return t_ns
 
     @property
@@ -59,6 +67,13 @@ class Clock:
         drift_s = (max(self.offsets_ns) - min(self.offsets_ns)) / NS_PER_S
         drift = f", varying by {short_time(drift_s).lstrip('+')}" if drift_s > 0 else ""
         return f"{text}, {short_time(self.offset_s)} off log time{drift}"
+
+
+def _typical_offset(t_ns: I64, log_ns: I64) -> float:
+    """Median of stamp − log time over a few messages of a block."""
+    few = slice(None, None, -(-len(t_ns) // _N_OFFSETS))
+    offsets = sorted((t_ns[few] - log_ns[few]).tolist())
+    return float(offsets[len(offsets) // 2])
 
 
 def first_stamps(use: Use) -> I64:

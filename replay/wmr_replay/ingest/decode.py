@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.ingest import fused
+from wmr_replay.ingest.binary import BinarySource
 from wmr_replay.ingest.bindings import Binding, NotConcerned, Recipe
 from wmr_replay.ingest.encodings import Definition
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
@@ -32,20 +34,40 @@ class Decoder:
     def __init__(self, definition: Definition, binding: Binding) -> None:
         self.definition, self.binding = definition, binding
         self.known: dict[int, list[tuple[Layout, Recipe | None]]] = {}
+        self.program: fused.Program | None = None
+        """That of the layout met last."""
 
     def decode(self, data: U8, starts: I64, lengths: I64) -> Decoded:
         """The messages that start at ``starts`` in ``data``."""
-        source = self.definition.source(data, starts, lengths)
-        out = _Columns(source, self.binding.n_raw, len(starts))
-        for kind in distinct(source.kinds):
-            rows = np.flatnonzero(source.kinds == kind)
+        return self.finish(self.begin(data, starts, lengths))
+
+    def begin(self, data: U8, starts: I64, lengths: I64) -> "Columns":
+        """The part that any thread may do: what has the layout met last is decoded, quickly."""
+        source, program = self.definition.source(data, starts, lengths), self.program
+        out = Columns(source, self.binding.n_raw, len(starts))
+        if program is not None and isinstance(source, BinarySource):
+            out.n_left -= fused.run(program, data, starts, lengths, out.stamp_ns, out.raw, out.used)
+        if not out.n_left:
+            out.values = self.binding.values(out.raw)
+        return out
+
+    def finish(self, out: "Columns") -> Decoded:
+        """The rest, which may bring new layouts."""
+        if out.n_left:
+            self._decode_rest(out)
+        values = self.binding.values(out.raw) if out.values is None else out.values
+        return Decoded(out.stamp_ns, values, out.used, out.undecodable)
+
+    def _decode_rest(self, out: "Columns") -> None:
+        kinds, waiting = out.source.kinds, ~out.used
+        for kind in distinct(kinds[waiting]):
+            rows = np.flatnonzero(waiting & (kinds == kind))
             for layout, recipe in tuple(self.known.get(kind, ())):
                 rows = out.fill(layout, recipe, rows) if len(rows) else rows
             while len(rows):
                 rows = self._learn(out, kind, rows)
-        return Decoded(out.stamp_ns, self.binding.values(out.raw), out.used, out.undecodable)
 
-    def _learn(self, out: "_Columns", kind: int, rows: I64) -> I64:
+    def _learn(self, out: "Columns", kind: int, rows: I64) -> I64:
         """Take the first message as an exemplar; the rows that do not share its layout are left."""
         try:
             layout = self.definition.layout(out.source.exemplar(int(rows[0])))
@@ -56,6 +78,8 @@ class Decoder:
         if len(self.known) >= _KINDS:
             self.known.clear()
         self.known[kind] = [(layout, recipe), *self.known.get(kind, ())][:_LAYOUTS_PER_KIND]
+        if recipe is not None and isinstance(out.source, BinarySource):
+            self.program = fused.compile_program(layout, recipe)
         return out.fill(layout, recipe, rows)
 
     def _recipe(self, layout: Layout) -> Recipe | None:
@@ -65,11 +89,12 @@ class Decoder:
             return None
 
 
-class _Columns:
+class Columns:
     """The columns of one block, filled layout by layout."""
 
     def __init__(self, source: Source, n_raw: int, n: int) -> None:
-        self.source = source
+        self.source, self.n_left = source, n
+        self.values: F64 | None = None
         self.stamp_ns = np.zeros(n, np.int64)
         self.raw = np.full((n_raw, n), np.nan)
         self.used = np.zeros(n, np.bool_)

@@ -26,6 +26,11 @@ PRIMITIVES = {
 }
 """Numbers of the definition languages as numpy types, without byte order."""
 
+_TIMES = {
+    "builtin_interfaces/msg/Time": (("sec", "int32"), ("nanosec", "uint32")),
+    "builtin_interfaces/msg/Duration": (("sec", "int32"), ("nanosec", "uint32")),
+}
+"""ROS 1's ``time`` and ``duration``, which no schema describes."""
 _SEPARATOR = re.compile(r"^=+$", re.MULTILINE)
 _IDL_HEADING = re.compile(r"^=+\s*\nIDL:.*$|^IDL:.*$", re.MULTILINE)
 
@@ -91,6 +96,8 @@ def _message(name: str, types: Any, above: tuple[str, ...]) -> Node:
         raise UnknownDefinition(f"{name} contains itself")
     if name.rpartition("/")[2] in {"wstring", "WString"} and name not in types:
         return Node("wstring")
+    if name in _TIMES and name not in types:
+        return Node(name, tuple((field, Node(kind)) for field, kind in _TIMES[name]))
     if name not in types:
         raise UnknownDefinition(f"type {name} is not described")
     _, entries = types[name]

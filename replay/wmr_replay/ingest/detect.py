@@ -5,17 +5,17 @@ a joint state counts when it names a left and a right wheel.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from wmr_replay.ingest.bindings import Binding
+from wmr_replay.ingest.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.encodings import Definition
+from wmr_replay.ingest.frames import Frames
 from wmr_replay.ingest.records import Channel
 from wmr_replay.ingest.roles import (
     POSE_SCHEMAS,
     UNRELATED,
-    Candidate,
-    DoesNotServe,
     Rank,
     is_odometry,
     pose_role,
@@ -24,13 +24,14 @@ from wmr_replay.ingest.roles import (
 )
 from wmr_replay.ingest.sampling import Sample
 from wmr_schemas.errors import ChannelNotFound
+from wmr_schemas.mapping_file import Clock as ClockWish
 from wmr_schemas.mapping_file import LogMapping
 
-Test = Callable[[Candidate, LogMapping], tuple[Binding, Rank]]
+Test = Callable[[Candidate, LogMapping, Frames], tuple[Binding, Rank]]
 ROLES: dict[str, Test] = {"pose": pose_role, "torque": torque_role, "truth": truth_role}
 WANTED = {
     "pose": f"pose ({', '.join(POSE_SCHEMAS)})",
-    "torque": "wheel torques (a JointState with a left and a right wheel joint)",
+    "torque": "wheel torques (a JointState or DynamicJointState with a left and a right wheel joint)",
     "truth": "true contact mode (ContactMode)",
 }
 
@@ -44,6 +45,7 @@ class Use:
     definition: Definition
     binding: Binding
     samples: tuple[Sample, ...]
+    clock: ClockWish | None = None
 
 
 @dataclass
@@ -53,6 +55,7 @@ class Plan:
     uses: dict[str, Use] = field(default_factory=dict)
     why_not: dict[int, str] = field(default_factory=dict)
     pose_is_odometry: bool = False
+    frames: Frames = field(default_factory=Frames)
 
     @property
     def pose(self) -> Channel | None:
@@ -87,14 +90,14 @@ class Plan:
 
 def detect(path: Path, found: list[Candidate], mapping: LogMapping) -> Plan:
     """Assign the roles. Raises ChannelNotFound when something that the user named does not serve."""
-    plan = Plan()
+    plan = Plan(frames=Frames.of(found))
     topics = {"pose": mapping.pose_topic, "torque": mapping.torque_topic, "truth": mapping.truth_topic}
     joints = ", ".join((*mapping.left_joints, *mapping.right_joints))
     for role, topic in topics.items():
         free = [candidate for candidate in found if plan.role(candidate.channel.id) is None]
         ranked = _rank(plan, role, free, mapping, topic)
         if ranked:
-            _choose(plan, role, ranked)
+            _choose(plan, role, ranked, mapping)
         elif topic or (joints and role == "torque"):
             raise not_found(
                 path, role, found, plan, f" on topic {topic}" if topic else f" with joints {joints}"
@@ -107,11 +110,11 @@ def _rank(
 ) -> list[tuple[Rank, int, Candidate, Binding]]:
     """Those that serve, best first; for the others the reason goes into the plan."""
     ranked = []
-    unnamed = LogMapping(left_joints=mapping.left_joints, right_joints=mapping.right_joints)
+    unnamed = replace(mapping, pose_topic=None, torque_topic=None, truth_topic=None)
     for candidate in free:
         named = topic == candidate.channel.topic
         try:
-            binding, rank = ROLES[role](candidate, mapping if named else unnamed)
+            binding, rank = ROLES[role](candidate, mapping if named else unnamed, plan.frames)
         except DoesNotServe as reason:
             if str(reason) != UNRELATED:
                 plan.why_not[candidate.channel.id] = str(reason)
@@ -123,14 +126,19 @@ def _rank(
     return sorted(ranked, key=lambda entry: entry[:2])
 
 
-def _choose(plan: Plan, role: str, ranked: list[tuple[Rank, int, Candidate, Binding]]) -> None:
+def _choose(
+    plan: Plan, role: str, ranked: list[tuple[Rank, int, Candidate, Binding]], mapping: LogMapping
+) -> None:
     _, chosen_id, best, binding = ranked[0]
     for _, channel_id, _, _ in ranked[1:]:
         plan.why_not[channel_id] = f"{best.channel.topic} comes first as {role}"
-    plan.uses[role] = Use(best.channel, best.schema_name, best.definition, binding, best.samples)
+    own = {"pose": mapping.pose, "torque": mapping.torque, "truth": mapping.truth}[role].clock
+    plan.uses[role] = Use(
+        best.channel, best.schema_name, best.definition, binding, best.samples, own or mapping.clock
+    )
     plan.why_not.pop(chosen_id)
     if role == "pose":
-        plan.pose_is_odometry = is_odometry(best)
+        plan.pose_is_odometry = is_odometry(best, binding)
 
 
 def not_found(path: Path, role: str, found: list[Candidate], plan: Plan, named: str = "") -> ChannelNotFound:

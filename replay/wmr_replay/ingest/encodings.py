@@ -1,11 +1,11 @@
 """From encoding and schema to a definition: what messages are made of, and how to read them in columns."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
 from wmr_replay.ingest.binary import BinarySource
-from wmr_replay.ingest.cdr import cdr_layout
+from wmr_replay.ingest.cdr import cdr_layout, ros1_layout
 from wmr_replay.ingest.definitions import Node, UnknownDefinition, parse_definition
 from wmr_replay.ingest.jsonrows import JsonSource, json_layout
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
@@ -30,11 +30,11 @@ class Definition(Protocol):
         """Messages of a block, ready to be read in columns."""
 
 
-class CdrDefinition:
-    """ROS 2 messages in CDR."""
+class RosDefinition:
+    """ROS messages: ROS 2's CDR or ROS 1's wire form."""
 
-    def __init__(self, node: Node) -> None:
-        self.node = node
+    def __init__(self, node: Node, walk: Callable[[Node, bytes], Layout]) -> None:
+        self.node, self.walk = node, walk
 
     def has(self, path: str) -> bool:
         """Whether the definition has such a field."""
@@ -42,7 +42,7 @@ class CdrDefinition:
 
     def layout(self, message: bytes) -> Layout:
         """Walk one message."""
-        return cdr_layout(self.node, message)
+        return self.walk(self.node, message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """Columns by byte offset."""
@@ -93,17 +93,19 @@ class JsonDefinition:
         return JsonSource(data, starts, lengths)
 
 
+_ROS: dict[str, Callable[[Node, bytes], Layout]] = {"cdr": cdr_layout, "ros1": ros1_layout}
+
+
 def define(channel: Channel, schema: Schema | None, samples: Sequence[bytes]) -> Definition:
     """The definition of a channel's messages. Raises UnknownDefinition with the reason."""
     encoding = channel.message_encoding
     if encoding == "json":
         return JsonDefinition(samples)
-    if encoding in {"cdr", "protobuf"} and schema is None:
+    if encoding not in {"protobuf", *_ROS}:
+        raise UnknownDefinition(f"message encoding {encoding!r} is not read")
+    if schema is None:
         raise UnknownDefinition("it has no schema")
-    if encoding == "protobuf" and schema is not None:
+    if encoding == "protobuf":
         return ProtobufDefinition(parse_descriptor(schema.name, schema.data))
-    if encoding == "cdr" and schema is not None:
-        return CdrDefinition(
-            parse_definition(schema.name, schema.encoding, schema.data.decode(errors="replace"))
-        )
-    raise UnknownDefinition(f"message encoding {encoding!r} is not read")
+    text = schema.data.decode(errors="replace")
+    return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding])

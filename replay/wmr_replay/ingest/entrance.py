@@ -6,22 +6,18 @@ from wmr_replay.ingest.records import MAGIC
 from wmr_schemas.errors import LogUnusable
 
 _CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _FOREIGN = (
     (b"SQLite format 3\0", "this is a ROS 2 bag in SQLite form (.db3), not MCAP", _CONVERT),
     (b"#ROSBAG V", "this is a ROS 1 bag, not MCAP", _CONVERT),
-    (b"\x28\xb5\x2f\xfd", "the file as a whole is compressed with zstd", "Unpack it:\n  zstd -d {path}"),
     (b"\x1f\x8b", "the file as a whole is compressed with gzip", "Unpack it:\n  gunzip {path}"),
     (b"ULog\x01\x12\x35", "this is a PX4 ULog, not MCAP", "Convert it to MCAP first."),
 )
 _LONGEST = 16
 
 
-def check_entrance(path: Path) -> None:
-    """Raises LogUnusable unless an MCAP file starts at ``path``."""
-    if path.is_dir():
-        held = sorted(path.glob("*.mcap"))
-        advice = f"Give one of its files, such as {held[0]}" if held else "It holds no .mcap file."
-        raise LogUnusable(path, "this is a directory", advice)
+def check_entrance(path: Path, shown: Path | None = None) -> None:
+    """Raises LogUnusable unless an MCAP file starts at ``path``; messages name ``shown``."""
     try:
         with path.open("rb") as file:
             head = file.read(_LONGEST)
@@ -29,6 +25,7 @@ def check_entrance(path: Path) -> None:
         raise unreadable(path, error) from None
     if head.startswith(MAGIC):
         return
+    path = shown or path
     if not head:
         raise LogUnusable(path, "the file is empty", "Nothing was recorded, or copying it failed.")
     if MAGIC.startswith(head):

@@ -1,20 +1,26 @@
 """A log as bounded batches of columns in file order: the one entrance to ingest."""
 
 import hashlib
+import shutil
+import tempfile
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+from wmr_replay.ingest.bag import bag_files, plain_file
+from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.candidate import Candidate
 from wmr_replay.ingest.census import Census
 from wmr_replay.ingest.clocks import Clock
 from wmr_replay.ingest.detect import Plan, detect, not_found
-from wmr_replay.ingest.entrance import check_entrance, unreadable
+from wmr_replay.ingest.entrance import unreadable
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.prefetch import load_ahead
+from wmr_replay.ingest.misfit import misfits
+from wmr_replay.ingest.parts import join_parts
+from wmr_replay.ingest.prefetch import work_ahead
 from wmr_replay.ingest.reading import Reading
-from wmr_replay.ingest.roles import Candidate
-from wmr_replay.ingest.sampling import Sampler
+from wmr_replay.ingest.selection import first_log_ns, wanted_spans
 from wmr_replay.ingest.signals import RawBatch
-from wmr_replay.ingest.survey import survey
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
@@ -22,6 +28,7 @@ from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
+WHOLE = Between()
 
 
 class LogReader:
@@ -32,28 +39,41 @@ class LogReader:
     are complete once :meth:`batches` is exhausted.
     """
 
-    def __init__(self, path: Path, mapping: LogMapping) -> None:
+    def __init__(self, path: Path, mapping: LogMapping, between: Between = WHOLE) -> None:
         self.path = path
-        self.survey = survey(path)
-        sampler = Sampler(self.survey)
-        sampler.run(path)
-        book = self.survey.book
-        self.candidates = [
-            Candidate(
-                channel,
-                book.schemas.get(channel.schema_id),
-                tuple(sampler.samples.get(channel.id, ())),
-                sampler.n_messages(channel.id),
-            )
-            for _, channel in sorted(book.channels.items())
-        ]
+        self._copies: Path | None = None
+        files = [plain_file(file, self._folder) for file in bag_files(path)]
+        self.parts = join_parts([file for file, _ in files])
+        self.survey = self.parts.survey
+        self.survey.notes += [problem for _, problem in files if problem]
+        self.limits = between.limits_ns(first_log_ns(self.survey))
+        self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = []
+        self.remarks: list[str] = misfits(self.candidates)
         self.robot = mapping.robot or self._own_parameters()
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.census = Census()
         self.position_bytes = 0
+
+    def _folder(self) -> Path:
+        """Where packed files are unpacked; it goes with the reader."""
+        if self._copies is None:
+            self._copies = Path(tempfile.mkdtemp(prefix="wmr-replay-"))
+            weakref.finalize(self, shutil.rmtree, self._copies, ignore_errors=True)
+        return self._copies
+
+    def _candidates(self) -> list[Candidate]:
+        book, parts = self.survey.book, self.parts
+        return [
+            Candidate(
+                channel,
+                book.schemas.get(channel.schema_id),
+                tuple(parts.samples.get(channel_id, ())),
+                parts.n_messages.get(channel_id, 0),
+            )
+            for channel_id, channel in sorted(book.channels.items())
+        ]
 
     @property
     def size_bytes(self) -> int:
@@ -66,26 +86,44 @@ class LogReader:
         return self.plan.pose_is_odometry
 
     @property
+    def stamp_notes(self) -> list[str]:
+        """What is out of the ordinary in the stamps of each channel: duplicates, backward steps, gaps, jitter."""
+        found = ((role, clock.steps.describe()) for role, clock in self.clocks.items())
+        return [f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text]
+
+    @property
     def clock_notes(self) -> list[str]:
         """Which clock each channel goes by, and how far it is from the recorder's."""
         return [
             f"{self.plan.uses[role].channel.topic}: {clock.describe()}" for role, clock in self.clocks.items()
         ]
 
-    def batches(self) -> Iterator[RawBatch]:
-        """Rows of the channels in use in file order, a batch for each chunk or stretch of plain records."""
+    def batches(self, *, everything: bool = False) -> Iterator[RawBatch]:
+        """Rows of the channels in use in file order, a batch for each chunk or stretch of plain records.
+
+        With ``everything``, chunks that hold none of them are read too, for the census and the losses.
+        """
         self.losses = self._frame_losses()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
-        reading = Reading(self.plan.uses, self.clocks, self.survey.book, self.losses)
+        reading = Reading(self.plan.uses, self.clocks, self.parts, self.losses, self.limits)
         self.census = reading.census
-        for block in load_ahead(self.path, self.survey.spans):
-            batch = reading.push(block)
-            self.position_bytes = block.span.data_offset + block.span.data_bytes
+        used = {use.channel.id for use in self.plan.uses.values()}
+        spans = wanted_spans(self.survey, None if everything else used, self.limits)
+        before = self._bytes_before()
+        for begun in work_ahead(self.parts.paths, spans, reading.begin):
+            batch, span = reading.push(begun), begun.block.span
+            self.position_bytes = before[span.part] + span.data_offset + span.data_bytes
             yield batch
-        statistics = self.survey.statistics
+        whole = len(spans) == len(self.survey.spans) and self.limits is None
+        statistics = self.survey.statistics if whole else None
         reading.finish(None if statistics is None else sum(statistics.values()))
         self.remarks += reading.remarks
         self.position_bytes = self.size_bytes
+
+    def _bytes_before(self) -> list[int]:
+        """How many bytes precede each file."""
+        sizes = [path.stat().st_size for path in self.parts.paths]
+        return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
         """What the survey of the file's frame already found."""
@@ -103,15 +141,17 @@ class LogReader:
             return RobotParameters()
 
 
-def open_log(path: Path, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True) -> LogReader:
-    """Open an MCAP log and find its signals.
+def open_log(
+    path: Path, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
+) -> LogReader:
+    """Open an MCAP log, or a rosbag2 directory of them, and find its signals.
 
-    Raises LogUnusable when it is no MCAP file, ChannelNotFound when it has no pose (unless ``need_pose`` is
+    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no MCAP file,
+    ChannelNotFound when it has no pose (unless ``need_pose`` is
     false) or when a topic that ``mapping`` names does not serve.
     """
-    check_entrance(path)
     try:
-        reader = LogReader(path, mapping)
+        reader = LogReader(path, mapping, between)
     except OSError as error:
         raise unreadable(path, error) from None
     if need_pose and reader.plan.pose is None:
@@ -120,9 +160,10 @@ def open_log(path: Path, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = 
 
 
 def sha256_of(path: Path) -> str:
-    """Hash of a file, in hexadecimal."""
+    """Hash of a log's files, one after another, in hexadecimal."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while piece := file.read(_HASH_BYTES):
-            digest.update(piece)
+    for part in bag_files(path):
+        with part.open("rb") as file:
+            while piece := file.read(_HASH_BYTES):
+                digest.update(piece)
     return digest.hexdigest()

@@ -1,15 +1,13 @@
 """Whether a channel can serve as pose, torque or truth, by schema and content, and how well."""
 
 import re
-from dataclasses import dataclass
-from functools import cached_property
 
-from wmr_replay.ingest.bindings import Binding, ModeBinding, NotConcerned, PoseBinding, Recipe, TorqueBinding
-from wmr_replay.ingest.definitions import UnknownDefinition
-from wmr_replay.ingest.encodings import Definition, define
-from wmr_replay.ingest.layout import Undecodable
-from wmr_replay.ingest.records import Channel, Schema
-from wmr_replay.ingest.sampling import Sample
+from wmr_replay.ingest.bindings import Binding, ModeBinding, PlacedBinding, PlanarPoseBinding, PoseBinding
+from wmr_replay.ingest.candidate import Candidate, DoesNotServe
+from wmr_replay.ingest.encodings import Definition
+from wmr_replay.ingest.frames import TRANSFORM_SCHEMAS, Frames
+from wmr_replay.ingest.torques import FieldTorqueBinding, InterfaceBinding, TorqueBinding, Wheels
+from wmr_replay.ingest.transforms import TransformBinding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC
 
@@ -33,66 +31,10 @@ _OTHER_USES = {
     "TwistStamped": "velocities, no pose",
     "Imu": "rates and accelerations, no pose",
     "NavSatFix": "a position without a heading",
-    "TFMessage": "transforms are not read",
-    "FrameTransform": "transforms are not read",
-    "FrameTransforms": "transforms are not read",
 }
 
 Rank = tuple[int, ...]
 """The smallest serves best."""
-
-
-class DoesNotServe(Exception):
-    """Why a channel does not serve."""
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A channel with its schema and its first messages."""
-
-    channel: Channel
-    schema: Schema | None
-    samples: tuple[Sample, ...]
-    n_messages: int = 0
-    """As far as the file's index and statistics tell; a lower bound otherwise."""
-
-    @property
-    def schema_name(self) -> str:
-        """The schema's name, for people."""
-        return self.schema.name if self.schema else "no schema"
-
-    @property
-    def short_name(self) -> str:
-        """The schema's name without its package."""
-        return re.split(r"[/.:]", self.schema.name)[-1] if self.schema else ""
-
-    def mentions(self, word: bytes) -> bool:
-        """Whether the word occurs in the schema or, for want of one, in a message: a cheap first test."""
-        if self.schema and word in self.schema.data:
-            return True
-        return self.channel.message_encoding == "json" and any(word in sample.data for sample in self.samples)
-
-    @cached_property
-    def definition(self) -> Definition:
-        """What its messages are made of. Raises DoesNotServe."""
-        if not self.samples:
-            raise DoesNotServe("no message")
-        try:
-            return define(self.channel, self.schema, [sample.data for sample in self.samples])
-        except UnknownDefinition as error:
-            raise DoesNotServe(str(error)) from None
-
-    def try_out(self, binding: Binding) -> Recipe:
-        """What the binding takes from the first message that concerns it. Raises DoesNotServe."""
-        problem = ""
-        for sample in self.samples:
-            try:
-                return binding.recipe(self.definition.layout(sample.data))
-            except NotConcerned as reason:
-                problem = problem or str(reason)
-            except Undecodable as error:
-                problem = problem or f"its first messages do not fit its schema ({error})"
-        raise DoesNotServe(problem)
 
 
 def stamp_paths(definition: Definition) -> tuple[str, str] | None:
@@ -105,37 +47,59 @@ def stamp_paths(definition: Definition) -> tuple[str, str] | None:
     return None
 
 
-def is_odometry(candidate: Candidate) -> bool:
+def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
     """Whether the pose may well have been integrated from wheel speeds, by its name."""
+    if isinstance(binding, TransformBinding):
+        return "odom" in binding.edge[0].lower()
     return candidate.short_name == "Odometry" or "odom" in candidate.channel.topic.lower()
 
 
-def pose_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
+def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Position and orientation; external before odometry, then the canonical topic, then the schema."""
-    topic, name = candidate.channel.topic, candidate.short_name
+    topic, name, said = candidate.channel.topic, candidate.short_name, mapping.pose
     if mapping.pose_topic is None:
-        if name not in POSE_SCHEMAS and not (candidate.schema is None and candidate.mentions(b"orientation")):
+        schemaless = candidate.schema is None and candidate.mentions(b"orientation")
+        if name not in (*POSE_SCHEMAS, *TRANSFORM_SCHEMAS) and not schemaless:
             raise DoesNotServe(_OTHER_USES.get(name, UNRELATED))
         if _NO_MEASUREMENT.search(topic):
             raise DoesNotServe("by its topic a wanted pose, not a measured one")
-    definition = candidate.definition
-    form = next((f for f in _POSE_FORMS if definition.has(f"{f[0]}.x") and definition.has(f"{f[1]}.w")), None)
-    if form is None:
-        raise DoesNotServe("no position with an orientation")
-    binding = PoseBinding(*form, stamp_paths(definition))
+    binding = _pose_binding(candidate, mapping, frames)
     candidate.try_out(binding)
     kind = POSE_SCHEMAS.index(name) if name in POSE_SCHEMAS else len(POSE_SCHEMAS)
-    return binding, (is_odometry(candidate), topic != POSE_TOPIC, kind, -candidate.n_messages)
+    rank = is_odometry(candidate, binding), topic != POSE_TOPIC, kind, -candidate.n_messages
+    if said.yaw_offset_rad or any(said.lever_arm_m):
+        binding = PlacedBinding(binding, said.yaw_offset_rad, said.lever_arm_m)
+    return binding, rank
 
 
-def torque_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
+def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> Binding:
+    """The fields that the mapping names, else a transform, else the first known form."""
+    said, definition = mapping.pose, candidate.definition
+    stamp = stamp_paths(definition)
+    if said.x and said.y and said.yaw:
+        _check_fields(candidate, said.x, said.y, said.yaw)
+        return PlanarPoseBinding(said.x, said.y, said.yaw, stamp)
+    if candidate.short_name in TRANSFORM_SCHEMAS and not said.position:
+        alone = candidate.short_name in {"TransformStamped", "FrameTransform"}
+        return frames.binding(candidate.channel.id, said.parent, said.child, alone=alone)
+    forms = [(said.position, said.orientation)] if said.position and said.orientation else _POSE_FORMS
+    form = next((f for f in forms if candidate.has(f"{f[0]}.x", f"{f[1]}.w")), None)
+    if form is None:
+        raise DoesNotServe("no position with an orientation")
+    return PoseBinding(*form, stamp)
+
+
+def _check_fields(candidate: Candidate, *paths: str) -> None:
+    for path in paths:
+        if not candidate.has(path):
+            raise DoesNotServe(f"no field {path}")
+
+
+def torque_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Joint states that name wheels; those with efforts first, then the canonical topic."""
-    if mapping.torque_topic is None and not candidate.mentions(b"effort"):
+    if mapping.torque_topic is None and not _may_have_torques(candidate):
         raise DoesNotServe(UNRELATED)
-    definition = candidate.definition
-    if not all(definition.has(path) for path in ("name", "effort")):
-        raise DoesNotServe(UNRELATED if mapping.torque_topic is None else "no field name with a field effort")
-    binding = TorqueBinding(stamp_paths(definition), mapping.left_joints, mapping.right_joints)
+    binding = _torque_binding(candidate, mapping)
     recipe = candidate.try_out(binding)
     return binding, (
         not recipe.columns[0].terms,
@@ -144,12 +108,40 @@ def torque_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Ran
     )
 
 
-def truth_role(candidate: Candidate, mapping: LogMapping) -> tuple[Binding, Rank]:
+def _may_have_torques(candidate: Candidate) -> bool:
+    return candidate.mentions(b"effort") or candidate.short_name == "DynamicJointState"
+
+
+def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
+    said, stamp = mapping.torque, stamp_paths(candidate.definition)
+    gain = said.torque_constant_nm_per_a * said.gear_ratio
+    slower = said.gear_ratio if said.speeds_before_gear else 1.0
+    signs = said.left_sign, said.right_sign
+    wheels = Wheels(
+        mapping.left_joints,
+        mapping.right_joints,
+        (signs[0] * gain, signs[1] * gain),
+        (signs[0] / slower, signs[1] / slower),
+    )
+    if said.left_fields and said.right_fields:
+        speeds = said.left_speed_fields, said.right_speed_fields
+        _check_fields(candidate, *said.left_fields, *said.right_fields, *speeds[0], *speeds[1])
+        return FieldTorqueBinding(stamp, (said.left_fields, said.right_fields), speeds, wheels)
+    if candidate.has("joint_names", "interface_values"):
+        return InterfaceBinding(stamp, wheels, said.efforts or "effort", said.speeds or "velocity")
+    names, efforts, speed = said.names or "name", said.efforts or "effort", said.speeds or "velocity"
+    if not candidate.has(names, efforts):
+        named = mapping.torque_topic is not None
+        raise DoesNotServe(f"no field {names} with a field {efforts}" if named else UNRELATED)
+    return TorqueBinding(stamp, wheels, names, efforts, speed)
+
+
+def truth_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """A contact mode; the canonical topic first."""
+    path = mapping.truth.field
     if mapping.truth_topic is None and not candidate.short_name.endswith("ContactMode"):
         raise DoesNotServe(UNRELATED)
-    if not candidate.definition.has("mode"):
-        raise DoesNotServe("no field mode")
-    binding = ModeBinding(stamp_paths(candidate.definition))
+    _check_fields(candidate, path)
+    binding = ModeBinding(stamp_paths(candidate.definition), path)
     candidate.try_out(binding)
     return binding, (candidate.channel.topic != MODE_TOPIC, -candidate.n_messages)

@@ -15,8 +15,8 @@ MODE_COLUMNS = ("mode",)
 class Rows:
     """Rows of one signal: stamps ``t_ns`` (n,), ``order`` (n,), ``values`` (k, n), NaN where unknown.
 
-    ``order`` is the message's ordinal among all messages in use, in file order, common to all signals: it tells later
-    stages how the signals were interleaved, whatever the batches.
+    ``order`` is the message's ordinal among all messages in use, in file order, common to all signals: it
+    tells later stages how the signals were interleaved, whatever the batches.
     """
 
     t_ns: I64
@@ -34,7 +34,7 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class RawBatch:
-    """One bounded piece of a log: pose rows (x, y, yaw), torque rows (left, right, wheel speeds), mode rows."""
+    """One bounded piece of a log: rows of pose (x, y, yaw), torque (left, right, wheel speeds) and mode."""
 
     pose: Rows
     torque: Rows

@@ -129,7 +129,10 @@ class Surveyor:
         start = position + HEAD.size + head.head_bytes
         stored = min(head.stored_bytes, available - head.head_bytes)
         self.result.spans.append(
-            Span(position, start, stored, head, whole=fits or stored == head.stored_bytes)
+            Span(
+                position, start, stored, head, whole=fits or stored == head.stored_bytes,
+                times_ns=(head.start_ns, head.end_ns),
+            )  # fmt: skip
         )
 
     def _message_index(self, position: int, length: int) -> None:
@@ -142,7 +145,12 @@ class Surveyor:
         found = walk(data, plain=True)
         self.result.book.enter(data, found.others, summary=self.in_summary)
         if len(found.messages):
-            self.result.spans.append(Span(position, position, found.stop, counts=found.messages.counts()))
+            self.result.spans.append(
+                Span(
+                    position, position, found.stop, counts=found.messages.counts(),
+                    times_ns=(int(found.messages.log_ns.min()), int(found.messages.log_ns.max())),
+                )  # fmt: skip
+            )
         return position + found.stop
 
     def _footer(self, stop: int) -> None:

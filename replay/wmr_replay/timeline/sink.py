@@ -85,6 +85,10 @@ class Sink:
             "/description", rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True
         )
 
+    def flush(self) -> None:
+        """Wait until everything is in the file: what is logged faster than written would pile up."""
+        self.recording.flush()
+
     def close(self, layout: rrb.Blueprint | None = None) -> None:
         """Embed the layout, write everything out and close the file."""
         if layout is not None:

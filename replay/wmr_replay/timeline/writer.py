@@ -1,5 +1,6 @@
 """Samples, batch by batch, into one recording: in blocks and decimated, neither depending on the batches."""
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
 from wmr_replay.timeline.sink import Sink
 from wmr_replay.timeline.states import LANES, Changes
 
+TrueStates = Callable[[int], Iterator[pl.DataFrame]]
+PATH_COLUMNS = {"t_ns", "x_m", "y_m"}
 BLOCK_ROWS = 65_536
 """Rows that are written at one time."""
 
@@ -24,7 +27,7 @@ class Timeline:
     ``max_rate_hz`` a second, the same ones whatever the batches. Mode and status change at their exact rows.
 
     ``truth`` is the side file's true state at the pose stamps (``t_ns, x_m, y_m, yaw_rad, v_long_mps,
-    v_lat_mps, yaw_rate_radps``; what is missing is not drawn). A fixed ``recording_id`` lets two runs
+    v_lat_mps, yaw_rate_radps``; what is missing is not drawn), or gives every n-th of its rows in blocks. A fixed ``recording_id`` lets two runs
     compare as equal.
     """
 
@@ -35,7 +38,7 @@ class Timeline:
         log_name: str,
         alpha_nominal: float | None,
         rate_hz: float,
-        truth: pl.DataFrame | None = None,
+        truth: pl.DataFrame | TrueStates | None = None,
         max_rate_hz: float = 100.0,
         recording_id: str | None = None,
     ) -> None:
@@ -92,16 +95,24 @@ class Timeline:
         if len(drawn):
             self._frame.include(drawn.select("x_m", "y_m").to_numpy())
             self._sink.add_path(drawn)
+        self._sink.flush()
 
     def _begin(self, start_ns: int) -> None:
         self._sink.start_ns = start_ns
         if self._truth is None:
             return
-        truth = self._truth.gather_every(self._stride)
-        for series in TRUE:
-            if series.reads() <= set(truth.columns):
-                self._sink.add_lines(series, truth)
-        self._sink.add_true_path(truth)
+        stride, truth = self._stride, self._truth
+        blocks = [truth.gather_every(stride)] if isinstance(truth, pl.DataFrame) else truth(stride)
+        path: list[pl.DataFrame] = []
+        for block in blocks:
+            for series in TRUE:
+                if series.reads() <= set(block.columns):
+                    self._sink.add_lines(series, block)
+            if PATH_COLUMNS <= set(block.columns):
+                path.append(block.select(PATH_COLUMNS))
+            self._sink.flush()
+        if path:
+            self._sink.add_true_path(pl.concat(path))
 
     def _write_nominal(self, end_ns: int) -> None:
         if self._alpha_nominal is not None:

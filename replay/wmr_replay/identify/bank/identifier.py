@@ -35,6 +35,7 @@ from wmr_replay.identify.bank.states import (
 from wmr_replay.identify.bank.update import absorb
 from wmr_replay.identify.paper import PaperIdentifier, Rules
 from wmr_replay.identify.posterior import decide
+from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.verdict import Evidence, Verdict
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
@@ -56,7 +57,7 @@ class BankSettings:
     switch_rate_per_s: float = 0.15
     start_bins: int = 30
     velocity_diffusions: tuple[float, ...] = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-    """Levels of disturbance, (m/s)²/s on v_long and v_lat, (rad/s)²/s on ω; which one holds is hypothesised."""
+    """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
     alpha_diffusion_share: float = 0.03
     """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
     rho_diffusion_per_s: float = 1e-3
@@ -73,7 +74,14 @@ class Drift(NamedTuple):
 
 @njit(cache=True)
 def advance(
-    people: Population, force: float, turn: float, step_s: float, prior: Prior, drift: Drift, work: F64
+    people: Population,
+    force: float,
+    turn: float,
+    step_s: float,
+    prior: Prior,
+    terms: Terms,
+    drift: Drift,
+    work: F64,
 ) -> None:
     """All hypotheses forward by ``step_s``; unknown efforts (NaN) leave the velocities free.
 
@@ -87,7 +95,14 @@ def advance(
         diffusion = drift.velocity[people.level[h]]
         for _ in range(pieces):
             move(
-                mean, mode, 0.0 if free_v else force, 0.0 if free_omega else turn, dt, prior, work[:N_MOVING]
+                mean,
+                mode,
+                0.0 if free_v else force,
+                0.0 if free_omega else turn,
+                dt,
+                prior,
+                terms,
+                work[:N_MOVING],
             )
             spread(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
             covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
@@ -107,6 +122,7 @@ def run_bins(
     seconds: F64,
     last: F64,
     prior: Prior,
+    terms: Terms,
     drift: Drift,
     rhythm: tuple[int, int, float, float],
 ) -> tuple[F64, F64]:
@@ -130,7 +146,7 @@ def run_bins(
             vary_level(people, drift.velocity.shape[0])
             thin(people, most)
             last[3] = 0.0
-        advance(people, force, turn, step_s, prior, drift, work)
+        advance(people, force, turn, step_s, prior, terms, drift, work)
         for h in range(people.size[0]):
             people.log_weight[h] += absorb(
                 people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
@@ -161,8 +177,10 @@ class BankIdentifier:
         settings: BankSettings,
         *,
         both: bool = False,
+        terms: Terms = Terms(),  # noqa: B008 – immutable
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
+        self._terms = terms
         self._prior, self._n_modes = make_prior(robot), 4 if both else 3
         self._people = make_population(settings.most_hypotheses * (self._n_modes + 1) + 2)
         self._rows_per_bin = max(1, round(settings.bin_s / step_s))
@@ -225,5 +243,7 @@ class BankIdentifier:
         drift = Drift(np.array(s.velocity_diffusions), s.alpha_diffusion_share, s.rho_diffusion_per_s)
         rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S
-        said = run_bins(self._people, bins.values, seconds, self._last, self._prior, drift, rhythm)
+        said = run_bins(
+            self._people, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
+        )
         return np.concatenate(said)

@@ -21,6 +21,7 @@ from wmr_replay.identify.bank.states import (
     X,
     Y,
 )
+from wmr_replay.identify.terms import Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 
 AVERAGE_SPEED_FLOOR_MPS = 0.3
@@ -57,7 +58,9 @@ def lateral_step(mean: F64, dt: float, middle: tuple[float, float], prior: Prior
 
 
 @njit(cache=True)
-def move(mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, jacobian: F64) -> None:
+def move(
+    mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
+) -> None:
     """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
     Jacobian's moving rows.
 
@@ -70,7 +73,14 @@ def move(mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prio
     yaw_share = share * prior.yaw_slip_ratio if slips else 1.0
     drive, spin = np.exp(mean[LN_ALPHA]) * force * dt, np.exp(mean[LN_BETA]) * turn * dt
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
-    new_v, new_omega, new_lat = v_long + share * drive, omega + yaw_share * spin, 0.0
+    ahead, turning = extra_accelerations(
+        v_long, mean[PSI], omega, np.exp(mean[LN_ALPHA]), np.exp(mean[LN_BETA]) * prior.half_track_m, terms
+    )
+    new_v, new_omega, new_lat = (
+        v_long + share * drive + ahead * dt,
+        omega + yaw_share * spin + turning * dt,
+        0.0,
+    )
     jacobian[:] = 0.0
     for i in range(N_MOVING):
         jacobian[i, i] = 1.0

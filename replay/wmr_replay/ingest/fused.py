@@ -1,0 +1,152 @@
+"""One compiled pass over binary messages of one layout: skeleton compared, fields gathered and added up.
+
+A :class:`Program` is a layout with a recipe in the form that the pass works through: words of the skeleton,
+and one operation for each number. Layouts that it cannot express (big-endian numbers, messages shorter than a
+word) have no program and take the way of :mod:`~wmr_replay.ingest.binary`.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.ingest.bindings import Recipe
+from wmr_replay.ingest.layout import Layout, Leaf
+from wmr_schemas.arrays import F64, I64, U8, Bool
+
+_WORD = 8
+_FLOAT64, _FLOAT32, _UNSIGNED, _SIGNED, _VARINT, _ZIGZAG = range(6)
+_KINDS = {"f8": _FLOAT64, "f4": _FLOAT32, "varint": _VARINT, "zigzag": _ZIGZAG}
+_STAMP = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """For messages of ``length`` bytes: ``skeleton`` (3, k) offset, mask and expected bits of words;
+    ``steps`` (5, m) kind, offset, shift, bytes and column of each number (column −1: the stamp); ``gains``
+    and ``factors`` (m,); ``constants`` (n_raw,).
+    """
+
+    length: int
+    skeleton: Any
+    steps: I64
+    gains: F64
+    factors: I64
+    constants: F64
+
+
+def compile_program(layout: Layout, recipe: Recipe) -> Program | None:
+    """The program of a recipe, or None when it has to be read in the general way."""
+    length = len(layout.exemplar)
+    numbers = [(leaf, _STAMP, 1.0, factor) for leaf, factor in recipe.stamp]
+    numbers += [
+        (leaf, k, gain, 1) for k, column in enumerate(recipe.columns) for leaf, gain in column.terms
+    ]
+    if length < _WORD or any(leaf.dtype.startswith(">") for leaf, _, _, _ in numbers):
+        return None
+    return Program(
+        length,
+        _words(layout),
+        np.array([_step(leaf, column, length) for leaf, column, _, _ in numbers], np.int64).reshape(-1, 5).T.copy(),
+        np.array([gain for _, _, gain, _ in numbers]),
+        np.array([factor for _, _, _, factor in numbers], np.int64),
+        np.array([column.constant for column in recipe.columns]),
+    )
+
+
+def _step(leaf: Leaf, column: int, length: int) -> tuple[int, int, int, int, int]:
+    """Fixed numbers are taken out of the word at their place, or the last one, and shifted down."""
+    code = leaf.dtype.lstrip("<")
+    if code in _KINDS:
+        return _KINDS[code], leaf.offset, 0, leaf.stride, column
+    place = min(leaf.offset, length - _WORD)
+    kind = _SIGNED if code[0] == "i" else _UNSIGNED
+    return kind, place, 8 * (leaf.offset - place), int(code[1]), column
+
+
+def _words(layout: Layout) -> Any:
+    """The skeleton by words: offset, mask, expected bits."""
+    mask = np.zeros(len(layout.exemplar), np.uint8)
+    mask[list(layout.skeleton)] = list(layout.skeleton.values())
+    words, position = [], 0
+    while (left := np.flatnonzero(mask[position:])).size:
+        start = min(position + int(left[0]), len(mask) - _WORD)
+        bits = mask[start : start + _WORD].copy()
+        want = np.frombuffer(layout.exemplar, np.uint8)[start : start + _WORD] & bits
+        words.append((start, int(bits.view("<u8")[0]), int(want.view("<u8")[0])))
+        mask[start : start + _WORD] = 0
+        position = start
+    return np.array(words, np.uint64).reshape(-1, 3).T.copy()
+
+
+def run(
+    program: Program, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool
+) -> int:
+    """Fill in the messages that share the program's layout and are not filled in yet; how many they were."""
+    words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
+    filled: int = _run(
+        data, words, doubles, singles, starts, lengths, program.length, program.skeleton,
+        program.steps, program.gains, program.factors, program.constants, stamp_ns, raw, used,
+    )  # fmt: skip
+    return filled
+
+
+def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
+    """The number that starts at each byte."""
+    size = np.dtype(dtype).itemsize
+    return np.ndarray((max(len(data) - size + 1, 0),), dtype, data, strides=(1,))
+
+
+@njit(cache=True, nogil=True)
+def _agrees(words: Any, start: int, skeleton: Any) -> bool:
+    for k in range(skeleton.shape[1]):
+        if words[start + np.int64(skeleton[0, k])] & skeleton[1, k] != skeleton[2, k]:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _integer(data: U8, words: Any, place: int, kind: int, shift: int, n_bytes: int) -> Any:
+    if kind == _UNSIGNED or kind == _SIGNED:
+        unused = np.uint64(64 - 8 * n_bytes)
+        value = (words[place] >> np.uint64(shift)) << unused
+        return np.int64(value) >> np.int64(unused) if kind == _SIGNED else np.int64(value >> unused)
+    value = np.uint64(0)
+    for k in range(n_bytes):
+        value |= np.uint64(data[place + k] & 0x7F) << np.uint64(7 * k)
+    if kind == _ZIGZAG:
+        value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
+    return np.int64(value)
+
+
+@njit(cache=True, nogil=True)
+def _run(
+    data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
+    steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
+) -> int:  # fmt: skip
+    filled = 0
+    for row in range(len(starts)):
+        if used[row] or lengths[row] != length or not _agrees(words, starts[row], skeleton):
+            continue
+        filled += 1
+        used[row] = True
+        for k in range(len(constants)):
+            raw[k, row] = constants[k]
+        for k in range(steps.shape[1]):
+            kind, place, column = steps[0, k], starts[row] + steps[1, k], steps[4, k]
+            if kind == _FLOAT64:
+                value = doubles[place]
+            elif kind == _FLOAT32:
+                value = np.float64(singles[place])
+            else:
+                integer = _integer(data, words, place, kind, steps[2, k], steps[3, k])
+                if column == _STAMP:
+                    stamp_ns[row] += integer * factors[k]
+                    continue
+                value = np.float64(integer)
+            if column == _STAMP:
+                stamp_ns[row] += np.int64(value) * factors[k]
+            else:
+                raw[column, row] += gains[k] * value
+    return filled
