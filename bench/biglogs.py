@@ -49,9 +49,7 @@ def signals(start: int, stop: int) -> tuple[PoseTrack, TorqueTrack]:
     t_ns, angle = START_NS + k * STEP_NS, k * 1e-4
     pose = PoseTrack(t_ns, 3 * np.sin(angle) + noise[0], 3 - 3 * np.cos(angle) + noise[1], angle + noise[2])
     left, right = 2 + np.sin(angle * 7), 2 + np.cos(angle * 5)
-    return pose, TorqueTrack(
-        t_ns + 100_000, left + noise[3], right + noise[4], 3 + noise[5], 3.3 + noise[6]
-    )
+    return pose, TorqueTrack(t_ns + 100_000, left + noise[3], right + noise[4], 3 + noise[5], 3.3 + noise[6])
 
 
 def odometry(pose: PoseTrack) -> list[bytes]:
@@ -105,7 +103,11 @@ def blocks(n_rows: int) -> Iterator[tuple[int, int]]:
 def write_log(path: Path, encoding: str, n_messages: int) -> Path:
     """A log of ``n_messages`` messages, half of them poses, zstd in 1 MiB chunks."""
     codec = codec_of(encoding)
-    names = ("nav_msgs/msg/Odometry", codec.torque.name) if encoding == "ros2" else (codec.pose.name, codec.torque.name)
+    names = (
+        ("nav_msgs/msg/Odometry", codec.torque.name)
+        if encoding == "ros2"
+        else (codec.pose.name, codec.torque.name)
+    )
     schemas = (ODOMETRY.encode() if encoding == "ros2" else codec.pose.definition, codec.torque.definition)
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)

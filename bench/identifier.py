@@ -1,6 +1,6 @@
 """The identifiers beside the yardstick: accuracy, delay, calibration, α, speed.
 
-    python bench/identifier.py [--seeds 40] [--identifiers paper,bank,yardstick] [--sets paper] [--stiffness 2]
+    python bench/identifier.py [--seeds 40] [--identifiers paper,bank] [--sets paper] [--stiffness 2]
 
 Each log's nominal α is wrong by a factor drawn from 1/2 to 2 and the noise level is not told; the yardstick
 knows everything. --stiffness multiplies the nominal stiffnesses.

@@ -36,12 +36,19 @@ def stored_chunks(path: Path) -> list[tuple[int, int, int]]:
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
-    return [(c.chunk_start_offset + 9 + 8 + 8 + 8 + 4 + 4 + len(c.compression) + 8, c.compressed_size,
-             c.uncompressed_size) for c in summary.chunk_indexes]
+    return [
+        (
+            c.chunk_start_offset + 9 + 8 + 8 + 8 + 4 + 4 + len(c.compression) + 8,
+            c.compressed_size,
+            c.uncompressed_size,
+        )
+        for c in summary.chunk_indexes
+    ]
 
 
 def floor(path: Path, threads: int) -> int:
     """Read and decompress every chunk, copy the records once."""
+
     def part(chunks: list[tuple[int, int, int]]) -> int:
         total = 0
         with path.open("rb") as file:

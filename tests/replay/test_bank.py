@@ -1,5 +1,7 @@
 """The bank of filters: its model against the plant's, its population, its answers."""
 
+from itertools import pairwise
+
 import numpy as np
 import polars as pl
 import pytest
@@ -163,7 +165,7 @@ def test_bins_are_means_of_consecutive_rows_whatever_the_batches(n, per, cuts, s
     pose, efforts, variances = rng.normal(size=(3, n)), rng.normal(size=(2, n)), rng.random((2, n))
     edges = [0, *sorted(min(c, n) for c in cuts), n]
     kept, values, stamps = open_bin(), [], []
-    for a, b in zip(edges, edges[1:], strict=False):
+    for a, b in pairwise(edges):
         v, s, done = fill_bins(t_ns[a:b], pose[:, a:b], efforts[:, a:b], variances[:, a:b], per, kept)
         values.append(v)
         stamps.append(s)

@@ -42,7 +42,7 @@ def push_all(differentiator, t_ns, samples, inputs, cuts=()):
     ]
     return tuple(
         np.concatenate([getattr(p, name) for p in parts], axis=-1)
-        for name in ("estimates", "inputs", "gains", "state")
+        for name in ("estimates", "inputs", "gains", "state", "coverage", "delay_s")
     )
 
 
@@ -55,7 +55,7 @@ def test_polynomials_up_to_the_degree_are_exact_on_any_stamps(spec, seed, irregu
     polynomial = np.polynomial.Polynomial(coefficients)
     t = (t_ns - t_ns[0]) * 1e-9
     differentiator = Differentiator(spec, window_s=0.4, step_s=0.01)
-    estimates, _, _, state = push_all(
+    estimates, _, _, state, *_ = push_all(
         differentiator, t_ns, (polynomial(t) + 1e6)[None], np.empty((0, len(t)))
     )
     good = state == OK
@@ -91,7 +91,7 @@ def test_predicted_standard_deviation_is_that_of_monte_carlo():
     rng = np.random.default_rng(1)
     t_ns = stamps(rng, 400_000)
     differentiator = Differentiator(KernelSpec(2, 0, 0), window_s=0.1, step_s=0.01)
-    estimates, _, gains, state = push_all(
+    estimates, _, gains, state, *_ = push_all(
         differentiator, t_ns, rng.normal(size=(1, len(t_ns))), np.empty((0, len(t_ns)))
     )
     good = state == OK
@@ -111,7 +111,7 @@ def test_stepping_inputs_pass_through_the_same_window_as_the_derivative(seed, ir
     x = np.concatenate([[0.0], np.cumsum(v[:-1] * dt + u[1:] * dt**2 / 2)])
     differentiator = Differentiator(spec, window_s=0.4, step_s=0.01, folds=(2, 1))
     mean_v = np.concatenate([[np.nan], np.diff(x) / dt])
-    estimates, filtered, _, state = push_all(differentiator, t_ns, x[None], np.stack([u, mean_v]))
+    estimates, filtered, _, state, *_ = push_all(differentiator, t_ns, x[None], np.stack([u, mean_v]))
     good = state == OK
     assert good.any()
     np.testing.assert_allclose(filtered[0, good], estimates[0, 2, good], atol=1e-7 * 5000)
@@ -123,15 +123,16 @@ def test_stepping_inputs_pass_through_the_same_window_as_the_derivative(seed, ir
     irregular=st.booleans(),
     cuts=st.lists(st.integers(0, 300), max_size=12),
     stop=st.integers(1, 300),
+    spec=specs,
 )
 @settings(max_examples=60, deadline=None)
-def test_chunks_change_no_bit_and_rows_depend_on_no_later_sample(seed, irregular, cuts, stop):
+def test_chunks_change_no_bit_and_rows_depend_on_no_later_sample(seed, irregular, cuts, stop, spec):
     rng = np.random.default_rng(seed)
     t_ns = stamps(rng, 320, jitter=0.2 if irregular else 0.0, dropout=0.05 if irregular else 0.0)
     samples, inputs = rng.normal(size=(3, len(t_ns))), rng.normal(size=(2, len(t_ns)))
 
     def fresh():
-        return Differentiator(KernelSpec(), window_s=0.25, step_s=0.01, folds=(2, 1))
+        return Differentiator(spec, window_s=0.25, step_s=0.01, folds=(2, 1))
 
     whole = push_all(fresh(), t_ns, samples, inputs)
     cut = push_all(fresh(), t_ns, samples, inputs, [c for c in cuts if c < len(t_ns)])
@@ -147,7 +148,7 @@ def test_nothing_is_said_before_the_window_is_full_nor_while_a_hole_lies_in_it()
     t_ns = stamps(rng, 200)
     t_ns[100:] += 300_000_000
     differentiator = Differentiator(KernelSpec(), window_s=0.4, step_s=0.01)
-    estimates, _, _, state = push_all(differentiator, t_ns, rng.normal(size=(1, 200)), np.empty((0, 200)))
+    estimates, _, _, state, *_ = push_all(differentiator, t_ns, rng.normal(size=(1, 200)), np.empty((0, 200)))
     assert list(np.unique(state[:40])) == [WARMING_UP]
     assert list(np.unique(state[40:100])) == [OK]
     assert list(np.unique(state[100:129])) == [GAP]

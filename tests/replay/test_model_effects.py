@@ -23,7 +23,7 @@ def model(name, **parameters):
 
 
 def straight(acceleration, effort, seed=0, sd=1e-3, heading=0.4):
-    """Rows of a straight drive x'' = acceleration(t, v), integrated finely, and its efforts (sum over both wheels)."""
+    """Rows of a straight drive x'' = acceleration(t, v), integrated finely, and of its efforts."""
     n, fine = int(SECONDS * RATE_HZ), 50
     t = np.arange(n) / RATE_HZ
     x, v = np.empty(n), 1.0

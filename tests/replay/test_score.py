@@ -97,7 +97,8 @@ def test_confusion_adds_up_to_the_time_after_warm_up():
         (0, 0, pytest.approx(0.1)),
         (0, 1, pytest.approx(0.1)),
         (1, -1, pytest.approx(0.1)),
-    ] + [(1, 1, pytest.approx(0.1))]
+        (1, 1, pytest.approx(0.1)),
+    ]
 
 
 def test_segments_are_maximal_and_carry_the_mean_posterior():

@@ -1,7 +1,7 @@
-"""The yardstick: a multi-hypothesis filter that is told everything – α, stiffnesses, slip, noise – and nothing of the modes.
+"""The yardstick: a multi-hypothesis filter that is told all but the modes: α, stiffnesses, slip, noise.
 
-Written on its own, in plain dense matrices, so that it shares no code with the identifiers that it measures: 80 hypotheses
-over mode sequences, new ones every .1 s, one extended Kalman filter each, pose averaged over 20 ms.
+Written on its own, in plain dense matrices: it shares no code with the identifiers that it measures. 80
+hypotheses over mode sequences, new ones every .1 s, an extended Kalman filter each, pose averaged over 20 ms.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ MOST, EVERY_S, RATE = 80, 0.1, 0.15
 
 @dataclass(frozen=True)
 class Truth:
-    """What the yardstick is told: α, β = α_yaw/l, decay c of a skid (c/v), traction left by slipping ahead and in yaw, l."""
+    """α, β = α_yaw/l, a skid's decay c (rate c/v), the traction that slipping leaves ahead and in yaw, l."""
 
     alpha: float
     beta: float
@@ -77,7 +77,7 @@ def correct(m, P, z, R):
 
 
 @njit
-def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):
+def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):  # noqa: C901, PLR0912 – one algorithm, one function
     c, rho, rho_yaw, l = told
     room, n = 4 * MOST, z.shape[1]
     means, covariances = np.zeros((room, 6)), np.zeros((room, 6, 6))
@@ -134,7 +134,7 @@ def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):
 
 
 def yardstick(log, truth, position_sd_m, yaw_sd_rad):
-    """Posterior (3, n) at each pose sample of ``log``, NaN for the first second. The efforts are those of the log."""
+    """Posterior (3, n) at each pose sample of ``log``, NaN for the first second."""
     t = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9
     per = max(1, round(0.02 / np.median(np.diff(t))))
     n = len(t) // per

@@ -79,7 +79,7 @@ def draw_bode(gain: "Axes", lag: "Axes", design: "Design") -> None:
     gain.set_ylim(1e-4, largest * 2)
     lag.set_ylim(min(-10.0, lag.get_ylim()[0]), max(10.0, lag.get_ylim()[1]))
     gain.set(xlabel="Hz", ylabel="gain", title="Gain (dotted: ideal)")
-    lag.set(xlabel="Hz", ylabel="degrees", title="Phase in the pass band, against the ideal one delayed by δ")
+    lag.set(xlabel="Hz", ylabel="degrees", title="Phase against the ideal, delayed by δ")
     gain.legend()
 
 
