@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 from cases import DELAY_S, SIGNALS, STEP_S, Realisation, realise
-from peers import FINITE, RECURSIVE, SLOW, WINDOW_STEPS, Candidates, Estimate
+from peers import FINITE, IRREGULAR_ONLY, RECURSIVE, SLOW, WINDOW_STEPS, Candidates, Estimate
 
 from wmr_replay.differentiate import AdaptiveDifferentiator, Differentiator, KernelSpec
 from wmr_replay.differentiate.tuning import tune
@@ -163,7 +163,8 @@ def accuracy_row(name: str, order: int, sigma: float, irregular: bool) -> Row:
     own = choose_and_score(ours(train), train, test)
     assert own is not None
     tuned = test.rmse(tuned_without_truth(train)(test))
-    finite, recursive = score_all(FINITE, train, test), score_all(RECURSIVE, train, test)
+    usable = {n: make for n, make in FINITE.items() if irregular or n not in IRREGULAR_ONLY}
+    finite, recursive = score_all(usable, train, test), score_all(RECURSIVE, train, test)
     case = f"{name}, {order}, {sigma:g}" + (", irregular" if irregular else "")
     return Row(case, own, tuned, finite, recursive)
 

@@ -13,7 +13,7 @@ import numpy as np
 from AlgDiff import AlgebraicDifferentiator
 from cases import DELAY_S, STEP_S, Realisation
 from derivative import dxdt
-from numba import njit
+from levant import levant
 from scipy.signal import oaconvolve, savgol_coeffs
 from simdkalman import KalmanFilter
 
@@ -57,6 +57,23 @@ def savitzky_golay(order: int) -> Candidates:
     def candidate(steps: int, degree: int) -> Estimate:
         taps = savgol_coeffs(steps + 1, degree, order, STEP_S, pos=steps - LAG, use="conv")
         return lambda r: filtered(taps, r.noisy)
+
+    grid = [(s, d) for s, d in product(WINDOW_STEPS, (1, 2, 3, 4, 5)) if s >= LAG and order <= d < s]
+    return [(f"window {s + 1}, degree {d}", candidate(s, d)) for s, d in grid]
+
+
+def resampled(order: int) -> Candidates:
+    """Savitzky–Golay behind linear interpolation to the nominal rate, causal: a step of δ pays for it."""
+
+    def candidate(steps: int, degree: int) -> Estimate:
+        taps = savgol_coeffs(steps + 1, degree, order, STEP_S, pos=steps - (LAG - 1), use="conv")
+
+        def estimate(r: Realisation) -> F64:
+            t_s = (r.t_ns - r.t_ns[0]) * 1e-9
+            grid_s = np.arange(0, t_s[-1], STEP_S)
+            return np.interp(t_s - STEP_S, grid_s, filtered(taps, np.interp(grid_s, t_s, r.noisy)))
+
+        return estimate
 
     grid = [(s, d) for s, d in product(WINDOW_STEPS, (1, 2, 3, 4, 5)) if s >= LAG and order <= d < s]
     return [(f"window {s + 1}, degree {d}", candidate(s, d)) for s, d in grid]
@@ -181,31 +198,6 @@ def simdkalman(order: int) -> Candidates:
     return [(f"intensity {ratio:.0e}", candidate(ratio)) for ratio in 10.0 ** np.arange(-13, -3, 1.5)]
 
 
-@njit(cache=True)
-def levant(samples: F64, bound: float, step_s: float, size: int) -> F64:
-    """Levant's differentiator (2003) of order ``size`` − 1 by Euler steps: states (size, n).
-
-    ż_i = −λ_i L^{1/(m−i)} |z_i − v|^{(m−i−1)/(m−i)} sign(z_i − v) + z_{i+1}, v the right-hand side above;
-    with two states the super-twisting algorithm.
-    """
-    gains = (1.1, 1.5, 3.0, 5.0)
-    state, out = np.zeros(size), np.empty((size, len(samples)))
-    state[0] = samples[0]
-    for k in range(len(samples)):
-        rate = samples[k]
-        old = state.copy()
-        for i in range(size):
-            left = size - i
-            error = old[i] - rate
-            pull = (
-                gains[left - 1] * bound ** (1.0 / left) * abs(error) ** ((left - 1.0) / left) * np.sign(error)
-            )
-            rate = -pull + (old[i + 1] if i + 1 < size else 0.0)
-            state[i] = old[i] + step_s * rate
-        out[:, k] = state
-    return out
-
-
 def super_twisting(order: int) -> Candidates:
     """Levant's differentiator by its bound L, run at ten Euler steps a sample, held back by up to δ."""
 
@@ -222,6 +214,7 @@ def super_twisting(order: int) -> Candidates:
 
 FINITE = {
     "Savitzky–Golay": savitzky_golay,
+    "its resampled form": resampled,
     "AlgDiff": algdiff,
     "derivative": derivative_package,
     "PyNumDiff": pynumdiff,
@@ -232,4 +225,5 @@ RECURSIVE = {
     "simdkalman": simdkalman,
     "super-twisting": super_twisting,
 }
+IRREGULAR_ONLY = {"its resampled form"}
 SLOW = {"derivative", "PyNumDiff", "simdkalman"}

@@ -16,10 +16,10 @@ from wmr_replay.differentiate.uniform import anchor_powers, uniform_rows
 from wmr_replay.differentiate.windows import GAP, OK, Windows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 
-MAX_BLOCK_DEGREE, MAX_TOP = 6, 5
-"""Largest D = top degree + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to 5.8^D of its
-digits; and largest top degree, whose normal matrix holds moments of twice as high an order."""
-
+MAX_BLOCK_DEGREE, MAX_MOMENT = 6, 10
+"""Largest D = top + κ + μ and 2 top + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to a factor
+5.8^D, and the normal matrix holds moments up to the latter. Within them both roads agree to 1e-9 sd.
+"""
 SUMS = np.array([1.0, 0.0, 0.0])
 """Of the taps of order 0, 1 and 2; an input's taps sum to 1 too."""
 
@@ -42,7 +42,8 @@ class Road(Protocol):
 
 def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
     """The road for a kernel."""
-    in_blocks = spec.top_degree <= MAX_TOP and spec.top_degree + spec.kappa + spec.mu <= MAX_BLOCK_DEGREE
+    weights = spec.kappa + spec.mu
+    in_blocks = spec.top_degree + weights <= MAX_BLOCK_DEGREE and 2 * spec.top_degree + weights <= MAX_MOMENT
     return (BlockRoad if in_blocks else DirectRoad)(spec, n_taps, step_s, folds)
 
 
