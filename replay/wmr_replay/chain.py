@@ -6,7 +6,15 @@ import numpy as np
 
 from wmr_replay.align import AlignedBatch
 from wmr_replay.columns import Columns, estimated
-from wmr_replay.differentiate import GAP, WARMING_UP, Differentiator, KernelSpec, noise_coefficient
+from wmr_replay.differentiate import (
+    GAP,
+    WARMING_UP,
+    Differentiator,
+    KernelSpec,
+    NoiseTracker,
+    noise_coefficient,
+    robust_sigma,
+)
 from wmr_replay.identify import (
     Evidence,
     Identifier,
@@ -20,7 +28,6 @@ from wmr_replay.identify import (
 )
 from wmr_replay.identify.bank import BankIdentifier, BankSettings
 from wmr_replay.identify.independence import fresh_independence, judge_independence
-from wmr_replay.identify.noise import NoiseTracker, initial_noise
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
@@ -76,21 +83,17 @@ class Chain:
         robot = model.robot
         spec = KernelSpec(settings.degree, settings.kappa, settings.mu, settings.theta)
         step_s = float(np.median(np.diff(stretch.t_ns))) / NS_PER_S
-        position_sd_m, yaw_sd_rad = initial_noise(stretch.pose[:2]), initial_noise(stretch.pose[2:])
+        sigma = np.array([robust_sigma(stretch.t_ns, signal) for signal in stretch.pose])
+        position_sd_m, yaw_sd_rad = float(np.sqrt(np.mean(sigma[:2] ** 2))), float(sigma[2])
         self.differentiator = Differentiator(
             spec,
             window_s=choose_window_s(settings, spec, step_s, position_sd_m),
             step_s=step_s,
             folds=(EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD),
         )
-        window_s, self._delay_s = self.differentiator.window_s, self.differentiator.delay_s
-        self.tuning = Tuning(1 / step_s, position_sd_m, yaw_sd_rad, window_s, self._delay_s)
-        self._noise = NoiseTracker(
-            position_sd_m=position_sd_m,
-            yaw_sd_rad=yaw_sd_rad,
-            step_s=step_s,
-            time_constant_s=settings.noise_time_constant_s,
-        )
+        window_s, delay_s = self.differentiator.window_s, self.differentiator.delay_s
+        self.tuning = Tuning(1 / step_s, position_sd_m, yaw_sd_rad, window_s, delay_s)
+        self._noise = NoiseTracker(sigma, step_s=step_s, time_constant_s=settings.noise_time_constant_s)
         rules = make_rules(
             robot,
             window_ns=round(window_s * NS_PER_S),
@@ -107,7 +110,8 @@ class Chain:
     def push(self, rows: AlignedBatch) -> Columns:
         """One row for each."""
         derivatives = self.differentiator.push(rows.t_ns, rows.pose, rows.inputs)
-        variances = self._noise.push(rows.t_ns, rows.pose)
+        x, y, yaw = self._noise.push(rows.t_ns, rows.pose) ** 2
+        variances = np.stack([(x + y) / 2, yaw])
         independence = judge_independence(rows.t_ns, rows.pose, self._independence)
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
         slip = wheel_slip(
@@ -128,7 +132,7 @@ class Chain:
         )
         verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
         status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
-        delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, self._delay_s)
+        delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)
 
     def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:

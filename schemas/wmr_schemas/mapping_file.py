@@ -1,4 +1,4 @@
-"""``robot.toml``: which topics and fields of a log hold pose, torques and truth, and what is known of the robot."""
+"""``robot.toml``: which topics and fields hold pose, torques and truth; what is known of the robot."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
@@ -15,54 +15,87 @@ Clock = Literal["header", "publish", "log"]
 CLOCKS: tuple[Clock, ...] = ("header", "publish", "log")
 
 
-def key(kind: str, meaning: str, default: Any = None) -> Any:
-    """A field with its type in the file and its meaning, for the documentation."""
-    return field(default=default, metadata=described(kind, meaning))
-
-
 @dataclass(frozen=True)
 class PoseFields:
     """What ``[pose]`` says besides the topic; None: found by schema."""
 
-    position: str | None = key("path", "of a struct with `x` and `y`")
-    orientation: str | None = key("path", "of a quaternion with `x`, `y`, `z`, `w`")
-    x: str | None = key("path", "of a number in m; with `y` and `yaw` instead of the two above")
-    y: str | None = key("path", "of a number in m")
-    yaw: str | None = key("path", "of a number in rad")
-    parent: str | None = key("string", "transforms: the fixed frame, such as `map`")
-    child: str | None = key("string", "transforms: the robot's frame, such as `base_link`")
-    yaw_offset_rad: float = key("number", "measured yaw minus the robot's", 0.0)
-    lever_arm_m: tuple[float, float] = key(
-        "[x, y]", "place of the measured point in the robot's frame: ahead of and left of the driving axle's midpoint", (0.0, 0.0)
+    position: str | None = field(default=None, metadata=described("path", "of a struct with `x` and `y`"))
+    orientation: str | None = field(
+        default=None, metadata=described("path", "of a quaternion with `x`, `y`, `z`, `w`")
     )
-    clock: Clock | None = key("string", "`header`, `publish` or `log`")
+    x: str | None = field(
+        default=None,
+        metadata=described("path", "of a number in m; with `y` and `yaw` instead of the two above"),
+    )
+    y: str | None = field(default=None, metadata=described("path", "of a number in m"))
+    yaw: str | None = field(default=None, metadata=described("path", "of a number in rad"))
+    parent: str | None = field(
+        default=None, metadata=described("string", "transforms: the fixed frame, such as `map`")
+    )
+    child: str | None = field(
+        default=None, metadata=described("string", "transforms: the robot's frame, such as `base_link`")
+    )
+    yaw_offset_rad: float = field(default=0.0, metadata=described("number", "measured yaw minus the robot's"))
+    lever_arm_m: tuple[float, float] = field(
+        default=(0.0, 0.0),
+        metadata=described("[x, y]", "the measured point, ahead of and left of the driving axle's midpoint"),
+    )
+    clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
 
 
 @dataclass(frozen=True)
 class TorqueFields:
     """What ``[torque]`` says besides topic and joints; None: found by schema."""
 
-    names: str | None = key("path", "of the array of joint names (`name`)")
-    efforts: str | None = key("path", "of the array of torques, or currents (`effort`); an interface's name in DynamicJointState")
-    speeds: str | None = key("path", "of the array of speeds (`velocity`); an interface's name in DynamicJointState")
-    left_fields: tuple[str, ...] = key("paths", "of numbers: torques, or currents, of the left side, instead of joints by name", ())
-    right_fields: tuple[str, ...] = key("paths", "the same of the right side", ())
-    left_speed_fields: tuple[str, ...] = key("paths", "of wheel speeds of the left side in rad/s", ())
-    right_speed_fields: tuple[str, ...] = key("paths", "the same of the right side", ())
-    left_sign: float = key("1 or -1", "-1 where a positive value drives the left side backward", 1.0)
-    right_sign: float = key("1 or -1", "the same of the right side", 1.0)
-    torque_constant_nm_per_a: float = key("number", "N·m per A at the motor, where the values are currents", 1.0)
-    gear_ratio: float = key("number", "motor turns per wheel turn: multiplies torques", 1.0)
-    speeds_before_gear: bool = key("true or false", "whether speeds are the motor's, to be divided by `gear_ratio`", False)
-    clock: Clock | None = key("string", "`header`, `publish` or `log`")
+    names: str | None = field(
+        default=None, metadata=described("path", "of the array of joint names (`name`)")
+    )
+    efforts: str | None = field(
+        default=None,
+        metadata=described(
+            "path", "of the array of torques or currents (`effort`); in DynamicJointState the interface"
+        ),
+    )
+    speeds: str | None = field(
+        default=None,
+        metadata=described("path", "of the array of speeds (`velocity`); in DynamicJointState the interface"),
+    )
+    left_fields: tuple[str, ...] = field(
+        default=(),
+        metadata=described("paths", "of torques or currents of the left side, instead of joints by name"),
+    )
+    right_fields: tuple[str, ...] = field(
+        default=(), metadata=described("paths", "the same of the right side")
+    )
+    left_speed_fields: tuple[str, ...] = field(
+        default=(), metadata=described("paths", "of wheel speeds of the left side in rad/s")
+    )
+    right_speed_fields: tuple[str, ...] = field(
+        default=(), metadata=described("paths", "the same of the right side")
+    )
+    left_sign: float = field(
+        default=1.0, metadata=described("1 or -1", "-1 where a positive value drives the left side backward")
+    )
+    right_sign: float = field(default=1.0, metadata=described("1 or -1", "the same of the right side"))
+    torque_constant_nm_per_a: float = field(
+        default=1.0, metadata=described("number", "N·m per A at the motor, where the values are currents")
+    )
+    gear_ratio: float = field(
+        default=1.0, metadata=described("number", "motor turns per wheel turn: multiplies torques")
+    )
+    speeds_before_gear: bool = field(
+        default=False,
+        metadata=described("true or false", "whether speeds are the motor's, to be divided by `gear_ratio`"),
+    )
+    clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
 
 
 @dataclass(frozen=True)
 class TruthFields:
     """What ``[truth]`` says besides the topic."""
 
-    field: str = key("path", "of the number of the mode", "mode")
-    clock: Clock | None = key("string", "`header`, `publish` or `log`")
+    path: str = field(default="mode", metadata=described("path", "of the number of the mode"))
+    clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
 
 
 @dataclass(frozen=True)
@@ -153,7 +186,7 @@ def sign(path: Path, key: str, value: object) -> float:
     """1 or −1."""
     if value not in {1, -1} or isinstance(value, bool):
         raise InvalidFile(path, key, f"expected 1 or -1, found {value!r}")
-    return float(value)  # type: ignore[arg-type]
+    return float(value)
 
 
 def positive(path: Path, key: str, value: object) -> float:
@@ -208,8 +241,10 @@ def mapping_toml(mapping: LogMapping) -> str:
 
 
 def _section(topic: str | None, more: dict[str, Any], record: Any) -> dict[str, Any]:
-    further = {f.name: getattr(record, f.name) for f in fields(record) if getattr(record, f.name) != f.default}
-    found = {"topic": topic} | more | further
+    values = {f.name: (getattr(record, f.name), f.default) for f in fields(record)}
+    found = (
+        {"topic": topic} | more | {name: value for name, (value, usual) in values.items() if value != usual}
+    )
     return {
         name: list(value) if isinstance(value, tuple) else value
         for name, value in found.items()

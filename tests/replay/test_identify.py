@@ -14,7 +14,6 @@ from wmr_replay.identify.independence import (
     judge_independence,
 )
 from wmr_replay.identify.motion import Motion
-from wmr_replay.identify.noise import NoiseTracker, initial_noise
 from wmr_replay.identify.paper import PaperIdentifier, not_excluded
 from wmr_replay.identify.verdict import IDEAL, SKIDDING, SLIPPING
 from wmr_replay.model_effects import ReplayModel
@@ -73,28 +72,6 @@ def test_wheel_slip_reads_what_the_wheel_speeds_say():
     assert slip.sum_mps[0] == pytest.approx(total)
     assert slip.diff_mps[0] == pytest.approx(difference)
     assert np.isnan(wheel_slip(motion, np.array([[left], [right]]), None, half_track).sum_mps[0])
-
-
-@pytest.mark.parametrize("rate_hz", [100, 1000])
-def test_noise_is_found_and_followed(rate_hz):
-    rng = np.random.default_rng(0)
-    n = 20 * rate_hz
-    t = np.arange(n) / rate_hz
-    sd = np.where(t < 10, 0.01, 0.03)
-    pose = np.stack([np.sin(t), np.cos(t), 0.1 * t]) + rng.normal(size=(3, n)) * sd
-    assert initial_noise(pose[:2, : 2 * rate_hz]) == pytest.approx(0.01, rel=0.15)
-    tracker = NoiseTracker(position_sd_m=0.01, yaw_sd_rad=0.01, step_s=1 / rate_hz, time_constant_s=2.0)
-    variances = np.sqrt(tracker.push(stamps(n, 1 / rate_hz), pose))
-    assert variances[:, 9 * rate_hz] == pytest.approx([0.01, 0.01], rel=0.15)
-    assert variances[:, -1] == pytest.approx([0.03, 0.03], rel=0.15)
-
-
-def test_noise_tracking_is_not_led_astray_by_outliers():
-    rng = np.random.default_rng(0)
-    pose = rng.normal(size=(3, 4000)) * 0.01
-    pose[:, ::100] += 5.0
-    tracker = NoiseTracker(position_sd_m=0.01, yaw_sd_rad=0.01, step_s=STEP_S, time_constant_s=5.0)
-    assert np.sqrt(tracker.push(stamps(4000), pose)[:, -1]) == pytest.approx([0.0115, 0.0115], rel=0.25)
 
 
 def odometry(rule, n=500, step_s=1 / 30):

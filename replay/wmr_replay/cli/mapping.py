@@ -39,7 +39,7 @@ def mapping_options(command: F) -> F:
         click.option(
             "--clock",
             type=click.Choice(["header", "publish", "log"]),
-            help="Clock to go by; else the header's, or where its stamps are missing or zero the next that is there.",
+            help="Clock to go by; else the header's; without stamps publish or log time.",
         ),
         click.option(
             "--start",
@@ -61,15 +61,15 @@ def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMappin
     mapping = read_mapping(path) if isinstance(path, Path) else LogMapping()
     if isinstance(options["pose"], str):
         topic, frames = parse_spec(options["pose"], "--pose", ("parent", "child"))
-        mapping = replace(mapping, pose_topic=topic, pose=replace(mapping.pose, **frames))
+        pose = replace(mapping.pose, parent=frames.get("parent"), child=frames.get("child"))
+        mapping = replace(mapping, pose_topic=topic, pose=pose if frames else mapping.pose)
     if isinstance(options["truth"], str):
         mapping = replace(mapping, truth_topic=options["truth"])
     if isinstance(torque, str):
         topic, left, right = parse_torque(torque)
         mapping = replace(mapping, torque_topic=topic, left_joints=left, right_joints=right)
-    if options.get("clock") in CLOCKS:
-        mapping = replace(mapping, clock=options["clock"])
-    return mapping
+    wanted = next((clock for clock in CLOCKS if clock == options.get("clock")), mapping.clock)
+    return replace(mapping, clock=wanted)
 
 
 def between_from_options(options: Mapping[str, str | Path | None]) -> "Between":

@@ -18,7 +18,9 @@ def bag_files(path: Path) -> list[Path]:
     listed = _listed(path / "metadata.yaml")
     files = [path / name for name in listed] or sorted(path.glob("*.mcap*"), key=_natural)
     if not files:
-        raise LogUnusable(path, "this is a directory without any .mcap file", "Give a file or a rosbag2 directory.")
+        raise LogUnusable(
+            path, "this is a directory without any .mcap file", "Give a file or a rosbag2 directory."
+        )
     return files
 
 
@@ -51,6 +53,10 @@ def plain_file(path: Path, folder: Callable[[], Path]) -> tuple[Path, str]:
         return path, ""
     copy = folder() / path.name.removesuffix(".zst")
     problem = _unpack(path, copy)
+    if not copy.stat().st_size:
+        raise LogUnusable(
+            path, "nothing of its zstd data can be unpacked", "Copying it failed; get it again."
+        )
     check_entrance(copy, shown=path)
     return copy, problem
 

@@ -1,5 +1,6 @@
 """Binary messages as columns: skeletons compared and numbers gathered at byte offsets."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -39,9 +40,12 @@ class BinarySource:
         same: Bool = _agree(self.data, self.starts[rows], offsets, masks, expected)
         return same
 
-    def floats(self, rows: I64, leaf: Leaf) -> F64:
-        """The leaf's number as float64."""
-        return self._gather(rows, leaf).astype(np.float64, copy=False)
+    def table(self, rows: I64, leaves: Sequence[Leaf]) -> F64:
+        """(k, n) the leaves' numbers as float64."""
+        numbers = np.empty((len(leaves), len(rows)))
+        for k, leaf in enumerate(leaves):
+            numbers[k] = self._gather(rows, leaf)
+        return numbers
 
     def ints(self, rows: I64, leaf: Leaf) -> I64:
         """The leaf's number as int64; floats are truncated."""

@@ -42,28 +42,35 @@ class Decoder:
         return self.finish(self.begin(data, starts, lengths))
 
     def begin(self, data: U8, starts: I64, lengths: I64) -> "Columns":
-        """The part that any thread may do: what has the layout met last is decoded, quickly."""
-        source, program = self.definition.source(data, starts, lengths), self.program
-        out = Columns(source, self.binding.n_raw, len(starts))
-        if program is not None and isinstance(source, BinarySource):
-            out.n_left -= fused.run(program, data, starts, lengths, out.stamp_ns, out.raw, out.used)
+        """The part that any thread may do: what has a layout that was met is decoded."""
+        out = Columns(self.definition.source(data, starts, lengths), self.binding.n_raw, len(starts))
+        if (program := self.program) is not None:
+            out.run(program)
+        if out.n_left:
+            self._fill_known(out)
         if not out.n_left:
             out.values = self.binding.values(out.raw)
         return out
 
+    def _fill_known(self, out: "Columns") -> None:
+        """Fill in the messages of the layouts met so far."""
+        for kind in distinct(out.source.kinds[out.waiting]):
+            rows = np.flatnonzero(out.waiting & (out.source.kinds == kind))
+            for layout, recipe in tuple(self.known.get(kind, ())):
+                rows = out.fill(layout, recipe, rows) if len(rows) else rows
+
     def finish(self, out: "Columns") -> Decoded:
         """The rest, which may bring new layouts."""
         if out.n_left:
-            self._decode_rest(out)
+            self._fill_known(out)
+        if out.n_left:
+            self._learn_rest(out)
         values = self.binding.values(out.raw) if out.values is None else out.values
         return Decoded(out.stamp_ns, values, out.used, out.undecodable)
 
-    def _decode_rest(self, out: "Columns") -> None:
-        kinds, waiting = out.source.kinds, ~out.used
-        for kind in distinct(kinds[waiting]):
-            rows = np.flatnonzero(waiting & (kinds == kind))
-            for layout, recipe in tuple(self.known.get(kind, ())):
-                rows = out.fill(layout, recipe, rows) if len(rows) else rows
+    def _learn_rest(self, out: "Columns") -> None:
+        for kind in distinct(out.source.kinds[out.waiting]):
+            rows = np.flatnonzero(out.waiting & (out.source.kinds == kind))
             while len(rows):
                 rows = self._learn(out, kind, rows)
 
@@ -74,6 +81,7 @@ class Decoder:
             recipe = self._recipe(layout)
         except Undecodable:
             out.undecodable[rows[0]] = True
+            out.settle(rows[:1])
             return rows[1:]
         if len(self.known) >= _KINDS:
             self.known.clear()
@@ -99,6 +107,21 @@ class Columns:
         self.raw = np.full((n_raw, n), np.nan)
         self.used = np.zeros(n, np.bool_)
         self.undecodable = np.zeros(n, np.bool_)
+        self.waiting = np.ones(n, np.bool_)
+
+    def run(self, program: fused.Program) -> None:
+        """Fill in the messages of a program's layout."""
+        source = self.source
+        if isinstance(source, BinarySource):
+            self.n_left -= fused.run(
+                program, source.data, source.starts, source.kinds, self.stamp_ns, self.raw, self.used
+            )
+            self.waiting = ~self.used
+
+    def settle(self, rows: I64) -> None:
+        """These messages are done with."""
+        self.waiting[rows] = False
+        self.n_left -= len(rows)
 
     def fill(self, layout: Layout, recipe: Recipe | None, rows: I64) -> I64:
         """Fill in the rows of that layout; the others."""
@@ -107,16 +130,18 @@ class Columns:
         if recipe is not None and len(mine):
             self._gather(recipe, mine)
             self.used[mine] = True
+        self.settle(mine)
         return rows[~same]
 
     def _gather(self, recipe: Recipe, rows: I64) -> None:
         for leaf, factor in recipe.stamp:
             self.stamp_ns[rows] += self.source.ints(rows, leaf) * factor
-        for k, column in enumerate(recipe.columns):
-            total = np.full(len(rows), column.constant)
-            for leaf, gain in column.terms:
-                total += gain * self.source.floats(rows, leaf)
-            self.raw[k, rows] = total
+        terms = [(k, gain, leaf) for k, column in enumerate(recipe.columns) for leaf, gain in column.terms]
+        numbers = self.source.table(rows, [leaf for _, _, leaf in terms])
+        totals = np.repeat([[column.constant] for column in recipe.columns], len(rows), axis=1)
+        for (k, gain, _), column_numbers in zip(terms, numbers, strict=True):
+            totals[k] += gain * column_numbers
+        self.raw[:, rows] = totals
 
 
 def distinct(values: I64) -> list[int]:

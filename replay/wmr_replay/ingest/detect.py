@@ -132,7 +132,7 @@ def _choose(
     _, chosen_id, best, binding = ranked[0]
     for _, channel_id, _, _ in ranked[1:]:
         plan.why_not[channel_id] = f"{best.channel.topic} comes first as {role}"
-    own = {"pose": mapping.pose, "torque": mapping.torque, "truth": mapping.truth}[role].clock
+    own = {"pose": mapping.pose.clock, "torque": mapping.torque.clock, "truth": mapping.truth.clock}[role]
     plan.uses[role] = Use(
         best.channel, best.schema_name, best.definition, binding, best.samples, own or mapping.clock
     )

@@ -62,7 +62,7 @@ class Frames:
     ) -> TransformBinding:
         """The pose of ``child`` in ``parent``, of the likeliest frames where they are None.
 
-        ``alone``: the channel is there for one transform, whatever its frames are called. Raises DoesNotServe.
+        ``alone``: the channel is there for one transform, whatever its frames' names. Raises DoesNotServe.
         """
         edges = self.moving.get(channel_id, {})
         known = ", ".join(f"{a} → {b}" for a, b in edges) or "nothing"
@@ -97,7 +97,7 @@ def _value(candidate: Candidate, layout: Layout, entry: Entry) -> Rigid:
 
     def number(path: str) -> float:
         leaf = layout.leaf(path)
-        return float(source.floats(np.zeros(1, np.int64), leaf)[0]) if leaf else 0.0
+        return float(source.table(np.zeros(1, np.int64), [leaf])[0, 0]) if leaf else 0.0
 
     place = [number(f"{entry.translation}.{axis}") for axis in "xyz"]
     turn = np.array([number(f"{entry.rotation}.{axis}") for axis in "xyzw"])

@@ -40,15 +40,15 @@ def compile_program(layout: Layout, recipe: Recipe) -> Program | None:
     """The program of a recipe, or None when it has to be read in the general way."""
     length = len(layout.exemplar)
     numbers = [(leaf, _STAMP, 1.0, factor) for leaf, factor in recipe.stamp]
-    numbers += [
-        (leaf, k, gain, 1) for k, column in enumerate(recipe.columns) for leaf, gain in column.terms
-    ]
+    numbers += [(leaf, k, gain, 1) for k, column in enumerate(recipe.columns) for leaf, gain in column.terms]
     if length < _WORD or any(leaf.dtype.startswith(">") for leaf, _, _, _ in numbers):
         return None
     return Program(
         length,
         _words(layout),
-        np.array([_step(leaf, column, length) for leaf, column, _, _ in numbers], np.int64).reshape(-1, 5).T.copy(),
+        np.array([_step(leaf, column, length) for leaf, column, _, _ in numbers], np.int64)
+        .reshape(-1, 5)
+        .T.copy(),
         np.array([gain for _, _, gain, _ in numbers]),
         np.array([factor for _, _, _, factor in numbers], np.int64),
         np.array([column.constant for column in recipe.columns]),
@@ -80,9 +80,7 @@ def _words(layout: Layout) -> Any:
     return np.array(words, np.uint64).reshape(-1, 3).T.copy()
 
 
-def run(
-    program: Program, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool
-) -> int:
+def run(program: Program, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
     """Fill in the messages that share the program's layout and are not filled in yet; how many they were."""
     words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
     filled: int = _run(
@@ -108,7 +106,7 @@ def _agrees(words: Any, start: int, skeleton: Any) -> bool:
 
 @njit(cache=True, nogil=True)
 def _integer(data: U8, words: Any, place: int, kind: int, shift: int, n_bytes: int) -> Any:
-    if kind == _UNSIGNED or kind == _SIGNED:
+    if kind in (_UNSIGNED, _SIGNED):
         unused = np.uint64(64 - 8 * n_bytes)
         value = (words[place] >> np.uint64(shift)) << unused
         return np.int64(value) >> np.int64(unused) if kind == _SIGNED else np.int64(value >> unused)
@@ -121,7 +119,7 @@ def _integer(data: U8, words: Any, place: int, kind: int, shift: int, n_bytes: i
 
 
 @njit(cache=True, nogil=True)
-def _run(
+def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
     data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
     steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip

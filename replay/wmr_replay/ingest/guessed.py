@@ -21,8 +21,8 @@ def mapping_of(plan: Plan, said: LogMapping, robot: RobotParameters) -> LogMappi
         left, right = _joints(torque)
         found = replace(found, torque_topic=torque.channel.topic, left_joints=left, right_joints=right)
     if truth := plan.uses.get("truth"):
-        field = truth.binding.field if isinstance(truth.binding, ModeBinding) else found.truth.field
-        found = replace(found, truth_topic=truth.channel.topic, truth=replace(found.truth, field=field))
+        path = truth.binding.field if isinstance(truth.binding, ModeBinding) else found.truth.path
+        found = replace(found, truth_topic=truth.channel.topic, truth=replace(found.truth, path=path))
     return found
 
 

@@ -1,6 +1,7 @@
 """JSON messages as columns: cut into values by a compiled scanner, numbers parsed by Arrow."""
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,12 +77,18 @@ class JsonSource:
                 same &= same_text(self.data, self.tokens.start[place], self.tokens.stop[place], text)
         return same
 
-    def floats(self, rows: I64, leaf: Leaf) -> F64:
-        """The numbers; NaN for ``null`` and for what is no number."""
+    def table(self, rows: I64, leaves: Sequence[Leaf]) -> F64:
+        """(k, n) the numbers; NaN for ``null`` and for what is no number."""
+        if not leaves:
+            return np.empty((0, len(rows)))
+        offsets = np.array([leaf.offset for leaf in leaves])
+        return self._floats((self.tokens.first[rows] + offsets[:, None]).ravel()).reshape(len(leaves), -1)
+
+    def _floats(self, place: I64) -> F64:
         import pyarrow as pa  # noqa: PLC0415 – logs in JSON pay for it
         import pyarrow.compute as pc  # noqa: PLC0415
 
-        texts = self._texts(pa, rows, leaf)
+        texts = self._texts(pa, place)
         try:
             numbers = pc.cast(texts, pa.float64())
         except pa.ArrowInvalid:
@@ -93,19 +100,20 @@ class JsonSource:
         import pyarrow as pa  # noqa: PLC0415
         import pyarrow.compute as pc  # noqa: PLC0415
 
+        place = self.tokens.first[rows] + leaf.offset
         try:
-            numbers = pc.cast(self._texts(pa, rows, leaf), pa.int64())
+            numbers = pc.cast(self._texts(pa, place), pa.int64())
         except pa.ArrowInvalid:
-            return np.nan_to_num(self.floats(rows, leaf)).astype(np.int64)
+            return np.nan_to_num(self._floats(place)).astype(np.int64)
         return numbers.fill_null(0).to_numpy(zero_copy_only=False)  # type: ignore[no-any-return]
 
-    def _texts(self, pa: Any, rows: I64, leaf: Leaf) -> Any:
-        place = self.tokens.first[rows] + leaf.offset
+    def _texts(self, pa: Any, place: I64) -> Any:
+        """The tokens at ``place`` as an array of strings; null where they say so."""
         start = self.tokens.start[place]
         offsets, text = concatenate(self.data, start, self.tokens.stop[place])
         known = np.packbits(self.data[start] != _NULL, bitorder="little")
         buffers = [pa.py_buffer(known), pa.py_buffer(offsets), pa.py_buffer(text)]
-        return pa.StringArray.from_buffers(len(rows), buffers[1], buffers[2], buffers[0])
+        return pa.StringArray.from_buffers(len(place), buffers[1], buffers[2], buffers[0])
 
 
 def _number(text: str | None) -> float:

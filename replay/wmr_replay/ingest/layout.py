@@ -6,6 +6,7 @@ exemplar's. Those are compared over whole columns of messages, and the fields of
 with one index operation each.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -94,8 +95,8 @@ class Source(Protocol):
     def agree(self, layout: Layout, rows: I64) -> Bool:
         """Which of these messages, all of the exemplar's kind, share its layout."""
 
-    def floats(self, rows: I64, leaf: Leaf) -> F64:
-        """The leaf's number in these messages."""
+    def table(self, rows: I64, leaves: Sequence[Leaf]) -> F64:
+        """(k, n) the leaves' numbers in these messages."""
 
     def ints(self, rows: I64, leaf: Leaf) -> I64:
         """The leaf's number in these messages, where it is integer."""

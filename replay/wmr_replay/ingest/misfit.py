@@ -11,7 +11,9 @@ from wmr_replay.ingest.layout import Undecodable
 
 _STEERED = re.compile(r"steer|ackermann", re.I)
 _SIDEWAYS = re.compile(r"mecanum|omni_?wheel|swerve|holonomic", re.I)
-_CONSEQUENCE = "the model is a differential drive, so its modes and α would not mean anything for such a robot"
+_CONSEQUENCE = (
+    "the model is a differential drive, so its modes and α would not mean anything for such a robot"
+)
 
 
 def misfits(found: Sequence[Candidate]) -> list[str]:

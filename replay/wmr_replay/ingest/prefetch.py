@@ -15,7 +15,9 @@ _N_AHEAD = 4
 T = TypeVar("T")
 
 
-def work_ahead(paths: Sequence[Path], spans: Sequence[Span], work: Callable[[BinaryIO, Span], T]) -> Iterator[T]:
+def work_ahead(
+    paths: Sequence[Path], spans: Sequence[Span], work: Callable[[BinaryIO, Span], T]
+) -> Iterator[T]:
     """``work(file, span)`` of all spans, in their order; at most four results wait in memory."""
     own = _OwnFiles(paths)
     with ThreadPoolExecutor(N_THREADS, "read-ahead") as workers:
@@ -41,7 +43,7 @@ class _OwnFiles:
         self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
 
     def file(self, part: int) -> BinaryIO:
-        """This thread's."""
+        """The calling thread's."""
         if getattr(self._own, "part", None) != part:
             if hasattr(self._own, "file"):
                 self._own.file.close()

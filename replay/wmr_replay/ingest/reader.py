@@ -87,7 +87,7 @@ class LogReader:
 
     @property
     def stamp_notes(self) -> list[str]:
-        """What is out of the ordinary in the stamps of each channel: duplicates, backward steps, gaps, jitter."""
+        """What is out of the ordinary in each channel's stamps: duplicates, backward steps, gaps, jitter."""
         found = ((role, clock.steps.describe()) for role, clock in self.clocks.items())
         return [f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text]
 

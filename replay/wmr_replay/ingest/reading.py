@@ -34,7 +34,7 @@ class Begun:
 
 
 class Reading:
-    """``push(begun) -> RawBatch`` and ``finish()``, like every stage; ``begin(file, span)`` in front of it."""
+    """``push(begun) -> RawBatch`` and ``finish()``, like every stage, with ``begin(file, span)`` before."""
 
     def __init__(
         self,

@@ -138,7 +138,7 @@ def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
 
 def truth_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """A contact mode; the canonical topic first."""
-    path = mapping.truth.field
+    path = mapping.truth.path
     if mapping.truth_topic is None and not candidate.short_name.endswith("ContactMode"):
         raise DoesNotServe(UNRELATED)
     _check_fields(candidate, path)

@@ -130,9 +130,13 @@ class Surveyor:
         stored = min(head.stored_bytes, available - head.head_bytes)
         self.result.spans.append(
             Span(
-                position, start, stored, head, whole=fits or stored == head.stored_bytes,
+                position,
+                start,
+                stored,
+                head,
+                whole=fits or stored == head.stored_bytes,
                 times_ns=(head.start_ns, head.end_ns),
-            )  # fmt: skip
+            )
         )
 
     def _message_index(self, position: int, length: int) -> None:
@@ -147,9 +151,12 @@ class Surveyor:
         if len(found.messages):
             self.result.spans.append(
                 Span(
-                    position, position, found.stop, counts=found.messages.counts(),
+                    position,
+                    position,
+                    found.stop,
+                    counts=found.messages.counts(),
                     times_ns=(int(found.messages.log_ns.min()), int(found.messages.log_ns.max())),
-                )  # fmt: skip
+                )
             )
         return position + found.stop
 

@@ -30,17 +30,20 @@ class Tokens:
     stop: I64
 
 
-@njit(cache=True)
-def _is_space(byte: Any) -> Any:
-    return byte in (_SPACE, _TAB, _NEWLINE, _RETURN)
+def _classes() -> U8:
+    """What a byte is outside strings: 0 part of a value, 1 space, 2 a mark, 3 a quote."""
+    classes = np.zeros(256, np.uint8)
+    classes[[_SPACE, _TAB, _NEWLINE, _RETURN]] = _IS_SPACE
+    classes[[_COLON, _COMMA, _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST]] = _IS_MARK
+    classes[_QUOTE] = _IS_QUOTE
+    return classes
 
 
-@njit(cache=True)
-def _is_mark(byte: Any) -> Any:
-    return byte in (_COLON, _COMMA, _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST, _QUOTE)
+_IS_VALUE, _IS_SPACE, _IS_MARK, _IS_QUOTE = range(4)
+_CLASS = _classes()
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _string_end(data: U8, position: int, stop: int) -> int:
     """The closing quote of the string whose content starts at ``position``; ``stop`` if there is none."""
     while position < stop and data[position] != _QUOTE:
@@ -48,7 +51,7 @@ def _string_end(data: U8, position: int, stop: int) -> int:
     return min(position, stop)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def hash_bytes(data: U8, start: int, stop: int, value: Any) -> Any:
     """FNV-1a, continued from ``value``."""
     for k in range(start, stop):
@@ -56,7 +59,7 @@ def hash_bytes(data: U8, start: int, stop: int, value: Any) -> Any:
     return value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int, Any]:
     """Tokens of one message into ``table`` from ``row`` on, if it has room; the next row, and the hash."""
     value = _BASIS
@@ -64,24 +67,25 @@ def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int
         byte = data[position]
         begin = position
         position += 1
-        if _is_space(byte):
+        kind = _CLASS[byte]
+        if kind == _IS_SPACE:
             continue
-        if _is_mark(byte) and byte != _QUOTE:
+        if kind == _IS_MARK:
             value = (value ^ np.uint64(byte)) * _PRIME
             continue
         mark = _NUMBER_MARK
         end = position
-        if byte == _QUOTE:
+        if kind == _IS_QUOTE:
             begin, end = position, _string_end(data, position, stop)
             position = min(end + 1, stop)
             mark = _TEXT_MARK
-            while position < stop and _is_space(data[position]):
+            while position < stop and _CLASS[data[position]] == _IS_SPACE:
                 position += 1
             if position < stop and data[position] == _COLON:
                 value = hash_bytes(data, begin, end, value)
                 continue
         else:
-            while end < stop and not _is_mark(data[end]) and not _is_space(data[end]):
+            while end < stop and _CLASS[data[end]] == _IS_VALUE:
                 end += 1
             position = end
         value = (value ^ np.uint64(mark)) * _PRIME
@@ -91,7 +95,7 @@ def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int
     return row, value
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _scan_all(data: U8, starts: I64, lengths: I64, first: I64, structure: Any, table: I64) -> int:
     row = 0
     for k in range(len(starts)):
@@ -118,7 +122,7 @@ def tokenise(data: U8, starts: I64, lengths: I64) -> Tokens:
     return Tokens(first, structure.view(np.int64), table[0], table[1])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def same_text(data: U8, start: I64, stop: I64, text: U8) -> Any:
     """Which tokens spell ``text``."""
     same = (stop - start) == len(text)
@@ -129,7 +133,7 @@ def same_text(data: U8, start: I64, stop: I64, text: U8) -> Any:
     return same
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _copy(data: U8, start: I64, offsets: Any, out: U8) -> None:
     for row in range(len(start)):
         for k in range(offsets[row + 1] - offsets[row]):

@@ -40,7 +40,7 @@ class Rigid:
         return Rigid(tuple(place.tolist()), tuple(back.tolist()))
 
     def then(self, after: "Rigid") -> "Rigid":
-        """self ∘ after: a point of the frame behind ``after`` in the frame in front of ``self``."""
+        """Self ∘ after: a point of the frame behind ``after`` in the frame in front of ``self``."""
         quaternion = np.array(self.rotation)
         place = np.array(self.translation) + rotate(quaternion, np.array(after.translation))
         turn = multiply(quaternion, np.array(after.rotation))
@@ -70,8 +70,9 @@ def _entry(layout: Layout, stem: str) -> Entry | None:
         frames = layout.texts.get(stem + parent), layout.texts.get(stem + child)
         if frames[0] is not None and frames[1] is not None:
             edge = frames[0].content.lstrip("/"), frames[1].content.lstrip("/")
-            stamps = [tuple(stem + path for path in paths) for paths in _STAMPS]
-            stamp = next(((s, n) for s, n in stamps if layout.leaf(s) or layout.leaf(n)), None)
+            stamps = [(stem + seconds, stem + nanoseconds) for seconds, nanoseconds in _STAMPS]
+            there = [sum(layout.leaf(path) is not None for path in paths) for paths in stamps]
+            stamp = stamps[there.index(max(there))] if any(there) else None
             return Entry(edge, stamp, stem + translation, stem + rotation, (frames[0], frames[1]))
     return None
 
@@ -95,11 +96,13 @@ class TransformBinding:
         mine = next((entry for entry in found if entry.edge == self.edge), None)
         if mine is None:
             raise NotConcerned(f"no transform {' → '.join(self.edge)}")
-        paths = [f"{mine.translation}.{axis}" for axis in "xyz"] + [f"{mine.rotation}.{axis}" for axis in "xyzw"]
+        paths = [f"{mine.translation}.{axis}" for axis in "xyz"] + [
+            f"{mine.rotation}.{axis}" for axis in "xyzw"
+        ]
         return Recipe(stamp_terms(layout, mine.stamp), tuple(one(layout, path) for path in paths))
 
     def values(self, raw: F64) -> F64:
-        """before ∘ transform ∘ after."""
+        """Before ∘ transform ∘ after."""
         place, turn = raw[:3], raw[3:]
         with np.errstate(invalid="ignore"):
             turn = turn / np.sqrt((turn**2).sum(axis=0))
@@ -130,4 +133,5 @@ def rotate(q: F64, v: F64) -> F64:
     shape = np.broadcast_shapes(q[:3].shape, v.shape)
     u, v = np.broadcast_to(q[:3], shape), np.broadcast_to(v, shape)
     once = np.cross(u, v, axis=0)
-    return v + 2 * (q[3] * once + np.cross(u, once, axis=0))
+    turned: F64 = v + 2 * (q[3] * once + np.cross(u, once, axis=0))
+    return turned

@@ -27,8 +27,8 @@ class Timeline:
     ``max_rate_hz`` a second, the same ones whatever the batches. Mode and status change at their exact rows.
 
     ``truth`` is the side file's true state at the pose stamps (``t_ns, x_m, y_m, yaw_rad, v_long_mps,
-    v_lat_mps, yaw_rate_radps``; what is missing is not drawn), or gives every n-th of its rows in blocks. A fixed ``recording_id`` lets two runs
-    compare as equal.
+    v_lat_mps, yaw_rate_radps``; what is missing is not drawn), or gives every n-th of its rows in
+    blocks. A fixed ``recording_id`` lets two runs compare as equal.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Timeline:
             for series in TRUE:
                 if series.reads() <= set(block.columns):
                     self._sink.add_lines(series, block)
-            if PATH_COLUMNS <= set(block.columns):
+            if set(block.columns) >= PATH_COLUMNS:
                 path.append(block.select(PATH_COLUMNS))
             self._sink.flush()
         if path:

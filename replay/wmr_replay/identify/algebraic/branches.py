@@ -1,0 +1,127 @@
+"""Hypotheses branch, and the best are kept."""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.algebraic.beliefs import Beliefs
+from wmr_replay.identify.algebraic.hypotheses import CAPACITY, N_KEPT, Hypotheses, copy_all, copy_row, enter
+from wmr_replay.identify.algebraic.regression import (
+    ALPHA,
+    IDEAL,
+    OWN,
+    SKIDDING,
+    SLIPPING,
+    V_LONG,
+    YAW_GAIN,
+    YAW_RATE,
+    Step,
+)
+from wmr_schemas.arrays import F64
+
+MIN_PARENT_LOG, MIN_KEPT_LOG = -10.0, -12.0
+SAME_MEAN, SAME_VARIANCE = 0.04, 1.5
+"""Hypotheses are one when means differ by no more than .2 sd and variances by no more than a factor 1.5."""
+
+
+@njit(cache=True)
+def branch(all_: Hypotheses, elapsed_s: float, step: Step, beliefs: Beliefs) -> None:
+    """Everything that may have happened in the last ``elapsed_s``: a switch, or a change of load."""
+    switched = 1.0 - np.exp(-beliefs.switch_rate_hz * elapsed_s)
+    log_each, log_stayed, onset_sd_s = (
+        np.log(0.5 * switched),
+        np.log(1.0 - switched),
+        elapsed_s / np.sqrt(12.0),
+    )
+    n = all_.used[0]
+    change_load(all_, elapsed_s, beliefs)
+    for parent in range(n):
+        if all_.log_p[parent] < MIN_PARENT_LOG:
+            continue
+        before = all_.mode[parent]
+        for mode in (IDEAL, SKIDDING, SLIPPING):
+            child = bear(all_, parent, mode, log_each) if mode != before else -1
+            if child >= 0:
+                mean, covariance = all_.mean[child], all_.covariance[child]
+                enter(mean, covariance, mode, beliefs)
+                blur_onset(mean, covariance, before, mode, step, onset_sd_s)
+        all_.log_p[parent] += log_stayed
+
+
+@njit(cache=True)
+def change_load(all_: Hypotheses, elapsed_s: float, beliefs: Beliefs) -> None:
+    """A child of the most probable, unless that slips, whose α and β may have changed."""
+    if all_.mode[0] == SLIPPING:
+        return
+    child = bear(all_, 0, all_.mode[0], np.log(beliefs.load_change_rate_hz * elapsed_s))
+    if child >= 0:
+        for gain in (ALPHA, YAW_GAIN):
+            all_.covariance[child, gain, gain] += (beliefs.load_change * all_.mean[child, gain]) ** 2
+
+
+@njit(cache=True)
+def bear(all_: Hypotheses, parent: int, mode: int, log_share: float) -> int:
+    """A child, a copy of its parent but for mode and probability; its row, or −1 when there is no room."""
+    child = int(all_.used[0])
+    if child >= CAPACITY:
+        return -1
+    copy_row(all_, parent, all_, child)
+    all_.mode[child] = mode
+    all_.log_p[child] += log_share
+    all_.used[0] = child + 1
+    return child
+
+
+@njit(cache=True)
+def blur_onset(mean: F64, covariance: F64, before: int, mode: int, step: Step, onset_sd_s: float) -> None:
+    """What the unknown instant of the switch, ± ``onset_sd_s``, leaves open."""
+    if (before == SLIPPING) != (mode == SLIPPING) and not np.isnan(step.force):
+        covariance[V_LONG, V_LONG] += (mean[ALPHA] * step.force * onset_sd_s) ** 2
+        covariance[YAW_RATE, YAW_RATE] += (mean[YAW_GAIN] * step.difference * onset_sd_s) ** 2
+    if mode == SKIDDING:
+        covariance[OWN, OWN] += (mean[V_LONG] * mean[YAW_RATE] * onset_sd_s) ** 2 + 1e-6
+
+
+@njit(cache=True)
+def impossible(all_: Hypotheses, i: int) -> bool:
+    """Whether a hypothesis needs an α below 0, by two standard deviations."""
+    alpha = all_.mean[i, ALPHA]
+    return bool(alpha < 0.0 and alpha**2 > 4.0 * all_.covariance[i, ALPHA, ALPHA])
+
+
+@njit(cache=True)
+def same(all_: Hypotheses, i: int, k: int) -> bool:
+    """Whether two hypotheses say the same now and henceforth."""
+    if all_.mode[i] != all_.mode[k]:
+        return False
+    for c in (V_LONG, YAW_RATE, ALPHA, OWN):
+        one, other = all_.covariance[i, c, c], all_.covariance[k, c, c]
+        difference = all_.mean[i, c] - all_.mean[k, c]
+        if difference**2 > SAME_MEAN * one + 1e-12:
+            return False
+        if max(one, other) > SAME_VARIANCE * min(one, other) + 1e-12:
+            return False
+    return True
+
+
+@njit(cache=True)
+def select(all_: Hypotheses, spare: Hypotheses) -> None:
+    """The ``N_KEPT`` most probable, in that order; those that say the same become one."""
+    order = np.argsort(-all_.log_p[: all_.used[0]])
+    best, n = all_.log_p[order[0]], 0
+    for i in order:
+        if n >= N_KEPT or all_.log_p[i] < best + MIN_KEPT_LOG:
+            break
+        if n > 0 and impossible(all_, i):
+            continue
+        copy_row(all_, i, spare, n)
+        twin = -1
+        for k in range(n):
+            if same(spare, k, n):
+                twin = k
+                break
+        if twin < 0:
+            n += 1
+        else:
+            spare.log_p[twin] += np.log1p(np.exp(spare.log_p[n] - spare.log_p[twin]))
+    spare.used[0] = n
+    copy_all(spare, all_)

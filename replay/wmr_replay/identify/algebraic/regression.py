@@ -1,0 +1,174 @@
+"""One linear regression for each contact mode: how the unknowns move on, and what a pose says about them.
+
+The unknowns are z = (x, y, ψ, v, s, ω, α, β, ℓ): pose, v = v_long, ω = yaw rate, the gains of F =
+effort_right + effort_left and D = effort_right − effort_left, and ℓ = log λ, λ the rate at which v_lat dies
+out. s belongs to the mode: v_lat while skidding, the gain ρα that is left while slipping, nothing in ideal
+rolling.
+
+    ideal      dv/dt = αF                 dω/dt = βD
+    skidding   dv/dt = αF + ωs/3          dω/dt = βD        ds/dt = −λs − vω
+    slipping   dv/dt = sF                 dω/dt = ρβD
+
+after the paper's (3) to (5), the side force and the traction left being unknown instead of modelled. All
+products of unknowns (in the rotation into the world's frame, vω, λs) are linearised about one shared
+reference, so that all hypotheses of a mode share the same matrices: z⁺ = A (z, 1) + noise.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.algebraic.beliefs import Beliefs
+from wmr_schemas.arrays import F64
+
+X, Y, YAW, V_LONG, OWN, YAW_RATE, ALPHA, YAW_GAIN, LOG_DECAY, ONE = range(10)
+N_UNKNOWNS, N_MOVING = 9, 6
+"""x … ω move; α, β and ℓ stay, but for their drift."""
+IDEAL, SKIDDING, SLIPPING = 0, 1, 2
+MIN_LOG_DECAY, MAX_LOG_DECAY = -2.0, 4.0
+
+
+class Reference(NamedTuple):
+    """The motion about which everything is linearised, yaw half-way through the step, and the gains."""
+
+    yaw_rad: float
+    v_long_mps: float
+    v_lat_mps: float
+    yaw_rate_radps: float
+    alpha: float
+    yaw_gain: float
+    log_decay: float
+
+
+class Step(NamedTuple):
+    """A step in time: its length and the mean of F and D over it, NaN where no torque is known."""
+
+    dt_s: float
+    force: float
+    difference: float
+
+
+@njit(cache=True)
+def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
+    """A of z⁺ = A (z, 1) into ``out`` (6, 10): the unknowns that move, the midpoint rule throughout."""
+    dt_s, force, difference = step
+    if np.isnan(force):
+        force, difference = 0.0, 0.0
+    out[:, :] = 0.0
+    for i in range(N_MOVING):
+        out[i, i] = 1.0
+    out[V_LONG, OWN if mode == SLIPPING else ALPHA] = force * dt_s
+    out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == SLIPPING else 1.0)
+    if mode == SKIDDING:
+        skid(at, dt_s, out)
+    out[YAW] += 0.5 * dt_s * out[YAW_RATE]
+    out[YAW, YAW_RATE] += 0.5 * dt_s
+    displace(mode, at, dt_s, out)
+
+
+@njit(cache=True)
+def skid(at: Reference, dt_s: float, out: F64) -> None:
+    """v_lat, exact for a constant λ and a constant drive −vω, and its share in dv_long/dt."""
+    log_decay = min(max(at.log_decay, MIN_LOG_DECAY), MAX_LOG_DECAY)
+    decay = np.exp(log_decay)
+    left = np.exp(-decay * dt_s)
+    reach_s = (1.0 - left) / decay
+    drive = -at.v_long_mps * at.yaw_rate_radps
+    by_decay = -decay * dt_s * left * at.v_lat_mps + drive * (decay * dt_s * left - (1.0 - left)) / decay
+    out[OWN, OWN] = left
+    out[OWN, V_LONG], out[OWN, YAW_RATE] = -reach_s * at.yaw_rate_radps, -reach_s * at.v_long_mps
+    out[OWN, LOG_DECAY] = by_decay
+    out[OWN, ONE] = -reach_s * drive - by_decay * log_decay
+    share = at.yaw_rate_radps * dt_s / 6.0
+    out[V_LONG] += share * out[OWN]
+    out[V_LONG, OWN] += share
+
+
+@njit(cache=True)
+def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
+    """Position: the mean of the body's velocity over the step, turned by the mean yaw."""
+    cos, sin = np.cos(at.yaw_rad), np.sin(at.yaw_rad)
+    v_lat = at.v_lat_mps if mode == SKIDDING else 0.0
+    half = 0.5 * dt_s
+    for row, along, across in ((X, cos, -sin), (Y, sin, cos)):
+        turned = at.v_long_mps * across - v_lat * along
+        out[row] += half * along * out[V_LONG] + half * turned * out[YAW]
+        out[row, V_LONG] += half * along
+        out[row, YAW] += half * turned
+        out[row, ONE] -= dt_s * turned * at.yaw_rad
+        if mode == SKIDDING:
+            out[row] += half * across * out[OWN]
+            out[row, OWN] += half * across
+
+
+@njit(cache=True)
+def disturbance(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
+    """What the regression leaves out, as white noise over the step: variances into ``out`` (9,)."""
+    dt_s, known = step.dt_s, not np.isnan(step.force)
+    out[:] = 0.0
+    out[V_LONG] = (beliefs.long_diffusion if known else beliefs.free_long_diffusion) ** 2 * dt_s
+    out[YAW_RATE] = (beliefs.yaw_diffusion if known else beliefs.free_yaw_diffusion) ** 2 * dt_s
+    if mode == SLIPPING and known:
+        out[YAW_RATE] += (beliefs.yaw_traction_diffusion * at.yaw_gain * step.difference) ** 2 * dt_s
+    if mode == SKIDDING:
+        side = beliefs.side_force_diffusion * at.v_long_mps * at.yaw_rate_radps
+        out[OWN] = (side**2 + beliefs.long_diffusion**2) * dt_s
+    out[ALPHA] = (beliefs.gain_drift * at.alpha) ** 2 * dt_s
+    out[YAW_GAIN] = (beliefs.gain_drift * at.yaw_gain) ** 2 * dt_s
+    out[LOG_DECAY] = beliefs.log_decay_drift**2 * dt_s
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"})
+def predict(mean: F64, covariance: F64, matrix: F64, noise: F64, work: F64) -> None:
+    """Z ← A (z, 1), P ← A P Aᵀ + diag(noise), in place; ``work`` (6, 10) is scratch."""
+    multiply(mean, covariance, matrix, work)
+    for i in range(N_MOVING):
+        mean[i] = work[i, ONE]
+        for j in range(N_MOVING, N_UNKNOWNS):
+            covariance[i, j] = covariance[j, i] = work[i, j]
+        for j in range(i + 1):
+            total = 0.0
+            for k in range(N_UNKNOWNS):
+                total += work[i, k] * matrix[j, k]
+            covariance[i, j] = covariance[j, i] = total
+    for i in range(N_UNKNOWNS):
+        covariance[i, i] += noise[i]
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"})
+def multiply(mean: F64, covariance: F64, matrix: F64, out: F64) -> None:
+    """A P, with A (z, 1) as its last column, into ``out`` (6, 10); zeros of A are passed over."""
+    for i in range(N_MOVING):
+        moved = matrix[i, ONE]
+        for j in range(N_UNKNOWNS):
+            out[i, j] = 0.0
+        for k in range(N_UNKNOWNS):
+            weight = matrix[i, k]
+            if weight != 0.0:
+                moved += weight * mean[k]
+                for j in range(N_UNKNOWNS):
+                    out[i, j] += weight * covariance[k, j]
+        out[i, ONE] = moved
+
+
+@njit(cache=True, fastmath={"contract", "reassoc"})
+def correct(mean: F64, covariance: F64, pose: F64, variances: F64, row: F64) -> tuple[float, float]:
+    """Least squares with one more pose, (3,) each; returns its log likelihood and the χ² of its errors.
+
+    ``row`` (9,) is scratch.
+    """
+    log_likelihood, chi_square = 0.0, 0.0
+    for c in range(3):
+        variance = covariance[c, c] + variances[c]
+        error = pose[c] - mean[c]
+        chi_square += error**2 / variance
+        log_likelihood -= 0.5 * (error**2 / variance + np.log(variance))
+        for i in range(N_UNKNOWNS):
+            row[i] = covariance[c, i]
+        for i in range(N_UNKNOWNS):
+            gain = row[i] / variance
+            mean[i] += gain * error
+            for j in range(N_UNKNOWNS):
+                covariance[i, j] -= gain * row[j]
+    return log_likelihood, chi_square
