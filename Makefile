@@ -55,9 +55,10 @@ unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 docs: $(TOOLS) ## the documentation, into site/
 	$(PY) -m mkdocs build --strict
 
-bench: $(TOOLS) ## speed and accuracy of the differentiator beside its peers, which it installs
+BENCH ?= differentiator ingest
+bench: $(TOOLS) ## speed and accuracy beside peers, which it installs; BENCH=ingest runs one of bench/
 	$(INSTALL) --no-build-isolation --editable '.[bench]'
-	$(PY) bench/differentiator.py
+	$(foreach name,$(BENCH),$(PY) bench/$(name).py &&) true
 
 figures: $(TOOLS) ## the paper's figures 3 to 6, into docs/images
 	$(PY) docs/make_paper_figures.py

@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from wmr_schemas.effects import EFFECTS
+from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
@@ -44,6 +45,12 @@ def keys(record: type) -> str:
     return table(("key", "unit", "meaning"), ((code(n), m["unit"], m["meaning"]) for n, m in described))
 
 
+def further(record: type) -> str:
+    """The fields of a mapping section's record, with the type that the file holds."""
+    described = ((f.name, f.metadata) for f in fields(record))
+    return table(("key", "type", "meaning"), ((code(n), m["unit"], m["meaning"]) for n, m in described))
+
+
 def modes() -> str:
     """The contact modes."""
     bits = {mode: code(f"{mode.bit:#06b}") if mode >= 0 else "–" for mode in ContactMode}
@@ -73,6 +80,9 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "confusion": lambda: columns(CONFUSION),
     "truth": lambda: columns(TRUTH),
     "robot": lambda: keys(RobotParameters),
+    "pose_fields": lambda: further(PoseFields),
+    "torque_fields": lambda: further(TorqueFields),
+    "truth_fields": lambda: further(TruthFields),
     "noise": lambda: keys(NoiseModel),
     "provenance": lambda: keys(Provenance),
     "modes": modes,

@@ -98,10 +98,11 @@ def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
 
 @njit(cache=True, nogil=True)
 def _agrees(words: Any, start: int, skeleton: Any) -> bool:
-    for k in range(skeleton.shape[1]):
-        if words[start + np.int64(skeleton[0, k])] & skeleton[1, k] != skeleton[2, k]:
-            return False
-    return True
+    offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
+    wrong = np.uint64(0)
+    for k in range(len(offsets)):
+        wrong |= (words[start + np.int64(offsets[k])] & masks[k]) ^ wanted[k]
+    return wrong == 0
 
 
 @njit(cache=True, nogil=True)
@@ -124,27 +125,29 @@ def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by on
     steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
     filled = 0
+    n_raw, n_steps = len(constants), steps.shape[1]
+    kinds, places, shifts, sizes, columns = steps[0], steps[1], steps[2], steps[3], steps[4]
     for row in range(len(starts)):
-        if used[row] or lengths[row] != length or not _agrees(words, starts[row], skeleton):
+        start = starts[row]
+        if used[row] or lengths[row] != length or not _agrees(words, start, skeleton):
             continue
         filled += 1
         used[row] = True
-        for k in range(len(constants)):
+        for k in range(n_raw):
             raw[k, row] = constants[k]
-        for k in range(steps.shape[1]):
-            kind, place, column = steps[0, k], starts[row] + steps[1, k], steps[4, k]
-            if kind == _FLOAT64:
-                value = doubles[place]
-            elif kind == _FLOAT32:
-                value = np.float64(singles[place])
+        for k in range(n_steps):
+            if kinds[k] == _FLOAT64:
+                value = doubles[start + places[k]]
+            elif kinds[k] == _FLOAT32:
+                value = np.float64(singles[start + places[k]])
             else:
-                integer = _integer(data, words, place, kind, steps[2, k], steps[3, k])
-                if column == _STAMP:
+                integer = _integer(data, words, start + places[k], kinds[k], shifts[k], sizes[k])
+                if columns[k] == _STAMP:
                     stamp_ns[row] += integer * factors[k]
                     continue
                 value = np.float64(integer)
-            if column == _STAMP:
+            if columns[k] == _STAMP:
                 stamp_ns[row] += np.int64(value) * factors[k]
             else:
-                raw[column, row] += gains[k] * value
+                raw[columns[k], row] += gains[k] * value
     return filled

@@ -16,6 +16,6 @@ change points.
 """
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
-from wmr_replay.identify.algebraic.identifier import AlgebraicIdentifier, Limits
+from wmr_replay.identify.algebraic.identifier import AlgebraicIdentifier, AlgebraicSettings
 
-__all__ = ["AlgebraicIdentifier", "Beliefs", "Limits", "believe"]
+__all__ = ["AlgebraicIdentifier", "AlgebraicSettings", "Beliefs", "believe"]

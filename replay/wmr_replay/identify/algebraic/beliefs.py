@@ -32,7 +32,7 @@ class Beliefs(NamedTuple):
     yaw_gain_sd: float
     start_slipping: float = 1 / 3
     switch_rate_hz: float = 0.15
-    load_change_rate_hz: float = 1 / 600
+    load_change_rate_hz: float = 1 / 3600
     traction: float = 0.1
     traction_sd: float = 0.2
     yaw_traction_diffusion: float = 0.3

@@ -12,7 +12,7 @@ from numba import njit
 from wmr_schemas.arrays import F64, I64
 
 BIN_NS = 40_000_000
-COUNT, T, POSE, FORCE, DIFFERENCE, VARIANCES, N_SUMS = 0, 1, 2, 5, 6, 7, 10
+COUNT, T, POSE, IMPULSE, VARIANCES, N_SUMS = 0, 1, 2, 5, 8, 11
 OUTLIER_SD, MAX_OUTLIERS = 6.0, 5
 MARGIN_MPS, MARGIN_RADPS = 1.0, 1.0
 NONE_NS = 2**62
@@ -21,15 +21,17 @@ MIN_SD = 1e-4
 
 
 class Bins(NamedTuple):
-    """The open bin: ``sums`` (10,) of rows, stamp in s since the first row, pose (3), F = left + right, D =
-    right − left, variances (3).
+    """The open bin, and what leads up to it.
 
-    ``accepted`` (3,) is the last pose that was no outlier; ``stamps_ns`` (5,) are the first row, the last,
-    the open bin's end, the last accepted, and the length of the last step; ``outliers`` (1,) how many came in
-    a row.
+    ``sums`` (11,) of rows, stamp in s since the first row, pose (3), impulse (3), variances (3).
+    ``impulse`` (3,) is ∫ left + right dt, ∫ right − left dt and the seconds without a torque, since the first
+    row; its mean over a bin is the torque's share in the bin's mean velocity, exactly. ``accepted`` (3,) is
+    the last pose that was no outlier; ``stamps_ns`` (5,) are the first row, the last, the open bin's end, the
+    last accepted, and the length of the last step; ``outliers`` (1,) how many came in a row.
     """
 
     sums: F64
+    impulse: F64
     accepted: F64
     stamps_ns: I64
     outliers: I64
@@ -37,7 +39,24 @@ class Bins(NamedTuple):
 
 def no_bins() -> Bins:
     """Nothing seen yet."""
-    return Bins(np.zeros(N_SUMS), np.zeros(3), np.full(5, NONE_NS, np.int64), np.zeros(1, np.int64))
+    return Bins(
+        np.zeros(N_SUMS), np.zeros(3), np.zeros(3), np.full(5, NONE_NS, np.int64), np.zeros(1, np.int64)
+    )
+
+
+@njit(cache=True)
+def drive(bins: Bins, t_ns: int, row: F64) -> None:
+    """The impulse up to a row, from the efforts' mean over the interval that ends with it."""
+    if bins.stamps_ns[0] == NONE_NS:
+        bins.stamps_ns[:] = t_ns
+        bins.accepted[:] = row[:3]
+        reopen(bins, t_ns)
+    step_s, left, right = (t_ns - bins.stamps_ns[1]) * 1e-9, row[3], row[4]
+    if np.isnan(left + right):
+        bins.impulse[2] += step_s
+    else:
+        bins.impulse[0] += (right + left) * step_s
+        bins.impulse[1] += (right - left) * step_s
 
 
 @njit(cache=True)
@@ -47,10 +66,6 @@ def outlying(bins: Bins, t_ns: int, row: F64, speed_mps: float, turn_radps: floa
 
     After five such rows in a row the pose has jumped: the row is accepted, the open bin forgotten.
     """
-    if bins.stamps_ns[0] == NONE_NS:
-        bins.stamps_ns[:] = t_ns
-        bins.accepted[:] = row[:3]
-        reopen(bins, t_ns)
     dt_s = (t_ns - bins.stamps_ns[3]) * 1e-9
     reach_m = OUTLIER_SD * np.sqrt(2.0 * row[5]) + (2.0 * abs(speed_mps) + MARGIN_MPS) * dt_s
     reach_rad = OUTLIER_SD * np.sqrt(2.0 * row[6]) + (2.0 * abs(turn_radps) + MARGIN_RADPS) * dt_s
@@ -75,9 +90,8 @@ def add(bins: Bins, t_ns: int, row: F64) -> None:
     sums[T] += (t_ns - bins.stamps_ns[0]) * 1e-9
     for c in range(3):
         sums[POSE + c] += row[c]
+        sums[IMPULSE + c] += bins.impulse[c]
         bins.accepted[c] = row[c]
-    sums[FORCE] += row[4] + row[3]
-    sums[DIFFERENCE] += row[4] - row[3]
     sums[VARIANCES] += row[5]
     sums[VARIANCES + 1] += row[5]
     sums[VARIANCES + 2] += row[6]
@@ -109,7 +123,7 @@ def reopen(bins: Bins, t_ns: int) -> None:
 
 @njit(cache=True)
 def means(bins: Bins) -> F64:
-    """The open bin's means, (10,); in the place of the rows' variances, those of the mean pose."""
+    """The open bin's means, (11,); in the place of the rows' variances, those of the mean pose."""
     out = np.empty(N_SUMS)
     for c in range(N_SUMS):
         out[c] = bins.sums[c] / bins.sums[COUNT]

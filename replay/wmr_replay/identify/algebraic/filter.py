@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs
-from wmr_replay.identify.algebraic.bins import DIFFERENCE, FORCE, POSE, VARIANCES, T
+from wmr_replay.identify.algebraic.bins import IMPULSE, N_SUMS, POSE, VARIANCES, T
 from wmr_replay.identify.algebraic.branches import branch, select
 from wmr_replay.identify.algebraic.hypotheses import (
     Hypotheses,
@@ -36,6 +36,7 @@ from wmr_replay.identify.algebraic.regression import (
     predict,
     transition,
 )
+from wmr_replay.identify.terms import Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 
 BRANCH_S = 0.12
@@ -53,7 +54,7 @@ JUMP, WARM, N_SAID = 3, 4, 5
 class Filter(NamedTuple):
     """All that is carried from bin to bin.
 
-    ``mean`` (9,) over the hypotheses, the next step's reference; ``last`` (10,) the last bin; ``clocks_s``
+    ``mean`` (9,) over the hypotheses, the next step's reference; ``last`` (11,) the last bin; ``clocks_s``
     (3,) when this run began, hypotheses last branched and the pose last jumped; ``gains`` (2, 3) mean and
     variance of α, β, ℓ; ``said`` (5,) the probabilities of ideal, skidding and slipping, 1 when the pose
     jumped within the last .5 s, and 1 once warm. The rest is scratch.
@@ -83,7 +84,7 @@ def new_filter(beliefs: Beliefs) -> Filter:
         no_hypotheses(),
         no_hypotheses(),
         np.zeros(N_UNKNOWNS),
-        np.full(10, NEVER_S),
+        np.full(N_SUMS, NEVER_S),
         np.zeros(N_CLOCKS),
         gains,
         np.zeros(N_SAID),
@@ -94,23 +95,41 @@ def new_filter(beliefs: Beliefs) -> Filter:
 
 
 @njit(cache=True)
-def take_up(state: Filter, bin_: F64, beliefs: Beliefs) -> None:
+def take_up(state: Filter, bin_: F64, beliefs: Beliefs, terms: Terms) -> None:
     """One more bin; after a gap of more than 1 s everything but the gains begins anew."""
-    now_s, dt_s = bin_[T], bin_[T] - state.last[T]
-    if dt_s > MAX_GAP_S:
+    now_s = bin_[T]
+    if now_s - state.last[T] > MAX_GAP_S:
         begin(state.hypotheses, bin_[POSE : POSE + 3], bin_[VARIANCES:], state.gains, beliefs)
         state.clocks_s[:] = now_s, now_s, NEVER_S
     else:
-        step = Step(
-            dt_s,
-            0.5 * (bin_[FORCE] + state.last[FORCE]),
-            0.5 * (bin_[DIFFERENCE] + state.last[DIFFERENCE]),
-        )
+        step = step_between(state, bin_, terms)
         advance(state, bin_, step, beliefs)
     state.last[:] = bin_
     state.mean[:] = mean_of(state.hypotheses, beliefs.log_decay)
     state.gains[:] = gains_of(state.hypotheses)
     conclude(state)
+
+
+@njit(cache=True)
+def step_between(state: Filter, bin_: F64, terms: Terms) -> Step:
+    """The step from the last bin to this one, with the model's further effects at the reference."""
+    mean, last = state.mean, state.last
+    dt_s, known = bin_[T] - last[T], bin_[IMPULSE + 2] - last[IMPULSE + 2] == 0.0
+    ahead, turning = extra_accelerations(
+        mean[V_LONG],
+        mean[YAW],
+        mean[YAW_RATE],
+        mean[ALPHA],
+        mean[YAW_GAIN] * terms.half_track_m,
+        terms,
+    )
+    return Step(
+        dt_s,
+        (bin_[IMPULSE] - last[IMPULSE]) / dt_s if known else np.nan,
+        (bin_[IMPULSE + 1] - last[IMPULSE + 1]) / dt_s if known else np.nan,
+        ahead,
+        turning,
+    )
 
 
 @njit(cache=True)

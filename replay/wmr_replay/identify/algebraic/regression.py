@@ -42,24 +42,29 @@ class Reference(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step in time: its length and the mean of F and D over it, NaN where no torque is known."""
+    """A step in time: its length, the mean of F and D over it, NaN where no torque is known, and the
+    accelerations that the model knows of besides.
+    """
 
     dt_s: float
     force: float
     difference: float
+    ahead_mps2: float = 0.0
+    turning_radps2: float = 0.0
 
 
 @njit(cache=True)
 def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
     """A of z⁺ = A (z, 1) into ``out`` (6, 10): the unknowns that move, the midpoint rule throughout."""
-    dt_s, force, difference = step
-    if np.isnan(force):
-        force, difference = 0.0, 0.0
+    dt_s = step.dt_s
+    known = not np.isnan(step.force)
+    force, difference = step.force if known else 0.0, step.difference if known else 0.0
     out[:, :] = 0.0
     for i in range(N_MOVING):
         out[i, i] = 1.0
     out[V_LONG, OWN if mode == SLIPPING else ALPHA] = force * dt_s
     out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == SLIPPING else 1.0)
+    out[V_LONG, ONE], out[YAW_RATE, ONE] = step.ahead_mps2 * dt_s, step.turning_radps2 * dt_s
     if mode == SKIDDING:
         skid(at, dt_s, out)
     out[YAW] += 0.5 * dt_s * out[YAW_RATE]
