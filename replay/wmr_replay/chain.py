@@ -26,6 +26,7 @@ from wmr_replay.identify import (
     motion_of,
     wheel_slip,
 )
+from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.bank import BankIdentifier, BankSettings
 from wmr_replay.identify.independence import fresh_independence, judge_independence
 from wmr_replay.identify.terms import extra_along
@@ -62,6 +63,9 @@ def make_identifier(settings: Settings, model: ReplayModel, rules: Rules, step_s
     """The identifier that the settings name."""
     if settings.identifier == "paper":
         return PaperIdentifier(rules)
+    if settings.identifier == "algebraic":
+        algebraic = AlgebraicSettings(settings.min_confidence)
+        return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
     bank = BankSettings(min_confidence=settings.min_confidence)
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from wmr_schemas.errors import InvalidSetting
 
-IDENTIFIERS = ("paper", "bank")
+IDENTIFIERS = ("paper", "algebraic", "bank")
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,16 @@
 """The scenarios by name: a driver, a schedule of contact modes, a starting speed, and fitting sensors."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.drivers import ClosedLoop, Driver, Waypoints, constant_effort
 from wmr_synth.sensors import Sensors
+from wmr_synth.traction import FrictionTrack
 
 IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING
 
@@ -20,12 +21,16 @@ PAPER_SENSORS = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad
 
 @dataclass(frozen=True)
 class Plan:
-    """What happens: the driver, the modes (stamps in ns since the start) and the initial speeds."""
+    """What happens: the driver, the modes (stamps in ns since the start) and the initial speeds.
+
+    With ``friction`` traction is limited: ``modes`` says where the robot skids; slipping comes of itself.
+    """
 
     driver: Driver
     modes: ModeTrack
     v_long_mps: float = 0.0
     yaw_rate_radps: float = 0.0
+    friction: FrictionTrack | None = None
 
 
 @dataclass(frozen=True)
@@ -124,6 +129,31 @@ def random_plan(duration_s: float, rng: np.random.Generator) -> Plan:
     return Plan(ClosedLoop(path), modes, float(speeds_mps[0]), float(yaw_rates_radps[0]))
 
 
+DRY, WET_ICE = 0.8, 0.02
+"""Coefficients of friction. The drives are gentle: only very slippery ground makes them slip."""
+
+
+def limit_traction(plan: Plan, slippery: F64) -> Plan:
+    """The plan with slippery ground, of the coefficients ``slippery`` in turn, for its slipping phases."""
+    modes = plan.modes
+    slips = modes.mode == SLIPPING
+    coefficient = np.full(len(modes), DRY)
+    coefficient[slips] = np.resize(slippery, np.count_nonzero(slips))
+    skids = ModeTrack(modes.t_ns, np.where(modes.mode == SKIDDING, SKIDDING, IDEAL).astype(np.int8))
+    return replace(plan, modes=skids, friction=FrictionTrack(modes.t_ns, coefficient))
+
+
+def paper_traction_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """The paper's acceleration; in its slipping conditions the ground carries .2 m/s² of the .5 asked for."""
+    return limit_traction(paper_plan(10.0, 2.0)(duration_s, rng), np.array([WET_ICE]))
+
+
+def random_traction_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """The random drive over ground that is dry, or slippery with μ from .01 to .06."""
+    plan = random_plan(duration_s, rng)
+    return limit_traction(plan, np.exp(rng.uniform(np.log(0.01), np.log(0.06), max(len(plan.modes), 1))))
+
+
 _SCENARIOS = (
     Scenario(
         "paper-acceleration",
@@ -177,6 +207,19 @@ _SCENARIOS = (
         "random phases of 2 to 10 s, random drive and turning, by seed",
         120.0,
         random_plan,
+    ),
+    Scenario(
+        "paper-acceleration-traction-limited",
+        "the paper's acceleration; slipping comes of slippery ground and the torque alone",
+        60.0,
+        paper_traction_plan,
+        PAPER_SENSORS,
+    ),
+    Scenario(
+        "random-traction-limited",
+        "as random; slipping where the torque exceeds what friction carries",
+        120.0,
+        random_traction_plan,
     ),
 )
 

@@ -11,9 +11,12 @@ from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.messages.codec import WheelAngles
 from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
-from wmr_synth.scenarios import SCENARIOS, Scenario
+from wmr_synth.drivers import Commands
+from wmr_synth.limited import simulate_limited, switches_of
+from wmr_synth.scenarios import SCENARIOS, Plan, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
 from wmr_synth.simulate import Motion, simulate
+from wmr_synth.traction import TYRE
 
 MIN_DURATION_S = 0.001
 MAX_MESSAGES = 50_000_000
@@ -68,10 +71,29 @@ def synthesise(
         duration_s, sensors.torque_rate_hz, sensors.jitter_s, stream(seed, "torque_jitter")
     )
     commands = plan.driver.commands(torque_ns / NS_PER_S)
-    motion = simulate(robot, plan.modes, commands, torque_ns, pose_ns, (plan.v_long_mps, plan.yaw_rate_radps))
-    modes = ModeTrack(START_NS + plan.modes.t_ns, plan.modes.mode)
-    facts = describe(chosen.name, seed, duration_s, sensors, robot, modes)
+    motion, switches = move(robot, plan, commands, torque_ns, pose_ns)
+    modes = ModeTrack(START_NS + switches.t_ns, switches.mode)
+    facts = describe(chosen.name, seed, duration_s, sensors, robot, modes) | describe_ground(plan)
     return measure(motion, pose_ns, torque_ns, sensors, seed, modes, robot, facts)
+
+
+def move(
+    robot: RobotParameters, plan: Plan, commands: Commands, torque_ns: I64, pose_ns: I64
+) -> tuple[Motion, ModeTrack]:
+    """The plan's motion on its plant, and the true mode."""
+    start = plan.v_long_mps, plan.yaw_rate_radps
+    if plan.friction is None:
+        return simulate(robot, plan.modes, commands, torque_ns, pose_ns, start), plan.modes
+    motion = simulate_limited(robot, plan.modes, plan.friction, commands, torque_ns, pose_ns, start)
+    return motion, switches_of(motion)
+
+
+def describe_ground(plan: Plan) -> dict[str, object]:
+    """Friction and tyre, where they limit traction."""
+    if plan.friction is None:
+        return {}
+    rows = zip((plan.friction.t_ns / NS_PER_S).tolist(), plan.friction.coefficient.tolist(), strict=True)
+    return {"friction": [{"t_s": t_s, "coefficient": mu} for t_s, mu in rows], "tyre": asdict(TYRE)}
 
 
 def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:

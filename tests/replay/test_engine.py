@@ -27,6 +27,8 @@ CASES = {
     "bank on rough stamps": (ROUGH, Settings()),
     "bank without a nominal alpha": (CLEAN, Settings()),
     "bank with simultaneous modes": (CLEAN, Settings(simultaneous=True)),
+    "algebraic": (CLEAN, Settings(identifier="algebraic")),
+    "algebraic on rough stamps": (ROUGH, Settings(identifier="algebraic")),
     "paper on rough stamps": (ROUGH, Settings(identifier="paper")),
 }
 cases = pytest.mark.parametrize("name", CASES)

@@ -19,6 +19,7 @@ COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
+    "convert": "Turn a CSV file into a log.",
     "diff": "Design a differentiator, see its kernel and what it does to a log.",
 }
 

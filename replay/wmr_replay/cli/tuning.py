@@ -12,7 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = (
     click.option(
-        "--identifier", type=click.Choice(["paper", "bank"]), default="bank", help="How modes are told apart."
+        "--identifier", type=click.Choice(["paper", "algebraic", "bank"]), default="bank", help="How modes are told apart."
     ),
     click.option("--min-confidence", type=float, default=0.5, help="No mode is named below this posterior."),
     click.option(

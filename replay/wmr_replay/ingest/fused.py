@@ -97,7 +97,7 @@ def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
 
 
 @njit(cache=True, nogil=True)
-def _agrees(words: Any, start: int, skeleton: Any) -> bool:
+def _agrees(words: Any, start: int, skeleton: Any) -> Any:
     offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
     wrong = np.uint64(0)
     for k in range(len(offsets)):
