@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.align import AlignedBatch
+from wmr_replay.align.repair import OUTLIER, POSE_JUMP, PoseRepair
+from wmr_replay.aside import Aside
 from wmr_replay.columns import Columns, estimated
 from wmr_replay.differentiate import (
     GAP,
@@ -32,11 +34,12 @@ from wmr_replay.identify.independence import fresh_independence, judge_independe
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
-from wmr_schemas.arrays import F64, NS_PER_S, Bool
+from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
 MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
 EFFORT_FOLD, SPEED_FOLD = 2, 1
 GAP_STATUS = 2
+NEVER_NS = -(2**62)
 
 
 @dataclass(frozen=True)
@@ -104,16 +107,25 @@ class Chain:
             threshold_sd=settings.threshold_sd,
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,
+            min_sideslip=settings.min_sideslip,
         )
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
         self._terms, self._has_terms = model.terms, any(model.terms[:-1])
         self._robot, self._start_ns = robot, int(stretch.t_ns[0])
+        self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
+        self._aside = Aside(self._start_ns, OUTLIER)
+        self._jump_ns, self._window_ns = NEVER_NS, rules.window_ns
         self._independence = fresh_independence()
 
     def push(self, rows: AlignedBatch) -> Columns:
-        """One row for each."""
-        derivatives = self.differentiator.push(rows.t_ns, rows.pose, rows.inputs)
+        """One row for each; outliers among the poses keep the last verdict."""
+        repaired = self.repair.push(rows)
+        return self._aside.push(rows, repaired.kept, self._judge(repaired.rows, repaired.restarts))
+
+    def _judge(self, rows: AlignedBatch, restarts: Bool) -> Columns:
+        """Rows with a good pose."""
+        derivatives = self.differentiator.push(rows.t_ns, rows.pose, rows.inputs, restarts)
         x, y, yaw = self._noise.push(rows.t_ns, rows.pose) ** 2
         variances = np.stack([(x + y) / 2, yaw])
         independence = judge_independence(rows.t_ns, rows.pose, self._independence)
@@ -135,9 +147,18 @@ class Chain:
             )
         )
         verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
-        status = np.where(derivatives.state == GAP, GAP_STATUS, verdict.outcome).astype(np.int8)
+        blank = np.where(self._after_jump(rows.t_ns, restarts), POSE_JUMP, GAP_STATUS)
+        status = np.where(derivatives.state == GAP, blank, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)
+
+    def _after_jump(self, t_ns: I64, restarts: Bool) -> Bool:
+        """Whether the pose has jumped within the last window."""
+        if not t_ns.size:
+            return restarts
+        last_ns = np.maximum.accumulate(np.where(restarts, t_ns, self._jump_ns))
+        self._jump_ns = int(last_ns[-1])
+        return np.asarray(t_ns - last_ns <= self._window_ns)
 
     def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:
         """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""

@@ -40,6 +40,16 @@ class Engine:
         """Holes in the pose so far."""
         return self._chain.differentiator.n_gaps if self._chain else 0
 
+    @property
+    def n_pose_jumps(self) -> int:
+        """Jumps of the pose so far."""
+        return self._chain.repair.n_jumps if self._chain else 0
+
+    @property
+    def n_outliers(self) -> int:
+        """Pose rows set aside so far."""
+        return self._chain.repair.n_outliers if self._chain else 0
+
     def push(self, batch: RawBatch) -> list[Columns]:
         """Rows that the batch completes."""
         return self._advance(self.aligner.push(self.model.corrected(batch)))

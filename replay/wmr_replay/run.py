@@ -55,7 +55,7 @@ def default_directory(log: Path) -> Path:
     return Path(f"{log.stem}.wmr")
 
 
-def run_log(
+def run_log(  # noqa: PLR0913 – keyword arguments
     log: Path,
     out: Path | None = None,
     *,
@@ -179,6 +179,8 @@ class ResultFiles:
             counts=engine.aligner.counts,
             losses=reader.losses.counts(),
             n_gaps=engine.n_gaps,
+            n_pose_jumps=engine.n_pose_jumps,
+            n_outliers=engine.n_outliers,
             notes=[*reader.losses.notes, *reader.remarks, *reader.stamp_notes, *engine.model.notes],
             robot=robot,
             alpha_true=self._truth.alpha,

@@ -75,6 +75,8 @@ class LogFacts:
     counts: AlignmentCounts
     losses: dict[str, int | bool]
     n_gaps: int
+    n_pose_jumps: int
+    n_outliers: int
     notes: Sequence[str]
     robot: RobotParameters
     alpha_true: float | None
@@ -98,6 +100,7 @@ def summary_row(facts: LogFacts, tally: Tally, runs: ModeRuns) -> dict[str, Any]
     row |= {"log": facts.log, "log_sha256": facts.log_sha256, "version": __version__}
     row |= {"settings": json.dumps(facts.settings, sort_keys=True), "notes": json.dumps(list(facts.notes))}
     row |= {"duration_s": tally.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
+    row |= {"n_pose_jumps": facts.n_pose_jumps, "n_outliers": facts.n_outliers}
     row |= asdict(facts.counts) | facts.losses | {f"share_{label}": share for label, share in shares.items()}
     row |= {"alpha": alpha, "alpha_sd": alpha_sd} | asdict(score_runs(runs))
     row |= {"brier": tally.calibration.brier, "ece": tally.calibration.ece}

@@ -10,6 +10,7 @@ WORTH_SAYING = 0.05
 REASONS = {
     Status.WARMING_UP: "the window was filling",
     Status.GAP: "the pose has holes",
+    Status.POSE_JUMP: "the pose jumped",
     Status.NO_TORQUE: "without wheel torques ideal rolling and slipping cannot be told apart",
     Status.NOT_EXCITED: "the torques were too small to tell ideal rolling from slipping",
     Status.NOT_TURNING: "the robot turned too little to tell ideal rolling from skidding",

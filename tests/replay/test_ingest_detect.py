@@ -174,6 +174,9 @@ def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem,
 def test_an_empty_directory_and_a_missing_file_are_refused(tmp_path):
     with pytest.raises(LogUnusable, match=r"a directory without any \.mcap file"):
         open_log(tmp_path)
+    (tmp_path / "bag_0.db3").touch()
+    with pytest.raises(LogUnusable, match="rosbags-convert --src"):
+        open_log(tmp_path)
     with pytest.raises(LogUnusable, match="there is no such file"):
         open_log(tmp_path / "nothing.mcap")
 

@@ -12,7 +12,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 OPTIONS = (
     click.option(
-        "--identifier", type=click.Choice(["paper", "algebraic", "bank"]), default="bank", help="How modes are told apart."
+        "--identifier",
+        type=click.Choice(["paper", "algebraic", "bank"]),
+        default="bank",
+        help="How modes are told apart.",
     ),
     click.option("--min-confidence", type=float, default=0.5, help="No mode is named below this posterior."),
     click.option(
@@ -20,6 +23,9 @@ OPTIONS = (
     ),
     click.option(
         "--threshold-sd", type=float, default=3.0, help="Thresholds of C_k and C_d in standard deviations."
+    ),
+    click.option(
+        "--min-sideslip", type=float, default=0.0, help="v_lat/v_long up to which tyres count as gripping."
     ),
     click.option(
         "--window", "window_s", type=float, help="Differentiator window in s; else from rate and noise."
@@ -34,6 +40,7 @@ NAMES = (
     "min_confidence",
     "simultaneous",
     "threshold_sd",
+    "min_sideslip",
     "window_s",
     "degree",
     "kappa",

@@ -12,7 +12,7 @@ from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.roads import make_road
 from wmr_replay.differentiate.windows import UNIFORM_TOLERANCE_NS, WindowRules, find_windows
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSetting
 
 
@@ -81,16 +81,22 @@ class Differentiator:
         self._t_ns = np.empty(0, np.int64)
         self._samples: F64 | None = None
         self._inputs = np.empty((len(folds), 0))
+        self._restarts = np.empty(0, bool)
         self._start_ns: int | None = None
 
-    def push(self, t_ns: I64, samples: F64, inputs: F64) -> Derivatives:
-        """Rows of strictly increasing stamps: ``samples`` (s, n), ``inputs`` (k, n)."""
+    def push(self, t_ns: I64, samples: F64, inputs: F64, restarts: Bool | None = None) -> Derivatives:
+        """Rows of strictly increasing stamps: ``samples`` (s, n), ``inputs`` (k, n).
+
+        No window reaches back behind a row where ``restarts`` (n,) is set, as none does over a hole.
+        """
         if self._start_ns is None and t_ns.size:
             self._start_ns = int(t_ns[0])
         n_old = len(self._t_ns)
         held = self._append(t_ns, samples, inputs)
+        new = np.zeros(len(t_ns), bool) if restarts is None else restarts
+        self._restarts = np.concatenate([self._restarts, new])
         start_ns = self._start_ns or 0
-        windows = find_windows(self._t_ns, n_old, start_ns, self._rules)
+        windows = find_windows(self._t_ns, self._restarts, n_old, start_ns, self._rules)
         self.n_gaps += windows.n_holes
         block_ns = self._rules.window_ns + UNIFORM_TOLERANCE_NS
         signals = Signals(self._t_ns, held, self._inputs, self._folds, start_ns, block_ns)
@@ -118,4 +124,4 @@ class Differentiator:
             return
         keep = max(0, min(int(first[-1]), len(self._t_ns) - self.n_taps) - 1)
         self._t_ns, self._inputs = self._t_ns[keep:], self._inputs[:, keep:]
-        self._samples = self._samples[:, keep:]
+        self._samples, self._restarts = self._samples[:, keep:], self._restarts[keep:]

@@ -36,11 +36,11 @@ class Windows(NamedTuple):
 
 
 @njit(cache=True)
-def find_windows(t_ns: I64, n_old: int, start_ns: int, rules: WindowRules) -> Windows:
+def find_windows(t_ns: I64, restarts: Bool, n_old: int, start_ns: int, rules: WindowRules) -> Windows:
     """The windows of the rows from ``n_old`` on; ``t_ns`` (n,) reaches back as far as the oldest of them.
 
     A window is uniform when it holds L samples, every step within 2 ns of the nominal one, and spans T.
-    ``coverage`` is the number of samples over L.
+    ``coverage`` is the number of samples over L. No window reaches back behind a row of ``restarts`` (n,).
     """
     n = t_ns.shape[0]
     first, state = np.zeros(n, np.int64), np.full(n, WARMING_UP, np.int8)
@@ -52,6 +52,8 @@ def find_windows(t_ns: I64, n_old: int, start_ns: int, rules: WindowRules) -> Wi
         if step > rules.hole_ns:
             behind_hole = i
             n_holes += i >= n_old
+        if restarts[i]:
+            behind_hole = i
         while t_ns[oldest] < t_ns[i] - rules.window_ns - UNIFORM_TOLERANCE_NS:
             oldest += 1
         first[i], count = oldest, i - oldest + 1

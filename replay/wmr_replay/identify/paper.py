@@ -47,10 +47,17 @@ class Rules(NamedTuple):
     half_track_m: float
     average_speed_mps: float
     window_ns: int
+    min_sideslip: float
 
 
 def make_rules(
-    robot: RobotParameters, *, window_ns: int, threshold_sd: float, min_c_k_mps: float, min_c_d_mps2: float
+    robot: RobotParameters,
+    *,
+    window_ns: int,
+    threshold_sd: float,
+    min_c_k_mps: float,
+    min_c_d_mps2: float,
+    min_sideslip: float = 0.0,
 ) -> Rules:
     """Rules for a robot. Where mass and cornering stiffness are known a skid settles with ε m v/(2 G_x)."""
     known = robot.mass_kg is not None and robot.cornering_stiffness_over_epsilon is not None
@@ -67,6 +74,7 @@ def make_rules(
         half_track_m=0.0 if robot.half_track_m is None else robot.half_track_m,
         average_speed_mps=speed if isinstance(speed, float) else np.nan,
         window_ns=window_ns,
+        min_sideslip=min_sideslip,
     )
 
 
@@ -155,7 +163,9 @@ def judge_rows(
         used = rules.alpha
         if np.isnan(used) and fitted_sd <= ALPHA_KNOWN_WITHIN * fitted:
             used = fitted
-        threshold_k = max(rules.threshold_sd * motion[6, i], rules.min_c_k_mps)
+        threshold_k = max(
+            rules.threshold_sd * motion[6, i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
+        )
         threshold_d = max(rules.threshold_sd * motion[8, i], rules.min_c_d_mps2)
         c_d = a_long - known[i] - used * force[i]
         skids, slips = abs(v_lat) > threshold_k, abs(c_d) > threshold_d

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from wmr_replay.ingest.entrance import ZSTD_MAGIC, check_entrance, unreadable
+from wmr_replay.ingest.entrance import CONVERT, ZSTD_MAGIC, check_entrance, unreadable
 from wmr_schemas.errors import LogUnusable
 
 _LISTED = re.compile(r"^(\s*)relative_file_paths:\s*\n((?:\1\s*-\s*.*\n?)+)", re.MULTILINE)
@@ -16,6 +16,9 @@ def bag_files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     listed = _listed(path / "metadata.yaml")
+    if any(name.endswith(".db3") for name in listed) or any(path.glob("*.db3")):
+        advice = CONVERT.format(path=path, stem=path.name)
+        raise LogUnusable(path, "this is a ROS 2 bag in SQLite form (.db3), not MCAP", advice)
     files = [path / name for name in listed] or sorted(path.glob("*.mcap*"), key=_natural)
     if not files:
         raise LogUnusable(

@@ -5,11 +5,11 @@ from pathlib import Path
 from wmr_replay.ingest.records import MAGIC
 from wmr_schemas.errors import LogUnusable
 
-_CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
+CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _FOREIGN = (
-    (b"SQLite format 3\0", "this is a ROS 2 bag in SQLite form (.db3), not MCAP", _CONVERT),
-    (b"#ROSBAG V", "this is a ROS 1 bag, not MCAP", _CONVERT),
+    (b"SQLite format 3\0", "this is a ROS 2 bag in SQLite form (.db3), not MCAP", CONVERT),
+    (b"#ROSBAG V", "this is a ROS 1 bag, not MCAP", CONVERT),
     (b"\x1f\x8b", "the file as a whole is compressed with gzip", "Unpack it:\n  gunzip {path}"),
     (b"ULog\x01\x12\x35", "this is a PX4 ULog, not MCAP", "Convert it to MCAP first."),
 )

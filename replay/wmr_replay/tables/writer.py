@@ -26,14 +26,24 @@ def replace_file(path: Path) -> Iterator[Path]:
 
 
 class ParquetStream:
-    """A Parquet file written batch by batch in groups of ``group_rows`` rows, with bounded memory."""
+    """A Parquet file written batch by batch in groups of ``group_rows`` rows, with bounded memory.
+
+    Measured numbers hardly repeat: their bytes are written by significance, which is smaller and takes a
+    fifth of the time of looking for repetitions.
+    """
 
     def __init__(self, path: Path, schema: pl.Schema, group_rows: int = 131_072) -> None:
         self.path, self._group_rows = path, group_rows
         self._schema = schema
         self._part = temporary_name(path)
         self._writer = pq.ParquetWriter(
-            self._part, pl.DataFrame(schema=schema).to_arrow().schema, compression="zstd"
+            self._part,
+            pl.DataFrame(schema=schema).to_arrow().schema,
+            compression="zstd",
+            use_dictionary=[
+                name for name, dtype in schema.items() if not dtype.is_float() and name != "t_ns"
+            ],
+            use_byte_stream_split=[name for name, dtype in schema.items() if dtype.is_float()],
         )
         self._waiting: list[pl.DataFrame] = []
         self._n_waiting = 0
