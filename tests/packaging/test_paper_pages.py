@@ -58,7 +58,7 @@ def test_the_figures_command_draws_figures_3_to_6(
 def test_the_pictures_on_the_pages_are_committed_and_small(root: Path) -> None:
     images = root / "docs" / "images"
     sizes = {path.name: path.stat().st_size for path in images.iterdir()}
-    assert FIGURES | {"viewer.png"} == sizes.keys()
+    assert FIGURES | {"viewer.png"} <= sizes.keys()
     assert all(sizes[name] < 150_000 for name in FIGURES)
 
 

@@ -87,8 +87,11 @@ class LogReader:
 
     @property
     def stamp_notes(self) -> list[str]:
-        """What is out of the ordinary in each channel's stamps: duplicates, backward steps, gaps, jitter."""
-        found = ((role, clock.steps.describe()) for role, clock in self.clocks.items())
+        """What is out of the ordinary in the stamps of pose and torque: duplicates, steps back, gaps, jitter.
+
+        The truth is stamped when it changes, so its steps mean nothing.
+        """
+        found = ((role, clock.steps.describe()) for role, clock in self.clocks.items() if role != "truth")
         return [f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text]
 
     @property
