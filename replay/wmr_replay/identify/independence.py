@@ -9,7 +9,7 @@ from numba import njit
 
 from wmr_schemas.arrays import F64, I64
 
-RELATIVE_TOLERANCE = 2e-3
+RELATIVE_TOLERANCE = 5e-4
 TOLERANCE_MPS = 1e-4
 MOVING_MPS = 0.02
 MEMORY_STEPS = 50.0
@@ -22,7 +22,7 @@ INDEPENDENT, NOT_INDEPENDENT, UNKNOWN = 1, -1, 0
 def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: float, step_s: float) -> bool:
     """Whether a step obeys the nonholonomic constraint to within numerical noise.
 
-    |Δp·n| ≤ 2·10⁻³ |Δp·e| + .1 mm/s · Δt for the heading at the step's start, middle or end: the three usual
+    |Δp·n| ≤ 5·10⁻⁴ |Δp·e| + .1 mm/s · Δt for the heading at the step's start, middle or end: the three usual
     ways of integrating wheel odometry.
     """
     for yaw in (yaw_before, 0.5 * (yaw_before + yaw_after), yaw_after):

@@ -11,8 +11,8 @@ from wmr_schemas.arrays import F64, I64
 
 FORCE, TURN = 6, 7
 N_VALUES = 8
-LEAST_SD = 3e-4
-"""m and rad: a pose is never trusted further than that, however quiet it is."""
+LEAST_SD = 5e-4
+"""m and rad: a bin's pose is never trusted further than that, however quiet; the model is no truer."""
 
 
 class Bin(NamedTuple):
@@ -75,8 +75,8 @@ def fill_bins(
             state.stamps[1] = t_ns[i]
             state.stamps[0] = 0
         state.sums[:3] += pose[:, i]
-        state.sums[3:5] += variances[0, i] + LEAST_SD**2
-        state.sums[5] += variances[1, i] + LEAST_SD**2
+        state.sums[3:5] += variances[0, i]
+        state.sums[5] += variances[1, i]
         step_s = (t_ns[i] - state.stamps[2]) * 1e-9 if state.stamps[2] > 0 else 0.0
         state.sums[FORCE] += (efforts[0, i] + efforts[1, i]) * step_s
         state.sums[TURN] += (efforts[1, i] - efforts[0, i]) * step_s
@@ -87,7 +87,7 @@ def fill_bins(
         if state.weights[0] >= rows_per_bin:
             count, seconds = state.weights
             values[:3, n_bins] = state.sums[:3] / count
-            values[3:6, n_bins] = state.sums[3:6] / count**2
+            values[3:6, n_bins] = np.maximum(state.sums[3:6] / count**2, LEAST_SD**2)
             values[6:, n_bins] = state.sums[6:] / (seconds if seconds > 0.0 else np.nan)
             stamps[n_bins] = state.stamps[1] + state.stamps[0] // int(count)
             n_bins += 1

@@ -116,6 +116,12 @@ def advance(
 
 
 @njit(cache=True)
+def blend(newer: float, older: float, share: float) -> float:
+    """The mean input of a step with ``share`` of its time in the newer bin: all of it with one row a bin."""
+    return newer if share == 1.0 else share * newer + (1.0 - share) * older
+
+
+@njit(cache=True)
 def run_bins(
     people: Population,
     values: F64,
@@ -124,21 +130,22 @@ def run_bins(
     prior: Prior,
     terms: Terms,
     drift: Drift,
-    rhythm: tuple[int, int, float, float],
+    rhythm: tuple[int, int, float, float, float],
 ) -> tuple[F64, F64]:
     """Every bin through the bank: posterior by mode (4, m) and mean and variance of ln α (2, m).
 
     ``last`` (4,) – time of the last bin in s, its effort sum and difference, time since the last split – is
-    carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate.
+    carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate, and the share of
+    a step that lies in the newer of its two bins.
     """
-    n_modes, most, split_s, rate = rhythm
+    n_modes, most, split_s, rate, newer = rhythm
     m = seconds.shape[0]
     posterior, ln_alpha = np.zeros((4, m)), np.zeros((2, m))
     work = np.empty((2 * N_MOVING, N_STATES))
     gain = np.empty(N_STATES)
     for k in range(m):
         step_s = seconds[k] - last[0]
-        force, turn = 0.5 * (values[FORCE, k] + last[1]), 0.5 * (values[TURN, k] + last[2])
+        force, turn = blend(values[FORCE, k], last[1], newer), blend(values[TURN, k], last[2], newer)
         last[3] += step_s
         if last[3] >= split_s - 1e-9:
             inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
@@ -241,7 +248,8 @@ class BankIdentifier:
     def _advance(self, bins: Bins) -> F64:
         s = self.settings
         drift = Drift(np.array(s.velocity_diffusions), s.alpha_diffusion_share, s.rho_diffusion_per_s)
-        rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s)
+        newer = 0.5 * (1 + 1 / self._rows_per_bin)
+        rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S
         said = run_bins(
             self._people, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
