@@ -1,0 +1,188 @@
+"""The robot's motion with every effect of the catalogue, as one step of a state; everything else uses this.
+
+State z (9,): x, y [m], yaw [rad], v_long, w = l·yaw_rate, v_lat [m/s], and the disturbances of v_long, v_lat
+and w [m/s²]. Parameters θ: see :class:`Theta`; all 0 is the base model. Written in robot conventions (REP
+103) after the paper's (3) to (5); effects after ISO 8855.
+"""
+
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from wmr_schemas.arrays import F64
+
+N_STATE = 9
+X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
+N_MOTION = 6
+"""The states that a simulation starts from; the disturbances behind them are a filter's."""
+SOFT_SIGN_MPS = 0.05
+LEAST_SPEED_MPS = 0.3
+
+
+class Theta(IntEnum):
+    """Places in θ of what an effect changes in the motion or in the measured pose."""
+
+    MASS_RATIO = 0
+    YAW_INERTIA = 1
+    DRIVE_GAIN = 2
+    ROLLING = 3
+    VISCOUS = 4
+    DRAG = 5
+    SCRUB = 6
+    YAW_DAMPING = 7
+    WHEEL_COULOMB = 8
+    WHEEL_VISCOUS = 9
+    GRADE_X = 10
+    GRADE_Y = 11
+    COM_OFFSET = 12
+    COM_YAW = 13
+    HEADING = 14
+    ARM_X = 15
+    ARM_Y = 16
+    CORNERING = 17
+    UNDECLARED = 18
+    LOAD_STEP = 19
+    PATCH = 20
+    SLIP = 21
+    EXTRA_LONG = 22
+    EXTRA_YAW = 23
+
+
+N_THETA = len(Theta)
+
+
+class Row(IntEnum):
+    """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space."""
+
+    DT = 0
+    LEFT = 1
+    RIGHT = 2
+    MODE = 3
+    LOAD = 4
+    PATCH = 5
+    SLIP = 6
+    EXTRA_LONG = 7
+    EXTRA_YAW = 8
+
+
+N_ROW = len(Row)
+IDEAL, SKIDDING, SLIPPING, BOTH = 0.0, 1.0, 2.0, 3.0
+
+
+class Base(NamedTuple):
+    """The base model's numbers. ``skid_rate_mps`` is 2 G_x/(ε m); ``speed_mps`` v̄, 0 for the paper's
+    assumption 4; the shares say what slipping leaves of α and α_yaw; ``com_yaw_per_m`` is l m/I, 0 unknown.
+    """
+
+    alpha: float
+    alpha_yaw: float
+    half_track_m: float
+    skid_rate_mps: float
+    speed_mps: float
+    slip_share: float
+    slip_share_yaw: float
+    com_yaw_per_m: float
+    lateral_decay: float
+
+
+@njit(cache=True, inline="always")
+def sign(speed: float) -> float:
+    """Sgn, softened about standstill."""
+    return np.tanh(speed / SOFT_SIGN_MPS)
+
+
+@njit(cache=True)
+def skid_rate(z: F64, row: F64, theta: F64, base: Base) -> float:
+    """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄), times what the effects make of it."""
+    speed = base.speed_mps
+    if speed <= 0.0:
+        speed = max(np.sqrt(z[V] ** 2 + z[V_LAT] ** 2 + z[W] ** 2), LEAST_SPEED_MPS)
+    lost = 1.0 - theta[Theta.PATCH] * row[Row.PATCH]
+    return base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02)
+
+
+@njit(cache=True)
+def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, float]:
+    """(dv_long/dt, dw/dt) in m/s², at the state ``z``."""
+    v, w, yaw_rate = z[V], z[W], z[W] / base.half_track_m
+    kept = (1.0 - theta[Theta.PATCH] * row[Row.PATCH]) * (1.0 - theta[Theta.SLIP] * row[Row.SLIP])
+    gain = (1.0 + theta[Theta.DRIVE_GAIN]) * kept
+    mode = row[Row.MODE]
+    slips = mode in (SLIPPING, BOTH)
+    ahead = base.alpha * gain / (1.0 + theta[Theta.MASS_RATIO])
+    ahead *= (base.slip_share if slips else 1.0) / (1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD])
+    turning = base.alpha_yaw * gain * (base.slip_share_yaw if slips else 1.0)
+    turning /= 1.0 + theta[Theta.YAW_INERTIA]
+    u_right, u_left = row[Row.RIGHT], row[Row.LEFT]
+    if theta[Theta.WHEEL_COULOMB] != 0.0 or theta[Theta.WHEEL_VISCOUS] != 0.0:
+        right, left = v + w, v - w
+        u_right -= theta[Theta.WHEEL_COULOMB] * sign(right) + theta[Theta.WHEEL_VISCOUS] * right
+        u_left -= theta[Theta.WHEEL_COULOMB] * sign(left) + theta[Theta.WHEEL_VISCOUS] * left
+    dv = ahead * (u_right + u_left) + z[D_LONG] + theta[Theta.EXTRA_LONG] * row[Row.EXTRA_LONG]
+    dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
+    dv += theta[Theta.COM_OFFSET] * yaw_rate**2
+    dw = turning * (u_right - u_left) + z[D_YAW] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
+    dw -= theta[Theta.YAW_DAMPING] * w
+    dw -= (base.com_yaw_per_m * theta[Theta.COM_OFFSET] + theta[Theta.COM_YAW]) * v * yaw_rate
+    if theta[Theta.ROLLING] != 0.0:
+        dv -= theta[Theta.ROLLING] * sign(v)
+    if theta[Theta.SCRUB] != 0.0:
+        dw -= theta[Theta.SCRUB] * sign(w)
+    if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
+        dv += theta[Theta.GRADE_X] * np.cos(z[YAW]) + theta[Theta.GRADE_Y] * np.sin(z[YAW])
+    if mode in (SKIDDING, BOTH):
+        dv += z[V_LAT] * yaw_rate / 3.0
+    return dv, dw
+
+
+@njit(cache=True)
+def next_lateral(z: F64, v: float, yaw_rate: float, row: F64, theta: F64, base: Base) -> float:
+    """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what an undeclared
+    skid of 1/UNDECLARED of the stiffness makes of it.
+    """
+    dt = row[Row.DT]
+    if row[Row.MODE] in (SKIDDING, BOTH):
+        rate = skid_rate(z, row, theta, base)
+        push = -v * yaw_rate + z[D_LAT]
+        push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
+        kept = np.exp(-rate * dt)
+        return kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9)
+    kept = np.exp(-dt * base.lateral_decay)
+    if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
+        return kept * z[V_LAT]
+    rate = skid_rate(z, row, theta, base) / theta[Theta.UNDECLARED]
+    kept = max(kept, np.exp(-rate * dt))
+    return kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate
+
+
+@njit(cache=True)
+def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
+    """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
+    dt = row[Row.DT]
+    dv, dw = accelerations(z, row, theta, base)
+    out[:] = z
+    out[V] = z[V] + dv * dt / 2
+    out[W] = z[W] + dw * dt / 2
+    out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * dt / 2
+    dv, dw = accelerations(out, row, theta, base)
+    yaw = out[YAW]
+    v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
+    lateral = next_lateral(z, v, w / base.half_track_m, row, theta, base)
+    v_lat = (z[V_LAT] + lateral) / 2
+    out[X] = z[X] + (v * np.cos(yaw) - v_lat * np.sin(yaw)) * dt
+    out[Y] = z[Y] + (v * np.sin(yaw) + v_lat * np.cos(yaw)) * dt
+    out[YAW] = z[YAW] + w / base.half_track_m * dt
+    out[V] = z[V] + dv * dt
+    out[W] = z[W] + dw * dt
+    out[V_LAT] = lateral
+
+
+@njit(cache=True)
+def measured(z: F64, theta: F64, out: F64) -> None:
+    """``out`` (3,) ← the pose that is measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
+    cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
+    out[0] = z[X] + cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]
+    out[1] = z[Y] + sin * theta[Theta.ARM_X] + cos * theta[Theta.ARM_Y]
+    out[2] = z[YAW] + theta[Theta.HEADING]

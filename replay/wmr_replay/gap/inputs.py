@@ -1,0 +1,81 @@
+"""Torques as they act: imbalance, bias, dead-zone, saturation, lag and delay, averaged over each step."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from wmr_schemas.arrays import F64, NS_PER_S
+from wmr_schemas.signals import TorqueTrack
+
+
+class InputEffects(NamedTuple):
+    """Parameters of the effects on the inputs; 0 (infinity for the limit) is none."""
+
+    imbalance: float = 0.0
+    bias_common_nm: float = 0.0
+    bias_differential_nm: float = 0.0
+    deadzone_nm: float = 0.0
+    limit_nm: float = np.inf
+    lag_s: float = 0.0
+    delay_s: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueHistory:
+    """Efforts (2, m), left and right, in N·m, each held from its stamp ``t_s`` (m,) on."""
+
+    t_s: F64
+    efforts_nm: F64
+
+    @classmethod
+    def of(cls, track: TorqueTrack, start_ns: int) -> "TorqueHistory":
+        """Rows with a known effort on both wheels."""
+        known = np.isfinite(track.left_nm) & np.isfinite(track.right_nm)
+        t_s = (track.t_ns[known] - start_ns) / NS_PER_S
+        return cls(t_s, np.stack([track.left_nm[known], track.right_nm[known]]))
+
+    def means(self, edges_s: F64, effects: InputEffects) -> F64:
+        """Mean effort (2, n) over each step from ``edges_s[k-1]`` to ``edges_s[k]``; the first is the value
+        there. Exact for held torques, with the lag and the delay.
+        """
+        acting = static_part(self.efforts_nm, effects)
+        at_s = edges_s - effects.delay_s
+        integral = np.stack([integral_of(self.t_s, u, effects.lag_s, at_s) for u in acting])
+        steps = np.diff(edges_s)
+        first = acting[:, [max(int(np.searchsorted(self.t_s, at_s[0], side="right")) - 1, 0)]]
+        return np.concatenate([first, np.diff(integral, axis=1) / steps], axis=1)
+
+
+def static_part(efforts_nm: F64, effects: InputEffects) -> F64:
+    """Imbalance and bias, then dead-zone, then saturation, on (2, m)."""
+    e = effects
+    u = efforts_nm * np.array([[1 - e.imbalance], [1 + e.imbalance]])
+    u = u + e.bias_common_nm + e.bias_differential_nm * np.array([[-1.0], [1.0]])
+    if e.deadzone_nm > 0:
+        u = np.sign(u) * np.maximum(np.abs(u) - e.deadzone_nm, 0.0)
+    return np.clip(u, -e.limit_nm, e.limit_nm)
+
+
+@njit(cache=True)
+def integral_of(t_s: F64, u: F64, lag_s: float, at_s: F64) -> F64:
+    """∫ y dt up to each of ``at_s`` (increasing), where lag·ẏ = u − y and u is held from stamp to stamp.
+
+    ∫ y = ∫ u − lag·(y − y₀), and y follows each held piece by its exponential.
+    """
+    out = np.empty(len(at_s))
+    i, area, y, here = 0, 0.0, u[0], t_s[0]
+    for k in range(len(at_s)):
+        while i + 1 < len(t_s) and t_s[i + 1] <= at_s[k]:
+            area += u[i] * (t_s[i + 1] - here)
+            y = u[i] + (y - u[i]) * np.exp(-(t_s[i + 1] - here) / lag_s) if lag_s > 0.0 else u[i]
+            i += 1
+            here = t_s[i]
+        dt = at_s[k] - here
+        total = area + u[i] * dt
+        if lag_s > 0.0:
+            now = u[i] + (y - u[i]) * np.exp(-max(dt, 0.0) / lag_s)
+            total -= lag_s * (now - u[0])
+        out[k] = total
+    return out

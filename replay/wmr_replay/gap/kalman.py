@@ -1,0 +1,297 @@
+"""Prediction errors: an extended Kalman filter over the log, with the sensitivity of every innovation.
+
+Innovations are whitened one measured component after the other (scalar updates, Joseph's form), so no matrix
+is inverted. The sensitivity of the state to each parameter runs through the same gains:
+S⁻ = F S + ∂f/∂θ, ψ = (H S⁻ + ∂h/∂θ)/√s, S = S⁻ − K (H S⁻ + ∂h/∂θ), so that e(θ + δ) ≈ e(θ) − ψᵀδ.
+Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225, for prediction-error estimation with a
+diffusion; sensitivities after Ljung, System Identification (1999), ch. 10.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.gap.field import (
+    D_LAT,
+    D_LONG,
+    D_YAW,
+    N_STATE,
+    SKIDDING,
+    BOTH,
+    SLIPPING,
+    V,
+    V_LAT,
+    W,
+    Base,
+    Row,
+    Theta,
+    measured,
+    step,
+)
+from wmr_schemas.arrays import F64, I64
+
+LOG_TWO_PI = float(np.log(2 * np.pi))
+DIFFERENCE = 1e-6
+SLIP_DISTURBANCE_MPS2 = 0.5
+SWITCH_SD_MPS = 0.05
+OUTLIER_SD = 6.0
+
+
+class Diffusion(NamedTuple):
+    """Disturbances: standard deviation and correlation time of each; the lateral one is a velocity."""
+
+    long_sd_mps2: float
+    long_tau_s: float
+    yaw_sd_mps2: float
+    yaw_tau_s: float
+    lat_sd_mps: float
+    lat_tau_s: float
+
+
+class Passed(NamedTuple):
+    """What a pass gives: −2 log likelihood per row (n,), whitened innovations (n, 3), filtered states (n, 9),
+    whitened sensitivities (n, 3, p).
+    """
+
+    deviance: F64
+    innovations: F64
+    states: F64
+    sensitivities: F64
+
+
+@njit(cache=True)
+def jacobian(z: F64, row: F64, theta: F64, base: Base, ahead: F64, moved: F64, F: F64) -> None:
+    """``F`` (9, 9) ← ∂step/∂z, by differences from ``moved`` = step(z)."""
+    other = z.copy()
+    F[:, :2] = 0.0
+    F[0, 0], F[1, 1] = 1.0, 1.0
+    for j in range(2, N_STATE):
+        other[j] = z[j] + DIFFERENCE
+        step(other, row, theta, base, ahead)
+        for i in range(N_STATE):
+            F[i, j] = (ahead[i] - moved[i]) / DIFFERENCE
+        other[j] = z[j]
+
+
+@njit(cache=True)
+def add_noise(P: F64, row: F64, previous_mode: float, noise: Diffusion) -> None:
+    """Process noise of one step onto ``P``: exact for the Ornstein–Uhlenbeck states."""
+    dt, mode = row[Row.DT], row[Row.MODE]
+    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.long_tau_s))
+    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.long_tau_s))
+    P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.yaw_tau_s))
+    if mode in (SKIDDING, BOTH):
+        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
+    else:
+        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - np.exp(-2 * dt / noise.lat_tau_s))
+    if mode in (SLIPPING, BOTH):
+        P[V, V] += SLIP_DISTURBANCE_MPS2**2 * dt
+        P[W, W] += SLIP_DISTURBANCE_MPS2**2 * dt
+    if mode != previous_mode:
+        P[V, V] += SWITCH_SD_MPS**2
+        P[W, W] += SWITCH_SD_MPS**2
+
+
+@njit(cache=True)
+def fade(F: F64, z: F64, row: F64, noise: Diffusion) -> None:
+    """The disturbances die out over the step: their rows of ``F`` and of ``z``."""
+    dt = row[Row.DT]
+    for d, tau in ((D_LONG, noise.long_tau_s), (D_LAT, noise.long_tau_s), (D_YAW, noise.yaw_tau_s)):
+        kept = np.exp(-dt / tau)
+        z[d] *= kept
+        F[d, d] *= kept
+
+
+@njit(cache=True)
+def spread(F: F64, P: F64, scratch: F64) -> None:
+    """``P`` ← F P Fᵀ; F is the identity but for its first six rows and the disturbances' diagonal."""
+    for i in range(N_STATE):
+        for j in range(N_STATE):
+            total = 0.0
+            if i < 6:
+                for k in range(N_STATE):
+                    total += F[i, k] * P[k, j]
+            else:
+                total = F[i, i] * P[i, j]
+            scratch[i, j] = total
+    for i in range(N_STATE):
+        for j in range(i + 1):
+            total = 0.0
+            if j < 6:
+                for k in range(N_STATE):
+                    total += scratch[i, k] * F[j, k]
+            else:
+                total = scratch[i, j] * F[j, j]
+            P[i, j] = total
+            P[j, i] = total
+
+
+@njit(cache=True)
+def slopes_of_measurement(z: F64, theta: F64, H: F64, at: F64, other: F64) -> None:
+    """``H`` (3, 9) ← ∂measured/∂z; only x, y and yaw count."""
+    measured(z, theta, at)
+    keep = z.copy()
+    for j in range(3):
+        keep[j] = z[j] + DIFFERENCE
+        measured(keep, theta, other)
+        for i in range(3):
+            H[i, j] = (other[i] - at[i]) / DIFFERENCE
+        keep[j] = z[j]
+
+
+@njit(cache=True)
+def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
+    """One scalar measurement with slope ``h`` (3,) on x, y, yaw; leaves the gain; gives the innovation's
+    variance.
+    """
+    for i in range(N_STATE):
+        gain[i] = P[i, 0] * h[0] + P[i, 1] * h[1] + P[i, 2] * h[2]
+    s = variance + h[0] * gain[0] + h[1] * gain[1] + h[2] * gain[2]
+    for i in range(N_STATE):
+        for j in range(i + 1):
+            P[i, j] -= gain[i] * gain[j] / s
+            P[j, i] = P[i, j]
+    for i in range(N_STATE):
+        gain[i] /= s
+        z[i] += gain[i] * error
+        P[i, i] = max(P[i, i], 1e-16)
+    return s
+
+
+@njit(cache=True)
+def filter_pass(
+    rows: F64,
+    poses: F64,
+    variances: F64,
+    first: F64,
+    theta: F64,
+    base: Base,
+    noise: Diffusion,
+    wanted: I64,
+    cells: I64,
+    n_cells: int,
+    efforts: F64,
+    keep: bool,
+) -> Passed:
+    """One pass over ``rows`` (n, 9) and ``poses`` (n, 3) with measurement ``variances`` (n, 3).
+
+    ``first`` (9,) is the state of row 0, known poorly. Sensitivities, in this order: to θ at the places
+    ``wanted``; to each of ``efforts`` (q, n, 2), changes of the left and right effort per unit of a parameter;
+    to a loss of α within each of ``n_cells`` cells (``cells`` (n,) says in which a row lies, −1 in none), of
+    α_yaw likewise. With ``keep`` false they and the states are left out.
+    """
+    n, n_theta, n_efforts = len(rows), len(wanted), len(efforts)
+    p = n_theta + n_efforts + 2 * n_cells
+    deviance = np.zeros(n)
+    innovations = np.zeros((n, 3))
+    states = np.zeros((n if keep else 0, N_STATE))
+    sensitivities = np.zeros((n if keep else 0, 3, p))
+    S, moved_S = np.zeros((N_STATE, p)), np.zeros((N_STATE, p))
+    z, P = first.copy(), np.zeros((N_STATE, N_STATE))
+    F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
+    ahead, moved = np.zeros(N_STATE), np.zeros(N_STATE)
+    H, at, other, gain = np.zeros((3, N_STATE)), np.zeros(3), np.zeros(3), np.zeros(N_STATE)
+    slopes = np.zeros(p)
+    changed = theta.copy()
+    for i in range(N_STATE):
+        P[i, i] = 0.25
+    P[D_LONG, D_LONG] = noise.long_sd_mps2**2
+    P[D_LAT, D_LAT] = noise.long_sd_mps2**2
+    P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
+    P[V_LAT, V_LAT] = noise.lat_sd_mps**2 + 1e-6
+    row = rows[0].copy()
+    live = np.zeros(p, np.bool_)
+    for j in range(n_theta):
+        live[j] = True
+    for j in range(n_efforts):
+        live[n_theta + j] = True
+    for k in range(n):
+        if k > 0:
+            row[:] = rows[k]
+            step(z, row, theta, base, moved)
+            jacobian(z, row, theta, base, ahead, moved, F)
+            fade(F, moved, row, noise)
+            if keep:
+                dt = row[Row.DT]
+                for j in range(p):
+                    if live[j]:
+                        for i in range(N_STATE):
+                            total = 0.0
+                            if i < 6:
+                                for m in range(N_STATE):
+                                    total += F[i, m] * S[m, j]
+                            else:
+                                total = F[i, i] * S[i, j]
+                            moved_S[i, j] = total
+                for j in range(n_theta):
+                    place = wanted[j]
+                    changed[place] = theta[place] + DIFFERENCE
+                    step(z, row, changed, base, ahead)
+                    changed[place] = theta[place]
+                    for i in range(6):
+                        moved_S[i, j] += (ahead[i] - moved[i]) / DIFFERENCE
+                for j in range(n_efforts):
+                    left, right = efforts[j, k, 0], efforts[j, k, 1]
+                    if left != 0.0 or right != 0.0:
+                        size = DIFFERENCE
+                        row[Row.LEFT] = rows[k, Row.LEFT] + size * left
+                        row[Row.RIGHT] = rows[k, Row.RIGHT] + size * right
+                        step(z, row, theta, base, ahead)
+                        for i in range(6):
+                            moved_S[i, n_theta + j] += (ahead[i] - moved[i]) / size
+                        row[Row.LEFT], row[Row.RIGHT] = rows[k, Row.LEFT], rows[k, Row.RIGHT]
+                if n_cells > 0 and cells[k] >= 0:
+                    j = n_theta + n_efforts + cells[k]
+                    live[j] = True
+                    live[j + n_cells] = True
+                    row[Row.SLIP] = 0.0
+                    step(z, row, theta, base, ahead)
+                    both = ahead.copy()
+                    row[Row.LEFT] -= DIFFERENCE * (rows[k, Row.LEFT] + rows[k, Row.RIGHT]) / 2
+                    row[Row.RIGHT] -= DIFFERENCE * (rows[k, Row.LEFT] + rows[k, Row.RIGHT]) / 2
+                    step(z, row, theta, base, ahead)
+                    for i in range(6):
+                        moved_S[i, j] += (ahead[i] - both[i]) / DIFFERENCE
+                    row[Row.LEFT] = rows[k, Row.LEFT]
+                    row[Row.RIGHT] = rows[k, Row.RIGHT]
+                    half = (rows[k, Row.RIGHT] - rows[k, Row.LEFT]) / 2
+                    row[Row.LEFT] += DIFFERENCE * half
+                    row[Row.RIGHT] -= DIFFERENCE * half
+                    step(z, row, theta, base, ahead)
+                    for i in range(6):
+                        moved_S[i, j + n_cells] += (ahead[i] - both[i]) / DIFFERENCE
+                S[:, :] = moved_S
+            z[:] = moved
+            spread(F, P, scratch)
+            add_noise(P, row, rows[k - 1, Row.MODE], noise)
+        slopes_of_measurement(z, theta, H, at, other)
+        for c in range(3):
+            if not np.isfinite(poses[k, c]):
+                continue
+            measured(z, theta, at)
+            error = poses[k, c] - at[c]
+            if keep:
+                for j in range(p):
+                    if live[j]:
+                        slopes[j] = H[c, 0] * S[0, j] + H[c, 1] * S[1, j] + H[c, 2] * S[2, j]
+                for j in range(n_theta):
+                    place = wanted[j]
+                    if place in (Theta.HEADING, Theta.ARM_X, Theta.ARM_Y):
+                        changed[place] = theta[place] + DIFFERENCE
+                        measured(z, changed, other)
+                        changed[place] = theta[place]
+                        slopes[j] += (other[c] - at[c]) / DIFFERENCE
+            s = update(z, P, H[c], error, variances[k, c], gain)
+            e = error / np.sqrt(s)
+            innovations[k, c] = e
+            deviance[k] += np.log(s) + LOG_TWO_PI + min(e * e, OUTLIER_SD**2)
+            if keep:
+                for j in range(p):
+                    if live[j]:
+                        sensitivities[k, c, j] = slopes[j] / np.sqrt(s)
+                        for i in range(N_STATE):
+                            S[i, j] -= gain[i] * slopes[j]
+        if keep:
+            states[k] = z
+    return Passed(deviance, innovations, states, sensitivities)

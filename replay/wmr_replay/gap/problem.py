@@ -1,0 +1,116 @@
+"""A drive split into what is fitted and what is held out, and the likelihood of an extended model on it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from wmr_replay.gap.drive import Drive
+from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.field import N_STATE, V, W, Row
+from wmr_replay.gap.kalman import Diffusion, Passed, filter_pass
+from wmr_schemas.arrays import F64, I64, Bool
+
+PERIOD_S, HELD_OUT_S = 12.0, 4.0
+NOTHING = np.zeros(0, np.int64)
+NO_EFFORTS = np.zeros((0, 0, 2))
+LEAST, MOST = np.log([1e-4, 0.05, 1e-4, 0.05, 1e-5]), np.log([5.0, 10.0, 5.0, 10.0, 0.5])
+START = np.log([0.05, 0.4, 0.05, 0.4, 0.01])
+PRIOR_SD = 3.0
+LAT_TAU_S = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """``train`` (n,) marks the rows that are fitted: all but the last 4 s of every 12 s."""
+
+    drive: Drive
+    train: Bool
+    first: F64
+
+    @classmethod
+    def of(cls, drive: Drive, shift_s: float = 0.0) -> "Problem":
+        """Split at fixed times, ``shift_s`` later."""
+        phase = (drive.t_s - shift_s) % PERIOD_S
+        return cls(drive, phase < PERIOD_S - HELD_OUT_S, first_state(drive))
+
+    def passed(
+        self,
+        extension: Extension,
+        noise: Diffusion,
+        *,
+        wanted: I64 = NOTHING,
+        cells: I64 = NOTHING,
+        n_cells: int = 0,
+        efforts: F64 = NO_EFFORTS,
+        keep: bool = False,
+    ) -> Passed:
+        """The filter over the whole drive, held-out rows included: those are left out of sums only."""
+        drive = self.drive
+        first = self.first.copy()
+        first[W] *= extension.base.half_track_m
+        return filter_pass(
+            extension.rows(drive),
+            drive.pose,
+            drive.variances,
+            first,
+            extension.theta(),
+            extension.base,
+            noise,
+            wanted,
+            cells if n_cells else np.zeros(0, np.int64),
+            n_cells,
+            efforts,
+            keep,
+        )
+
+    def deviance(self, extension: Extension, noise: Diffusion) -> float:
+        """−2 log likelihood of the fitted rows."""
+        return float(self.passed(extension, noise).deviance[self.train].sum())
+
+
+def first_state(drive: Drive) -> F64:
+    """Pose of the first bin, and speeds by least squares over the first .4 s (w still as yaw rate)."""
+    head = drive.t_s <= drive.t_s[0] + 0.4
+    slopes = np.polyfit(drive.t_s[head] - drive.t_s[0], drive.pose[head], 1)
+    z = np.zeros(N_STATE)
+    z[:3] = slopes[1]
+    z[V] = slopes[0, 0] * np.cos(z[2]) + slopes[0, 1] * np.sin(z[2])
+    z[W] = slopes[0, 2]
+    return z
+
+
+def diffusion_of(logs: F64) -> Diffusion:
+    """From logarithms of the two standard deviations and times, and the lateral standard deviation."""
+    a, b, c, d, e = np.exp(np.clip(logs, LEAST, MOST))
+    return Diffusion(float(a), float(b), float(c), float(d), float(e), LAT_TAU_S)
+
+
+def logs_of(noise: Diffusion) -> F64:
+    """The inverse of :func:`diffusion_of`."""
+    return np.log(np.array(noise[:5]))
+
+
+def fit_noise(
+    problem: Problem, extension: Extension, start: Diffusion | None = None, iterations: int = 8
+) -> tuple[Diffusion, float]:
+    """The diffusion of the greatest likelihood, and its deviance; a wide prior keeps what is not seen."""
+    x0 = START if start is None else logs_of(start)
+
+    def cost(logs: F64) -> float:
+        prior = float(np.sum(((logs - START) / PRIOR_SD) ** 2))
+        return problem.deviance(extension, diffusion_of(logs)) + prior
+
+    found = minimize(
+        cost,
+        x0,
+        method="L-BFGS-B",
+        bounds=list(zip(LEAST, MOST, strict=True)),
+        options={"maxiter": iterations, "eps": 1e-3, "ftol": 1e-7},
+    )
+    return diffusion_of(found.x), float(found.fun)
+
+
+def slipping(rows: F64) -> Bool:
+    """Rows whose mode is slipping."""
+    return np.asarray(rows[:, Row.MODE] >= 2)

@@ -1,0 +1,97 @@
+"""Effects fitted in full: Gauss–Newton on the whitened innovations, in turns with the diffusion."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.gap.candidates import BY_NAME
+from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.kalman import Diffusion
+from wmr_replay.gap.problem import Problem, fit_noise
+from wmr_schemas.arrays import F64
+
+Key = tuple[str, str]
+CLIP = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """An extended model with its diffusion; ``psi`` (n, 3, q) are sensitivities to ``keys`` over all rows."""
+
+    extension: Extension
+    noise: Diffusion
+    deviance: float
+    keys: tuple[Key, ...]
+    psi: F64
+    innovations: F64
+
+    @property
+    def values(self) -> F64:
+        """The fitted parameters (q,)."""
+        return np.array([self.extension.effects[name][key] for name, key in self.keys])
+
+
+def keys_of(extension: Extension) -> tuple[Key, ...]:
+    """Every free parameter of the effects."""
+    return tuple((name, key) for name in extension.effects for key in BY_NAME[name].free)
+
+
+def replaced(extension: Extension, keys: tuple[Key, ...], values: F64) -> Extension:
+    """The parameters named by ``keys`` set to ``values``, within their bounds."""
+    effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
+    for (name, key), value in zip(keys, values, strict=True):
+        effects[name][key] = float(np.clip(value, *BY_NAME[name].bounds[key]))
+    return Extension(extension.base, effects, extension.wheel_radius_m)
+
+
+def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, at: F64) -> F64:
+    """Ψ (n, 3, q) = −∂e/∂parameter, by differences from the innovations ``at``."""
+    keys = keys_of(extension)
+    psi = np.zeros((*at.shape, len(keys)))
+    for j, (name, key) in enumerate(keys):
+        value, size = extension.effects[name][key], BY_NAME[name].steps[key]
+        if value + size > BY_NAME[name].bounds[key][1]:
+            size = -size
+        moved = replaced(extension, ((name, key),), np.array([value + size]))
+        psi[:, :, j] = (at - problem.passed(moved, noise).innovations) / size
+    return psi
+
+
+def gauss_newton(problem: Problem, extension: Extension, noise: Diffusion, steps: int = 4) -> Fit:
+    """Damped steps until the deviance stops falling."""
+    keys = keys_of(extension)
+    passed = problem.passed(extension, noise)
+    deviance = float(passed.deviance[problem.train].sum())
+    for _ in range(steps):
+        psi = sensitivities(problem, extension, noise, passed.innovations)
+        move = newton_step(psi[problem.train], passed.innovations[problem.train])
+        values = np.array([extension.effects[name][key] for name, key in keys])
+        for damping in (1.0, 0.4, 0.1):
+            tried = replaced(extension, keys, values + damping * move)
+            new = problem.passed(tried, noise)
+            new_deviance = float(new.deviance[problem.train].sum())
+            if new_deviance < deviance:
+                break
+        else:
+            break
+        gained, extension, passed, deviance = deviance - new_deviance, tried, new, new_deviance
+        if gained < 0.1:
+            break
+    psi = sensitivities(problem, extension, noise, passed.innovations)
+    return Fit(extension, noise, deviance, keys, psi, passed.innovations)
+
+
+def newton_step(psi: F64, e: F64) -> F64:
+    """(ψᵀψ)⁻¹ ψᵀe; directions that the data do not see are left alone."""
+    flat = psi.reshape(-1, psi.shape[2])
+    scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
+    solution, *_ = np.linalg.lstsq(flat / scale, np.clip(e, -CLIP, CLIP).ravel(), rcond=1e-6)
+    return np.asarray(solution / scale)
+
+
+def refit(problem: Problem, extension: Extension, noise: Diffusion, rounds: int = 2) -> Fit:
+    """Effects and diffusion in turns."""
+    for _ in range(rounds):
+        extension = gauss_newton(problem, extension, noise, 3).extension
+        noise, _ = fit_noise(problem, extension, noise, 4)
+    return gauss_newton(problem, extension, noise, 2)
