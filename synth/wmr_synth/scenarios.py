@@ -7,7 +7,9 @@ import numpy as np
 
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.modes import ContactMode
+from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import ModeTrack
+from wmr_synth import patrol
 from wmr_synth.drivers import ClosedLoop, Driver, Waypoints, constant_effort
 from wmr_synth.sensors import Sensors
 from wmr_synth.traction import FrictionTrack
@@ -35,13 +37,18 @@ class Plan:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A named plan; ``plan`` takes the duration in s and the scenario's random stream."""
+    """A named plan; ``plan`` takes the duration in s and the scenario's random stream.
+
+    ``disturbed`` ones have a coloured disturbance unless another is asked for.
+    """
 
     name: str
     description: str
     duration_s: float
     plan: Callable[[float, np.random.Generator], Plan]
     sensors: Sensors = MOTION_CAPTURE
+    robot: RobotParameters = PAPER_ROBOT
+    disturbed: bool = False
 
 
 def phases(modes: tuple[ContactMode, ...], lengths_s: tuple[float, ...], duration_s: float) -> ModeTrack:
@@ -154,6 +161,19 @@ def random_traction_plan(duration_s: float, rng: np.random.Generator) -> Plan:
     return limit_traction(plan, np.exp(rng.uniform(np.log(0.01), np.log(0.06), max(len(plan.modes), 1))))
 
 
+def patrol_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """The patrol, and a robot that skids and slips now and then (``patrol``)."""
+    modes = patrol.occasional_phases(duration_s, rng)
+    return Plan(ClosedLoop(patrol.stop_go_reverse_turn(duration_s, rng), patrol.GAINS), modes)
+
+
+def cruise_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """Nearly constant speed, hardly any turning, ideal rolling throughout."""
+    path = patrol.nearly_steady(duration_s, rng)
+    modes = phases((IDEAL,), (duration_s,), duration_s)
+    return Plan(ClosedLoop(path, patrol.GAINS), modes, path.v_long_mps[0])
+
+
 _SCENARIOS = (
     Scenario(
         "paper-acceleration",
@@ -220,6 +240,22 @@ _SCENARIOS = (
         "as random; slipping where the torque exceeds what friction carries",
         120.0,
         random_traction_plan,
+    ),
+    Scenario(
+        "patrol",
+        "a 30 kg robot: stop, go, reverse and turn by seed, some skidding and slipping; good excitation",
+        90.0,
+        patrol_plan,
+        robot=patrol.SMALL_ROBOT,
+        disturbed=True,
+    ),
+    Scenario(
+        "cruise",
+        "the same robot at a nearly constant speed with little turning; poor excitation",
+        90.0,
+        cruise_plan,
+        robot=patrol.SMALL_ROBOT,
+        disturbed=True,
     ),
 )
 
