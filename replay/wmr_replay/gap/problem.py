@@ -16,6 +16,7 @@ NOTHING = np.zeros(0, np.int64)
 NO_EFFORTS = np.zeros((0, 0, 2))
 LEAST, MOST = np.log([1e-4, 0.05, 1e-4, 0.05, 1e-5]), np.log([5.0, 10.0, 5.0, 10.0, 0.5])
 START = np.log([0.05, 0.4, 0.05, 0.4, 0.01])
+CALM = np.log([0.02, 0.4, 0.02, 0.4, 0.002])
 PRIOR_SD = 3.0
 LAT_TAU_S = 0.2
 
@@ -94,8 +95,11 @@ def logs_of(noise: Diffusion) -> F64:
 def fit_noise(
     problem: Problem, extension: Extension, start: Diffusion | None = None, iterations: int = 8
 ) -> tuple[Diffusion, float]:
-    """The diffusion of the greatest likelihood, and its deviance; a wide prior keeps what is not seen."""
-    x0 = START if start is None else logs_of(start)
+    """The diffusion of the greatest likelihood, and its deviance; a wide prior keeps what is not seen.
+
+    The search begins where the likelihood is best of ``start``, the same with calmer disturbances on either
+    channel, and a calm one.
+    """
 
     def cost(logs: F64) -> float:
         prior = float(np.sum(((logs - START) / PRIOR_SD) ** 2))
@@ -103,14 +107,18 @@ def fit_noise(
 
     found = minimize(
         cost,
-        x0,
+        min(beginnings(start), key=cost),
         method="L-BFGS-B",
         bounds=list(zip(LEAST, MOST, strict=True)),
-        options={"maxiter": iterations, "eps": 1e-3, "ftol": 1e-7},
+        options={"maxiter": iterations, "eps": 1e-3, "ftol": 1e-6},
     )
     return diffusion_of(found.x), float(found.fun)
 
 
-def slipping(rows: F64) -> Bool:
-    """Rows whose mode is slipping."""
-    return np.asarray(rows[:, Row.MODE] >= 2)
+def beginnings(start: Diffusion | None) -> list[F64]:
+    """Where a search for the diffusion may begin."""
+    if start is None:
+        return [START]
+    logs = logs_of(start)
+    calm = np.minimum(logs, CALM)
+    return [logs, np.concatenate([calm[:2], logs[2:]]), np.concatenate([logs[:2], calm[2:4], logs[4:]]), calm]

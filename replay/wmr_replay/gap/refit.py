@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.candidates import BY_NAME
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
-from wmr_replay.gap.problem import Problem, fit_noise
+from wmr_replay.gap.problem import Problem
 from wmr_schemas.arrays import F64
 
 Key = tuple[str, str]
@@ -24,6 +24,7 @@ class Fit:
     keys: tuple[Key, ...]
     psi: F64
     innovations: F64
+    row_deviance: F64
 
     @property
     def values(self) -> F64:
@@ -78,7 +79,7 @@ def gauss_newton(problem: Problem, extension: Extension, noise: Diffusion, steps
         if gained < 0.1:
             break
     psi = sensitivities(problem, extension, noise, passed.innovations)
-    return Fit(extension, noise, deviance, keys, psi, passed.innovations)
+    return Fit(extension, noise, deviance, keys, psi, passed.innovations, passed.deviance)
 
 
 def newton_step(psi: F64, e: F64) -> F64:
@@ -87,11 +88,3 @@ def newton_step(psi: F64, e: F64) -> F64:
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
     solution, *_ = np.linalg.lstsq(flat / scale, np.clip(e, -CLIP, CLIP).ravel(), rcond=1e-6)
     return np.asarray(solution / scale)
-
-
-def refit(problem: Problem, extension: Extension, noise: Diffusion, rounds: int = 2) -> Fit:
-    """Effects and diffusion in turns."""
-    for _ in range(rounds):
-        extension = gauss_newton(problem, extension, noise, 3).extension
-        noise, _ = fit_noise(problem, extension, noise, 4)
-    return gauss_newton(problem, extension, noise, 2)

@@ -1,84 +1,190 @@
 """Which effects are missing: leads fitted in full, the best accepted while it passes, up to three."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2, t as student
+from scipy.stats import chi2
+from scipy.stats import t as student
 
 from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem, fit_noise
-from wmr_replay.gap.refit import Fit, refit
+from wmr_replay.gap.prove import Proof, prove
+from wmr_replay.gap.refit import Fit, gauss_newton
 from wmr_replay.gap.scan import Lead, scan
 from wmr_schemas.arrays import F64
 
 MOST_EFFECTS, MOST_FITTED = 3, 6
 BLOCK_S, LEVEL = 2.0, 0.01
+LIKE, LIKE_SHARE = 0.5, 0.15
+LOCAL = ("slip_interval", "low_friction_patch")
+PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A lead fitted in full: its gain over the model before, and what was scanned to find it."""
+    """A lead fitted in full, and how it stands."""
 
     lead: Lead
     fit: Fit
     gain: float
-    penalty: float
-    tried: int
+    score: float
     p_value: float
-    p_robust: float
+    likeness: float = 0.0
+    proof: Proof | None = None
+    failed: str = ""
 
 
-def select(problem: Problem, extension: Extension, log=None):
-    noise, deviance = fit_noise(problem, extension)
-    current = refit(problem, extension, noise) if extension.effects else Fit(extension, noise, deviance, (), np.zeros((len(problem.drive),3,0)), problem.passed(extension, noise).innovations)
-    found = []
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Effects found, in order, with every stage's attempts."""
+
+    base: Fit
+    fit: Fit
+    found: tuple[Tried, ...]
+    stages: tuple[tuple[Tried, ...], ...]
+
+
+def fitted(problem: Problem, extension: Extension, noise=None, iterations=8, steps=3) -> Fit:
+    """Effects and diffusion at the greatest likelihood, in turns."""
+    if not extension.effects:
+        noise, _ = fit_noise(problem, extension, noise, iterations)
+        return gauss_newton(problem, extension, noise, 0)
+    if noise is None:
+        noise, _ = fit_noise(problem, extension, None, iterations)
+    extension = gauss_newton(problem, extension, noise, steps).extension
+    noise, _ = fit_noise(problem, extension, noise, iterations)
+    return gauss_newton(problem, extension, noise, 2)
+
+
+def select(problem: Problem, extension: Extension) -> Selection:
+    """Forward, one effect at a time; after each acceptance, what has become needless goes."""
+    base = current = fitted(problem, extension, None, 12)
+    found: list[Tried] = []
+    stages: list[tuple[Tried, ...]] = []
     for _ in range(MOST_EFFECTS):
         tried = attempts(problem, current)
-        if log is not None: log.append(tried)
-        if not tried: break
-        best = tried[0]
-        if best.p_value > LEVEL or best.p_robust > LEVEL: break
-        found.append(best); current = best.fit
+        tried = tuple(judged(problem, current, a, found) if i < 2 else a for i, a in enumerate(tried))
+        stages.append(tried)
+        passing = [a for a in tried[:1] if not a.failed]
+        if not passing:
+            break
+        found.append(passing[0])
+        current = passing[0].fit
+        current, found = eliminated(problem, current, found)
+    return Selection(base, current, tuple(found), tuple(stages))
+
+
+def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
+    """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves."""
+    leads = scan(problem, current.extension, current.noise, current.psi)
+    best = max(leads, key=score_of)
+    if score_of(best) < -10:
+        return ()
+    first = fitted(problem, joined(current, best), current.noise, 6)
+    noise = first.noise
+    here = gauss_newton(problem, current.extension, noise, 2 if current.extension.effects else 0)
+    leads = sorted(scan(problem, current.extension, noise, here.psi), key=score_of, reverse=True)
+    if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
+        leads = [best, *leads]
+    quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in leads[:MOST_FITTED] if lead.gain > 8.0]
+    quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, pair[0]))
+    total = sum(lead.tried for lead in leads)
+    out = []
+    for i, (lead, fit) in enumerate(quick):
+        if i < 2:
+            fit = fitted(problem, fit.extension, noise, 5, 1)
+        gain = current.deviance - fit.deviance
+        k = len(lead.parameters)
+        p_value = max(chi2.sf(max(gain, 0.0), k) * total, robust_p(problem, fit, lead.name) * total)
+        out.append(Tried(lead, fit, gain, gain - cost_of(problem, lead), float(min(p_value, 1.0))))
+    return tuple(sorted(out, key=lambda a: -a.score))
+
+
+def joined(current: Fit, lead: Lead) -> Extension:
+    """The model with the lead in it."""
+    return current.extension.with_effect(lead.name, lead.parameters)
+
+
+def score_of(lead: Lead) -> float:
+    """Gain less what its freedom costs."""
+    return lead.gain - 8 * len(lead.parameters) - 2 * np.log(lead.tried)
+
+
+def cost_of(problem: Problem, lead: Lead) -> float:
+    """BIC's price, and that of every place where it was looked for."""
+    return float(len(lead.parameters) * np.log(3 * problem.train.sum()) + 2 * np.log(lead.tried))
+
+
+def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried]) -> Tried:
+    """The gates, in order; the first that fails is named."""
+    if tried.p_value > LEVEL or tried.score <= 0:
+        return replace(tried, failed="not significant")
+    like = likeness(problem, tried.fit, tried.lead.name)
+    strongest = max((f.gain for f in found), default=0.0)
+    tried = replace(tried, likeness=like)
+    if like > LIKE and tried.gain < LIKE_SHARE * strongest:
+        return replace(tried, failed="a remainder of what is found already")
+    proof = proven(problem, current, tried)
+    return replace(tried, proof=proof, failed="" if proof.holds else "not proven on held-out windows")
+
+
+def proven(problem: Problem, current: Fit, tried: Tried) -> Proof:
+    """Proof on held-out windows; an effect in an interval or a place is fitted anew on a split that holds
+    half of it out.
+    """
+    name = tried.lead.name
+    p = tried.fit.extension.effects[name]
+    if name != "slip_interval":
+        return prove(problem, current, tried.fit)
+    shifted = Problem.of(problem.drive, (p["start_s"] + p["end_s"]) / 2 - 10.0)
+    without = gauss_newton(shifted, current.extension, current.noise, 1)
+    with_it = gauss_newton(shifted, tried.fit.extension, tried.fit.noise, 2)
+    return prove(shifted, without, with_it)
+
+
+def likeness(problem: Problem, fit: Fit, name: str) -> float:
+    """Share of the effect's sensitivity that the other effects explain, R²."""
+    own = [j for j, (n, key) in enumerate(fit.keys) if n == name and key not in PLACES or (n == name and name == "pose_lever_arm")]
+    others = [j for j, (n, _) in enumerate(fit.keys) if n != name]
+    if not others:
+        return 0.0
+    flat = fit.psi[problem.train].reshape(-1, len(fit.keys))
+    shares = []
+    for j in own:
+        left = flat[:, j] - flat[:, others] @ np.linalg.lstsq(flat[:, others], flat[:, j], rcond=1e-8)[0]
+        shares.append(1 - float(left @ left) / max(float(flat[:, j] @ flat[:, j]), 1e-30))
+    return max(shares)
+
+
+def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit, list[Tried]]:
+    """Drop each earlier effect that the later ones have made needless."""
+    for earlier in list(found[:-1]):
+        name = earlier.lead.name
+        rest = fitted(problem, current.extension.without(name), current.noise, 5)
+        loss = rest.deviance - current.deviance
+        if loss < cost_of(problem, earlier.lead) + 10 or not prove(problem, rest, current).holds:
+            current, found = rest, [f for f in found if f.lead.name != name]
     return current, found
 
 
-def attempts(problem: Problem, current: Fit) -> list[Tried]:
-    leads = scan(problem, current.extension, current.noise, current.psi)
-    total = sum(l.tried for l in leads)
-    worth = [l for l in leads if l.gain > max(8.0, 0.15 * leads[0].gain)][:MOST_FITTED]
-    out = []
-    for lead in worth:
-        fit = refit(problem, current.extension.with_effect(lead.name, lead.parameters), current.noise)
-        gain = current.deviance - fit.deviance
-        k = len(lead.parameters)
-        penalty = k * np.log(3 * problem.train.sum()) + 2 * np.log(lead.tried)
-        p = float(min(1.0, chi2.sf(max(gain,0), k) * total))
-        out.append(Tried(lead, fit, gain, penalty, total, p, robust_p(problem, fit, lead.name) * total))
-    return sorted(out, key=lambda a: -(a.gain - a.penalty))
-
-
 def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test of the effect's size parameter."""
-    size = [j for j, (n, key) in enumerate(fit.keys) if n == name and key not in ("t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m")
-            or (n == name and name == "pose_lever_arm")]
-    psi = fit.psi[problem.train]; e = np.clip(fit.innovations[problem.train], -6, 6)
-    block = (problem.drive.t_s[problem.train] // BLOCK_S).astype(int)
-    _, block = np.unique(block, return_inverse=True)
+    """Block-robust Wald test (blocks of 2 s) of the effect's size; the sandwich is never below the model's
+    own variance.
+    """
+    size = [j for j, (n, key) in enumerate(fit.keys) if n == name and (key not in PLACES or name == "pose_lever_arm")]
+    if name in ("torque_saturation", "undeclared_skid", *LOCAL):
+        return 0.0
+    psi = fit.psi[problem.train]
+    e = np.clip(fit.innovations[problem.train], -6, 6)
+    block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
     scores = np.zeros((block.max() + 1, psi.shape[2]))
     np.add.at(scores, block, np.einsum("ijk,ij->ik", psi, e))
     flat = psi.reshape(-1, psi.shape[2])
-    info = flat.T @ flat
-    d = np.sqrt(np.maximum(np.diag(info), 1e-12))
-    inv = np.linalg.pinv(info / np.outer(d, d), rcond=1e-8) / np.outer(d, d)
-    V = inv @ (scores.T @ scores) @ inv
-    V = np.where(np.eye(len(V), dtype=bool), np.maximum(V, inv), V)
-    nominal = {"torque_saturation": np.inf}
-    values = fit.values
-    ps = []
-    for j in size:
-        n, key = fit.keys[j]
-        if n in ("torque_saturation", "undeclared_skid"):
-            return 0.0
-        ps.append(2 * student.sf(abs(values[j]) / np.sqrt(V[j, j]), len(scores) - 1))
-    return min(ps)
+    d = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
+    inverse = np.linalg.pinv((flat.T @ flat) / np.outer(d, d), rcond=1e-8) / np.outer(d, d)
+    sandwich = inverse @ (scores.T @ scores) @ inverse
+    V = np.where(np.eye(len(d), dtype=bool), np.maximum(sandwich, inverse), sandwich)[np.ix_(size, size)]
+    values = fit.values[size]
+    wald = float(values @ np.linalg.solve(V, values)) / len(size)
+    from scipy.stats import f as fisher
+    return float(fisher.sf(wald, len(size), len(scores) - len(size)))

@@ -1,0 +1,68 @@
+"""Proof on what was not fitted: the gap of the held-out windows with and without an effect, in pairs."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import wilcoxon
+
+from wmr_replay.gap.predict import WindowErrors, window_errors, windows_of
+from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.refit import Fit
+from wmr_schemas.arrays import F64
+
+LEAST_REDUCTION, LEVEL = 0.10, 0.05
+BLOCK_S = 2.0
+LEAST_CHANGE = 0.02
+
+
+class Proof(NamedTuple):
+    """Root mean square gap before and after, over the windows in which the effect shows; whether it holds."""
+
+    before: WindowErrors
+    after: WindowErrors
+    reduction: float
+    p_value: float
+    holds: bool
+    changed_m: float
+
+
+def held_out_windows(problem: Problem) -> list[tuple[int, int]]:
+    """Whole windows of what was not fitted."""
+    return windows_of(problem.drive, ~problem.train)
+
+
+def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
+    """Compare two models on what was held out: ≥ 10 % less gap in the windows where they differ, and a better
+    prediction of its 2 s blocks (deviance, Wilcoxon's signed ranks, p < .05).
+
+    Position and yaw count together, each in units of its typical gap without the effect.
+    """
+    windows = held_out_windows(problem)
+    before, after = (window_errors(problem.drive, m.extension, windows) for m in (without, with_it))
+    a, b = together(before, before), together(after, before)
+    shows = np.abs(a - b) > LEAST_CHANGE * np.maximum(a, b)
+    p_value = blocks_p(problem, without, with_it)
+    if not np.any(shows):
+        return Proof(before, after, 0.0, p_value, False, 0.0)
+    reduction = 1.0 - float(np.sqrt(np.mean(b[shows] ** 2) / np.mean(a[shows] ** 2)))
+    changed = float(np.sqrt(np.mean(np.abs(before.position_m**2 - after.position_m**2))))
+    return Proof(before, after, reduction, p_value, reduction >= LEAST_REDUCTION and p_value < LEVEL, changed)
+
+
+def blocks_p(problem: Problem, without: Fit, with_it: Fit) -> float:
+    """Wilcoxon's one-sided p that the held-out blocks of 2 s, where the models differ, are predicted better."""
+    held_out = ~problem.train
+    difference = without.row_deviance[held_out] - with_it.row_deviance[held_out]
+    block = np.unique(problem.drive.t_s[held_out] // BLOCK_S, return_inverse=True)[1]
+    gained = np.bincount(block, difference)
+    differ = np.bincount(block, np.abs(without.innovations - with_it.innovations)[held_out].sum(axis=1)) > 0.5
+    if not np.any(differ):
+        return 1.0
+    return float(wilcoxon(gained[differ], alternative="greater").pvalue)
+
+
+def together(errors: WindowErrors, unit: WindowErrors) -> F64:
+    """Position and yaw gap of each window as one number."""
+    position = errors.position_m / np.sqrt(np.mean(unit.position_m**2))
+    yaw = errors.yaw_rad / np.sqrt(np.mean(unit.yaw_rad**2))
+    return np.asarray(np.sqrt((position**2 + yaw**2) / 2))
