@@ -18,7 +18,7 @@ from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
 from wmr_synth.hidden.simulate import simulate_hidden
 from wmr_synth.hidden.sizes import SIZES, check_sizes, draw_effect
-from wmr_synth.scenarios import Plan
+from wmr_synth.plan import Plan
 from wmr_synth.sensors import stream
 from wmr_synth.simulate import Motion
 
