@@ -6,7 +6,8 @@ from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import AUTO, RobotParameters
 from wmr_schemas.signals import ModeTrack
-from wmr_synth.drivers import Gains, Waypoints
+from wmr_synth.drivers import ClosedLoop, Gains, Waypoints
+from wmr_synth.plan import Plan, phases
 
 GAINS = Gains(proportional_per_s=2.0, integral_per_s2=0.5, limit_nm=6.0)
 STRAIGHT_SHARE, STOP_SHARE, REVERSE_SHARE = 0.25, 0.2, 0.25
@@ -101,3 +102,16 @@ def occasional_phases(duration_s: float, rng: np.random.Generator) -> ModeTrack:
     starts_s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
     kept = starts_s < duration_s
     return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept])
+
+
+def patrol_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """The patrol, and a robot that skids and slips now and then."""
+    modes = occasional_phases(duration_s, rng)
+    return Plan(ClosedLoop(stop_go_reverse_turn(duration_s, rng), GAINS), modes)
+
+
+def cruise_plan(duration_s: float, rng: np.random.Generator) -> Plan:
+    """Nearly constant speed, hardly any turning, ideal rolling throughout."""
+    path = nearly_steady(duration_s, rng)
+    modes = phases((ContactMode.IDEAL,), (duration_s,), duration_s)
+    return Plan(ClosedLoop(path, GAINS), modes, path.v_long_mps[0])

@@ -10,7 +10,8 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth import patrol
-from wmr_synth.drivers import ClosedLoop, Driver, Waypoints, constant_effort
+from wmr_synth.drivers import ClosedLoop, Waypoints, constant_effort
+from wmr_synth.plan import Plan, phases
 from wmr_synth.sensors import Sensors
 from wmr_synth.traction import FrictionTrack
 
@@ -19,20 +20,6 @@ IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode
 MOTION_CAPTURE = Sensors(rate_hz=100.0, noise_xy_sd_m=0.001, noise_yaw_sd_rad=0.002)
 PAPER_SENSORS = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad=0.1**0.5)
 """Noise of variance 0.1 on each of x, y, θ (§5); the rate is ours, the paper gives none."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What happens: the driver, the modes (stamps in ns since the start) and the initial speeds.
-
-    With ``friction`` traction is limited: ``modes`` says where the robot skids; slipping comes of itself.
-    """
-
-    driver: Driver
-    modes: ModeTrack
-    v_long_mps: float = 0.0
-    yaw_rate_radps: float = 0.0
-    friction: FrictionTrack | None = None
 
 
 @dataclass(frozen=True)
@@ -49,17 +36,6 @@ class Scenario:
     sensors: Sensors = MOTION_CAPTURE
     robot: RobotParameters = PAPER_ROBOT
     disturbed: bool = False
-
-
-def phases(modes: tuple[ContactMode, ...], lengths_s: tuple[float, ...], duration_s: float) -> ModeTrack:
-    """Phases of the given lengths, over again until ``duration_s`` is full; true switches only."""
-    n_cycles = int(np.ceil(duration_s / sum(lengths_s)))
-    ends_s = np.cumsum(np.tile(lengths_s, n_cycles))
-    starts_s = np.concatenate([[0.0], ends_s[:-1]])
-    mode = np.tile(np.array(modes, np.int8), n_cycles)
-    kept = starts_s < duration_s * (1 - 1e-12)
-    kept[1:] &= mode[1:] != mode[:-1]
-    return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept])
 
 
 PAPER_CONDITIONS = (IDEAL, SKIDDING, SLIPPING, SKIDDING, IDEAL, SLIPPING)
@@ -161,19 +137,6 @@ def random_traction_plan(duration_s: float, rng: np.random.Generator) -> Plan:
     return limit_traction(plan, np.exp(rng.uniform(np.log(0.01), np.log(0.06), max(len(plan.modes), 1))))
 
 
-def patrol_plan(duration_s: float, rng: np.random.Generator) -> Plan:
-    """The patrol, and a robot that skids and slips now and then (``patrol``)."""
-    modes = patrol.occasional_phases(duration_s, rng)
-    return Plan(ClosedLoop(patrol.stop_go_reverse_turn(duration_s, rng), patrol.GAINS), modes)
-
-
-def cruise_plan(duration_s: float, rng: np.random.Generator) -> Plan:
-    """Nearly constant speed, hardly any turning, ideal rolling throughout."""
-    path = patrol.nearly_steady(duration_s, rng)
-    modes = phases((IDEAL,), (duration_s,), duration_s)
-    return Plan(ClosedLoop(path, patrol.GAINS), modes, path.v_long_mps[0])
-
-
 _SCENARIOS = (
     Scenario(
         "paper-acceleration",
@@ -245,7 +208,7 @@ _SCENARIOS = (
         "patrol",
         "a 30 kg robot: stop, go, reverse and turn by seed, some skidding and slipping; good excitation",
         90.0,
-        patrol_plan,
+        patrol.patrol_plan,
         robot=patrol.SMALL_ROBOT,
         disturbed=True,
     ),
@@ -253,7 +216,7 @@ _SCENARIOS = (
         "cruise",
         "the same robot at a nearly constant speed with little turning; poor excitation",
         90.0,
-        cruise_plan,
+        patrol.cruise_plan,
         robot=patrol.SMALL_ROBOT,
         disturbed=True,
     ),

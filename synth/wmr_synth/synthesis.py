@@ -17,7 +17,8 @@ from wmr_synth.hidden.disturbance import DEFAULT_DISTURBANCE, Disturbance
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.world import World, describe_effects, move_in
 from wmr_synth.limited import simulate_limited, switches_of
-from wmr_synth.scenarios import SCENARIOS, Plan, Scenario
+from wmr_synth.plan import Plan
+from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
 from wmr_synth.simulate import Motion, simulate, union_of_sorted
 from wmr_synth.traction import TYRE

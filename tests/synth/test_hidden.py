@@ -225,6 +225,7 @@ def test_existing_open_loop_scenarios_take_hidden_effects(synth, tmp_path):
         (("--hide", "payload:mass_ratio=-1"), "above −1"),
         (("--hide", "torque_saturation:limit_nm=0"), "above 0"),
         (("--hide", "slip_interval:loss=1"), "[0, 1)"),
+        (("--hide", "slip_interval:start_s=3,end_s=2"), "come after"),
         (("--hide", "input_delay:delay_s=-0.1"), "not be negative"),
         (("--hide", "payload", "--hide", "payload"), "twice"),
         (("--hide", "payload", "--model", "m.toml"), "give one"),

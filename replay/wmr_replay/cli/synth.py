@@ -8,14 +8,13 @@ from typing import Any
 
 import click
 
+from wmr_replay.cli.synth_list import echo_json, show
 from wmr_replay.cli.synth_world import (
     NOISE_NAMES,
     Beyond,
     chosen_robot,
     chosen_sensors,
     chosen_world,
-    list_effects,
-    show_effects,
 )
 from wmr_schemas.errors import InvalidSetting
 
@@ -184,37 +183,6 @@ def command(  # noqa: PLR0917
     report(chosen.name, seed, paths, simulated.facts, n_messages, as_json)
 
 
-def show(scenarios: bool, as_json: bool) -> None:
-    """The list that was asked for."""
-    if scenarios:
-        show_list(as_json)
-    elif as_json:
-        echo_json(list_effects())
-    else:
-        show_effects()
-
-
-def show_list(as_json: bool) -> None:
-    """Name and description of every scenario."""
-    from wmr_synth import SCENARIOS
-
-    if as_json:
-        rows = [
-            {
-                "name": s.name,
-                "description": s.description,
-                "duration_s": s.duration_s,
-                "rate_hz": s.sensors.rate_hz,
-            }
-            for s in SCENARIOS.values()
-        ]
-        echo_json(rows)
-        return
-    width = max(map(len, SCENARIOS))
-    for entry in SCENARIOS.values():
-        click.echo(f"{entry.name:{width}}  {entry.duration_s:4.0f} s  {entry.description}")
-
-
 def check_target(out: Path) -> None:
     """The file can be written where it was asked for."""
     if not out.parent.is_dir():
@@ -247,10 +215,3 @@ def report(
         f"wrote {paths[0]}{beside}: {name}, seed {seed}, {facts['duration_s']:g} s, {n_messages} messages"
     )
     click.echo(f"next: wmr-replay run {paths[0]}")
-
-
-def echo_json(content: object) -> None:
-    """One JSON document on standard output."""
-    import json
-
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False))

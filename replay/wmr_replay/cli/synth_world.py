@@ -102,31 +102,3 @@ def read_robot(path: Path) -> RobotParameters:
         raise InvalidFile(path, "[robot]", "missing; the simulator needs the robot's parameters")
     values, _ = split_sd(path, "[robot]", expect_table(path, "[robot]", tables["robot"]))
     return RobotParameters.from_values(values, str(path))
-
-
-def list_effects() -> list[dict[str, object]]:
-    """Every effect that can be hidden: its form, parameters with units, and the ranges of a bare name."""
-    from wmr_schemas.effects import BEYOND, EFFECTS
-    from wmr_synth.hidden.sizes import SIZES, describe_range
-
-    return [
-        {
-            "name": name,
-            "candidate": form.formula,
-            "hidden": SIZES[name].form,
-            "parameters": form.parameters,
-            "ranges": {key: describe_range(within) for key, within in SIZES[name].ranges.items()},
-        }
-        for name, form in (EFFECTS | BEYOND).items()
-    ]
-
-
-def show_effects() -> None:
-    """The effects for a person."""
-    rows = list_effects()
-    width = max(len(str(row["name"])) for row in rows)
-    for row in rows:
-        ranges = row["ranges"]
-        assert isinstance(ranges, dict)
-        drawn = ", ".join(f"{key} {text}" for key, text in ranges.items())
-        click.echo(f"{row['name']:{width}}  {drawn}\n{'':{width}}  {row['candidate']}; here: {row['hidden']}")

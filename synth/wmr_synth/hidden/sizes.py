@@ -70,7 +70,7 @@ SIZES: dict[str, Size] = {
     "torque_saturation": Size(
         "soft: u/(1 + (|u|/limit)⁶)^(1/6)", {"limit_nm": Range(0.5, 0.9, scale="both_wheels")}
     ),
-    "com_offset": Size(_PLAIN, {"offset_m": Range(0.03, 0.12, signed=True)}),
+    "com_offset": Size(_PLAIN, {"offset_m": Range(0.01, 0.03, signed=True)}),
     "heading_misalignment": Size(_PLAIN, {"angle_rad": Range(0.02, 0.1, signed=True)}),
     "pose_lever_arm": Size(_PLAIN, {"x_m": Range(0.05, 0.3), "y_m": Range(0.05, 0.3)}, vector=("x_m", "y_m")),
     "cornering_stiffness": Size(_PLAIN, {"ratio": Range(0.25, 0.5, signed=True)}),
@@ -167,7 +167,7 @@ def draw_vector(
 
 
 def check_sizes(effect: Effect) -> None:
-    """Parameters with which the plant's equations make sense. Raises InvalidSetting naming another."""
+    """Parameters with which the plant's equations make sense. Raises InvalidSetting naming others."""
     above_minus_one = {"payload", "yaw_inertia", "drive_gain", "cornering_stiffness", "load_step"}
     for key, value in effect.parameters.items():
         if key in ("ratio", "mass_ratio") and effect.name in above_minus_one and value <= -1:
@@ -178,6 +178,8 @@ def check_sizes(effect: Effect) -> None:
             raise InvalidSetting(f"{effect.name}: {key} must be above 0, not {value:g}")
         if key == "loss" and not 0 <= value < 1:
             raise InvalidSetting(f"{effect.name}: loss must lie in [0, 1), not {value:g}")
+    if effect.name == "slip_interval" and effect.parameters["end_s"] <= effect.parameters["start_s"]:
+        raise InvalidSetting("slip_interval: end_s must come after start_s")
 
 
 NOT_NEGATIVE = ("time_constant_s", "delay_s", "threshold_nm", "radius_m")

@@ -18,12 +18,12 @@ from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
 from wmr_synth.hidden.simulate import simulate_hidden
 from wmr_synth.hidden.sizes import SIZES, check_sizes, draw_effect
-from wmr_synth.scenarios import Plan
+from wmr_synth.plan import Plan
 from wmr_synth.sensors import stream
 from wmr_synth.simulate import Motion
 
 PATCH_SHARE = (0.2, 0.5)
-"""A drawn patch lies where the robot is at a moment within these shares of the log."""
+"""A drawn patch lies where the robot drives with much torque, at a moment within these shares of the log."""
 
 
 @dataclass(frozen=True)
@@ -110,9 +110,10 @@ def is_open(effect: Effect) -> bool:
 
 
 def place(effect: Effect, motion: Motion, rng: np.random.Generator) -> Effect:
-    """The effect where the robot is at a drawn time."""
-    at_ns = rng.uniform(*PATCH_SHARE) * motion.t_ns[-1]
-    row = int(np.searchsorted(motion.t_ns, at_ns))
+    """The effect where the robot is at a time drawn from the quarter with the largest torques."""
+    first, last = np.searchsorted(motion.t_ns, np.array(PATCH_SHARE) * motion.t_ns[-1])
+    torque = np.abs(motion.effort_left_nm + motion.effort_right_nm)[first : last + 1]
+    row = int(first + rng.choice(np.flatnonzero(torque >= np.quantile(torque, 0.75))))
     there = {"x_m": float(motion.x_m[row]), "y_m": float(motion.y_m[row])}
     kept = {key: value for key, value in effect.parameters.items() if not np.isnan(value)}
     return replace(effect, parameters={key: (there | kept)[key] for key in effect.parameters})
