@@ -1,0 +1,163 @@
+"""What a gap analysis says; ``gap.json`` holds the same fields."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from wmr_schemas.arrays import F64
+from wmr_schemas.model_file import Model
+
+Verdict = Literal["named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A parameter with its 95 % interval."""
+
+    value: float
+    ci95: tuple[float, float]
+    unit: str
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another effect that explains nearly as much: ``delta_bic`` ≥ 0 is how much worse it is."""
+
+    name: str
+    delta_bic: float
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that is missing from the base model. ``confound_class`` contains its own name."""
+
+    name: str
+    channel: str
+    formula: str
+    parameters: Mapping[str, Estimate]
+    confound_class: tuple[str, ...]
+    alternatives: tuple[Alternative, ...]
+    p_value: float
+    separate_with: str
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stretch of time and its share of the whole excess of prediction errors."""
+
+    start_s: float
+    end_s: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """A disc on the path and its share of the excess."""
+
+    x_m: float
+    y_m: float
+    radius_m: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Regime:
+    """A bin of a regime (speed, yaw rate, torque, heading, mode): mean squared whitened prediction error of
+    each channel in it, 1 where measurement noise and the fitted disturbance explain everything.
+    """
+
+    low: float
+    high: float
+    seconds: float
+    longitudinal: float
+    lateral: float
+    yaw: float
+
+
+@dataclass(frozen=True)
+class Where:
+    """``channels``: √(Q/Q_none), the disturbance that the base model needs over that of the extended one."""
+
+    channels: Mapping[str, float] = field(default_factory=dict)
+    intervals: tuple[Interval, ...] = ()
+    regions: tuple[Region, ...] = ()
+    regime: Mapping[str, tuple[Regime, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class TrainGap:
+    """Root mean square gap over the fitted windows."""
+
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class HeldOutGap:
+    """The same over the held-out windows; ``floor`` is what measurement noise alone would leave."""
+
+    before: float
+    after: float
+    floor: float
+    reduction_ci95: tuple[float, float]
+    p_value: float
+
+
+@dataclass(frozen=True)
+class GapMetric:
+    """The gap over windows of 4 s whose initial state is fitted; ``unit`` m or rad."""
+
+    metric: str
+    unit: str
+    windows: int
+    train: TrainGap
+    held_out: HeldOutGap
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest size of an effect that would have been seen."""
+
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True, eq=False)
+class Traces:
+    """For pictures: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
+    base and with the extended model (windows of 4 s, each from its own fitted start, NaN where not simulated);
+    ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, m/s²
+    (longitudinal, lateral, l·yaw_acc); ``held_out`` (n,) 1 where the row was not fitted.
+    """
+
+    start_ns: int
+    t_s: F64
+    measured: F64
+    base_path: F64
+    extended_path: F64
+    base_residual: F64
+    extended_residual: F64
+    held_out: F64
+    mode: F64
+
+
+@dataclass(frozen=True, eq=False)
+class GapResult:
+    """The whole answer. ``base`` says where the base model came from, ``unnameable`` which effects that rules
+    out, ``notes`` what else a reader should know.
+    """
+
+    verdict: Verdict
+    sentence: str
+    effects: tuple[FoundEffect, ...]
+    where: Where
+    position: GapMetric
+    yaw: GapMetric
+    modes: str
+    base: str
+    unnameable: tuple[str, ...]
+    minimum_detectable: Mapping[str, Detectable]
+    model: Model
+    seed: int
+    notes: tuple[str, ...]
+    traces: Traces
