@@ -63,7 +63,7 @@ def gauss_newton(problem: Problem, extension: Extension, noise: Diffusion, steps
     keys = keys_of(extension)
     passed = problem.passed(extension, noise)
     deviance = float(passed.deviance[problem.train].sum())
-    for _ in range(steps):
+    for _ in range(steps if keys else 0):
         psi = sensitivities(problem, extension, noise, passed.innovations)
         move = newton_step(psi[problem.train], passed.innovations[problem.train])
         values = np.array([extension.effects[name][key] for name, key in keys])
