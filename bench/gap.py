@@ -21,7 +21,9 @@ from typing import Any
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
-from gap_cases import Case, cases_of, chosen_sets
+from gap_cases import Case, cases_of, chosen_sets  # noqa: E402 (numpy reads the environment)
+from gap_report import write_report  # noqa: E402
+from gap_rows import Task, row_of, state_of_sources, warm_up  # noqa: E402
 
 DEFAULT_SEED = 500_000
 DEFAULT_FILE = Path(__file__).parent / "results" / "gap.jsonl"
@@ -46,11 +48,13 @@ def interleaved(lists: list[list[Case]]) -> Iterator[Case]:
     return (case for _, _, case in sorted(tagged, key=lambda entry: entry[:2]))
 
 
-def run_all(work: Callable[[Any], Row], tasks: list[Any], path: Path, jobs: int) -> None:
+def run_all(
+    work: Callable[[Any], Row], tasks: list[Any], path: Path, jobs: int, prepare: Callable[[], None]
+) -> None:
     """Every task's row appended to the file, with progress and the time that is left."""
     path.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
-    with path.open("a") as file, ProcessPoolExecutor(jobs) as pool:
+    with path.open("a") as file, ProcessPoolExecutor(jobs, initializer=prepare) as pool:
         for done, row in enumerate(finished(pool, work, tasks), 1):
             file.write(json.dumps(row) + "\n")
             file.flush()
@@ -71,19 +75,19 @@ def finished(pool: ProcessPoolExecutor, work: Callable[[Any], Row], tasks: Itera
 
 def run_cases(choice: str, seed: int, path: Path, jobs: int) -> None:
     """The cases that the file does not hold yet."""
-    from gap_rows import Task, row_of, state_of_sources
-
     state = state_of_sources()
     known = {row["key"]: row["state"] for row in read_rows(path)}
     cases = interleaved([list(cases_of(s, seed)) for s in chosen_sets(choice)])
-    tasks = [Task(case, state) for case in cases if known.get(f"{case.key}") != state]
+    tasks = [Task(case, state) for case in cases if known.get(case.key) != state]
     print(f"{len(tasks)} logs to analyse, into {path}", file=sys.stderr)
-    run_all(row_of, tasks, path, jobs)
+    run_all(row_of, tasks, path, jobs, warm_up)
 
 
 def main() -> None:
     """Run, or report."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--cases", default="quick", help="all, quick, or names of sets with commas")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seed", type=int, default=DEFAULT_SEED)
@@ -92,11 +96,9 @@ def main() -> None:
     parser.add_argument("--baselines", action="store_true")
     options = parser.parse_args()
     if options.report:
-        from gap_report import write_report
-
         write_report(read_rows(options.out), read_rows(baseline_file(options.out)))
     elif options.baselines:
-        from gap_baselines import run_baselines
+        from gap_baselines import run_baselines  # noqa: PLC0415 (needs PySINDy, which the rest does not)
 
         run_baselines(options.seed, baseline_file(options.out), options.jobs)
     else:

@@ -1,4 +1,4 @@
-"""The cases of the gap benchmark: what is hidden, in which drive, at which noise, by seed; and the true plant.
+"""The cases of the gap benchmark: what is hidden, in which drive, at which noise, by seed.
 
 A case is decided by its set and its place in it; everything random follows from its seed.
 """

@@ -101,9 +101,7 @@ def coast(
         if i + 1 < len(t_ns):
             dt = (t_ns[i + 1] - t_ns[i]) / NS_PER_S
             own = c[0] if q == mode[i] else c[1]
-            plant.advance(
-                q, t_ns[i] / NS_PER_S, state, (u_left, u_right, 0.0, 0.0, 0.0), dt, own, h, work
-            )
+            plant.advance(q, t_ns[i] / NS_PER_S, state, (u_left, u_right, 0.0, 0.0, 0.0), dt, own, h, work)
     return record
 
 
@@ -124,7 +122,7 @@ def true_states(simulated: SimulatedLog, true: TruePlant) -> F64:
 
 
 def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]]) -> F64:
-    """Root mean squares (n, 2) of position [m] and yaw [rad] over each window [start, end] in s of the log."""
+    """Root mean squares (n, 2) of position [m] and yaw [rad] over each window [start, end] in s."""
     true = TruePlant.of(simulated)
     states = true_states(simulated, true)
     pose = simulated.log.pose

@@ -202,7 +202,9 @@ def test_innovations_of_a_wrong_model_are_not(disturbed):
     assert (e**2).mean() > 1.5
 
 
-@pytest.mark.parametrize("place", [Theta.VISCOUS, Theta.DRIVE_GAIN, Theta.GRADE_X, Theta.ARM_X, Theta.HEADING])
+@pytest.mark.parametrize(
+    "place", [Theta.VISCOUS, Theta.DRIVE_GAIN, Theta.GRADE_X, Theta.ARM_X, Theta.HEADING]
+)
 def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, place):
     key = {
         Theta.VISCOUS: ("viscous_drag", "c1_per_s"),
@@ -240,7 +242,7 @@ def test_the_gap_of_a_perfect_model_is_the_noise_floor():
     drive = drive_of(driven(2, disturbed=False))
     windows = windows_of(drive, np.ones(len(drive), bool))
     assert len(windows) >= 14
-    errors = window_errors(drive, Extension(BASE), windows)
+    errors = window_errors(drive, Extension(BASE), windows, drive.variances)
     kept = 1 - 5 / (3 * 100)  # five fitted, of three by a hundred
     known = np.array([np.sqrt(2 * kept) * SD[0] / 2, np.sqrt(kept) * SD[2] / 2])
     seen = [np.sqrt(np.mean(part**2)) for part in (errors.position_m, errors.yaw_rad)]
