@@ -62,7 +62,7 @@ def row_of(task: Task) -> dict[str, Any]:
     except Exception as error:  # a crash of the analysis is a result of the benchmark
         return row | {"error": f"{type(error).__name__}: {error}"}
     cpu_s = time.process_time() - start
-    true = true_errors(simulated, held_out_windows(result.traces))
+    true = true_errors(simulated, *held_out_windows(result.traces))
     return (
         row
         | said(result)
@@ -100,12 +100,12 @@ def effect_row(effect: FoundEffect) -> dict[str, Any]:
     }
 
 
-def held_out_windows(traces: Traces) -> list[tuple[float, float]]:
-    """First and last time of each held-out window, in s of the log."""
+def held_out_windows(traces: Traces) -> tuple[list[tuple[float, float]], float]:
+    """First and last time of each held-out window, in s of the log; and the length of a bin."""
     t_s = traces.t_s
     rows = windows_of(SimpleNamespace(t_s=t_s), traces.held_out > 0)
-    half = float(np.median(np.diff(t_s))) / 2
-    return [(float(t_s[a]) - half, float(t_s[b - 1]) + half) for a, b in rows]
+    bin_s = float(np.median(np.diff(t_s)))
+    return [(float(t_s[a]) - bin_s / 2, float(t_s[b - 1]) + bin_s / 2) for a, b in rows], bin_s
 
 
 def metric(said_gap: GapMetric, true: np.ndarray) -> dict[str, float]:

@@ -84,30 +84,35 @@ def changed(extension: Extension, keys: Keys, values: F64) -> Extension:
 def promising(drive: Drive, current: Shot) -> list[Extension]:
     """Of every candidate and start the few that lower the sum of squares most, to first order."""
     at = errors(drive, current.extension, current.start)
+    moves = motion_slopes(drive, current, at)
     ranked = []
     for candidate in LIBRARY:
         if candidate.name in current.extension.effects:
             continue
-        options = [first_order(drive, current, at, candidate, p) for p in starts_of(drive, candidate)]
-        ranked.append(max(options, key=lambda option: option[0]))
+        tried = [current.extension.with_effect(candidate.name, p) for p in starts_of(drive, candidate)]
+        promises = [promise(at - errors(drive, one, current.start), moves, at) for one in tried]
+        best = int(np.argmax(promises))
+        ranked.append((promises[best], tried[best]))
     ranked.sort(key=lambda option: -option[0])
     return [extension for _, extension in ranked[:FITTED]]
 
 
-def first_order(
-    drive: Drive, current: Shot, at: F64, candidate: Candidate, p: dict[str, float]
-) -> tuple[float, Extension]:
-    """How much a start promises beside a new initial motion, and the model with it."""
-    extension = current.extension.with_effect(candidate.name, p)
-    columns = [(at - errors(drive, extension, current.start))]
+def motion_slopes(drive: Drive, current: Shot, at: F64) -> F64:
+    """How the residuals fall with each component of the initial motion (3n, 5)."""
+    columns = []
     for j in range(N_START):
         other = current.start.copy()
         other[j] += 1e-5
         columns.append((at - errors(drive, current.extension, other)) / 1e-5)
-    A = np.stack(columns, axis=1)
+    return np.stack(columns, axis=1)
+
+
+def promise(change: F64, moves: F64, at: F64) -> float:
+    """How far a multiple of ``change`` lowers the sum of squares beside a new initial motion."""
+    A = np.column_stack([change, moves])
     A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-30)
     left = at - A @ np.linalg.lstsq(A, at, rcond=1e-9)[0]
-    return float(at @ at - left @ left), extension
+    return float(at @ at - left @ left)
 
 
 def starts_of(drive: Drive, candidate: Candidate) -> list[dict[str, float]]:

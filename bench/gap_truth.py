@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from wmr_replay.gap.drive import bin_starts
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import ModeTrack
@@ -121,8 +120,11 @@ def true_states(simulated: SimulatedLog, true: TruePlant) -> F64:
     return out
 
 
-def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]]) -> F64:
-    """Root mean squares (n, 2) of position [m] and yaw [rad] over each window [start, end] in s."""
+def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]], bin_s: float) -> F64:
+    """Root mean squares (n, 2) of position [m] and yaw [rad] over each window [start, end] in s.
+
+    Poses are averaged over bins of ``bin_s``, as the analysis has them.
+    """
     true = TruePlant.of(simulated)
     states = true_states(simulated, true)
     pose = simulated.log.pose
@@ -133,20 +135,25 @@ def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]]) -
     errors = []
     for start_s, end_s in windows_s:
         rows = np.flatnonzero((t_s >= start_s) & (t_s <= end_s))
-        left = fitted_residuals(true, simulated, states[rows[0]], rows, measured[rows], sd, t_s[rows])
+        bins = bin_starts(t_s[rows], bin_s)
+        left = fitted_residuals(true, simulated, states[rows[0]], rows, measured[rows], sd, bins)
         errors.append(np.sqrt([np.mean(left[:, 0] ** 2 + left[:, 1] ** 2), np.mean(left[:, 2] ** 2)]))
     return np.array(errors).reshape(-1, 2)
 
 
+def bin_starts(t_s: F64, bin_s: float) -> I64:
+    """First pose of each bin of a window."""
+    return np.flatnonzero(np.diff(np.floor((t_s - t_s[0]) / bin_s + 1e-6), prepend=-1.0) > 0)
+
+
 def fitted_residuals(
-    true: TruePlant, simulated: SimulatedLog, start: F64, rows: I64, measured: F64, sd: F64, t_s: F64
+    true: TruePlant, simulated: SimulatedLog, start: F64, rows: I64, measured: F64, sd: F64, bins: I64
 ) -> F64:
-    """Measured − simulated, in bins as the analysis has them, after the best initial motion."""
+    """Measured − simulated, the mean of each bin, after the best initial motion."""
     stamps = simulated.log.pose.t_ns[rows] - START_NS
     first, last = np.searchsorted(true.t_ns, [stamps[0], stamps[-1] + 1])
     kept = np.searchsorted(true.t_ns, stamps) - first
-    bins = bin_starts(t_s)
-    count = np.diff(np.append(bins, len(t_s)))[:, None]
+    count = np.diff(np.append(bins, len(rows)))[:, None]
 
     def residuals(state: F64) -> F64:
         path = true.states(state, int(first), int(last))[kept]
