@@ -24,10 +24,11 @@ def rivals(rows: Sequence[Row], scores: Rows) -> str:
             by_method.setdefault(row["method"], []).append(score(row))
     keys = {one.row["key"] for found in by_method.values() for one in found}
     by_method = {"this analysis": [own[key] for key in sorted(keys)], **by_method}
+    with_a_term = {row["key"] for row in rows if row["expressible"]}
     lines = []
     for method, found in by_method.items():
         effects, nothing = [s for s in found if s.row["hidden"]], [s for s in found if not s.row["hidden"]]
-        within = [s for s in effects if own[s.row["key"]].row["key"] in expressible_keys(rows)]
+        within = [s for s in effects if s.row["key"] in with_a_term]
         for noise in (*NOISES, "all"):
             parts = [at_noise(part, noise) for part in (effects, within, nothing)]
             cells = [rate(parts[0], lambda s: s.first), rate(parts[0], lambda s: s.exact)]
@@ -42,11 +43,6 @@ def rivals(rows: Sequence[Row], scores: Rows) -> str:
         "named, nothing missing",
     )
     return table(head, lines)
-
-
-def expressible_keys(rows: Sequence[Row]) -> set[str]:
-    """The logs whose effect PySINDy's library has a term for."""
-    return {row["key"] for row in rows if row.get("expressible")}
 
 
 def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
