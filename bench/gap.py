@@ -11,6 +11,7 @@ changed since. All logs are made in memory from seeds; the truth never enters th
 import argparse
 import json
 import os
+import random
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -43,8 +44,12 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def interleaved(lists: list[list[Case]]) -> Iterator[Case]:
-    """One case of each list in turn, in proportion, so that a run cut short has something of everything."""
-    tagged = [(k / len(cases), i, case) for i, cases in enumerate(lists) for k, case in enumerate(cases)]
+    """The cases of all lists in one order, mixed: a run cut short has something of everything."""
+    mixed = random.Random(1)
+    tagged = []
+    for i, cases in enumerate(lists):
+        order = mixed.sample(range(len(cases)), len(cases))
+        tagged += [(place / len(cases), i, cases[k]) for place, k in enumerate(order)]
     return (case for _, _, case in sorted(tagged, key=lambda entry: entry[:2]))
 
 

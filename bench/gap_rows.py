@@ -12,8 +12,8 @@ from gap_cases import SETS, Case
 from gap_truth import effects_of, true_errors
 
 from wmr_replay.gap import GapOptions, analyse
-from wmr_replay.gap.predict import windows_of
-from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult, Traces
+from wmr_replay.gap.prove import windows_within
+from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult
 from wmr_schemas.signals import Log
 
 ROOT = Path(__file__).parents[1]
@@ -62,7 +62,7 @@ def row_of(task: Task) -> dict[str, Any]:
     except Exception as error:  # a crash of the analysis is a result of the benchmark
         return row | {"error": f"{type(error).__name__}: {error}"}
     cpu_s = time.process_time() - start
-    true = true_errors(simulated, *held_out_windows(result.traces))
+    true = true_errors(simulated, *held_out_windows(result))
     return (
         row
         | said(result)
@@ -100,10 +100,14 @@ def effect_row(effect: FoundEffect) -> dict[str, Any]:
     }
 
 
-def held_out_windows(traces: Traces) -> tuple[list[tuple[float, float]], float]:
-    """First and last time of each held-out window, in s of the log; and the length of a bin."""
-    t_s = traces.t_s
-    rows = windows_of(SimpleNamespace(t_s=t_s), traces.held_out > 0)
+def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], float]:
+    """First and last time of each window that the result's held-out gap is over, in s of the log; and the
+    length of a bin.
+    """
+    traces = result.traces
+    t_s, loose = traces.t_s, 2 if result.modes == "identified" else 1
+    problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, margin=loose))
+    rows = windows_within(problem, traces.held_out > 0)
     bin_s = float(np.median(np.diff(t_s)))
     return [(float(t_s[a]) - bin_s / 2, float(t_s[b - 1]) + bin_s / 2) for a, b in rows], bin_s
 

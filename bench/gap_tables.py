@@ -66,7 +66,7 @@ def asked(scores: Rows) -> str:
             "≤ 2 %",
             rate(poor, lambda s: bool(s.false)),
         ),
-        ("held-out error, after / true model's: median", "≤ 1.1", median(ratios)),
+        ("held-out error, after / true model's: median", "≤ 1.1", f"{median(ratios)} (n = {len(ratios)})"),
         ("95 % intervals that hold the truth", "90 to 99 %", share(sum(inside), len(inside))),
         ("CPU s a log of 90 s: median; 95 %", "≤ 3", f"{median(cpu)}; {quantile(cpu, 0.95)}"),
     ]
