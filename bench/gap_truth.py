@@ -22,7 +22,8 @@ from wmr_synth.plant import Coefficients, coefficients, jump
 from wmr_synth.synthesis import START_NS
 
 MOTION = (plant.X, plant.Y, plant.YAW, plant.V_LONG, plant.TURN, plant.V_LAT)
-ROUNDS = 2
+ROUNDS = 4
+DAMPINGS = (1.0, 0.3, 0.1)
 SLOPE_STEP = 1e-4
 
 
@@ -159,15 +160,20 @@ def fitted_residuals(
         path = true.states(state, int(first), int(last))[kept]
         return np.add.reduceat(measured - seen(simulated, rows, path, true.effects), bins) / count
 
-    free = MOTION if abs(start[plant.V_LAT]) > 0 else MOTION[:-1]
-    state = start.copy()
-    at = residuals(state)
+    free = list(MOTION if abs(start[plant.V_LAT]) > 0 else MOTION[:-1])
+    state, at = start.copy(), residuals(start)
     for _ in range(ROUNDS):
-        A = np.stack([(at - residuals(moved(state, j))).ravel() / SLOPE_STEP for j in free], axis=1)
-        weight = np.tile(1 / sd, len(at))[:, None]
-        step = np.linalg.lstsq(A * weight, at.ravel() * weight[:, 0], rcond=1e-9)[0]
-        state[list(free)] += step
-        at = residuals(state)
+        A = np.stack([((at - residuals(moved(state, j))) / SLOPE_STEP / sd).ravel() for j in free], axis=1)
+        step = np.linalg.lstsq(A, (at / sd).ravel(), rcond=1e-9)[0]
+        for damping in DAMPINGS:
+            tried = state.copy()
+            tried[free] += damping * step
+            left = residuals(tried)
+            if np.sum((left / sd) ** 2) < np.sum((at / sd) ** 2):
+                state, at = tried, left
+                break
+        else:
+            break
     return at
 
 
