@@ -19,6 +19,8 @@ MOST_FITTED = 6
 BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
 CLOSE = 25.0
+LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
+"""A lead that promises less is not worth a fit; before anything is found, a lead makes the diffusion calmer too."""
 ONE_SIDE = 0.1
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
@@ -92,7 +94,7 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves."""
     leads = scan(problem, current.extension, current.noise, current.psi).leads
     best = max(leads, key=score_of)
-    if score_of(best) < -10:
+    if score_of(best) < (LEAST_SCORE_LATER if current.keys else LEAST_SCORE):
         return ()
     first = fitted(problem, joined(current, best), current.noise, 4)
     noise = first.noise
