@@ -54,20 +54,27 @@ class Extension:
     base: Base
     effects: Mapping[str, Parameters] = field(default_factory=dict)
     wheel_radius_m: float = 1.0
+    known: Mapping[str, Parameters] = field(default_factory=dict)
+    """Effects that the base model has already; they act, and are not fitted."""
 
     def with_effect(self, name: str, parameters: Parameters) -> "Extension":
         """One effect more, or other parameters for one that is there."""
-        return Extension(self.base, {**self.effects, name: dict(parameters)}, self.wheel_radius_m)
+        return Extension(self.base, {**self.effects, name: dict(parameters)}, self.wheel_radius_m, self.known)
 
     def without(self, name: str) -> "Extension":
         """One effect fewer."""
         rest = {key: value for key, value in self.effects.items() if key != name}
-        return Extension(self.base, rest, self.wheel_radius_m)
+        return Extension(self.base, rest, self.wheel_radius_m, self.known)
+
+    @property
+    def acting(self) -> list[tuple[str, Parameters]]:
+        """Known and new effects."""
+        return [*self.known.items(), *self.effects.items()]
 
     def theta(self) -> F64:
         """θ of :mod:`~wmr_replay.gap.field`."""
         theta = np.zeros(N_THETA)
-        for name, parameters in self.effects.items():
+        for name, parameters in self.acting:
             for key, value in parameters.items():
                 place = IN_THETA.get((name, key))
                 if place is not None:
@@ -80,12 +87,12 @@ class Extension:
 
     def input_effects(self) -> InputEffects:
         """What the effects do to the torques."""
-        found = {
-            INPUT_FIELDS[name, key]: value
-            for name, parameters in self.effects.items()
-            for key, value in parameters.items()
-            if (name, key) in INPUT_FIELDS
-        }
+        found: dict[str, float] = {}
+        for name, parameters in self.acting:
+            for key, value in parameters.items():
+                place = INPUT_FIELDS.get((name, key))
+                if place is not None:
+                    found[place] = combined(place, found.get(place), value)
         return InputEffects(**found)
 
     def rows(self, drive: Drive) -> F64:
@@ -94,9 +101,17 @@ class Extension:
         rows[:, Row.DT] = drive.step_s
         rows[:, Row.MODE] = drive.mode
         rows[:, [Row.LEFT, Row.RIGHT]] = drive.torque.means(drive.t_s, self.input_effects()).T
-        for name, column in ((n, WEIGHTS[n]) for n in self.effects if n in WEIGHTS):
-            rows[:, column] = weight(name, self.effects[name], drive)
+        for name, parameters in self.acting:
+            if name in WEIGHTS:
+                rows[:, WEIGHTS[name]] = weight(name, parameters, drive)
         return rows
+
+
+def combined(place: str, before: float | None, value: float) -> float:
+    """Two effects on one input: the lower limit, or the sum."""
+    if before is None:
+        return value
+    return min(before, value) if place == "limit_nm" else before + value
 
 
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}

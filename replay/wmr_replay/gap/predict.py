@@ -78,17 +78,16 @@ def windows_of(drive: Drive, chosen: F64) -> list[tuple[int, int]]:
     return [(a, b) for a, b in found if np.max(np.diff(drive.t_s[a:b])) < 0.5]
 
 
-def window_errors(drive: Drive, extension: Extension, windows: list[tuple[int, int]]) -> WindowErrors:
-    """The gap of every window."""
+def window_errors(
+    drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64
+) -> WindowErrors:
+    """The gap of every window; ``variances`` (n, 3) weigh the poses and give the floor."""
     rows, theta, base = extension.rows(drive), extension.theta(), extension.base
-    sd = np.sqrt(drive.variances)
-    scale = sd / sd[:, :1]
-    scale[:, 2] = sd[:, 2] / np.median(sd[:, 0])
+    sd = np.sqrt(variances)
     position, yaw, floor, floor_yaw = [], [], [], []
     for a, b in windows:
         z0 = starting_motion(drive, a, base)
-        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, np.maximum(scale[a:b], 1e-6))
-        left = left * scale[a:b]
+        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
         position.append(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2)))
         yaw.append(np.sqrt(np.mean(left[:, 2] ** 2)))
         kept = 1 - 5 / (3 * (b - a))
@@ -96,6 +95,19 @@ def window_errors(drive: Drive, extension: Extension, windows: list[tuple[int, i
         floor_yaw.append(np.sqrt(kept * np.mean(sd[a:b, 2] ** 2)))
     starts = np.array([drive.t_s[a] for a, _ in windows])
     return WindowErrors(np.array(position), np.array(yaw), np.array(floor), np.array(floor_yaw), starts)
+
+
+def simulated_path(
+    drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64
+) -> F64:
+    """Poses (n, 3) simulated window by window, NaN between them."""
+    rows, theta, base = extension.rows(drive), extension.theta(), extension.base
+    sd, path = np.sqrt(variances), np.full((len(drive), 3), np.nan)
+    for a, b in windows:
+        z0 = starting_motion(drive, a, base)
+        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
+        path[a:b] = drive.pose[a:b] - left
+    return path
 
 
 def starting_motion(drive: Drive, a: int, base: Base) -> F64:

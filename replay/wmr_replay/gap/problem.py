@@ -35,6 +35,11 @@ class Problem:
         phase = (drive.t_s - shift_s) % PERIOD_S
         return cls(drive, phase < PERIOD_S - HELD_OUT_S, first_state(drive))
 
+    @property
+    def variances(self) -> F64:
+        """Measurement variance of each bin (n, 3), from the data alone and before anything is fitted."""
+        return self.drive.variances
+
     def passed(
         self,
         extension: Extension,
@@ -53,7 +58,7 @@ class Problem:
         return filter_pass(
             extension.rows(drive),
             drive.pose,
-            drive.variances,
+            self.variances,
             first,
             extension.theta(),
             extension.base,

@@ -1,6 +1,6 @@
 """Effects fitted in full: Gauss–Newton on the whitened innovations, in turns with the diffusion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def replaced(extension: Extension, keys: tuple[Key, ...], values: F64) -> Extens
     effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
         effects[name][key] = float(np.clip(value, *BY_NAME[name].bounds[key]))
-    return Extension(extension.base, effects, extension.wheel_radius_m)
+    return replace(extension, effects=effects)
 
 
 def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, at: F64) -> F64:
@@ -88,3 +88,10 @@ def newton_step(psi: F64, e: F64) -> F64:
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
     solution, *_ = np.linalg.lstsq(flat / scale, np.clip(e, -CLIP, CLIP).ravel(), rcond=1e-6)
     return np.asarray(solution / scale)
+
+
+def inverse_information(psi: F64) -> F64:
+    """(ψᵀψ)⁻¹ (q, q) of (n, 3, q); directions that the data do not see have no variance of their own."""
+    flat = psi.reshape(-1, psi.shape[2])
+    d = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
+    return np.asarray(np.linalg.pinv((flat.T @ flat) / np.outer(d, d), rcond=1e-8) / np.outer(d, d))

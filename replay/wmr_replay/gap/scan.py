@@ -50,8 +50,16 @@ class Normal:
         return float(s @ delta), delta
 
 
-def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64 | None = None) -> list[Lead]:
-    """All leads, the best first. ``nuisance`` (n, 3, q): sensitivities to what the model holds already."""
+@dataclass(frozen=True, eq=False)
+class Scanned:
+    """All leads, the best first; by effect, the value at which a column stands and its ψᵀψ."""
+
+    leads: list[Lead]
+    unit_information: dict[str, tuple[float, float]]
+
+
+def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64 | None = None) -> Scanned:
+    """Score the library. ``nuisance`` (n, 3, q): sensitivities to what the model holds already."""
     drive = problem.drive
     rows = extension.rows(drive)
     linear = [c for c in LIBRARY if c.places and c.name not in extension.effects]
@@ -71,19 +79,29 @@ def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64
     normal = normal_equations(psi, e, None if nuisance is None else nuisance[problem.train])
     leads: list[Lead] = []
     column = 0
+    information: dict[str, tuple[float, float]] = {}
     for candidate in linear:
         k = len(candidate.places)
+        information[candidate.name] = (1.0, float(np.diag(normal.G)[column : column + k].min()))
         leads.append(linear_lead(normal, candidate, list(range(column, column + k))))
         column += k
     best: dict[str, Lead] = {}
     for candidate, value, _ in changes:
         lead = grid_lead(normal, candidate, value, column)
+        told = (1.0 if value is None else value, float(normal.G[column, column]))
+        if candidate.name not in information or ratio(told) < ratio(information[candidate.name]):
+            information[candidate.name] = told
         column += 1
         if candidate.name not in best or lead.gain > best[candidate.name].gain:
             best[candidate.name] = lead
     leads += best.values()
     leads += cell_leads(normal, drive, cells, n_cells, column, extension.effects)
-    return sorted(leads, key=lambda lead: -lead.gain)
+    return Scanned(sorted(leads, key=lambda lead: -lead.gain), information)
+
+
+def ratio(told: tuple[float, float]) -> float:
+    """Size per √information: the smaller, the better it is seen."""
+    return abs(told[0]) / float(np.sqrt(max(told[1], 1e-30)))
 
 
 def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:

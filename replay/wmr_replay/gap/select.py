@@ -4,18 +4,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
-from scipy.stats import t as student
+from scipy.stats import f as fisher
 
 from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
 from wmr_replay.gap.prove import Proof, prove
-from wmr_replay.gap.refit import Fit, gauss_newton
+from wmr_replay.gap.refit import Fit, gauss_newton, inverse_information
 from wmr_replay.gap.scan import Lead, scan
 from wmr_schemas.arrays import F64
 
-MOST_EFFECTS, MOST_FITTED = 3, 6
+MOST_FITTED = 6
 BLOCK_S, LEVEL = 2.0, 0.01
-LIKE, LIKE_SHARE = 0.5, 0.15
+LIKE, LIKE_SHARE = 0.25, 0.15
+LEAST_HELD_OUT = 0.15
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
 
@@ -32,6 +34,7 @@ class Tried:
     likeness: float = 0.0
     proof: Proof | None = None
     failed: str = ""
+    alternatives: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +45,7 @@ class Selection:
     fit: Fit
     found: tuple[Tried, ...]
     stages: tuple[tuple[Tried, ...], ...]
+    refused: str = ""
 
 
 def fitted(problem: Problem, extension: Extension, noise=None, iterations=8, steps=3) -> Fit:
@@ -56,19 +60,20 @@ def fitted(problem: Problem, extension: Extension, noise=None, iterations=8, ste
     return gauss_newton(problem, extension, noise, 2)
 
 
-def select(problem: Problem, extension: Extension) -> Selection:
+def select(problem: Problem, extension: Extension, options: GapOptions) -> Selection:
     """Forward, one effect at a time; after each acceptance, what has become needless goes."""
     base = current = fitted(problem, extension, None, 12)
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
-    for _ in range(MOST_EFFECTS):
+    for _ in range(options.max_effects):
         tried = attempts(problem, current)
         tried = tuple(judged(problem, current, a, found) if i < 2 else a for i, a in enumerate(tried))
         stages.append(tried)
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
             break
-        found.append(passing[0])
+        others = tuple((a.lead.name, max(passing[0].score - a.score, 0.0)) for a in tried[1:] if a.score > 0)
+        found.append(replace(passing[0], alternatives=others))
         current = passing[0].fit
         current, found = eliminated(problem, current, found)
     return Selection(base, current, tuple(found), tuple(stages))
@@ -76,14 +81,14 @@ def select(problem: Problem, extension: Extension) -> Selection:
 
 def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves."""
-    leads = scan(problem, current.extension, current.noise, current.psi)
+    leads = scan(problem, current.extension, current.noise, current.psi).leads
     best = max(leads, key=score_of)
     if score_of(best) < -10:
         return ()
     first = fitted(problem, joined(current, best), current.noise, 6)
     noise = first.noise
     here = gauss_newton(problem, current.extension, noise, 2 if current.extension.effects else 0)
-    leads = sorted(scan(problem, current.extension, noise, here.psi), key=score_of, reverse=True)
+    leads = sorted(scan(problem, current.extension, noise, here.psi).leads, key=score_of, reverse=True)
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
     quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in leads[:MOST_FITTED] if lead.gain > 8.0]
@@ -129,22 +134,35 @@ def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried]) -> 
 
 
 def proven(problem: Problem, current: Fit, tried: Tried) -> Proof:
-    """Proof on held-out windows; an effect in an interval or a place is fitted anew on a split that holds
-    half of it out.
+    """Proof on held-out windows. Where too little of what tells the effect lies in them (an interval, a place,
+    a skid), both models are fitted anew on the split that holds out the most of it.
     """
-    name = tried.lead.name
-    p = tried.fit.extension.effects[name]
-    if name != "slip_interval":
+    told = information(tried.fit, tried.lead.name)
+    if told[~problem.train].sum() >= LEAST_HELD_OUT * told.sum():
         return prove(problem, current, tried.fit)
-    shifted = Problem.of(problem.drive, (p["start_s"] + p["end_s"]) / 2 - 10.0)
-    without = gauss_newton(shifted, current.extension, current.noise, 1)
-    with_it = gauss_newton(shifted, tried.fit.extension, tried.fit.noise, 2)
-    return prove(shifted, without, with_it)
+    splits = [Problem.of(problem.drive, shift) for shift in (4.0, 8.0)]
+    other = max(splits, key=lambda split: min(told[~split.train].sum(), told[split.train].sum()))
+    without = gauss_newton(other, current.extension, current.noise, 1)
+    return prove(other, without, gauss_newton(other, tried.fit.extension, tried.fit.noise, 2))
+
+
+def information(fit: Fit, name: str) -> F64:
+    """What each row (n,) tells of an effect's size: Σψ²."""
+    return np.asarray((fit.psi[:, :, sizes_of(fit, name)] ** 2).sum(axis=(1, 2)))
+
+
+def sizes_of(fit: Fit, name: str) -> list[int]:
+    """Places of an effect's parameters that say how large it is, and not where."""
+    return [
+        j
+        for j, (owner, key) in enumerate(fit.keys)
+        if owner == name and (key not in PLACES or name == "pose_lever_arm")
+    ]
 
 
 def likeness(problem: Problem, fit: Fit, name: str) -> float:
     """Share of the effect's sensitivity that the other effects explain, R²."""
-    own = [j for j, (n, key) in enumerate(fit.keys) if n == name and key not in PLACES or (n == name and name == "pose_lever_arm")]
+    own = sizes_of(fit, name)
     others = [j for j, (n, _) in enumerate(fit.keys) if n != name]
     if not others:
         return 0.0
@@ -168,23 +186,27 @@ def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit,
 
 
 def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size; the sandwich is never below the model's
-    own variance.
+    """Block-robust Wald test (blocks of 2 s) of the effect's size; where the size is no distance from the base
+    model, or the blocks that tell of it are few, the likelihood ratio stands alone.
     """
-    size = [j for j, (n, key) in enumerate(fit.keys) if n == name and (key not in PLACES or name == "pose_lever_arm")]
     if name in ("torque_saturation", "undeclared_skid", *LOCAL):
         return 0.0
+    size = sizes_of(fit, name)
+    V, n_blocks = covariance(problem, fit)
+    values = fit.values[size]
+    wald = float(values @ np.linalg.solve(V[np.ix_(size, size)], values)) / len(size)
+    return float(fisher.sf(wald, len(size), n_blocks - len(size)))
+
+
+def covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
+    """Covariance (q, q) of the fitted parameters, robust to what colours the innovations over blocks of 2 s:
+    I⁻¹ (Σ_b s_b s_bᵀ) I⁻¹ with the block scores s_b; its diagonal is never below I⁻¹. And how many blocks.
+    """
     psi = fit.psi[problem.train]
     e = np.clip(fit.innovations[problem.train], -6, 6)
     block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
     scores = np.zeros((block.max() + 1, psi.shape[2]))
     np.add.at(scores, block, np.einsum("ijk,ij->ik", psi, e))
-    flat = psi.reshape(-1, psi.shape[2])
-    d = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
-    inverse = np.linalg.pinv((flat.T @ flat) / np.outer(d, d), rcond=1e-8) / np.outer(d, d)
+    inverse = inverse_information(psi)
     sandwich = inverse @ (scores.T @ scores) @ inverse
-    V = np.where(np.eye(len(d), dtype=bool), np.maximum(sandwich, inverse), sandwich)[np.ix_(size, size)]
-    values = fit.values[size]
-    wald = float(values @ np.linalg.solve(V, values)) / len(size)
-    from scipy.stats import f as fisher
-    return float(fisher.sf(wald, len(size), len(scores) - len(size)))
+    return np.where(np.eye(len(inverse), dtype=bool), np.maximum(sandwich, inverse), sandwich), len(scores)
