@@ -13,7 +13,7 @@ from msgspec import Meta, Struct
 from wmr_schemas.errors import InvalidFile
 
 Maybe = float | None
-Share = Annotated[float, Meta(ge=0, le=1)] | None
+Probability = Annotated[float, Meta(ge=0, le=1)] | None
 Size = Annotated[float, Meta(ge=0)] | None
 Verdict = Literal["named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation"]
 SCHEMA_NAME = "gap.schema.json"
@@ -32,7 +32,7 @@ class Estimate(Part, frozen=True):
 
 
 class Alternative(Part, frozen=True):
-    """An effect that explains nearly as much."""
+    """Another effect that explains the log, and how much worse."""
 
     name: Annotated[str, Meta(description="name in the catalogue")]
     delta_bic: Annotated[Size, Meta(description="BIC of the alternative minus that of the chosen effect")]
@@ -52,9 +52,9 @@ class Effect(Part, frozen=True):
         Meta(min_length=1, description="effects that no motion can tell apart from it, itself among them"),
     ]
     alternatives: Annotated[
-        tuple[Alternative, ...], Meta(description="effects that this log cannot tell apart from it")
+        tuple[Alternative, ...], Meta(description="the next best effects, and how much worse they are")
     ]
-    p_value: Annotated[Share, Meta(description="corrected for everything that was scanned")]
+    p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
     separate_with: Annotated[str, Meta(description="a manoeuvre that would tell the alternatives apart")]
 
 
@@ -63,7 +63,7 @@ class Interval(Part, frozen=True):
 
     start_s: Annotated[float, Meta(description="from the log's first pose")]
     end_s: Annotated[float, Meta(description="end of the stretch")]
-    share: Annotated[Share, Meta(description="of the whole excess of prediction errors")]
+    share: Annotated[Size, Meta(description="of the whole excess of prediction errors")]
 
 
 class Region(Part, frozen=True):
@@ -72,7 +72,7 @@ class Region(Part, frozen=True):
     x_m: Annotated[float, Meta(description="centre")]
     y_m: Annotated[float, Meta(description="centre")]
     radius_m: Annotated[float, Meta(ge=0, description="radius")]
-    share: Annotated[Share, Meta(description="of the whole excess of prediction errors")]
+    share: Annotated[Size, Meta(description="of the whole excess of prediction errors")]
 
 
 class Regime(Part, frozen=True):
@@ -117,7 +117,7 @@ class HeldOut(Part, frozen=True):
     reduction_ci95: Annotated[
         tuple[Maybe, Maybe], Meta(description="95 % interval of 1 − after/before, windows in pairs")
     ]
-    p_value: Annotated[Share, Meta(description="that the gap shrank by chance")]
+    p_value: Annotated[Probability, Meta(description="that the gap shrank by chance")]
 
 
 class YawGap(Part, frozen=True):

@@ -21,7 +21,9 @@ from wmr_replay.cli.mapping import between_from_options, blind_options, mapping_
     help="Contact modes: estimated, ideal throughout, or those on topic T.",
 )
 @click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="The model goes here, not to ./<stem>.wmr/."
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="The model goes here, not to ./<stem>.wmr/.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the model as JSON.")
 @blind_options

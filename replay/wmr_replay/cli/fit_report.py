@@ -47,7 +47,11 @@ def rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
         for described in fields(record):
             value: Any = getattr(record, described.name)
             if value is not None:
-                yield described.name, *interval(value, sd.get(described.name)), unit_of(described.metadata["unit"])
+                yield (
+                    described.name,
+                    *interval(value, sd.get(described.name)),
+                    unit_of(described.metadata["unit"]),
+                )
 
 
 def interval(value: float | str, sd: float | None) -> tuple[str, str]:

@@ -45,11 +45,14 @@ EXIT_CHECK_FAILED = 1
 )
 @click.option("--json", "as_json", is_flag=True, help="Print gap.json.")
 @click.option(
-    "--fail-on", metavar="VERDICT,…", default="", help=f"Exit with 1 on these verdicts: {', '.join(VERDICTS)}."
+    "--fail-on",
+    metavar="VERDICT,…",
+    default="",
+    help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
 @blind_options
-def command(
+def command(  # noqa: PLR0917
     log: Path,
     model_file: Path | None,
     modes: str,
@@ -137,7 +140,8 @@ def verdicts_of(text: str) -> set[str]:
     chosen = {name.strip() for name in text.split(",") if name.strip()}
     if unknown := chosen - set(VERDICTS):
         raise click.BadParameter(
-            f"no verdict {', '.join(sorted(unknown))}; there are {', '.join(VERDICTS)}", param_hint="--fail-on"
+            f"no verdict {', '.join(sorted(unknown))}; there are {', '.join(VERDICTS)}",
+            param_hint="--fail-on",
         )
     return chosen
 

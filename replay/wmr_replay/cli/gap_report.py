@@ -1,4 +1,4 @@
-"""The verdict of a gap analysis as a person reads it: what is missing, what adding it brings, where, what next."""
+"""The verdict of a gap analysis for a person: what is missing, what adding it brings, where, what next."""
 
 import sys
 from collections.abc import Iterator
@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -26,6 +25,8 @@ STYLES = {
 }
 MARKS = {"named": "●", "ambiguous": "◐", "unnamed": "◌", "nothing_missing": "○", "not_enough_excitation": "×"}
 BAR = 20
+NEAR_BIC = 10.0
+"""Alternatives that are worse than this are not worth a word."""
 
 
 def console_of() -> Console:
@@ -52,6 +53,10 @@ def print_gap(run: "GapRun", log: Path) -> None:
         listed.add_row(label, line)
     console.print(listed)
     console.print()
+    if gap.verdict in ("nothing_missing", "not_enough_excitation") and gap.minimum_detectable:
+        console.print("would have been seen from", style="dim")
+        console.print(least_sizes(gap))
+        console.print()
     for label, line in next_steps(run, log):
         console.print(f"[dim]{label:<9}[/dim] {line}", soft_wrap=True)
 
@@ -114,8 +119,9 @@ def or_else(effect: "Effect") -> str:
     """The confounded class, and what else explains this log nearly as well, with its ΔBIC."""
     others = [name for name in effect.confound_class if name != effect.name]
     near = [
-        other.name + ("" if other.delta_bic is None else f" (ΔBIC {other.delta_bic:.3g})")
+        f"{other.name} (ΔBIC {other.delta_bic:.2g})"
         for other in effect.alternatives
+        if other.delta_bic is not None and other.delta_bic < NEAR_BIC
     ]
     return ", ".join([*others, *near]) or "–"
 
@@ -144,7 +150,7 @@ def held_out_cells(held: "HeldOut", shown_unit: str) -> list[str]:
 
 def bar(held: "HeldOut") -> Text:
     """``before`` as a full bar: what is left of it bright, what was explained dim, the floor a mark in it."""
-    if not held.before or held.after is None:
+    if not held.before or held.after is None or held.after == held.before:
         return Text("")
     left = min(round(BAR * held.after / held.before), BAR)
     drawn = Text("━" * left, style="cyan") + Text("━" * (BAR - left), style="bright_black")
@@ -154,7 +160,7 @@ def bar(held: "HeldOut") -> Text:
     return drawn
 
 
-def facts(gap: "GapFile") -> Iterator[tuple[str, str | Padding]]:
+def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
     if gap.where.channels:
         factors = (f"{name} ×{q:.3g}" for name, q in gap.where.channels.items() if q is not None)
@@ -164,25 +170,34 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str | Padding]]:
         yield "when", ", ".join(pieces)
     if gap.where.regions:
         pieces = (
-            f"({r.x_m:.1f}, {r.y_m:.1f}) m ± {r.radius_m:.1f} m{share(r.share)}" for r in gap.where.regions[:3]
+            f"({r.x_m:.1f}, {r.y_m:.1f}) m ± {r.radius_m:.1f} m{share(r.share)}"
+            for r in gap.where.regions[:3]
         )
         yield "on the path", ", ".join(pieces)
     for effect in gap.effects:
         if effect.separate_with:
             yield "tell apart", f"{effect.name}: {effect.separate_with}"
-    if gap.verdict in ("nothing_missing", "not_enough_excitation") and gap.minimum_detectable:
-        least = (
-            f"{name} {d.value:.2g} {unit_of(d.unit)}".rstrip()
-            for name, d in gap.minimum_detectable.items()
-            if d.value is not None
-        )
-        yield "seen from", ", ".join(least)
     if gap.unnameable:
         yield "not named", f"{', '.join(gap.unnameable)}: not from a base calibrated on this log"
     for note in gap.notes:
         yield "note", note
 
 
+def least_sizes(gap: "GapFile") -> Table:
+    """The smallest size of each effect that would have been seen, three to a line."""
+    table = Table.grid(padding=(0, 1))
+    for _ in range(3):
+        table.add_column(no_wrap=True)
+        table.add_column(justify="right", no_wrap=True)
+        table.add_column(no_wrap=True, min_width=8)
+    known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
+    cells = [(name, f"{least.value:.2g}", unit_of(least.unit)) for name, least in known]
+    height = -(-len(cells) // 3)
+    for row in range(height):
+        table.add_row(*(cell for entry in cells[row::height] for cell in entry))
+    return table
+
+
 def share(value: float | None) -> str:
     """The share in brackets."""
-    return "" if value is None else f" ({100 * value:.0f} %)"
+    return "" if value is None else f" ({100 * value:.0f}\u00a0%)"

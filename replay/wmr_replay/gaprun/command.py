@@ -93,7 +93,7 @@ def fit_log(
     command: str = "",
     progress: Progress | None = None,
 ) -> FitRun:
-    """Calibrate a robot's base model on ``path`` and write it to ``<stem>.model.toml``. Raises LogUnusable."""
+    """Calibrate a robot's base model on ``path`` and write ``<stem>.model.toml``. Raises LogUnusable."""
     options = options or GapOptions()
     if mode_topic is not None:
         options = replace(options, modes="given")

@@ -33,7 +33,7 @@ def document_of(result: GapResult, options: GapOptions, log: str, log_sha256: st
 
 
 def plain(value: object) -> object:
-    """numpy's numbers as Python's."""
+    """A number of numpy as one of Python."""
     item = getattr(value, "item", None)
     if item is None:
         raise NotImplementedError(f"{type(value).__name__} has no place in gap.json")

@@ -1,9 +1,9 @@
 """A gap analysis in Rerun: measured, base and extended path, residuals and gaps before and after.
 
 ================================================  ===========================================================
-``/description``                                  the verdict and how to read the recording (markdown, static)
+``/description``                                  the verdict and how to read the recording (static)
 ``/path/measured``, ``/path/held_out``            the measured path; the part of it that was not fitted
-``/path/base``, ``/path/extended``                simulated over windows of 4 s, each from its own fitted start
+``/path/base``, ``/path/extended``                simulated in windows of 4 s, each from its own fitted start
 ``/path/regions``, ``/path/robot``                where most of the gap lies; the robot at the cursor
 ``/mode``, ``/part``                              contact mode; fitted, held out
 ``/residual/C/M``                                 disturbance that model M needs on channel C in m/s²
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from wmr_replay.gap.result import GapResult, Traces
 
 CHANNELS = ("longitudinal", "lateral", "yaw")
-PARTS = {"fitted": colours.FITTED, "held out": colours.HELD_OUT}
+PARTS = {"fitted": colours.FITTED, "held out": colours.BAND}
 LANES = (
     mode_lane("/mode", "mode"),
     Lane("/part", pl.when("held_out").then(pl.lit("held out")).otherwise(pl.lit("fitted")), PARTS),

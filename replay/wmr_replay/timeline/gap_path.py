@@ -46,14 +46,14 @@ def frame_of(traces: "Traces") -> Frame:
 
 
 def add_paths(sink: Sink, traces: "Traces", t_ns: pl.Series, regions: "tuple[Region, ...]") -> None:
-    """All paths, the simulated ones over the measured one, and circles about the regions."""
+    """All paths, the measured one thin over the simulated ones, and circles about the regions."""
     windows = cut(traces)
     held_out = runs(traces.held_out.astype(bool))
     drawn = (
-        ("/path/measured", traces.measured, [(0, len(traces.t_s))], colours.MEASURED, 1.0, 5.0),
-        ("/path/held_out", traces.measured, held_out, colours.HELD_OUT, 2.0, 6.0),
-        ("/path/base", traces.base_path, windows, colours.BASE, 1.25, 10.0),
+        ("/path/held_out", traces.measured, held_out, colours.HELD_OUT, 4.5, 4.0),
+        ("/path/base", traces.base_path, windows, colours.BASE, 1.5, 10.0),
         ("/path/extended", traces.extended_path, windows, colours.EXTENDED, 1.25, 12.0),
+        ("/path/measured", traces.measured, [(0, len(traces.t_s))], colours.TRUE_PATH, 0.4, 14.0),
     )
     for entity, path, pieces, colour, width, order in drawn:
         longer = [(a, b) for a, b in pieces if b - a > 1]

@@ -6,11 +6,12 @@ if TYPE_CHECKING:
     from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult
 
 HOW_TO_READ = """\
-**Path**: measured grey, its held-out part white; simulated from the log's own torques over windows of 4 s, each \
-from its own fitted start: base model red, extended model blue. Yellow circles: where most of the gap lies.
+**Path**: measured thin and white, its held-out part shaded; simulated from the log's own torques over \
+windows of 4 s, each from its own fitted start: base model red, extended model blue. Yellow circles: where \
+most of the gap lies.
 
-**Gap**: measured minus simulated. **Residual**: the acceleration that a model leaves unexplained, as a filter \
-sees it.
+**Gap**: measured minus simulated. **Residual**: the acceleration that a model leaves unexplained, as a \
+filter sees it.
 """
 
 
