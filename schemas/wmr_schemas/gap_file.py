@@ -148,8 +148,8 @@ class Detectable(Part, frozen=True):
     unit: Annotated[str, Meta(description="unit of that parameter")]
 
 
-class ModelTables(Part, frozen=True):
-    """The extended model, table for table as in ``<stem>.model.toml``."""
+class ModelTables(Part, frozen=True, omit_defaults=True):
+    """The extended model, table for table as in ``<stem>.model.toml``; empty tables are left out."""
 
     robot: dict[str, float | str] = {}
     noise: dict[str, float] = {}

@@ -184,15 +184,11 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
 
 
 def least_sizes(gap: "GapFile") -> Table:
-    """The smallest size of each effect that would have been seen, three to a line."""
-    table = Table.grid(padding=(0, 1))
-    for _ in range(3):
-        table.add_column(no_wrap=True)
-        table.add_column(justify="right", no_wrap=True)
-        table.add_column(no_wrap=True, min_width=8)
+    """The smallest size of each effect that would have been seen, two to a line."""
+    table = Table.grid(padding=(0, 2))
     known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
-    cells = [(name, f"{least.value:.2g}", unit_of(least.unit)) for name, least in known]
-    height = -(-len(cells) // 3)
+    cells = [(name, f"{least.value:.2g} {unit_of(least.unit)}") for name, least in known]
+    height = -(-len(cells) // 2)
     for row in range(height):
         table.add_row(*(cell for entry in cells[row::height] for cell in entry))
     return table
@@ -200,4 +196,4 @@ def least_sizes(gap: "GapFile") -> Table:
 
 def share(value: float | None) -> str:
     """The share in brackets."""
-    return "" if value is None else f" ({100 * value:.0f}\u00a0%)"
+    return "" if value is None else f" ({value:.0%})"

@@ -17,7 +17,7 @@ N_STATE = 9
 X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
 N_MOTION = 6
 """The states that a simulation starts from; the disturbances behind them are a filter's."""
-SOFT_SIGN_MPS = 0.05
+SOFT_SIGN_MPS = 0.02
 LEAST_SPEED_MPS = 0.3
 
 
