@@ -39,12 +39,14 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import EFFECTS
 from wmr_schemas.model_file import Effect, Model, NoiseModel
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log
+from wmr_schemas.signals import Log, ModeTrack
 
 Progress = Callable[[str, float], None]
 AMBIGUOUS_BIC = 6.0
 SELF_CALIBRATED = ("payload", "drive_gain", "yaw_inertia")
 MOST_ROUNDS = 3
+SWITCH_S = 0.3
+"""How well an identifier knows when a mode begins or ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,29 +105,29 @@ def search(
         problem = Problem.of(drive_of(log, log.mode if options.modes == "given" else None))
         return problem, select(problem, extension, options)
     tried = []
-    drive = drive_of(log, identified_modes(log, extension))
-    for start in (drive, without_slip(drive)):
-        problem = Problem.of(start)
+    first = identified_modes(log, extension)
+    for track in (first, without_slip(first)):
+        problem = Problem.of(drive_of(log, track, margin_s=SWITCH_S))
         selection = select(problem, extension, options)
         effects = set(extension.effects)
         for _ in range(MOST_ROUNDS):
             if set(selection.fit.extension.effects) == effects:
                 break
             effects = set(selection.fit.extension.effects)
-            problem = Problem.of(drive_of(log, identified_modes(log, selection.fit.extension)))
+            problem = Problem.of(drive_of(log, identified_modes(log, selection.fit.extension), margin_s=SWITCH_S))
             selection = select(problem, extension, options)
         tried.append((problem, selection))
         tell("naming", 0.5)
-        if selection.found or not np.any(drive.mode >= 2):
+        if selection.found or not np.any(first.mode >= 2):
             break
     if len(tried) == 2 and not tried[1][1].found:
         return tried[0]
     return min(tried, key=lambda pair: pair[1].fit.deviance)
 
 
-def without_slip(drive: Drive) -> Drive:
+def without_slip(track: ModeTrack) -> ModeTrack:
     """The same, slipping taken for ideal: a missing effect may look like slip to an identifier."""
-    return replace(drive, mode=np.where(drive.mode >= 2, drive.mode - 2, drive.mode))
+    return ModeTrack(track.t_ns, (track.mode % 2).astype(np.int8))
 
 
 def report(problem: Problem, selection: Selection, model: BaseModel, options: GapOptions) -> GapResult:

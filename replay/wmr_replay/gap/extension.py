@@ -11,6 +11,7 @@ from wmr_replay.gap.inputs import InputEffects
 from wmr_schemas.arrays import F64
 
 Parameters = Mapping[str, float]
+LOOSE_MPS = 0.2
 EDGE_S, EDGE_M = 0.15, 0.15
 """Edges of the effects in time and space, softened so that their places have a slope."""
 
@@ -96,10 +97,11 @@ class Extension:
         return InputEffects(**found)
 
     def rows(self, drive: Drive) -> F64:
-        """Input rows (n, 9) of :class:`~wmr_replay.gap.field.Row`."""
+        """Input rows (n, 10) of :class:`~wmr_replay.gap.field.Row`."""
         rows = np.zeros((len(drive), N_ROW))
         rows[:, Row.DT] = drive.step_s
         rows[:, Row.MODE] = drive.mode
+        rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure
         rows[:, [Row.LEFT, Row.RIGHT]] = drive.torque.means(drive.t_s, self.input_effects()).T
         for name, parameters in self.acting:
             if name in WEIGHTS:

@@ -54,7 +54,9 @@ N_THETA = len(Theta)
 
 
 class Row(IntEnum):
-    """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space."""
+    """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space,
+    and how loosely v_lat is held [m/s] about a change of mode.
+    """
 
     DT = 0
     LEFT = 1
@@ -65,6 +67,7 @@ class Row(IntEnum):
     SLIP = 6
     EXTRA_LONG = 7
     EXTRA_YAW = 8
+    LOOSE = 9
 
 
 N_ROW = len(Row)
@@ -149,7 +152,7 @@ def next_lateral(z: F64, v: float, yaw_rate: float, row: F64, theta: F64, base: 
         push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
         kept = np.exp(-rate * dt)
         return kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9)
-    kept = np.exp(-dt * base.lateral_decay)
+    kept = np.exp(-dt * base.lateral_decay) if row[Row.LOOSE] == 0.0 else 0.0
     if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
         return kept * z[V_LAT]
     rate = skid_rate(z, row, theta, base) / theta[Theta.UNDECLARED]

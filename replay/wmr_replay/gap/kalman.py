@@ -23,6 +23,8 @@ from wmr_replay.gap.field import (
     V,
     V_LAT,
     W,
+    X,
+    Y,
     Base,
     Row,
     Theta,
@@ -85,6 +87,10 @@ def add_noise(P: F64, row: F64, previous_mode: float, noise: Diffusion) -> None:
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
     else:
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - np.exp(-2 * dt / noise.lat_tau_s))
+    if row[Row.LOOSE] > 0.0:
+        P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
+        P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
+        P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
     if mode in (SLIPPING, BOTH):
         P[V, V] += SLIP_DISTURBANCE_MPS2**2 * dt
         P[W, W] += SLIP_DISTURBANCE_MPS2**2 * dt

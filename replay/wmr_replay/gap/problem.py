@@ -28,12 +28,17 @@ class Problem:
     drive: Drive
     train: Bool
     first: F64
+    shift_s: float = 0.0
 
     @classmethod
     def of(cls, drive: Drive, shift_s: float = 0.0) -> "Problem":
         """Split at fixed times, ``shift_s`` later."""
         phase = (drive.t_s - shift_s) % PERIOD_S
-        return cls(drive, phase < PERIOD_S - HELD_OUT_S, first_state(drive))
+        return cls(drive, phase < PERIOD_S - HELD_OUT_S, first_state(drive), shift_s)
+
+    def finer(self) -> "Problem":
+        """The same split over bins of half the length."""
+        return Problem.of(self.drive.finer(), self.shift_s)
 
     @property
     def variances(self) -> F64:

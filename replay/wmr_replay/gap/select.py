@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as fisher
 
+from wmr_replay.gap.excitation import too_calm_for
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
@@ -18,6 +19,7 @@ MOST_FITTED = 6
 BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
 LEAST_HELD_OUT = 0.15
+CLOSE = 25.0
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
 
@@ -34,6 +36,7 @@ class Tried:
     likeness: float = 0.0
     proof: Proof | None = None
     failed: str = ""
+    refused: bool = False
     alternatives: tuple[tuple[str, float], ...] = ()
 
 
@@ -76,7 +79,8 @@ def select(problem: Problem, extension: Extension, options: GapOptions) -> Selec
         found.append(replace(passing[0], alternatives=others))
         current = passing[0].fit
         current, found = eliminated(problem, current, found)
-    return Selection(base, current, tuple(found), tuple(stages))
+    refused = next((a.failed for a in stages[0][:1] if a.refused), "") if stages else ""
+    return Selection(base, current, tuple(found), tuple(stages), refused)
 
 
 def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
@@ -102,7 +106,20 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
         k = len(lead.parameters)
         p_value = max(chi2.sf(max(gain, 0.0), k) * total, robust_p(problem, fit, lead.name) * total)
         out.append(Tried(lead, fit, gain, gain - cost_of(problem, lead), float(min(p_value, 1.0))))
-    return tuple(sorted(out, key=lambda a: -a.score))
+    return decided(problem, tuple(sorted(out, key=lambda a: -a.score)))
+
+
+def decided(problem: Problem, tried: tuple[Tried, ...]) -> tuple[Tried, ...]:
+    """Where the two best are close, bins of half the length say which: lag and delay differ in them."""
+    if len(tried) < 2 or tried[0].score - tried[1].score > CLOSE or tried[0].score < 0:
+        return tried
+    finer = problem.finer()
+    costs = [
+        gauss_newton(finer, a.fit.extension, a.fit.noise, 2).deviance + cost_of(problem, a.lead) for a in tried[:2]
+    ]
+    first, second = (tried[0], tried[1]) if costs[0] <= costs[1] else (tried[1], tried[0])
+    second = replace(second, score=first.score - abs(costs[0] - costs[1]))
+    return (first, second, *tried[2:])
 
 
 def joined(current: Fit, lead: Lead) -> Extension:
@@ -129,6 +146,9 @@ def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried]) -> 
     tried = replace(tried, likeness=like)
     if like > LIKE and tried.gain < LIKE_SHARE * strongest:
         return replace(tried, failed="a remainder of what is found already")
+    calm = too_calm_for(tried.lead.name, problem, tried.fit.extension, tried.fit.noise)
+    if calm:
+        return replace(tried, failed=calm, refused=True)
     proof = proven(problem, current, tried)
     return replace(tried, proof=proof, failed="" if proof.holds else "not proven on held-out windows")
 
@@ -194,7 +214,7 @@ def robust_p(problem: Problem, fit: Fit, name: str) -> float:
     size = sizes_of(fit, name)
     V, n_blocks = covariance(problem, fit)
     values = fit.values[size]
-    wald = float(values @ np.linalg.solve(V[np.ix_(size, size)], values)) / len(size)
+    wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
     return float(fisher.sf(wald, len(size), n_blocks - len(size)))
 
 

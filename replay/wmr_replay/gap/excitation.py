@@ -1,0 +1,42 @@
+"""Whether the drive was lively enough for a verdict.
+
+Where torques hardly change but to answer the disturbance, a feedback controller makes them depend on it, and
+any effect on the inputs may seem to explain it. So the acceleration that the torques ask for must vary by
+several times the disturbance that remains.
+"""
+
+import numpy as np
+
+from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.field import Row
+from wmr_replay.gap.kalman import Diffusion
+from wmr_replay.gap.problem import Problem
+from wmr_schemas.effects import EFFECTS
+
+LEAST_RATIO = 3.0
+SEEN_ANYWAY = ("heading_misalignment",)
+
+
+def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
+    """Standard deviation of α Σu over the disturbance's, and of α_yaw Δu over its own."""
+    rows, base = extension.rows(problem.drive)[problem.train], extension.base
+    ahead = base.alpha * float(np.std(rows[:, Row.RIGHT] + rows[:, Row.LEFT]))
+    turning = base.alpha_yaw * float(np.std(rows[:, Row.RIGHT] - rows[:, Row.LEFT]))
+    return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
+
+
+def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
+    """Why the log cannot carry the verdict ``name``; empty where it can."""
+    if name in SEEN_ANYWAY:
+        return ""
+    ahead, turning = liveliness(problem, extension, noise)
+    channel = EFFECTS[name].channel
+    asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
+    ratio = asked.get(channel, max(ahead, turning))
+    if ratio >= LEAST_RATIO:
+        return ""
+    what = "longitudinal acceleration" if ratio == ahead else "turning"
+    return (
+        f"{name} would explain part of it, but the {what} that the torques ask for varies by only {ratio:.1f} times "
+        f"the disturbance (at least {LEAST_RATIO:g} are needed)"
+    )
