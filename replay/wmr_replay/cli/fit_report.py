@@ -43,21 +43,22 @@ def parameter_table(model: "Model") -> Table:
 
 def rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
     """Robot parameters, fitted or taken over, then the noise."""
-    for record, sd in ((model.robot, model.robot_sd), (model.noise, {})):
+    nothing: dict[str, float] = {}
+    for record, sd, else_ in ((model.robot, model.robot_sd, "as given"), (model.noise, nothing, "–")):
         for described in fields(record):
             value: Any = getattr(record, described.name)
             if value is not None:
                 yield (
                     described.name,
-                    *interval(value, sd.get(described.name)),
+                    *interval(value, sd.get(described.name), else_),
                     unit_of(described.metadata["unit"]),
                 )
 
 
-def interval(value: float | str, sd: float | None) -> tuple[str, str]:
-    """Value and 95 % interval."""
+def interval(value: float | str, sd: float | None, without: str) -> tuple[str, str]:
+    """Value and 95 % interval, or what stands in its place."""
     if isinstance(value, str):
-        return value, "–"
+        return value, without
     if sd is None:
-        return f"{value:.5g}", "as given"
+        return f"{value:.5g}", without
     return numbers(value, (value - NORMAL_95 * sd, value + NORMAL_95 * sd))

@@ -162,7 +162,7 @@ def bar(held: "HeldOut") -> Text:
 
 def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
-    if gap.where.channels:
+    if gap.where.channels and gap.effects:
         factors = (f"{name} ×{q:.3g}" for name, q in gap.where.channels.items() if q is not None)
         yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)
     if gap.where.intervals:
