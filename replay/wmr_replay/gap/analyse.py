@@ -16,9 +16,9 @@ from wmr_replay.gap.drive import Drive, drive_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors, windows_of
+from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.prove import held_out_windows
+from wmr_replay.gap.prove import windows_within
 from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.result import (
     Alternative,
@@ -31,7 +31,7 @@ from wmr_replay.gap.result import (
     Verdict,
 )
 from wmr_replay.gap.scan import scan
-from wmr_replay.gap.select import Selection, covariance, select
+from wmr_replay.gap.select import LOCAL, Selection, covariance, select
 from wmr_replay.gap.sentence import sentence_of
 from wmr_replay.gap.traces import traces_of
 from wmr_replay.gap.where import locate
@@ -44,7 +44,6 @@ from wmr_schemas.signals import Log, ModeTrack
 Progress = Callable[[str, float], None]
 AMBIGUOUS_BIC = 6.0
 SELF_CALIBRATED = ("payload", "drive_gain", "yaw_inertia")
-MOST_ROUNDS = 3
 SWITCH_S = 0.3
 """How well an identifier knows when a mode begins or ends."""
 
@@ -105,24 +104,42 @@ def search(
         problem = Problem.of(drive_of(log, log.mode if options.modes == "given" else None))
         return problem, select(problem, extension, options)
     tried = []
+    return search_with_modes(log, extension, options, tell)
+
+
+def search_with_modes(
+    log: Log, extension: Extension, options: GapOptions, tell: Progress
+) -> tuple[Problem, Selection]:
+    """The identifier takes a missing effect for slip, so effects come first, provisionally: those that the
+    modes of the base model suggest, and those that show when slipping counts as ideal. With each set the modes
+    are identified anew and the selection is made from the start; the most likely answer stands.
+    """
     first = identified_modes(log, extension)
-    for track in (first, without_slip(first)):
-        problem = Problem.of(drive_of(log, track, margin_s=SWITCH_S))
-        selection = select(problem, extension, options)
-        effects = set(extension.effects)
-        for _ in range(MOST_ROUNDS):
-            if set(selection.fit.extension.effects) == effects:
-                break
-            effects = set(selection.fit.extension.effects)
-            problem = Problem.of(drive_of(log, identified_modes(log, selection.fit.extension), margin_s=SWITCH_S))
-            selection = select(problem, extension, options)
-        tried.append((problem, selection))
-        tell("naming", 0.5)
-        if selection.found or not np.any(first.mode >= 2):
-            break
-    if len(tried) == 2 and not tried[1][1].found:
-        return tried[0]
-    return min(tried, key=lambda pair: pair[1].fit.deviance)
+    drives = [identified_drive(log, first)]
+    if np.any(first.mode >= 2):
+        drives.append(identified_drive(log, without_slip(first)))
+    hints: list[Extension] = [extension]
+    for drive in drives:
+        hint = suggestion(select(Problem.of(drive), extension, options, provisional=True).fit.extension)
+        if all(set(hint.effects) != set(other.effects) for other in hints):
+            hints.append(hint)
+    answers = []
+    for k, hint in enumerate(hints):
+        tell("naming", 0.2 + 0.6 * k / len(hints))
+        drive = drives[0] if not hint.effects else identified_drive(log, identified_modes(log, hint))
+        problem = Problem.of(drive)
+        answers.append((problem, select(problem, extension, options)))
+    return min(answers, key=lambda answer: answer[1].fit.deviance)
+
+
+def suggestion(extension: Extension) -> Extension:
+    """Effects that hold throughout; those in an interval or a place are for the identifier to say."""
+    return replace(extension, effects={k: v for k, v in extension.effects.items() if k not in LOCAL})
+
+
+def identified_drive(log: Log, track: ModeTrack) -> Drive:
+    """The drive by modes that an identifier said, which knows their changes to ``SWITCH_S`` only."""
+    return drive_of(log, track, margin_s=SWITCH_S)
 
 
 def without_slip(track: ModeTrack) -> ModeTrack:
@@ -138,7 +155,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     effects = found_effects(problem, selection)
     verdict, notes = verdict_of(effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
-    windows = held_out_windows(problem), windows_of(drive, problem.train)
+    windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
     errors = [
         [window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)
     ]

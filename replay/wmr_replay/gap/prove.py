@@ -8,11 +8,12 @@ from scipy.stats import wilcoxon
 from wmr_replay.gap.predict import WindowErrors, window_errors, windows_of
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.refit import Fit
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, Bool
 
 LEAST_REDUCTION, LEVEL = 0.10, 0.05
 LEAST_ABOVE_FLOOR, LEAST_EXCESS = 0.30, 0.05
 BLOCK_S = 2.0
+MOST_SLIP = 0.05
 LEAST_CHANGE = 0.02
 
 
@@ -27,9 +28,15 @@ class Proof(NamedTuple):
     changed_m: float
 
 
-def held_out_windows(problem: Problem) -> list[tuple[int, int]]:
-    """Whole windows of what was not fitted."""
-    return windows_of(problem.drive, ~problem.train)
+def windows_within(problem: Problem, chosen: Bool) -> list[tuple[int, int]]:
+    """Whole windows of the rows ``chosen`` (n,). Where an identifier said the modes, windows that it calls
+    slipping are left out: to simulate them would take its word for the loss of traction.
+    """
+    windows = windows_of(problem.drive, chosen)
+    if problem.drive.margin <= 1:
+        return windows
+    slips = problem.drive.mode >= 2
+    return [(a, b) for a, b in windows if np.mean(slips[a:b]) < MOST_SLIP] or windows
 
 
 def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
@@ -38,7 +45,7 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
 
     Position and yaw count together, each in units of its typical gap without the effect.
     """
-    windows = held_out_windows(problem)
+    windows = windows_within(problem, ~problem.train)
     before, after = (window_errors(problem.drive, m.extension, windows, problem.variances) for m in (without, with_it))
     a, b = together(before, before), together(after, before)
     shows = np.abs(a - b) > LEAST_CHANGE * np.maximum(a, b)

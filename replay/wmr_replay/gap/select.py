@@ -63,14 +63,18 @@ def fitted(problem: Problem, extension: Extension, noise=None, iterations=8, ste
     return gauss_newton(problem, extension, noise, 2)
 
 
-def select(problem: Problem, extension: Extension, options: GapOptions) -> Selection:
-    """Forward, one effect at a time; after each acceptance, what has become needless goes."""
+def select(
+    problem: Problem, extension: Extension, options: GapOptions, *, provisional: bool = False
+) -> Selection:
+    """Forward, one effect at a time; after each acceptance, what has become needless goes. A provisional
+    selection asks for significance only.
+    """
     base = current = fitted(problem, extension, None, 12)
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
         tried = attempts(problem, current)
-        tried = tuple(judged(problem, current, a, found) if i < 2 else a for i, a in enumerate(tried))
+        tried = tuple(judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried))
         stages.append(tried)
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
@@ -78,7 +82,8 @@ def select(problem: Problem, extension: Extension, options: GapOptions) -> Selec
         others = tuple((a.lead.name, max(passing[0].score - a.score, 0.0)) for a in tried[1:] if a.score > 0)
         found.append(replace(passing[0], alternatives=others))
         current = passing[0].fit
-        current, found = eliminated(problem, current, found)
+        if not provisional:
+            current, found = eliminated(problem, current, found)
     refused = next((a.failed for a in stages[0][:1] if a.refused), "") if stages else ""
     return Selection(base, current, tuple(found), tuple(stages), refused)
 
@@ -137,7 +142,7 @@ def cost_of(problem: Problem, lead: Lead) -> float:
     return float(len(lead.parameters) * np.log(3 * problem.train.sum()) + 2 * np.log(lead.tried))
 
 
-def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried]) -> Tried:
+def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried], provisional: bool) -> Tried:
     """The gates, in order; the first that fails is named."""
     if tried.p_value > LEVEL or tried.score <= 0:
         return replace(tried, failed="not significant")
@@ -146,6 +151,8 @@ def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried]) -> 
     tried = replace(tried, likeness=like)
     if like > LIKE and tried.gain < LIKE_SHARE * strongest:
         return replace(tried, failed="a remainder of what is found already")
+    if provisional:
+        return tried
     calm = too_calm_for(tried.lead.name, problem, tried.fit.extension, tried.fit.noise)
     if calm:
         return replace(tried, failed=calm, refused=True)
