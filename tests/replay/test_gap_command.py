@@ -10,9 +10,10 @@ import pytest
 
 import wmr_replay.gaprun.command as gap_command
 from wmr_replay import cli
+from wmr_replay.gaprun.base import base_for
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.gap_file import read_gap
-from wmr_schemas.model_file import read_model
+from wmr_schemas.model_file import Effect, Model, Provenance, model_to_toml, read_model
 from wmr_schemas.signals import Log
 from wmr_synth import record, synthesise, write_mcap
 
@@ -174,6 +175,24 @@ def test_a_base_model_is_read_and_never_overwritten(run, log, analysed, tmp_path
     assert code == 2
     assert "would overwrite its base" in err
     assert base.read_text() == before
+
+
+def test_effects_at_a_time_do_not_follow_the_robot_to_another_log():
+    times = {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}
+    effects = (Effect("slip_interval", times), Effect("viscous_drag", {"c1_per_s": 0.2}))
+    model = Model(effects=effects, provenance=Provenance(log_sha256="a" * 64))
+    assert base_for(model, "a" * 64) == (model, ())
+    base, notes = base_for(model, "b" * 64)
+    assert [effect.name for effect in base.effects] == ["viscous_drag"]
+    assert notes == ("slip_interval of the model belongs to the time of another log and is left out",)
+
+
+def test_a_term_without_a_name_is_refused_as_a_base(run, log, analysed, tmp_path):
+    path = tmp_path / "base.toml"
+    path.write_text(model_to_toml(Model(effects=(Effect("unnamed:longitudinal:v3", {"coefficient": 1.0}),))))
+    code, _, err = run("gap", log, "--model", path)
+    assert code == 2
+    assert "cannot hold unnamed:longitudinal:v3" in err
 
 
 def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, made_up_gap):

@@ -1,14 +1,12 @@
-"""The recording of a gap analysis: what it holds, and that it can be looked at."""
+"""The recording of a gap analysis: what it holds. The result is made up."""
 
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from wmr_replay.timeline import ViewerUnavailable
 from wmr_replay.timeline.gap import write_gap_timeline
 from wmr_replay.timeline.gap_path import cut
 from wmr_replay.timeline.gap_text import gap_text
-from wmr_replay.timeline.picture import take_picture
 
 
 @pytest.fixture(scope="module")
@@ -22,9 +20,10 @@ def recording(made_up_gap, tmp_path_factory):
 def rows(recording):
     """Temporal rows by entity."""
     found = {}
-    for chunk in RrdReader(recording).stream().collect().to_chunks():
+    for chunk in RrdReader(recording).stream():
         if not chunk.is_static:
-            found[str(chunk.entity_path)] = found.get(str(chunk.entity_path), 0) + chunk.num_rows
+            n_rows = chunk.to_record_batch().num_rows
+            found[chunk.entity_path] = found.get(chunk.entity_path, 0) + n_rows
     return found
 
 
@@ -67,16 +66,3 @@ def test_the_text_holds_verdict_effects_and_gaps(made_up_gap):
     assert "| viscous_drag | c1_per_s = 0.203 1/s | 0.196 … 0.21 |" in text
     assert "| position | 24 mm | 5.2 mm | 4.9 mm |" in text
     assert "| yaw | 2.4 mrad | 0.52 mrad | 0.49 mrad |" in text
-
-
-def test_it_can_be_looked_at(recording, tmp_path):
-    image = pytest.importorskip("PIL.Image")
-    png = tmp_path / "gap.png"
-    try:
-        take_picture(recording, png, width=1000, height=700, at_s=20)
-    except ViewerUnavailable as error:
-        pytest.skip(str(error))
-    with image.open(png) as picture:
-        colours = set(picture.convert("RGB").get_flattened_data())
-    for colour in ((213, 94, 0), (86, 180, 233)):
-        assert any(sum(abs(a - b) for a, b in zip(colour, seen, strict=True)) < 30 for seen in colours)

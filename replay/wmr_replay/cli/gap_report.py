@@ -129,7 +129,7 @@ def or_else(effect: "Effect") -> str:
 def gap_table(gap: "Gap") -> Table:
     """Position and yaw: before, after, floor, and the share of the gap that is left as a bar."""
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    table.add_column(f"held-out gap, {gap.windows} windows", no_wrap=True)
+    table.add_column(f"held-out gap, {gap.windows} window{'' if gap.windows == 1 else 's'}", no_wrap=True)
     for name in ("before", "after", "floor", "reduced by", "p"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
+from wmr_replay.gaprun.base import base_for
 from wmr_replay.gaprun.document import document_of
 from wmr_replay.ingest import Between
 from wmr_replay.run import default_directory
@@ -67,9 +68,10 @@ def gap_log(  # noqa: PLR0913 – keyword arguments
     if mode_topic is not None:
         options = replace(options, modes="given")
     whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    base, notes = base_for(base, whole.sha256)
     with said_of(path):
         result = analyse(whole.log, base, options, progress)
-    result = finished(result, whole, mode_topic, command)
+    result = finished(result, replace(whole, notes=notes + whole.notes), mode_topic, command)
     document = document_of(result, options, str(path), whole.sha256)
     files = names(path, out, timeline=timeline)
     with replace_files(files) as parts:
