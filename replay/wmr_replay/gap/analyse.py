@@ -13,6 +13,7 @@ from wmr_replay.gap.candidates import BY_NAME
 from wmr_replay.gap.confounds import confound_class, separate_with
 from wmr_replay.gap.detectable import minimum_detectable, unseen
 from wmr_replay.gap.drive import Drive, drive_of
+from wmr_replay.gap.excitation import LEAST_RATIO, liveliness
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
@@ -153,7 +154,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
     detectable = minimum_detectable(scanned)
     effects = found_effects(problem, selection)
-    verdict, notes = verdict_of(effects, selection, unseen(detectable))
+    verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
     windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
     errors = [
@@ -214,7 +215,7 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
 
 
 def verdict_of(
-    effects: tuple[FoundEffect, ...], selection: Selection, hidden: tuple[str, ...]
+    problem: Problem, effects: tuple[FoundEffect, ...], selection: Selection, hidden: tuple[str, ...]
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and notes that say why it is no firmer."""
     if effects:
@@ -227,9 +228,28 @@ def verdict_of(
         return ("ambiguous", tuple(close)) if close else ("named", ())
     if selection.refused:
         return "not_enough_excitation", (selection.refused,)
+    calm = calm_note(problem, selection)
+    if calm:
+        return "not_enough_excitation", (calm,)
     if len(hidden) >= 5:
         return "not_enough_excitation", ("the log would not have shown " + ", ".join(hidden),)
     return "nothing_missing", ()
+
+
+def calm_note(problem: Problem, selection: Selection) -> str:
+    """Why nothing found does not mean nothing missing; empty where it does."""
+    ahead, turning = liveliness(problem, selection.fit.extension, selection.fit.noise)
+    if min(ahead, turning) >= LEAST_RATIO:
+        return ""
+    what, ratio, sd = (
+        ("longitudinal acceleration", ahead, selection.fit.noise.long_sd_mps2)
+        if ahead < turning
+        else ("turning", turning, selection.fit.noise.yaw_sd_mps2)
+    )
+    return (
+        f"the {what} that the torques ask for varies by only {ratio:.1f} times a disturbance of {sd:.2g} m/s² that no "
+        f"candidate explains (at least {LEAST_RATIO:g} times are needed)"
+    )
 
 
 def metric(errors: list[list[WindowErrors]], what: str, unit: str) -> GapMetric:

@@ -50,9 +50,9 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Model:
         if skids and robot.cornering_stiffness_over_epsilon is not None and robot.mass_kg is not None:
             effects["cornering_stiffness"] = {"ratio": 0.0}
         extension = Extension(base_of(robot), effects, robot.wheel_radius_m or 1.0)
-        noise, _ = fit_noise(problem, extension, noise, 8)
+        noise, _ = fit_noise(problem, extension, noise, 6)
         extension = gauss_newton(problem, extension, noise, 6).extension
-        noise, _ = fit_noise(problem, extension, noise, 8)
+        noise, _ = fit_noise(problem, extension, noise, 6)
         fit = gauss_newton(problem, extension, noise, 6)
         spread = np.sqrt(np.diag(covariance(problem, fit)[0]))
         sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}

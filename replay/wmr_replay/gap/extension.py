@@ -12,7 +12,7 @@ from wmr_schemas.arrays import F64
 
 Parameters = Mapping[str, float]
 LOOSE_MPS = 0.2
-EDGE_S, EDGE_M = 0.15, 0.15
+EDGE_S, EDGE_M, LOADING_S = 0.15, 0.15, 0.6
 """Edges of the effects in time and space, softened so that their places have a slope."""
 
 IN_THETA: dict[tuple[str, str], Theta] = {
@@ -122,7 +122,7 @@ WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interva
 def weight(name: str, p: Parameters, drive: Drive) -> F64:
     """How much of an effect in time or space acts at each row (n,), 0 to 1."""
     if name == "load_step":
-        return soft_step((drive.t_s - p["t0_s"]) / EDGE_S)
+        return soft_step((drive.t_s - p["t0_s"]) / LOADING_S)
     if name == "slip_interval":
         return soft_step((drive.t_s - p["start_s"]) / EDGE_S) * soft_step((p["end_s"] - drive.t_s) / EDGE_S)
     distance = np.hypot(drive.pose[:, 0] - p["x_m"], drive.pose[:, 1] - p["y_m"])

@@ -11,13 +11,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from wmr_replay.identify.terms import SOFT_SIGN_MPS
 from wmr_schemas.arrays import F64
 
 N_STATE = 9
 X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
 N_MOTION = 6
 """The states that a simulation starts from; the disturbances behind them are a filter's."""
-SOFT_SIGN_MPS = 0.02
 LEAST_SPEED_MPS = 0.3
 
 
@@ -97,11 +97,11 @@ def sign(speed: float) -> float:
 
 
 @njit(cache=True)
-def skid_rate(z: F64, row: F64, theta: F64, base: Base) -> float:
+def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄), times what the effects make of it."""
     speed = base.speed_mps
     if speed <= 0.0:
-        speed = max(np.sqrt(z[V] ** 2 + z[V_LAT] ** 2 + z[W] ** 2), LEAST_SPEED_MPS)
+        speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
     lost = 1.0 - theta[Theta.PATCH] * row[Row.PATCH]
     return base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02)
 
@@ -141,13 +141,13 @@ def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, floa
 
 
 @njit(cache=True)
-def next_lateral(z: F64, v: float, yaw_rate: float, row: F64, theta: F64, base: Base) -> float:
+def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what an undeclared
     skid of 1/UNDECLARED of the stiffness makes of it.
     """
-    dt = row[Row.DT]
+    dt, yaw_rate = row[Row.DT], w / base.half_track_m
     if row[Row.MODE] in (SKIDDING, BOTH):
-        rate = skid_rate(z, row, theta, base)
+        rate = skid_rate(v, z[V_LAT], w, row, theta, base)
         push = -v * yaw_rate + z[D_LAT]
         push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
         kept = np.exp(-rate * dt)
@@ -155,7 +155,7 @@ def next_lateral(z: F64, v: float, yaw_rate: float, row: F64, theta: F64, base: 
     kept = np.exp(-dt * base.lateral_decay) if row[Row.LOOSE] == 0.0 else 0.0
     if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
         return kept * z[V_LAT]
-    rate = skid_rate(z, row, theta, base) / theta[Theta.UNDECLARED]
+    rate = skid_rate(v, 0.0, w, row, theta, base) / theta[Theta.UNDECLARED]
     kept = max(kept, np.exp(-rate * dt))
     return kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate
 
@@ -172,7 +172,7 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     dv, dw = accelerations(out, row, theta, base)
     yaw = out[YAW]
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
-    lateral = next_lateral(z, v, w / base.half_track_m, row, theta, base)
+    lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2
     out[X] = z[X] + (v * np.cos(yaw) - v_lat * np.sin(yaw)) * dt
     out[Y] = z[Y] + (v * np.sin(yaw) + v_lat * np.cos(yaw)) * dt

@@ -53,13 +53,14 @@ class Diffusion(NamedTuple):
 
 class Passed(NamedTuple):
     """What a pass gives: −2 log likelihood per row (n,), whitened innovations (n, 3), filtered states (n, 9),
-    whitened sensitivities (n, 3, p).
+    whitened sensitivities (n, 3, p), logarithms of the innovations' variances (n, 3).
     """
 
     deviance: F64
     innovations: F64
     states: F64
     sensitivities: F64
+    log_variances: F64
 
 
 @njit(cache=True)
@@ -190,7 +191,7 @@ def filter_pass(
     n, n_theta, n_efforts = len(rows), len(wanted), len(efforts)
     p = n_theta + n_efforts + 2 * n_cells
     deviance = np.zeros(n)
-    innovations = np.zeros((n, 3))
+    innovations, log_variances = np.zeros((n, 3)), np.zeros((n, 3))
     states = np.zeros((n if keep else 0, N_STATE))
     sensitivities = np.zeros((n if keep else 0, 3, p))
     S, moved_S = np.zeros((N_STATE, p)), np.zeros((N_STATE, p))
@@ -290,8 +291,8 @@ def filter_pass(
                         slopes[j] += (other[c] - at[c]) / DIFFERENCE
             s = update(z, P, H[c], error, variances[k, c], gain)
             e = error / np.sqrt(s)
-            innovations[k, c] = e
-            deviance[k] += np.log(s) + LOG_TWO_PI + min(e * e, OUTLIER_SD**2)
+            innovations[k, c], log_variances[k, c] = e, np.log(s)
+            deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, OUTLIER_SD**2)
             if keep:
                 for j in range(p):
                     if live[j]:
@@ -300,4 +301,4 @@ def filter_pass(
                             S[i, j] -= gain[i] * slopes[j]
         if keep:
             states[k] = z
-    return Passed(deviance, innovations, states, sensitivities)
+    return Passed(deviance, innovations, states, sensitivities, log_variances)

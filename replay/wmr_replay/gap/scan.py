@@ -197,7 +197,7 @@ def best_step(s: F64, G: F64, edges: F64) -> Lead:
     """A load from t₀ on: the sum of the cells after it. α/(1 + p) = α (1 − loss)."""
     P, C = sums_over(s, G)
     n = len(s)
-    starts = np.arange(1, n)
+    starts = np.arange(max(1, n // 10), n - n // 10)
     total = P[n] - P[starts]
     size = np.maximum(C[n, n] - C[starts, n] - C[n, starts] + C[starts, starts], 1e-9)
     loss, gain = total / size, total**2 / size

@@ -18,8 +18,8 @@ from wmr_schemas.arrays import F64
 MOST_FITTED = 6
 BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
-LEAST_HELD_OUT = 0.15
 CLOSE = 25.0
+ONE_SIDE = 0.1
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
 
@@ -51,7 +51,7 @@ class Selection:
     refused: str = ""
 
 
-def fitted(problem: Problem, extension: Extension, noise=None, iterations=8, steps=3) -> Fit:
+def fitted(problem: Problem, extension: Extension, noise=None, iterations=5, steps=3) -> Fit:
     """Effects and diffusion at the greatest likelihood, in turns."""
     if not extension.effects:
         noise, _ = fit_noise(problem, extension, noise, iterations)
@@ -69,7 +69,7 @@ def select(
     """Forward, one effect at a time; after each acceptance, what has become needless goes. A provisional
     selection asks for significance only.
     """
-    base = current = fitted(problem, extension, None, 12)
+    base = current = fitted(problem, extension, None, 8)
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
@@ -94,7 +94,7 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     best = max(leads, key=score_of)
     if score_of(best) < -10:
         return ()
-    first = fitted(problem, joined(current, best), current.noise, 6)
+    first = fitted(problem, joined(current, best), current.noise, 4)
     noise = first.noise
     here = gauss_newton(problem, current.extension, noise, 2 if current.extension.effects else 0)
     leads = sorted(scan(problem, current.extension, noise, here.psi).leads, key=score_of, reverse=True)
@@ -106,7 +106,9 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     out = []
     for i, (lead, fit) in enumerate(quick):
         if i < 2:
-            fit = fitted(problem, fit.extension, noise, 5, 1)
+            fit = fitted(problem, fit.extension, noise, 3, 1)
+        if begins_or_ends_with_the_log(problem, fit, lead.name):
+            continue
         gain = current.deviance - fit.deviance
         k = len(lead.parameters)
         p_value = max(chi2.sf(max(gain, 0.0), k) * total, robust_p(problem, fit, lead.name) * total)
@@ -125,6 +127,15 @@ def decided(problem: Problem, tried: tuple[Tried, ...]) -> tuple[Tried, ...]:
     first, second = (tried[0], tried[1]) if costs[0] <= costs[1] else (tried[1], tried[0])
     second = replace(second, score=first.score - abs(costs[0] - costs[1]))
     return (first, second, *tried[2:])
+
+
+def begins_or_ends_with_the_log(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a load step lies so near an end that the log shows one side only, as a payload would."""
+    if name != "load_step":
+        return False
+    t_s = problem.drive.t_s
+    share = (fit.extension.effects[name]["t0_s"] - t_s[0]) / (t_s[-1] - t_s[0])
+    return not ONE_SIDE <= share <= 1 - ONE_SIDE
 
 
 def joined(current: Fit, lead: Lead) -> Extension:
@@ -149,33 +160,15 @@ def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried], pro
     like = likeness(problem, tried.fit, tried.lead.name)
     strongest = max((f.gain for f in found), default=0.0)
     tried = replace(tried, likeness=like)
-    if like > LIKE and tried.gain < LIKE_SHARE * strongest:
+    if (like > LIKE or tried.lead.name in LOCAL) and tried.gain < LIKE_SHARE * strongest:
         return replace(tried, failed="a remainder of what is found already")
     if provisional:
         return tried
     calm = too_calm_for(tried.lead.name, problem, tried.fit.extension, tried.fit.noise)
     if calm:
         return replace(tried, failed=calm, refused=True)
-    proof = proven(problem, current, tried)
+    proof = prove(problem, current, tried.fit)
     return replace(tried, proof=proof, failed="" if proof.holds else "not proven on held-out windows")
-
-
-def proven(problem: Problem, current: Fit, tried: Tried) -> Proof:
-    """Proof on held-out windows. Where too little of what tells the effect lies in them (an interval, a place,
-    a skid), both models are fitted anew on the split that holds out the most of it.
-    """
-    told = information(tried.fit, tried.lead.name)
-    if told[~problem.train].sum() >= LEAST_HELD_OUT * told.sum():
-        return prove(problem, current, tried.fit)
-    splits = [Problem.of(problem.drive, shift) for shift in (4.0, 8.0)]
-    other = max(splits, key=lambda split: min(told[~split.train].sum(), told[split.train].sum()))
-    without = gauss_newton(other, current.extension, current.noise, 1)
-    return prove(other, without, gauss_newton(other, tried.fit.extension, tried.fit.noise, 2))
-
-
-def information(fit: Fit, name: str) -> F64:
-    """What each row (n,) tells of an effect's size: Σψ²."""
-    return np.asarray((fit.psi[:, :, sizes_of(fit, name)] ** 2).sum(axis=(1, 2)))
 
 
 def sizes_of(fit: Fit, name: str) -> list[int]:
@@ -205,7 +198,7 @@ def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit,
     """Drop each earlier effect that the later ones have made needless."""
     for earlier in list(found[:-1]):
         name = earlier.lead.name
-        rest = fitted(problem, current.extension.without(name), current.noise, 5)
+        rest = fitted(problem, current.extension.without(name), current.noise, 4)
         loss = rest.deviance - current.deviance
         if loss < cost_of(problem, earlier.lead) + 10 or not prove(problem, rest, current).holds:
             current, found = rest, [f for f in found if f.lead.name != name]
