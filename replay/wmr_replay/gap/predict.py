@@ -15,7 +15,7 @@ from wmr_replay.gap.field import N_MOTION, N_STATE, V, V_LAT, W, Base, Row, meas
 from wmr_schemas.arrays import F64, I64
 
 WINDOW_S = 4.0
-ROUNDS = 4
+ROUNDS, TRIES = 8, 4
 
 
 class WindowErrors(NamedTuple):
@@ -46,21 +46,34 @@ def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F6
     """Whitened residuals (m, 3) after the best initial motion; v_lat only where the window starts skidding."""
     m = len(rows)
     free = N_MOTION if rows[0, Row.MODE] in (1.0, 3.0) else N_MOTION - 1
-    z = z0.copy()
+    z, damping = z0.copy(), 1e-6
     at, moved, A = np.empty(3 * m), np.empty(3 * m), np.empty((3 * m, free))
+    residuals(z, rows, poses, theta, base, scale, at)
     for _ in range(ROUNDS):
-        residuals(z, rows, poses, theta, base, scale, at)
         for j in range(free):
             other = z.copy()
             other[j] += 1e-6
             residuals(other, rows, poses, theta, base, scale, moved)
             A[:, j] = (at - moved) / 1e-6
-        N = A.T @ A
-        for j in range(free):
-            N[j, j] += 1e-9 * N[j, j] + 1e-12
-        z[:free] += np.linalg.solve(N, A.T @ at)
-    residuals(z, rows, poses, theta, base, scale, at)
-    return at.reshape(m, 3)
+        N, g, cost = A.T @ A, A.T @ at, np.sum(at**2)
+        tried = z.copy()
+        for _ in range(TRIES):
+            damped = N.copy()
+            for j in range(free):
+                damped[j, j] += damping * N[j, j] + 1e-9
+            tried[:free] = z[:free] + np.linalg.solve(damped, g)
+            residuals(tried, rows, poses, theta, base, scale, moved)
+            if np.sum(moved**2) < cost:
+                break
+            damping = max(damping, 1e-4) * 30
+        if not np.sum(moved**2) < cost:
+            break
+        z[:] = tried
+        at[:] = moved
+        damping /= 10
+        if np.sum(at**2) > 0.9999 * cost:
+            break
+    return at.reshape(m, 3).copy()
 
 
 def windows_of(drive: Drive, chosen: F64) -> list[tuple[int, int]]:
