@@ -13,8 +13,8 @@ from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
-MOST_ROWS = 20_000_000
-"""Rows of pose and torque that are held, at 130 bytes each while they are sorted: 2.6 GB at most."""
+MOST_ROWS = 10_000_000
+"""Rows of pose and torque that are held, at 240 bytes each while they are read and sorted: 2.4 GB at most."""
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, 0 to 1."""
