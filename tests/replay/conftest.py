@@ -59,3 +59,12 @@ def yardstick():
     wheel, m, yaw = 0.35**2 / 1.6, 1000.0, 500.0
     truth = module.Truth(alpha, alpha, 8.0, (3 / m) / (wheel + 2 / m), (3 / yaw) / (wheel + 2 / yaw), 1.0)
     return lambda log, position_sd_m, yaw_sd_rad: module.yardstick(log, truth, position_sd_m, yaw_sd_rad)
+
+
+@pytest.fixture(scope="session")
+def made_up_gap():
+    """The module that makes gap results up, without an analysis."""
+    spec = importlib.util.spec_from_file_location("made_up_gap", Path(__file__).with_name("made_up_gap.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -19,6 +19,8 @@ COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
+    "gap": "Where simulation and measurement disagree, and what the model lacks.",
+    "fit": "Calibrate the base model of a robot on a log.",
     "convert": "Turn a CSV file into a log.",
     "diff": "Design a differentiator, see its kernel and what it does to a log.",
 }

@@ -84,7 +84,7 @@ def windows_of(drive: Drive, chosen: F64) -> list[tuple[int, int]]:
         start = a
         while start < b:
             end = int(np.searchsorted(drive.t_s, drive.t_s[start] + WINDOW_S - 0.06))
-            if end > b:
+            if end > b or end == len(drive.t_s):
                 break
             found.append((int(start), end))
             start = end

@@ -1,5 +1,6 @@
 """One Rerun recording on its way into a file: how each kind of data is put into it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
@@ -29,7 +30,7 @@ DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).ro
 class Sink:
     """A recording that streams into ``path``; ``start_ns`` is the zero of the timeline ``log_t``."""
 
-    def __init__(self, path: Path, recording_id: str | None) -> None:
+    def __init__(self, path: Path, recording_id: str | None, lanes: Sequence[Lane] = LANES) -> None:
         self.start_ns = 0
         self.written: dict[str, bool] = {}
         """Series that hold anything, and whether the last row of each was finite."""
@@ -37,7 +38,7 @@ class Sink:
         self.recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
         self.recording.save(path)
         log_scene(self.recording)
-        for lane in LANES:
+        for lane in lanes:
             self.recording.log(lane.entity, lane.configuration(), static=True)
 
     def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
@@ -69,6 +70,11 @@ class Sink:
         strips = strips_by_mode(joined.select(XY).to_numpy(), joined["mode"].to_numpy())
         if strips.points:
             self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
+
+    def add_strips(self, entity: str, t_ns: pl.Series, strips: rr.ComponentColumnList) -> None:
+        """Append pieces of a path, each at a stamp."""
+        if len(t_ns):
+            self._send(entity, t_ns, strips)
 
     def add_true_path(self, truth: pl.DataFrame) -> None:
         """The true path as a whole."""
