@@ -17,8 +17,8 @@ from wmr_replay.tables import ParquetStream, confusion_frame, replace_file, samp
 from wmr_replay.timeline import Timeline
 from wmr_replay.truth import SideTruth, read_side_truth
 from wmr_schemas.errors import DamagedLog
-from wmr_schemas.mapping_file import LogMapping
-from wmr_schemas.model_file import Model
+from wmr_schemas.mapping_file import LogMapping, mapping_toml
+from wmr_schemas.model_file import Model, model_to_toml
 from wmr_schemas.tables import SAMPLES, polars_schema
 
 Progress = Callable[[int, int], None]
@@ -77,7 +77,9 @@ def run_log(  # noqa: PLR0913 – keyword arguments
     truth = read_side_truth(log)
     directory = out or default_directory(log)
     directory.mkdir(parents=True, exist_ok=True)
-    results = ResultFiles(directory, log, reader, truth, timeline=timeline)
+    results = ResultFiles(
+        directory, log, reader, truth, timeline=timeline, given=given(mapping, between, model)
+    )
     tally = Tally()
     try:
         for samples in sample_batches(reader, engine, progress):
@@ -93,12 +95,31 @@ def run_log(  # noqa: PLR0913 – keyword arguments
         raise
 
 
+def given(mapping: LogMapping | None, between: Between | None, model: Model | None) -> dict[str, str]:
+    """What a run was told besides its settings, for ``summary.settings``: files as TOML, limits as text."""
+    said = {
+        "mapping": mapping_toml(mapping) if mapping else "",
+        "model": model_to_toml(model) if model else "",
+        "start": (between.start if between else None) or "",
+        "end": (between.end if between else None) or "",
+    }
+    return {name: text for name, text in said.items() if text}
+
+
 class ResultFiles:
     """The files of one run, growing under temporary names until all are complete."""
 
     def __init__(
-        self, directory: Path, log: Path, reader: LogReader, truth: SideTruth, *, timeline: bool
+        self,
+        directory: Path,
+        log: Path,
+        reader: LogReader,
+        truth: SideTruth,
+        *,
+        timeline: bool,
+        given: dict[str, str],
     ) -> None:
+        self._given = given
         self._directory, self._log, self._reader, self._truth = directory, log, reader, truth
         self._sha256 = sha256_of(log)
         self._samples = ParquetStream(self._file("samples.parquet"), polars_schema(SAMPLES))
@@ -170,6 +191,7 @@ class ResultFiles:
         robot = engine.model.robot
         settings = engine.settings.as_dict() | {"robot": robot.known()}
         settings |= {"effects": [asdict(effect) for effect in engine.model.effects]}
+        settings |= {"given": self._given}
         settings |= {"channels": reader.plan.as_dict(), "tuning": asdict(tuning) if tuning else None}
         return LogFacts(
             log=str(self._log),

@@ -20,6 +20,9 @@ COMMANDS = {
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
     "convert": "Turn a CSV file into a log.",
+    "suite": "Write a named, versioned set of synthetic logs.",
+    "check": "Replay logs and compare with stored references, or hold them to criteria.",
+    "compare": "Two results, logs or settings side by side.",
     "diff": "Design a differentiator, see its kernel and what it does to a log.",
 }
 
