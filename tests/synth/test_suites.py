@@ -198,7 +198,7 @@ def test_a_kill_leaves_no_manifest_and_the_next_run_clears_up(small, tmp_path):
 
 def test_every_suite_is_listed_with_what_it_holds():
     listed = {row["name"]: row for row in json.loads(command("suite", "--list", "--json").stdout)}
-    asked = "paper noise-sweep rates dropouts encodings damaged long".split()
+    asked = "paper noise-sweep rates dropouts hidden-effects encodings damaged long".split()
     assert set(asked) <= set(listed) == set(SUITES)
     for name in asked:
         assert listed[name]["logs"] == [log.name for log in SUITES[name].logs]
@@ -217,6 +217,42 @@ def test_the_encodings_hold_the_same_values(tmp_path):
             assert (profile == "ros2") == (path.stem == "drive-ros2")
     assert stamps["drive-ros2"] == stamps["drive-protobuf"] == stamps["drive-json"]
     assert len(stamps["drive-ros2"]) > 500
+
+
+def test_hidden_effects_stand_in_the_truth_and_nowhere_in_the_log(tmp_path):
+    suite = find_suite("hidden-effects")
+    chosen = {"hidden-viscous-drag", "hidden-payload-and-slope", "hidden-nothing"}
+    logs = tuple(shortened(log) for log in suite.logs if log.name in chosen)
+    write_suite(Suite("hidden-effects", 1, "", logs), tmp_path)
+    effects = {}
+    for log in logs:
+        facts = json.loads((tmp_path / f"{log.name}.truth.json").read_text())
+        effects[log.name] = [effect["name"] for effect in facts["effects"]]
+        with (tmp_path / f"{log.name}.mcap").open("rb") as file:
+            channels = make_reader(file).get_summary().channels.values()
+        assert sorted(channel.topic for channel in channels) == ["/pose", "/wheel_torques"]
+    assert effects == {
+        "hidden-viscous-drag": ["viscous_drag"],
+        "hidden-payload-and-slope": ["payload", "slope"],
+        "hidden-nothing": [],
+    }
+
+
+def test_a_file_of_ones_own_takes_the_robot_noise_and_effects_of_synth(tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(
+        "[[logs]]\nname = 'heavy'\nscenario = 'patrol'\nduration_s = 2\nnoise = 'poor'\nrate_hz = 40\n"
+        "hide = 'payload:mass_ratio=0.3'\ndisturbance = 'none'\n"
+        "robot = {alpha = 0.1, alpha_yaw = 0.2, half_track_m = 0.3, wheel_radius_m = 0.1, mass_kg = 40,"
+        " yaw_inertia_kgm2 = 2, wheel_inertia_kgm2 = 0.03,"
+        " cornering_stiffness_over_epsilon = 160, longitudinal_stiffness_over_epsilon = 400}\n"
+    )
+    write_suite(read_suite(path), tmp_path / "logs")
+    facts = json.loads((tmp_path / "logs" / "heavy.truth.json").read_text())
+    assert facts["effects"][0]["parameters"] == {"mass_ratio": 0.3}
+    assert facts["robot"]["mass_kg"] == 40.0
+    assert facts["sensors"]["rate_hz"] == 40.0
+    assert facts["sensors"]["noise_xy_sd_m"] == 0.05
 
 
 def shortened(log: LogSpec) -> LogSpec:
@@ -270,8 +306,8 @@ def test_damage_strikes_where_it_says(good, tmp_path):
         ("[[logs]]\nseed = 1", "[[logs]] #1 scenario: missing"),
         ("[[logs]]\nscenario = 'randon'", "did you mean random"),
         (
-            "[[logs]]\nscenario = 'random'\nnoise = 1",
-            "[[logs]] #1 noise: unknown key; known are name, scenario",
+            "[[logs]]\nscenario = 'random'\nnoises = 1",
+            "[[logs]] #1 noises: unknown key; known are name, scenario",
         ),
         ("[[logs]]\nscenario = 'random'\nrate_hz = 'x'", "[[logs]] #1 rate_hz: expected a finite number"),
         ("[[logs]]\nscenario = 'random'\nrate_hz = -1", "rate_hz must be a number not below 0"),
@@ -280,6 +316,10 @@ def test_damage_strikes_where_it_says(good, tmp_path):
         ("[[logs]]\nscenario = 'random'\nencoding = 'xml'", "no encoding 'xml'"),
         ("[[logs]]\nscenario = 'random'\nname = '../x'", "expected letters, digits"),
         ("[[logs]]\nscenario = 'random'\n[[logs]]\nscenario = 'random'", "two logs are called 'random'"),
+        ("[[logs]]\nscenario = 'random'\nnoise = 'loud'", "no noise 'loud'; known are mocap"),
+        ("[[logs]]\nscenario = 'random'\nhide = 'paylod'", "did you mean payload"),
+        ("[[logs]]\nscenario = 'random'\ntruth = 1", "expected true or false"),
+        ("[[logs]]\nscenario = 'random'\nrobot = {alfa = 1}", "alfa: unknown key; known are alpha"),
         ("version = 'one'\n[[logs]]\nscenario = 'random'", "version: expected a whole number"),
     ],
 )

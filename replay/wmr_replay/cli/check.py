@@ -87,7 +87,7 @@ def command(
     missing = checker.missing(logs)
     write_files(checks, missing, accept, diff_file, junit_file)
     if as_json:
-        from wmr_replay.cli.synth import echo_json
+        from wmr_replay.cli.synth_list import echo_json
         from wmr_replay.regress.report import check_json
 
         echo_json(check_json(checks, missing, accept))

@@ -99,7 +99,7 @@ def report(manifest: "Manifest", out: Path, there: list[str], as_json: bool) -> 
     """What was written and what was there."""
     n_logs, suite = len(manifest.suite.logs), manifest.suite
     if as_json:
-        from wmr_replay.cli.synth import echo_json
+        from wmr_replay.cli.synth_list import echo_json
 
         head = {"suite": suite.name, "version": suite.version, "seed": manifest.seed, "directory": str(out)}
         written = [log.name for log in suite.logs if log.name not in there]
@@ -119,7 +119,7 @@ def show_list(as_json: bool) -> None:
     from wmr_synth.suites import SUITES
 
     if as_json:
-        from wmr_replay.cli.synth import echo_json
+        from wmr_replay.cli.synth_list import echo_json
 
         rows = [{**vars(suite), "logs": [log.name for log in suite.logs]} for suite in SUITES.values()]
         echo_json(rows)
@@ -150,7 +150,7 @@ def show_verified(directory: Path, jobs: int, as_json: bool) -> None:
         }
     differing = sum(problem not in SAME for problem in found.values())
     if as_json:
-        from wmr_replay.cli.synth import echo_json
+        from wmr_replay.cli.synth_list import echo_json
 
         echo_json({"directory": str(directory), "passed": not differing, "logs": found})
     else:

@@ -3,6 +3,7 @@
 import difflib
 
 from wmr_schemas.errors import InvalidSetting
+from wmr_synth.hidden import SIZES
 from wmr_synth.suites.damage import DAMAGES
 from wmr_synth.suites.definition import LogSpec, Suite
 
@@ -45,6 +46,15 @@ def dropouts() -> tuple[LogSpec, ...]:
     return (*lost, jitter, both, drive("clock-20ms", duration_s=60.0, clock_offset_s=0.02))
 
 
+def hidden_effects() -> tuple[LogSpec, ...]:
+    """The patrol with each effect hidden in turn, with two, and with none; one drive too gentle to tell."""
+    parameters = {"duration_s": 120.0, "noise": "rtk", "mode_topic": False}
+    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in SIZES}
+    hidden |= {"hidden-payload-and-slope": ["payload", "slope"], "hidden-nothing": []}
+    logs = tuple(LogSpec(name, "patrol", 1, parameters | {"hide": hide}) for name, hide in hidden.items())
+    return (*logs, LogSpec("hidden-nothing-cruise", "cruise", 1, parameters))
+
+
 def encodings() -> tuple[LogSpec, ...]:
     """The same drive in each encoding."""
     return tuple(
@@ -69,6 +79,7 @@ _SUITES = (
     Suite("noise-sweep", 1, "one drive, pose noise from 0.1 mm to 0.3 m", noise_sweep()),
     Suite("rates", 1, "one drive from 20 Hz to 1 kHz, torques slower and faster", rates()),
     Suite("dropouts", 1, "one drive with messages lost, jitter, a clock ahead", dropouts()),
+    Suite("hidden-effects", 1, "a patrol with each effect that a model may lack, and none", hidden_effects()),
     Suite("encodings", 1, "one drive in ROS 2 CDR, protobuf and JSON", encodings()),
     Suite("damaged", 1, "one drive, its file broken in a dozen ways", damaged()),
     Suite("long", 1, "an hour at 1 kHz: 7.2 million messages, 470 MB", long()),

@@ -7,7 +7,7 @@ from typing import Any
 
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_schemas.tomlfile import check_keys, expect_number, expect_table, expect_text, read_toml
-from wmr_synth.suites.definition import NUMBERS, PARAMETERS, LogSpec, Suite
+from wmr_synth.suites.definition import NUMBERS, PARAMETERS, TEXTS, LogSpec, Suite
 
 FILE_NAME = re.compile(r"[\w][\w.+-]*")
 _LOG_KEYS = ("name", "scenario", "seed", "seeds", *PARAMETERS)
@@ -66,11 +66,18 @@ def parameter(path: Path, key: str, name: str, value: object) -> object:
     """A parameter's value, of its kind."""
     if name in NUMBERS:
         return expect_number(path, key, value)
+    if name in TEXTS:
+        return expect_text(path, key, value)
     if name == "chunk_bytes":
         return whole(path, key, value)
-    if name == "truth" and not isinstance(value, bool):
+    if name == "robot":
+        return expect_table(path, key, value)
+    if name == "hide":
+        effects = value if isinstance(value, list) else [value]
+        return [expect_text(path, key, effect) for effect in effects]
+    if not isinstance(value, bool):
         raise InvalidFile(path, key, f"expected true or false, found {value!r}")
-    return value if name == "truth" else expect_text(path, key, value)
+    return value
 
 
 def whole(path: Path, key: str, value: object) -> int:

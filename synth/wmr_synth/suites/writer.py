@@ -16,7 +16,7 @@ from wmr_synth.recorder import DEFAULT_CHUNK_BYTES, Progress, record, write_mcap
 from wmr_synth.suites.damage import DAMAGES
 from wmr_synth.suites.definition import LogSpec, Suite
 from wmr_synth.suites.manifest import GENERATOR, MANIFEST, Manifest, read_manifest, sha256_of
-from wmr_synth.synthesis import SimulatedLog, synthesise
+from wmr_synth.synthesis import SimulatedLog
 
 STAGING = ".suite.part"
 """Where a suite grows, inside its directory, until it is whole."""
@@ -28,7 +28,7 @@ Announce: TypeAlias = Callable[[LogSpec, bool], None]
 
 def write_log(log: LogSpec, directory: Path, progress: Progress | None = None) -> Files:
     """Write one log of a suite, with its side files; their names and hashes."""
-    simulated = synthesise(log.plan, seed=log.seed, duration_s=log.duration_s, sensors=log.sensors())
+    simulated = log.simulated()
     path = directory / f"{log.name}.mcap"
     chunk_bytes = int(log.parameters.get("chunk_bytes", DEFAULT_CHUNK_BYTES))
     if log.damage is None:
@@ -37,6 +37,7 @@ def write_log(log: LogSpec, directory: Path, progress: Progress | None = None) -
             path,
             encoding=log.encoding,
             truth=log.has_truth,
+            mode_topic=bool(log.parameters.get("mode_topic", True)),
             chunk_bytes=chunk_bytes,
             progress=progress,
         )
