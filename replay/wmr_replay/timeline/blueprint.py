@@ -69,10 +69,10 @@ def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, flo
     text = rrb.TextDocumentView(origin="/description", name="How to read")
     plots = list(_plots(written, alpha_range))
     if not plots:
-        return _with_panels(text)
-    left = rrb.Vertical(_path_view(frame), text, row_shares=[66, 34])
+        return with_panels(text)
+    left = rrb.Vertical(path_view(frame), text, row_shares=[66, 34])
     right = rrb.Vertical(_lanes(), rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
-    return _with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
+    return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
 
 def _plots(written: Collection[str], alpha_range: tuple[float, float] | None) -> Iterator[rrb.TimeSeriesView]:
@@ -100,20 +100,22 @@ def _lanes() -> rrb.StateTimelineView:
     )
 
 
-def _path_view(frame: Frame) -> rrb.Spatial2DView:
+def path_view(frame: Frame, root: str = "", name: str = "Path [m], coloured by estimated mode") -> rrb.View:
+    """The plane with the path below ``root``, all of it at any time."""
     ends = rrb.TimeRangeBoundary.infinite()
     always = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(DURATION, start=ends, end=ends)])
     (left, bottom), (right, top) = frame.with_margin()
     return rrb.Spatial2DView(
-        origin="/",
-        contents=["/path/**"],
-        name="Path [m], coloured by estimated mode",
-        overrides={"/path/estimated": always, "/path/true": always},
+        origin=root or "/",
+        contents=[f"{root}/path/**"],
+        name=name,
+        overrides={f"{root}/path/estimated": always, f"{root}/path/true": always},
         visual_bounds=rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom)),
     )
 
 
-def _with_panels(content: rrb.Container | rrb.View) -> rrb.Blueprint:
+def with_panels(content: rrb.Container | rrb.View) -> rrb.Blueprint:
+    """The blueprint of that content, with the viewer's own panels out of the way."""
     return rrb.Blueprint(
         content,
         rrb.TimePanel(state="collapsed", timeline=DURATION, play_state="paused"),
