@@ -82,7 +82,7 @@ _SUITES = (
     Suite("hidden-effects", 1, "a patrol with each effect that a model may lack, and none", hidden_effects()),
     Suite("encodings", 1, "one drive in ROS 2 CDR, protobuf and JSON", encodings()),
     Suite("damaged", 1, "one drive, its file broken in a dozen ways", damaged()),
-    Suite("long", 1, "an hour at 1 kHz: 7.2 million messages, 470 MB", long()),
+    Suite("long", 1, "an hour at 1 kHz: 7.2 million messages, 430 MB", long()),
 )
 SUITES: dict[str, Suite] = {suite.name: suite for suite in _SUITES}
 
