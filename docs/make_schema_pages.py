@@ -16,6 +16,7 @@ from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUMMARY, TRUTH, Column
+from wmr_synth.hidden.sizes import SIZES, describe_range
 
 DOCS = Path(__file__).parent
 BLOCK = re.compile(r"(<!-- begin (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
@@ -73,6 +74,19 @@ def effects() -> str:
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
 
+def hidden() -> str:
+    """The effects that the simulator can hide."""
+    rows = (
+        (
+            code(name),
+            size.form,
+            ", ".join(f"{code(key)} {describe_range(within)}" for key, within in size.ranges.items()),
+        )
+        for name, size in SIZES.items()
+    )
+    return table(("name", "form in the simulator", "range of a bare name"), rows)
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "samples": lambda: columns(SAMPLES),
     "segments": lambda: columns(SEGMENTS),
@@ -88,6 +102,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "modes": modes,
     "statuses": statuses,
     "effects": effects,
+    "hidden": hidden,
 }
 
 

@@ -76,5 +76,12 @@ _FORMS = (
 )
 
 EFFECTS: dict[str, EffectForm] = {form.name: form for form in _FORMS}
+BEYOND: dict[str, EffectForm] = {
+    "yaw_drift": EffectForm("yaw_drift", "measurement", "yaw + rate·t", {"rate_radps": "rad/s"}),
+    "wheel_eccentricity": EffectForm(
+        "wheel_eccentricity", "both", "½·amplitude·sin(wheel angle), each wheel", {"amplitude_mps2": "m/s²"}
+    ),
+}
+"""Effects that only the simulator has: no candidate names them, no model file holds them."""
 UNNAMED_PREFIX = "unnamed:"
 """Prefix of an effect that only a dictionary term describes: ``unnamed:<channel>:<term>``, with a formula."""

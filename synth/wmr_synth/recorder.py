@@ -165,15 +165,17 @@ def record(
     *,
     encoding: str = "ros2",
     truth: bool = True,
+    mode_topic: bool = True,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
     """Write a simulated log, and with ``truth`` its mode channel and side files; the paths written.
 
-    The files appear together, under their names, when all are complete. Without ``truth``, side files that an
-    earlier log left under the same name are removed: they would describe another log.
+    Without ``mode_topic`` the mode stands in the side files alone. The files appear together, under their
+    names, when all are complete. Without ``truth``, side files that an earlier log left under the same name
+    are removed: they would describe another log.
     """
     log = simulated.log
-    if not truth:
+    if not (truth and mode_topic):
         log = Log(log.pose, log.torque, None, log.robot)
     facts_path, states_path = side_files(path)
     paths = (path, facts_path, states_path) if truth else (path,)

@@ -7,8 +7,11 @@ import numpy as np
 
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.modes import ContactMode
+from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import ModeTrack
-from wmr_synth.drivers import ClosedLoop, Driver, Waypoints, constant_effort
+from wmr_synth import patrol
+from wmr_synth.drivers import ClosedLoop, Waypoints, constant_effort
+from wmr_synth.plan import Plan, phases
 from wmr_synth.sensors import Sensors
 from wmr_synth.traction import FrictionTrack
 
@@ -20,39 +23,19 @@ PAPER_SENSORS = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad
 
 
 @dataclass(frozen=True)
-class Plan:
-    """What happens: the driver, the modes (stamps in ns since the start) and the initial speeds.
-
-    With ``friction`` traction is limited: ``modes`` says where the robot skids; slipping comes of itself.
-    """
-
-    driver: Driver
-    modes: ModeTrack
-    v_long_mps: float = 0.0
-    yaw_rate_radps: float = 0.0
-    friction: FrictionTrack | None = None
-
-
-@dataclass(frozen=True)
 class Scenario:
-    """A named plan; ``plan`` takes the duration in s and the scenario's random stream."""
+    """A named plan; ``plan`` takes the duration in s and the scenario's random stream.
+
+    ``disturbed`` ones have a coloured disturbance unless another is asked for.
+    """
 
     name: str
     description: str
     duration_s: float
     plan: Callable[[float, np.random.Generator], Plan]
     sensors: Sensors = MOTION_CAPTURE
-
-
-def phases(modes: tuple[ContactMode, ...], lengths_s: tuple[float, ...], duration_s: float) -> ModeTrack:
-    """Phases of the given lengths, over again until ``duration_s`` is full; true switches only."""
-    n_cycles = int(np.ceil(duration_s / sum(lengths_s)))
-    ends_s = np.cumsum(np.tile(lengths_s, n_cycles))
-    starts_s = np.concatenate([[0.0], ends_s[:-1]])
-    mode = np.tile(np.array(modes, np.int8), n_cycles)
-    kept = starts_s < duration_s * (1 - 1e-12)
-    kept[1:] &= mode[1:] != mode[:-1]
-    return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept])
+    robot: RobotParameters = PAPER_ROBOT
+    disturbed: bool = False
 
 
 PAPER_CONDITIONS = (IDEAL, SKIDDING, SLIPPING, SKIDDING, IDEAL, SLIPPING)
@@ -220,6 +203,22 @@ _SCENARIOS = (
         "as random; slipping where the torque exceeds what friction carries",
         120.0,
         random_traction_plan,
+    ),
+    Scenario(
+        "patrol",
+        "a 30 kg robot: stop, go, reverse and turn by seed, some skidding and slipping; good excitation",
+        90.0,
+        patrol.patrol_plan,
+        robot=patrol.SMALL_ROBOT,
+        disturbed=True,
+    ),
+    Scenario(
+        "cruise",
+        "the same robot at a nearly constant speed with little turning; poor excitation",
+        90.0,
+        patrol.cruise_plan,
+        robot=patrol.SMALL_ROBOT,
+        disturbed=True,
     ),
 )
 

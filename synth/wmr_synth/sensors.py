@@ -26,7 +26,13 @@ STREAMS = (
     "effort_right",
     "wheel_speed_left",
     "wheel_speed_right",
+    "hide",
+    "patch",
+    "disturbance",
+    "labels",
 )
+NOISE_LEVELS = {"mocap": (0.001, 0.002), "rtk": (0.01, 0.005), "poor": (0.05, 0.02)}
+"""Standard deviations of a pose sample in m and rad: motion capture, satellites, and worse."""
 MAX_JITTER = 0.45
 """Largest displacement of a sample, as a share of the period: samples keep their order."""
 
@@ -67,9 +73,9 @@ class Sensors:
         return replace(self, **noise)
 
 
-def stream(seed: int, name: str) -> np.random.Generator:
-    """The random stream called ``name``, independent of all others of the seed."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAMS.index(name),)))
+def stream(seed: int, name: str, *part: int) -> np.random.Generator:
+    """The random stream called ``name``, or a part of it, independent of all others of the seed."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAMS.index(name), *part)))
 
 
 def sampling_instants(duration_s: float, rate_hz: float, jitter_s: float, rng: np.random.Generator) -> I64:

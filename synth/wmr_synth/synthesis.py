@@ -9,13 +9,18 @@ import numpy as np
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.messages.codec import WheelAngles
-from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
+from wmr_schemas.model_file import Effect
+from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth.drivers import Commands
+from wmr_synth.hidden.disturbance import DEFAULT_DISTURBANCE, Disturbance
+from wmr_synth.hidden.measurement import as_seen
+from wmr_synth.hidden.world import World, describe_effects, move_in
 from wmr_synth.limited import simulate_limited, switches_of
-from wmr_synth.scenarios import SCENARIOS, Plan, Scenario
+from wmr_synth.plan import Plan
+from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
-from wmr_synth.simulate import Motion, simulate
+from wmr_synth.simulate import Motion, simulate, union_of_sorted
 from wmr_synth.traction import TYRE
 
 MIN_DURATION_S = 0.001
@@ -54,15 +59,21 @@ def synthesise(
     seed: int = 0,
     duration_s: float | None = None,
     sensors: Sensors | None = None,
-    robot: RobotParameters = PAPER_ROBOT,
+    robot: RobotParameters | None = None,
+    world: World | None = None,
+    wrong_modes: float = 0.0,
 ) -> SimulatedLog:
-    """Simulate a scenario and measure it; the scenario's own duration and sensors unless others are given.
+    """Simulate a scenario and measure it, by itself with the scenario's own duration, sensors and robot.
 
+    ``world`` holds what the robot's parameters do not say (effects, disturbance); without one a disturbed
+    scenario has its disturbance. ``wrong_modes`` is the share of pose samples at which the mode channel errs.
     The same arguments give the same log, bit for bit. Raises InvalidSetting for an unknown scenario, a
     duration below 1 ms or beyond memory, a negative seed, or a robot that lacks what the modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors
+    robot = chosen.robot if robot is None else robot
+    world = default_world(chosen) if world is None else world
     duration_s = chosen.duration_s if duration_s is None else duration_s
     check_size(seed, duration_s, sensors)
     plan = chosen.plan(duration_s, stream(seed, "scenario"))
@@ -71,10 +82,38 @@ def synthesise(
         duration_s, sensors.torque_rate_hz, sensors.jitter_s, stream(seed, "torque_jitter")
     )
     commands = plan.driver.commands(torque_ns / NS_PER_S)
-    motion, switches = move(robot, plan, commands, torque_ns, pose_ns)
+    if world.extends:
+        world, motion = move_in(world, robot, plan, commands, (torque_ns, pose_ns), seed)
+        switches = plan.modes
+    else:
+        motion, switches = move(robot, plan, commands, torque_ns, pose_ns)
     modes = ModeTrack(START_NS + switches.t_ns, switches.mode)
     facts = describe(chosen.name, seed, duration_s, sensors, robot, modes) | describe_ground(plan)
-    return measure(motion, pose_ns, torque_ns, sensors, seed, modes, robot, facts)
+    facts |= describe_world(world) | ({"wrong_modes": wrong_modes} if wrong_modes else {})
+    labels = mislabelled(modes, START_NS + pose_ns, wrong_modes, stream(seed, "labels"))
+    return measure(motion, (torque_ns, pose_ns), sensors, seed, labels, robot, facts, world.effects)
+
+
+def default_world(scenario: Scenario) -> World:
+    """The base model's world, with a disturbance where the scenario has one."""
+    return World(disturbance=DEFAULT_DISTURBANCE if scenario.disturbed else Disturbance())
+
+
+def mislabelled(modes: ModeTrack, t_ns: I64, share: float, rng: np.random.Generator) -> ModeTrack:
+    """The modes as a label that errs at a share of the instants ``t_ns``, each by itself.
+
+    Raises InvalidSetting for a share outside [0, 1].
+    """
+    if not 0 <= share <= 1:
+        raise InvalidSetting(f"the share of wrong modes must lie between 0 and 1, not {share}")
+    if share == 0:
+        return modes
+    stamps = union_of_sorted(t_ns, modes.t_ns)
+    mode = modes.mode[np.searchsorted(modes.t_ns, stamps, side="right") - 1]
+    errs = np.isin(stamps, t_ns) & (rng.uniform(0.0, 1.0, len(stamps)) < share)
+    label = np.where(errs, (mode + rng.integers(1, 3, len(stamps))) % 3, mode).astype(np.int8)
+    kept = np.flatnonzero(np.diff(label, prepend=-1))
+    return ModeTrack(stamps[kept], label[kept])
 
 
 def move(
@@ -96,6 +135,12 @@ def describe_ground(plan: Plan) -> dict[str, object]:
     return {"friction": [{"t_s": t_s, "coefficient": mu} for t_s, mu in rows], "tyre": asdict(TYRE)}
 
 
+def describe_world(world: World) -> dict[str, object]:
+    """Effects and disturbance; the latter only where there is one."""
+    facts: dict[str, object] = {"effects": describe_effects(world)}
+    return facts | ({"disturbance": asdict(world.disturbance)} if world.disturbance.acts else {})
+
+
 def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
     """The log has a length, and fits into memory."""
     if seed < 0:
@@ -112,18 +157,19 @@ def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
 
 def measure(
     motion: Motion,
-    pose_ns: I64,
-    torque_ns: I64,
+    instants: tuple[I64, I64],
     sensors: Sensors,
     seed: int,
     modes: ModeTrack,
     robot: RobotParameters,
     facts: dict[str, object],
+    effects: tuple[Effect, ...] = (),
 ) -> SimulatedLog:
-    """What the sensors make of a motion."""
+    """What the sensors make of a motion at the ``instants`` of torque and pose."""
+    torque_ns, pose_ns = instants
     at_pose = motion.at(pose_ns)
     at_torque = at_pose if np.array_equal(pose_ns, torque_ns) else motion.at(torque_ns)
-    pose, pose_kept = measure_pose(at_pose, sensors, seed, START_NS)
+    pose, pose_kept = measure_pose(as_seen(at_pose, effects), sensors, seed, START_NS)
     torque, torque_kept = measure_torque(at_torque, sensors, seed, START_NS)
     angles: tuple[F64, F64] = at_torque.left_rad[torque_kept], at_torque.right_rad[torque_kept]
     return SimulatedLog(Log(pose, torque, modes, robot), at_pose.take(pose_kept), angles, facts)
@@ -144,7 +190,6 @@ def describe(
         "duration_s": duration_s,
         "sensors": asdict(sensors),
         "robot": robot.known(),
-        "effects": [],
         "modes": switches,
     }
 

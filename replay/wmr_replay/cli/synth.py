@@ -3,19 +3,20 @@
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from wmr_schemas.errors import InvalidFile, InvalidSetting
-from wmr_schemas.model_file import split_sd
-from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
-from wmr_schemas.tomlfile import expect_table, read_toml
-
-if TYPE_CHECKING:
-    from wmr_synth import Scenario, Sensors
+from wmr_replay.cli.synth_list import echo_json, show
+from wmr_replay.cli.synth_world import (
+    NOISE_NAMES,
+    Beyond,
+    chosen_robot,
+    chosen_sensors,
+    chosen_world,
+)
+from wmr_schemas.errors import InvalidSetting
 
 LONG_LOG_MESSAGES = 200_000
 POSITIVE = click.FloatRange(min=0, min_open=True)
@@ -30,10 +31,31 @@ Examples:
   wmr-replay synth paper-acceleration --out demo.mcap
   wmr-replay synth random --seed 7 --duration 600 --rate 200 --out random7.mcap
   wmr-replay synth stop-and-go --noise-xy-sd 0.01 --jitter 0.002 --dropout 0.05 --out rough.mcap
+  wmr-replay synth patrol --hide viscous_drag:c1_per_s=.2 --noise rtk --out drag.mcap
+  wmr-replay synth patrol --hide payload --hide slope --seed 3 --no-truth-topic --out two.mcap
+  wmr-replay synth patrol --model drag.model.toml --out extended.mcap
 """,
 )
 @click.argument("scenario", required=False)
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
+@click.option("--list-effects", "effect_listing", is_flag=True, help="List what --hide can hide and leave.")
+@click.option(
+    "--hide",
+    multiple=True,
+    metavar="NAME[:PARAM=VALUE,...]",
+    help="An effect that stands in the side files only; a bare name draws its size. Repeatable.",
+)
+@click.option(
+    "--model",
+    "model_path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Robot, effects (in the candidates' form) and noise of a model file.",
+)
+@click.option(
+    "--disturbance",
+    metavar="SD:TAU|none",
+    help="Coloured disturbance in m/s² and s on every channel.  [default: the model's or the scenario's]",
+)
 @click.option(
     "--out", type=click.Path(path_type=Path, dir_okay=False), help="The MCAP file to write (replaced)."
 )
@@ -42,6 +64,11 @@ Examples:
 @click.option("--rate", "rate_hz", type=POSITIVE, help="Pose rate in Hz.  [default: the scenario's]")
 @click.option(
     "--torque-rate", "torque_rate_hz", type=POSITIVE, help="Torque rate in Hz.  [default: the scenario's]"
+)
+@click.option(
+    "--noise",
+    type=click.Choice(NOISE_NAMES),
+    help="Pose noise: 1 mm and 2 mrad, 1 cm and 5 mrad, or 5 cm and 20 mrad.",
 )
 @click.option(
     "--noise-variance", type=NOT_NEGATIVE, help="Variance of the noise on x (m²), y (m²) and yaw (rad²)."
@@ -73,7 +100,7 @@ Examples:
     "--robot",
     "robot_path",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="TOML file with a [robot] table.  [default: the paper's robot]",
+    help="TOML file with a [robot] table; fills in what --model lacks.  [default: the scenario's robot]",
 )
 @click.option(
     "--encoding", type=click.Choice(["ros2", "protobuf", "json"]), default="ros2", show_default=True
@@ -81,27 +108,43 @@ Examples:
 @click.option(
     "--no-truth", is_flag=True, help="Leave out the true mode and the side files (old ones are removed)."
 )
+@click.option(
+    "--no-truth-topic", is_flag=True, help="Leave the true mode out of the log, not the side files."
+)
+@click.option(
+    "--wrong-modes",
+    type=click.FloatRange(0, 1),
+    default=0.0,
+    help="Share of the pose samples at which the log's mode is wrong.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Say what was written, or the list, as JSON.")
 def command(  # noqa: PLR0917
     scenario: str | None,
     listing: bool,
+    effect_listing: bool,
+    hide: tuple[str, ...],
+    model_path: Path | None,
+    disturbance: str | None,
     out: Path | None,
     seed: int,
     duration_s: float | None,
+    noise: str | None,
     noise_variance: float | None,
     robot_path: Path | None,
     encoding: str,
     no_truth: bool,
+    no_truth_topic: bool,
+    wrong_modes: float,
     as_json: bool,
     **sensor_options: float | None,
 ) -> None:
     """Write a synthetic log of SCENARIO as MCAP, and the truth beside it.
 
     Beside FILE.mcap stand FILE.truth.json (scenario, options, parameters) and FILE.truth.parquet (the
-    noise-free motion), which `run` uses for scoring only.
+    noise-free motion), which `run` uses for scoring only. There, and nowhere else, stands what --hide hid.
     """
-    if listing:
-        show_list(as_json)
+    if listing or effect_listing:
+        show(listing, as_json)
         return
     if scenario is None:
         raise click.UsageError("which SCENARIO? `wmr-replay synth --list` names them")
@@ -112,61 +155,32 @@ def command(  # noqa: PLR0917
     if out is None:
         raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
     check_target(out)
-    sensors = changed_sensors(chosen, noise_variance, sensor_options)
-    robot = PAPER_ROBOT if robot_path is None else read_robot(robot_path)
-    simulated = synthesise(chosen, seed=seed, duration_s=duration_s, sensors=sensors, robot=robot)
+    beyond = Beyond(hide, model_path, disturbance)
+    model = beyond.read_model()
+    robot = chosen_robot(chosen, robot_path, model)
+    simulated = synthesise(
+        chosen,
+        seed=seed,
+        duration_s=duration_s,
+        sensors=chosen_sensors(chosen, noise, model, noise_variance, sensor_options),
+        robot=robot,
+        world=chosen_world(beyond, model, chosen, robot, seed, duration_s or chosen.duration_s),
+        wrong_modes=wrong_modes,
+    )
     n_messages = len(simulated.log.pose) + (len(simulated.log.torque) if simulated.log.torque else 0)
     try:
         with progress_bar(n_messages) as progress:
-            paths = record(simulated, out, encoding=encoding, truth=not no_truth, progress=progress)
+            paths = record(
+                simulated,
+                out,
+                encoding=encoding,
+                truth=not no_truth,
+                mode_topic=not no_truth_topic,
+                progress=progress,
+            )
     except OSError as error:
         raise InvalidSetting(f"--out {out}: cannot be written ({error.strerror})") from None
     report(chosen.name, seed, paths, simulated.facts, n_messages, as_json)
-
-
-def show_list(as_json: bool) -> None:
-    """Name and description of every scenario."""
-    from wmr_synth import SCENARIOS
-
-    if as_json:
-        rows = [
-            {
-                "name": s.name,
-                "description": s.description,
-                "duration_s": s.duration_s,
-                "rate_hz": s.sensors.rate_hz,
-            }
-            for s in SCENARIOS.values()
-        ]
-        echo_json(rows)
-        return
-    width = max(map(len, SCENARIOS))
-    for entry in SCENARIOS.values():
-        click.echo(f"{entry.name:{width}}  {entry.duration_s:4.0f} s  {entry.description}")
-
-
-def changed_sensors(
-    scenario: "Scenario", noise_variance: float | None, options: dict[str, float | None]
-) -> "Sensors":
-    """The scenario's sensors with the options given on the command line."""
-    changes = {name: value for name, value in options.items() if value is not None}
-    if noise_variance is not None:
-        clash = [name for name in ("noise_xy_sd_m", "noise_yaw_sd_rad") if name in changes]
-        if clash:
-            raise click.UsageError(
-                "--noise-variance already sets the noise of x, y and yaw; give it or the …-sd options"
-            )
-        changes["noise_xy_sd_m"] = changes["noise_yaw_sd_rad"] = noise_variance**0.5
-    return replace(scenario.sensors, **changes)
-
-
-def read_robot(path: Path) -> RobotParameters:
-    """The [robot] table of a robot, model or mapping file, without the standard deviations in it."""
-    tables = read_toml(path)
-    if "robot" not in tables:
-        raise InvalidFile(path, "[robot]", "missing; the simulator needs the robot's parameters")
-    values, _ = split_sd(path, "[robot]", expect_table(path, "[robot]", tables["robot"]))
-    return RobotParameters.from_values(values, str(path))
 
 
 def check_target(out: Path) -> None:
@@ -201,10 +215,3 @@ def report(
         f"wrote {paths[0]}{beside}: {name}, seed {seed}, {facts['duration_s']:g} s, {n_messages} messages"
     )
     click.echo(f"next: wmr-replay run {paths[0]}")
-
-
-def echo_json(content: object) -> None:
-    """One JSON document on standard output."""
-    import json
-
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False))

@@ -1,0 +1,103 @@
+"""The forms in which effects act, hidden and plain, one function each; plain is the candidates' form.
+
+Robot conventions; speeds in m/s, torques in N·m, accelerations in m/s².
+"""
+
+import math
+
+from numba import njit
+
+SOFT_SIGN_MPS = 0.02
+"""Plain friction changes its sign over this speed, as tanh(v/.02)."""
+SHARP_SIGN_MPS = 0.005
+"""Hidden friction changes its sign over this speed, as v/√(v² + .005²)."""
+STRIBECK_EXCESS, STRIBECK_MPS = 0.25, 0.15
+DRAG_EXPONENT = 1.9
+SATURATION_SHARPNESS = 6.0
+BUMP_SHARE, BUMP_LENGTH_M = 0.25, 3.0
+LOADING_S = 2.0
+SLIP_EDGE_S = 0.2
+PATCH_EDGE_M = 0.1
+
+
+@njit(cache=True)
+def sign(speed: float, plain: bool) -> float:
+    """Sgn of a friction: v/√(v² + s²), s = .005 m/s; plain tanh(v/.02 m/s)."""
+    if plain:
+        return math.tanh(speed / SOFT_SIGN_MPS)
+    return speed / math.sqrt(speed**2 + SHARP_SIGN_MPS**2)
+
+
+@njit(cache=True)
+def rolling(c0: float, v: float, plain: bool) -> float:
+    """−c₀ sgn(v) (1 + .25 exp(−(v/.15)²)), Stribeck's; plain without the bracket."""
+    if c0 == 0.0:
+        return 0.0
+    excess = 0.0 if plain else STRIBECK_EXCESS * math.exp(-((v / STRIBECK_MPS) ** 2))
+    return -c0 * (1.0 + excess) * sign(v, plain)
+
+
+@njit(cache=True)
+def drag(c2: float, v: float, plain: bool) -> float:
+    """−c₂ sgn(v) |v|^1.9, equal to the plain −c₂ v|v| at 1 m/s."""
+    if c2 == 0.0:
+        return 0.0
+    return -c2 * v * (abs(v) if plain else abs(v) ** (DRAG_EXPONENT - 1.0))
+
+
+@njit(cache=True)
+def dead_zone(u: float, threshold: float, plain: bool) -> float:
+    """U − δ tanh(u/δ), which tends to the plain sgn(u)·max(|u| − δ, 0)."""
+    if threshold == 0.0:
+        return u
+    if plain:
+        return math.copysign(max(abs(u) - threshold, 0.0), u)
+    return u - threshold * math.tanh(u / threshold)
+
+
+@njit(cache=True)
+def saturation(u: float, limit: float, plain: bool) -> float:
+    """U/(1 + (|u|/L)⁶)^(1/6); plain clip(u, −L, L)."""
+    if limit == math.inf:
+        return u
+    if plain:
+        return max(-limit, min(limit, u))
+    return float(u / (1.0 + (abs(u) / limit) ** SATURATION_SHARPNESS) ** (1.0 / SATURATION_SHARPNESS))
+
+
+@njit(cache=True)
+def slope(grade_x: float, grade_y: float, x: float, y: float, plain: bool) -> tuple[float, float]:
+    """Downhill acceleration (world x, y): the mean grade g, and bumps of .25 |g| over 3 m; plain g alone.
+
+    The bumps b_x = .25|g| sin(2π x/3 + .7), b_y = .25|g| sin(2π y/3 + 2.1) are the gradient of a surface.
+    """
+    if plain:
+        return grade_x, grade_y
+    bump = BUMP_SHARE * math.sqrt(grade_x**2 + grade_y**2)
+    wave = 2.0 * math.pi / BUMP_LENGTH_M
+    return grade_x + bump * math.sin(wave * x + 0.7), grade_y + bump * math.sin(wave * y + 2.1)
+
+
+@njit(cache=True)
+def load(mass_ratio: float, t0: float, t: float, plain: bool) -> float:
+    """The ratio grows linearly from t₀ − 1 s to t₀ + 1 s; plain at once at t₀."""
+    if plain:
+        return mass_ratio if t >= t0 else 0.0
+    return mass_ratio * min(1.0, max(0.0, (t - t0) / LOADING_S + 0.5))
+
+
+@njit(cache=True)
+def interval(loss: float, start: float, end: float, t: float, plain: bool) -> float:
+    """The loss within [start, end], with edges of .2 s centred on both; plain without."""
+    if plain:
+        return loss if start <= t < end else 0.0
+    rising = min(1.0, max(0.0, (t - start) / SLIP_EDGE_S + 0.5))
+    return loss * (rising - min(1.0, max(0.0, (t - end) / SLIP_EDGE_S + 0.5)))
+
+
+@njit(cache=True)
+def patch(loss: float, radius: float, distance: float, plain: bool) -> float:
+    """The loss within the radius, with an edge loss/2 · (1 − tanh((d − R)/.1 m)); plain without an edge."""
+    if plain:
+        return loss if distance < radius else 0.0
+    return loss * 0.5 * (1.0 - math.tanh((distance - radius) / PATCH_EDGE_M))
