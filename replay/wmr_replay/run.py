@@ -9,7 +9,7 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.engine import Engine
-from wmr_replay.ingest import Between, LogReader, open_log, sha256_of
+from wmr_replay.ingest import Between, LogPath, LogReader, RemotePath, open_log, sha256_of
 from wmr_replay.model_effects import replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.summary import LogFacts, Tally, summary_frame, summary_row
@@ -50,13 +50,13 @@ def sample_batches(
         yield samples_frame(columns)
 
 
-def default_directory(log: Path) -> Path:
+def default_directory(log: LogPath) -> Path:
     """Where results go without ``--out``: ``./<stem>.wmr/``."""
     return Path(f"{log.stem}.wmr")
 
 
 def run_log(  # noqa: PLR0913 – keyword arguments
-    log: Path,
+    log: LogPath,
     out: Path | None = None,
     *,
     settings: Settings | None = None,
@@ -65,21 +65,21 @@ def run_log(  # noqa: PLR0913 – keyword arguments
     model: Model | None = None,
     timeline: bool = True,
     strict: bool = False,
+    sha256: str | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
     """Replay ``log`` and write its results to ``out`` (default ``./<stem>.wmr/``).
 
-    Every file appears complete or not at all. Raises LogUnusable (with ``strict`` also when something was
-    damaged).
+    Every file appears complete or not at all. ``sha256``: the log's hash, where it is known already. Raises
+    LogUnusable (with ``strict`` also when something was damaged).
     """
     reader = open_log(log, mapping or LogMapping(), between=between or Between())
     engine = Engine(settings or Settings(), replay_model(model or Model(), reader.robot))
     truth = read_side_truth(log)
     directory = out or default_directory(log)
     directory.mkdir(parents=True, exist_ok=True)
-    results = ResultFiles(
-        directory, log, reader, truth, timeline=timeline, given=given(mapping, between, model)
-    )
+    told = given(mapping, between, model)
+    results = ResultFiles(directory, log, reader, truth, timeline=timeline, given=told, sha256=sha256)
     tally = Tally()
     try:
         for samples in sample_batches(reader, engine, progress):
@@ -112,16 +112,17 @@ class ResultFiles:
     def __init__(
         self,
         directory: Path,
-        log: Path,
+        log: LogPath,
         reader: LogReader,
         truth: SideTruth,
         *,
         timeline: bool,
         given: dict[str, str],
+        sha256: str | None = None,
     ) -> None:
         self._given = given
         self._directory, self._log, self._reader, self._truth = directory, log, reader, truth
-        self._sha256 = sha256_of(log)
+        self._sha256 = sha256 or sha256_of(log)
         self._samples = ParquetStream(self._file("samples.parquet"), polars_schema(SAMPLES))
         self._timeline: Timeline | None = None
         self._wants_timeline = timeline
@@ -195,7 +196,7 @@ class ResultFiles:
         settings |= {"channels": reader.plan.as_dict(), "tuning": asdict(tuning) if tuning else None}
         return LogFacts(
             log=str(self._log),
-            log_sha256=self._sha256,
+            log_sha256=None if isinstance(self._log, RemotePath) else self._sha256,
             settings=settings,
             rate_hz=tuning.rate_hz if tuning else None,
             counts=engine.aligner.counts,

@@ -17,6 +17,7 @@ EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTE
 
 COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
+    "batch": "Replay many logs into one dataset.",
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
     "convert": "Turn a CSV file into a log.",

@@ -6,12 +6,12 @@ and a reason; of a chunk that the file's end cuts off, the records in front of t
 
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import BinaryIO
 
 import numpy as np
 
-from wmr_replay.ingest.records import ChunkHead
+from wmr_replay.ingest.records import HEAD, ChunkHead, Malformed, Opcode, parse_chunk_head
 from wmr_schemas.arrays import U8
 
 MAX_CHUNK_BYTES = 2 << 30
@@ -40,6 +40,8 @@ class Span:
     """Earliest and latest log time, where known."""
     part: int = 0
     """Which of the log's files it stands in."""
+    by_index: bool = False
+    """Its head is what the file's index says, without checksum; the chunk's own is read with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +59,8 @@ class Unreadable(Exception):
 
 def load(file: BinaryIO, span: Span) -> Block:
     """Read, decompress and check one span."""
+    if span.by_index and span.head is not None:
+        return load_by_index(file, span, span.head)
     file.seek(span.data_offset)
     stored = file.read(span.data_bytes)
     if span.head is None:
@@ -66,6 +70,22 @@ def load(file: BinaryIO, span: Span) -> Block:
     except Unreadable as error:
         return Block(span, NO_BYTES, str(error))
     return Block(span, np.frombuffer(records, np.uint8), "" if span.whole else "the file ends inside it")
+
+
+def load_by_index(file: BinaryIO, span: Span, claimed: ChunkHead) -> Block:
+    """Read a whole chunk record in one go, and believe its own head if it is the one that the index tells."""
+    file.seek(span.offset)
+    record = file.read(HEAD.size + claimed.head_bytes + span.data_bytes)
+    try:
+        if record[: HEAD.size] != HEAD.pack(Opcode.CHUNK, len(record) - HEAD.size):
+            raise Unreadable("there is no such chunk where the index says")
+        head = parse_chunk_head(record[HEAD.size : HEAD.size + claimed.head_bytes])
+        if replace(head, uncompressed_crc=0) != claimed:
+            raise Unreadable("its head is not what the index says")
+        records = open_chunk(head, record[HEAD.size + head.head_bytes :], whole=True)
+    except (Unreadable, Malformed) as error:
+        return Block(span, NO_BYTES, str(error))
+    return Block(span, np.frombuffer(records, np.uint8))
 
 
 def open_chunk(head: ChunkHead, stored: bytes, *, whole: bool) -> bytes:

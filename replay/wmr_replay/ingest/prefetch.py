@@ -3,11 +3,11 @@
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
 from threading import local
 from typing import BinaryIO, TypeVar
 
 from wmr_replay.ingest.chunks import Span
+from wmr_replay.ingest.source import LogPath
 
 N_THREADS = 2
 _N_AHEAD = 4
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def work_ahead(
-    paths: Sequence[Path], spans: Sequence[Span], work: Callable[[BinaryIO, Span], T]
+    paths: Sequence[LogPath], spans: Sequence[Span], work: Callable[[BinaryIO, Span], T]
 ) -> Iterator[T]:
     """``work(file, span)`` of all spans, in their order; at most four results wait in memory."""
     own = _OwnFiles(paths)
@@ -39,7 +39,7 @@ def work_ahead(
 class _OwnFiles:
     """The log's files, opened by each thread for itself, one at a time."""
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    def __init__(self, paths: Sequence[LogPath]) -> None:
         self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
 
     def file(self, part: int) -> BinaryIO:

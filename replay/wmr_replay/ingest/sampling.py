@@ -1,11 +1,11 @@
 """The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from wmr_replay.ingest.chunks import Span, load
+from wmr_replay.ingest.source import LogPath
 from wmr_replay.ingest.survey import Survey
 from wmr_replay.ingest.walk import Messages, walk
 from wmr_schemas.arrays import U8
@@ -33,7 +33,7 @@ class Sampler:
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
 
-    def run(self, path: Path) -> None:
+    def run(self, path: LogPath) -> None:
         """Collect the samples; the survey's book then knows every channel that has a message."""
         with path.open("rb") as file:
             for span in self.survey.spans:
