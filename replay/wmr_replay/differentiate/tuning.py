@@ -106,16 +106,28 @@ class Judge:
         at = self._t_s[len(taps) - 1 :] - delay_s
         return np.asarray(fftconvolve(self._guesses[k], taps, "valid") - np.asarray(self._slopes[k](at)))
 
+    def residuals(self, taps: F64, delay_s: float) -> F64:
+        """A vector whose squared norm is bias² + σ² Σ h², linear in ``taps``: for least squares."""
+        errors = self._errors(0, taps, delay_s)
+        return np.concatenate([errors / np.sqrt(len(errors)), self.sigma * taps])
+
     def best_shares(self, base: KernelSpec, n_taps: int, n_extra: int) -> tuple[float, ...]:
-        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²: least squares again."""
-        specs = [replace(base, degree=base.degree + k) for k in range(n_extra + 1)]
-        taps = np.stack([uniform_taps(spec, n_taps, self.step_s)[self.order] for spec in specs])
+        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²."""
         delay_s = base.delay_s((n_taps - 1) * self.step_s)
-        errors = np.stack([self._errors(0, row, delay_s) for row in taps])
-        columns = np.concatenate([errors / np.sqrt(errors.shape[1]), self.sigma * taps], axis=1)
-        steps = np.diff(columns, axis=0)
-        shares, *_ = np.linalg.lstsq(steps.T, -columns[0], rcond=1e-9)
-        return tuple(float(share) for share in np.clip(shares, -SHARE_LIMIT, SHARE_LIMIT))
+        nested = nested_taps(base, n_taps, self.step_s, n_extra)
+        return least_shares(np.stack([self.residuals(taps[self.order], delay_s) for taps in nested]))
+
+
+def nested_taps(base: KernelSpec, n_taps: int, step_s: float, n_extra: int) -> list[F64]:
+    """Taps (3, L) of the degrees N, N + 1, … N + ``n_extra``, each whole."""
+    specs = (replace(base, degree=base.degree + k) for k in range(n_extra + 1))
+    return [uniform_taps(spec, n_taps, step_s) for spec in specs]
+
+
+def least_shares(residuals: F64) -> tuple[float, ...]:
+    """Shares by which the steps between the rows of ``residuals`` (k + 1, m) shorten its first row most."""
+    shares, *_ = np.linalg.lstsq(np.diff(residuals, axis=0).T, -residuals[0], rcond=1e-9)
+    return tuple(float(share) for share in np.clip(shares, -SHARE_LIMIT, SHARE_LIMIT))
 
 
 def shared_kernels(judge: Judge, max_delay_s: float, longest_s: float) -> Iterator[tuple[KernelSpec, int]]:
@@ -159,14 +171,18 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
     )
     for spec, n_taps in kernels:
         window_s = (n_taps - 1) * step_s
-        label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
-        label += "".join(f"{', shares' if k == 0 else ''} {share:.2f}" for k, share in enumerate(spec.shares))
         taps = uniform_taps(spec, n_taps, step_s)[order]
-        judged.append(judge.expect(taps, spec.delay_s(window_s), label, spec, window_s))
+        judged.append(judge.expect(taps, spec.delay_s(window_s), label_of(spec, window_s), spec, window_s))
     ranked = sorted((e for e in judged if e is not None), key=lambda e: e.rmse)
     ranked = [e for e in ranked if e.delay_s <= max_delay_s + step_s / 1000]
     best = [best_of(peers) for peers in (butterworths(judge, max_delay_s), kalmans(judge, max_delay_s))]
     return TuningResult(order, ranked[0], tuple(ranked), *best)
+
+
+def label_of(spec: KernelSpec, window_s: float) -> str:
+    """A design in words."""
+    label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
+    return label + "".join(f"{', shares' if k == 0 else ''} {s:.2f}" for k, s in enumerate(spec.shares))
 
 
 def best_of(judged: Iterator[Expectation | None]) -> Expectation | None:
