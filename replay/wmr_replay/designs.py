@@ -19,7 +19,7 @@ MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
 MIN_TUNING_ROWS, LEAST_COVERED = 50, 0.75
 MOVES_IN_SIGMA = 3.0
 """A signal whose standard deviation over a stretch is this many times its noise has moved."""
-CLEARLY_BETTER = 0.95
+CLEARLY_BETTER = 0.97
 """A tuned design takes over when its expected error is at most this share of the rule's."""
 MOST_STRETCHES = 3
 """With motion; when none of them shows anything better, the rule's design stays."""
