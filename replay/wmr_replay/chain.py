@@ -107,9 +107,10 @@ class Chain:
         self._trial = Trial(settings, design, step_s, levels, self._start_ns)
         self.differentiator, self._gaps_before = differentiator_of(design, step_s), 0
         self._noise = NoiseTracker(sigma, step_s=step_s, time_constant_s=settings.noise_time_constant_s)
+        # twice the delay: of a tuned, longer window's noise and signal nine tenths lie within it as well
         rules = make_rules(
             robot,
-            window_ns=round(max(self._trial.longest_s, self.differentiator.window_s) * NS_PER_S),
+            window_ns=round(self.differentiator.window_s * NS_PER_S),
             threshold_sd=settings.threshold_sd,
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,

@@ -11,7 +11,7 @@ from wmr_replay.align import AlignedBatch
 from wmr_replay.align.repair import Repaired
 from wmr_replay.columns import concatenate
 from wmr_replay.differentiate import KernelSpec, noise_coefficient
-from wmr_replay.differentiate.joint import LONGEST_IN_DELAYS, tune_jointly
+from wmr_replay.differentiate.joint import tune_jointly
 from wmr_replay.settings import Settings
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
@@ -74,7 +74,7 @@ class Trial:
     """Watches stretches of the log, one after the other, until one with motion shows a better design or three
     have shown none.
 
-    ``design`` is the one that holds, ``longest_s`` the longest window that may still come.
+    ``design`` is the one that holds.
     """
 
     def __init__(self, settings: Settings, design: Design, step_s: float, sigma: F64, start_ns: int) -> None:
@@ -91,12 +91,6 @@ class Trial:
     def is_over(self) -> bool:
         """Whether the design stays as it is."""
         return self._end_ns == NEVER_NS
-
-    @property
-    def longest_s(self) -> float:
-        """The longest window that the design has, or may come to have."""
-        longest_s = LONGEST_IN_DELAYS * self._max_delay_s
-        return self.design.window_s if self.is_over else max(longest_s, self.design.window_s)
 
     def rows_left(self, t_ns: I64) -> int:
         """How many rows of a batch still belong to the present stretch."""
