@@ -1,4 +1,4 @@
-"""Measures the tuned default beside the rule: ``python docs/measure_differentiator.py [--seeds 3] [--write]``.
+"""Measures the tuned default beside the rule: ``python docs/measure_differentiator.py [--seeds 3]``.
 
 Errors against the truth at the instants t − delay, from 10 s on, and each identifier's accuracy, as Markdown;
 ``--write`` puts the tables into ``docs/differentiator.md``, ``--seeds`` says over how many logs.
