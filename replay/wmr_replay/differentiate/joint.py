@@ -1,7 +1,7 @@
 """One design for several signals and orders, to take the place of a given one at the same delay.
 
 A stretch of a log holds few of the sudden changes to come. Judged on it alone, long windows win that blur the
-next switch of mode. So steps are added to what the stretch shows (``tuning.Judge``): steps of x⁽ⁿ⁾, as
+next switch of mode. So steps are added to what the stretch shows (``judge``): steps of x⁽ⁿ⁾, as
 frequent as gives the old design as much error from them as it has from noise. That is where a window's length
 is in balance: noise falls and blur rises with it.
 """
@@ -14,8 +14,8 @@ from math import ceil, factorial
 import numpy as np
 
 from wmr_replay.differentiate.design import KernelSpec, uniform_taps
+from wmr_replay.differentiate.judge import MIN_ROWS, Judge, least_shares, nested_taps
 from wmr_replay.differentiate.roads import in_blocks
-from wmr_replay.differentiate.tuning import MIN_ROWS, Judge, least_shares, nested_taps
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 
