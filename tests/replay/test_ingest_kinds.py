@@ -315,7 +315,9 @@ def spans_read(reader, monkeypatch):
     from wmr_replay.ingest import reading
 
     opened, load = [], reading.load
-    monkeypatch.setattr(reading, "load", lambda file, span: opened.append(span.offset) or load(file, span))
+    monkeypatch.setattr(
+        reading, "load", lambda file, span, space: opened.append(span.offset) or load(file, span, space)
+    )
     for _ in reader.batches():
         pass
     return sorted(opened)

@@ -72,7 +72,7 @@ class Clock:
 def _typical_offset(t_ns: I64, log_ns: I64) -> float:
     """Median of stamp − log time over a few messages of a block."""
     few = slice(None, None, -(-len(t_ns) // _N_OFFSETS))
-    offsets = sorted((t_ns[few] - log_ns[few]).tolist())
+    offsets = np.sort(t_ns[few] - log_ns[few])
     return float(offsets[len(offsets) // 2])
 
 

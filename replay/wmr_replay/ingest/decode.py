@@ -1,6 +1,7 @@
 """Messages of one channel to columns: known layouts first, then new exemplars, one by one at worst."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Decoded:
     values: F64
     used: Bool
     undecodable: Bool
+    all_used: bool
 
 
 class Decoder:
@@ -48,7 +50,9 @@ class Decoder:
             out.run(program)
         if out.n_left:
             self._fill_known(out)
-        if not out.n_left:
+        if out.n_left:
+            out.keep()
+        else:
             out.values = self.binding.values(out.raw)
         return out
 
@@ -66,7 +70,7 @@ class Decoder:
         if out.n_left:
             self._learn_rest(out)
         values = self.binding.values(out.raw) if out.values is None else out.values
-        return Decoded(out.stamp_ns, values, out.used, out.undecodable)
+        return Decoded(out.stamp_ns, values, out.used, out.undecodable, bool(out.used.all()))
 
     def _learn_rest(self, out: "Columns") -> None:
         for kind in distinct(out.source.kinds[out.waiting]):
@@ -106,17 +110,29 @@ class Columns:
         self.stamp_ns = np.zeros(n, np.int64)
         self.raw = np.full((n_raw, n), np.nan)
         self.used = np.zeros(n, np.bool_)
-        self.undecodable = np.zeros(n, np.bool_)
-        self.waiting = np.ones(n, np.bool_)
+
+    @cached_property
+    def undecodable(self) -> Bool:
+        """Messages that no layout describes."""
+        return np.zeros(len(self.used), np.bool_)
+
+    @cached_property
+    def waiting(self) -> Bool:
+        """Messages that are not settled yet."""
+        return ~self.used
+
+    def keep(self) -> None:
+        """The source's bytes are kept for later."""
+        self.source.data = self.source.data.copy()
+        self.source.data.flags.writeable = False
 
     def run(self, program: fused.Program) -> None:
-        """Fill in the messages of a program's layout."""
+        """Fill in the messages of a program's layout; the first thing that is done with a block."""
         source = self.source
         if isinstance(source, BinarySource):
             self.n_left -= fused.run(
                 program, source.data, source.starts, source.kinds, self.stamp_ns, self.raw, self.used
             )
-            self.waiting = ~self.used
 
     def settle(self, rows: I64) -> None:
         """These messages are done with."""

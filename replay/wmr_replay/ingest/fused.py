@@ -97,26 +97,73 @@ def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
 
 
 @njit(cache=True, nogil=True)
-def _agrees(words: Any, start: int, skeleton: Any) -> Any:
+def _agrees(words: Any, start: Any, skeleton: Any) -> Any:
     offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
     wrong = np.uint64(0)
     for k in range(len(offsets)):
-        wrong |= (words[start + np.int64(offsets[k])] & masks[k]) ^ wanted[k]
+        wrong |= (words[start + offsets[k]] & masks[k]) ^ wanted[k]
     return wrong == 0
 
 
 @njit(cache=True, nogil=True)
-def _integer(data: U8, words: Any, place: int, kind: int, shift: int, n_bytes: int) -> Any:
-    if kind in (_UNSIGNED, _SIGNED):
-        unused = np.uint64(64 - 8 * n_bytes)
-        value = (words[place] >> np.uint64(shift)) << unused
-        return np.int64(value) >> np.int64(unused) if kind == _SIGNED else np.int64(value >> unused)
-    value = np.uint64(0)
-    for k in range(n_bytes):
-        value |= np.uint64(data[place + k] & 0x7F) << np.uint64(7 * k)
-    if kind == _ZIGZAG:
-        value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
-    return np.int64(value)
+def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, used: Bool) -> Any:
+    """Rows of the messages that agree, and where they start; they are marked as used.
+
+    Both are unsigned, which spares the test whether an index counts from the end.
+    """
+    rows, places, n = np.empty(len(starts), np.uint64), np.empty(len(starts), np.uint64), 0
+    for row in range(len(starts)):
+        start = np.uint64(starts[row])
+        if not used[row] and lengths[row] == length and _agrees(words, start, skeleton):
+            used[row] = True
+            rows[n], places[n] = row, start
+            n += 1
+    return rows[:n], places[:n]
+
+
+@njit(cache=True, nogil=True)
+def _fixed(words: Any, places: Any, step: Any, shift: int, n_bytes: int, signed: bool) -> I64:
+    """Whole numbers of fixed size, out of the words that hold them."""
+    numbers, down, unused = np.empty(len(places), np.int64), np.uint64(shift), np.uint64(64 - 8 * n_bytes)
+    for k in range(len(places)):
+        value = (words[places[k] + step] >> down) << unused
+        numbers[k] = np.int64(value) >> np.int64(unused) if signed else np.int64(value >> unused)
+    return numbers
+
+
+@njit(cache=True, nogil=True)
+def _varints(data: U8, places: Any, step: Any, n_bytes: int, zigzag: bool) -> I64:
+    """Whole numbers in groups of seven bits, least significant first."""
+    numbers = np.empty(len(places), np.int64)
+    for k in range(len(places)):
+        value, place = np.uint64(0), places[k] + step
+        for group in range(n_bytes):
+            value |= np.uint64(data[place + np.uint64(group)] & 0x7F) << np.uint64(7 * group)
+        if zigzag:
+            value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
+        numbers[k] = np.int64(value)
+    return numbers
+
+
+@njit(cache=True, nogil=True)
+def _floats(numbers: Any, places: Any, step: Any) -> F64:
+    """Floating-point numbers out of a window."""
+    found = np.empty(len(places))
+    for k in range(len(places)):
+        found[k] = numbers[places[k] + step]
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _add(out: F64, rows: Any, numbers: Any, gain: float) -> None:
+    for k in range(len(rows)):
+        out[rows[k]] += gain * np.float64(numbers[k])
+
+
+@njit(cache=True, nogil=True)
+def _add_ns(out: I64, rows: Any, numbers: Any, factor: int) -> None:
+    for k in range(len(rows)):
+        out[rows[k]] += np.int64(numbers[k]) * factor
 
 
 @njit(cache=True, nogil=True)
@@ -124,30 +171,26 @@ def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by on
     data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
     steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
-    filled = 0
-    n_raw, n_steps = len(constants), steps.shape[1]
-    kinds, places, shifts, sizes, columns = steps[0], steps[1], steps[2], steps[3], steps[4]
-    for row in range(len(starts)):
-        start = starts[row]
-        if used[row] or lengths[row] != length or not _agrees(words, start, skeleton):
+    """The messages that agree, then their fields one after another: each is a short loop of its own."""
+    rows, places = _select(words, starts, lengths, length, skeleton, used)
+    for column in range(len(constants)):
+        for k in range(len(rows)):
+            raw[column, rows[k]] = constants[column]
+    for k in range(steps.shape[1]):
+        kind, step, column = steps[0, k], np.uint64(steps[1, k]), steps[4, k]
+        if kind in (_FLOAT64, _FLOAT32):
+            floats = _floats(doubles, places, step) if kind == _FLOAT64 else _floats(singles, places, step)
+            if column == _STAMP:
+                _add_ns(stamp_ns, rows, floats, factors[k])
+            else:
+                _add(raw[column], rows, floats, gains[k])
             continue
-        filled += 1
-        used[row] = True
-        for k in range(n_raw):
-            raw[k, row] = constants[k]
-        for k in range(n_steps):
-            if kinds[k] == _FLOAT64:
-                value = doubles[start + places[k]]
-            elif kinds[k] == _FLOAT32:
-                value = np.float64(singles[start + places[k]])
-            else:
-                integer = _integer(data, words, start + places[k], kinds[k], shifts[k], sizes[k])
-                if columns[k] == _STAMP:
-                    stamp_ns[row] += integer * factors[k]
-                    continue
-                value = np.float64(integer)
-            if columns[k] == _STAMP:
-                stamp_ns[row] += np.int64(value) * factors[k]
-            else:
-                raw[columns[k], row] += gains[k] * value
-    return filled
+        if kind in (_UNSIGNED, _SIGNED):
+            integers = _fixed(words, places, step, steps[2, k], steps[3, k], kind == _SIGNED)
+        else:
+            integers = _varints(data, places, step, steps[3, k], kind == _ZIGZAG)
+        if column == _STAMP:
+            _add_ns(stamp_ns, rows, integers, factors[k])
+        else:
+            _add(raw[column], rows, integers, gains[k])
+    return len(rows)

@@ -8,6 +8,7 @@ import numpy as np
 from wmr_replay.ingest.chunks import Span, load
 from wmr_replay.ingest.survey import Survey
 from wmr_replay.ingest.walk import Messages, walk
+from wmr_replay.ingest.workspace import Workspace
 from wmr_schemas.arrays import U8
 
 N_WANTED = 2
@@ -35,10 +36,11 @@ class Sampler:
 
     def run(self, path: Path) -> None:
         """Collect the samples; the survey's book then knows every channel that has a message."""
+        workspace = Workspace()
         with path.open("rb") as file:
             for span in self.survey.spans:
                 if self._needs(span):
-                    self._take(load(file, span).data)
+                    self._take(load(file, span, workspace).data)
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
