@@ -5,15 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from wmr_replay.ingest import fused
-from wmr_replay.ingest.binary import BinarySource
 from wmr_replay.ingest.bindings import Binding, NotConcerned, Recipe
-from wmr_replay.ingest.encodings import Definition
+from wmr_replay.ingest.encodings import Definition, Program
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _LAYOUTS_PER_KIND = 16
 _KINDS = 1024
+_PROGRAMS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +35,8 @@ class Decoder:
     def __init__(self, definition: Definition, binding: Binding) -> None:
         self.definition, self.binding = definition, binding
         self.known: dict[int, list[tuple[Layout, Recipe | None]]] = {}
-        self.program: fused.Program | None = None
-        """That of the layout met last."""
+        self.programs: tuple[Program, ...] = ()
+        """Those of the layouts met last."""
 
     def decode(self, data: U8, starts: I64, lengths: I64) -> Decoded:
         """The messages that start at ``starts`` in ``data``."""
@@ -46,8 +45,9 @@ class Decoder:
     def begin(self, data: U8, starts: I64, lengths: I64) -> "Columns":
         """The part that any thread may do: what has a layout that was met is decoded."""
         out = Columns(self.definition.source(data, starts, lengths), self.binding.n_raw, len(starts))
-        if (program := self.program) is not None:
-            out.run(program)
+        for program in self.programs:
+            if out.n_left:
+                out.n_left -= program.run(data, starts, lengths, out.stamp_ns, out.raw, out.used)
         if out.n_left:
             self._fill_known(out)
         if out.n_left:
@@ -90,8 +90,8 @@ class Decoder:
         if len(self.known) >= _KINDS:
             self.known.clear()
         self.known[kind] = [(layout, recipe), *self.known.get(kind, ())][:_LAYOUTS_PER_KIND]
-        if recipe is not None and isinstance(out.source, BinarySource):
-            self.program = fused.compile_program(layout, recipe)
+        if recipe is not None and (program := self.definition.program(layout, recipe)) is not None:
+            self.programs = (program, *self.programs)[:_PROGRAMS]
         return out.fill(layout, recipe, rows)
 
     def _recipe(self, layout: Layout) -> Recipe | None:
@@ -125,14 +125,6 @@ class Columns:
         """The source's bytes are kept for later."""
         self.source.data = self.source.data.copy()
         self.source.data.flags.writeable = False
-
-    def run(self, program: fused.Program) -> None:
-        """Fill in the messages of a program's layout; the first thing that is done with a block."""
-        source = self.source
-        if isinstance(source, BinarySource):
-            self.n_left -= fused.run(
-                program, source.data, source.starts, source.kinds, self.stamp_ns, self.raw, self.used
-            )
 
     def settle(self, rows: I64) -> None:
         """These messages are done with."""

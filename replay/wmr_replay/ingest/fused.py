@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.ingest.bindings import Recipe
 from wmr_replay.ingest.layout import Layout, Leaf
+from wmr_replay.ingest.lean import lean
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _WORD = 8
@@ -34,6 +34,16 @@ class Program:
     gains: F64
     factors: I64
     constants: F64
+
+    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
+        """Fill in the messages that share the layout and are not filled in yet; how many they were."""
+        words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
+        filled: int = _run(
+            data, words, doubles, singles, starts, lengths, self.length, self.skeleton,
+            self.steps, self.gains, self.factors, self.constants, np.empty((3, len(starts)), np.uint64),
+            stamp_ns, raw, used,
+        )  # fmt: skip
+        return filled
 
 
 def compile_program(layout: Layout, recipe: Recipe) -> Program | None:
@@ -80,23 +90,13 @@ def _words(layout: Layout) -> Any:
     return np.array(words, np.uint64).reshape(-1, 3).T.copy()
 
 
-def run(program: Program, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
-    """Fill in the messages that share the program's layout and are not filled in yet; how many they were."""
-    words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
-    filled: int = _run(
-        data, words, doubles, singles, starts, lengths, program.length, program.skeleton,
-        program.steps, program.gains, program.factors, program.constants, stamp_ns, raw, used,
-    )  # fmt: skip
-    return filled
-
-
 def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
     """The number that starts at each byte."""
     size = np.dtype(dtype).itemsize
     return np.ndarray((max(len(data) - size + 1, 0),), dtype, data, strides=(1,))
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _agrees(words: Any, start: Any, skeleton: Any) -> Any:
     offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
     wrong = np.uint64(0)
@@ -105,92 +105,92 @@ def _agrees(words: Any, start: Any, skeleton: Any) -> Any:
     return wrong == 0
 
 
-@njit(cache=True, nogil=True)
-def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, used: Bool) -> Any:
-    """Rows of the messages that agree, and where they start; they are marked as used.
+@lean
+def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, used: Bool, found: Any) -> int:
+    """Rows of the messages that agree, and where they start, into ``found``; they are marked as used.
 
     Both are unsigned, which spares the test whether an index counts from the end.
     """
-    rows, places, n = np.empty(len(starts), np.uint64), np.empty(len(starts), np.uint64), 0
+    n = 0
     for row in range(len(starts)):
         start = np.uint64(starts[row])
         if not used[row] and lengths[row] == length and _agrees(words, start, skeleton):
             used[row] = True
-            rows[n], places[n] = row, start
+            found[0, n], found[1, n] = row, start
             n += 1
-    return rows[:n], places[:n]
+    return n
 
 
-@njit(cache=True, nogil=True)
-def _fixed(words: Any, places: Any, step: Any, shift: int, n_bytes: int, signed: bool) -> I64:
+@lean
+def _read_fixed(words: Any, places: Any, step: Any, shift: int, n_bytes: int, signed: bool, out: I64) -> None:
     """Whole numbers of fixed size, out of the words that hold them."""
-    numbers, down, unused = np.empty(len(places), np.int64), np.uint64(shift), np.uint64(64 - 8 * n_bytes)
+    down, unused = np.uint64(shift), np.uint64(64 - 8 * n_bytes)
     for k in range(len(places)):
         value = (words[places[k] + step] >> down) << unused
-        numbers[k] = np.int64(value) >> np.int64(unused) if signed else np.int64(value >> unused)
-    return numbers
+        out[k] = np.int64(value) >> np.int64(unused) if signed else np.int64(value >> unused)
 
 
-@njit(cache=True, nogil=True)
-def _varints(data: U8, places: Any, step: Any, n_bytes: int, zigzag: bool) -> I64:
+@lean
+def _read_varints(data: U8, places: Any, step: Any, n_bytes: int, zigzag: bool, out: I64) -> None:
     """Whole numbers in groups of seven bits, least significant first."""
-    numbers = np.empty(len(places), np.int64)
     for k in range(len(places)):
         value, place = np.uint64(0), places[k] + step
         for group in range(n_bytes):
             value |= np.uint64(data[place + np.uint64(group)] & 0x7F) << np.uint64(7 * group)
         if zigzag:
             value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
-        numbers[k] = np.int64(value)
-    return numbers
+        out[k] = np.int64(value)
 
 
-@njit(cache=True, nogil=True)
-def _floats(numbers: Any, places: Any, step: Any) -> F64:
-    """Floating-point numbers out of a window."""
-    found = np.empty(len(places))
+@lean
+def _read_floats(window: Any, places: Any, step: Any, out: F64) -> None:
+    """Floating-point numbers."""
     for k in range(len(places)):
-        found[k] = numbers[places[k] + step]
-    return found
+        out[k] = window[places[k] + step]
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _add(out: F64, rows: Any, numbers: Any, gain: float) -> None:
     for k in range(len(rows)):
         out[rows[k]] += gain * np.float64(numbers[k])
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _add_ns(out: I64, rows: Any, numbers: Any, factor: int) -> None:
     for k in range(len(rows)):
         out[rows[k]] += np.int64(numbers[k]) * factor
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
     data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
-    steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
+    steps: I64, gains: F64, factors: I64, constants: F64, scratch: Any, stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
     """The messages that agree, then their fields one after another: each is a short loop of its own."""
-    rows, places = _select(words, starts, lengths, length, skeleton, used)
+    n = _select(words, starts, lengths, length, skeleton, used, scratch)
+    rows, places = scratch[0, :n], scratch[1, :n]
+    floats, integers = scratch[2, :n].view(np.float64), scratch[2, :n].view(np.int64)
     for column in range(len(constants)):
-        for k in range(len(rows)):
+        for k in range(n):
             raw[column, rows[k]] = constants[column]
     for k in range(steps.shape[1]):
         kind, step, column = steps[0, k], np.uint64(steps[1, k]), steps[4, k]
         if kind in (_FLOAT64, _FLOAT32):
-            floats = _floats(doubles, places, step) if kind == _FLOAT64 else _floats(singles, places, step)
+            if kind == _FLOAT64:
+                _read_floats(doubles, places, step, floats)
+            else:
+                _read_floats(singles, places, step, floats)
             if column == _STAMP:
                 _add_ns(stamp_ns, rows, floats, factors[k])
             else:
                 _add(raw[column], rows, floats, gains[k])
             continue
         if kind in (_UNSIGNED, _SIGNED):
-            integers = _fixed(words, places, step, steps[2, k], steps[3, k], kind == _SIGNED)
+            _read_fixed(words, places, step, steps[2, k], steps[3, k], kind == _SIGNED, integers)
         else:
-            integers = _varints(data, places, step, steps[3, k], kind == _ZIGZAG)
+            _read_varints(data, places, step, steps[3, k], kind == _ZIGZAG, integers)
         if column == _STAMP:
             _add_ns(stamp_ns, rows, integers, factors[k])
         else:
             _add(raw[column], rows, integers, gains[k])
-    return len(rows)
+    return n

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from wmr_replay.ingest.lean import lean
 from wmr_replay.ingest.walk import Messages
 from wmr_schemas.arrays import I64
 
@@ -31,7 +31,7 @@ def share_out(messages: Messages, role_of: I64, n_roles: int) -> tuple[int, list
     return n_used, [Share(*table[role, :, :n]) for role, n in enumerate(counts.tolist())]
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _share_out(
     channel: I64, offset: I64, length: I64, publish_ns: I64, log_ns: I64, role_of: I64,
     table: Any, counts: I64,
