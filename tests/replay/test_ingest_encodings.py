@@ -14,6 +14,7 @@ from mcap.writer import CompressionType, Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
 from wmr_replay.ingest import open_log
+from wmr_schemas import PoseTrack
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import proto, ros2
 
@@ -279,6 +280,44 @@ def test_without_header_stamps_the_publish_time_then_the_log_time_serves(tmp_pat
     assert reader.clock_notes[0].startswith(f"/p: {clock} (its first stamps are zero)")
 
 
+@pytest.mark.parametrize(
+    ("stamps", "clock"),
+    [
+        ([0, 0, 0, *range(1, 40)], "header stamp"),
+        ([*range(1, 9), *range(4, 40)], "header stamp"),
+        ([k // 2 + 1 for k in range(40)], "header stamp"),
+        ([*[0] * 11, *range(1, 30)], "publish time (its first stamps are zero)"),
+        ([7] * 40, "publish time (its first stamps stand still or run backwards)"),
+        (list(range(40, 0, -1)), "publish time (its first stamps stand still or run backwards)"),
+    ],
+)
+@pytest.mark.parametrize("chunk_size", [1, 1 << 20])
+def test_the_clock_is_chosen_on_the_first_twenty_messages(tmp_path, stamps, clock, chunk_size):
+    encode = serialize_dynamic("p/PoseStamped", ros2.POSE_STAMPED)["p/PoseStamped"]
+    messages = [
+        encode({"header": {"stamp": {"sec": k, "nanosec": 0}, "frame_id": ""}, "pose": pose_of(0, 0, 0)})
+        for k in stamps
+    ]
+    channel = ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    reader, *_ = read(write(tmp_path / "a.mcap", channel, chunk_size=chunk_size))
+    assert reader.clock_notes[0].startswith(f"/p: {clock}")
+
+
+def test_the_order_of_recording_tells_whether_stamps_run_backwards(tmp_path):
+    poses = ros2.CODEC.encode_pose(PoseTrack(np.arange(1, 31), *np.zeros((3, 30))))
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode())
+        channel = writer.register_channel("/p", "cdr", schema)
+        for k in reversed(range(30)):
+            writer.add_message(channel, T0 + k, poses[k], T0 + k)
+        writer.finish()
+    reader, *_ = read(path)
+    assert reader.clock_notes[0].startswith("/p: header stamp")
+
+
 # protobuf ----------------------------------------
 
 
@@ -311,7 +350,7 @@ def test_protobuf_poses_equal_what_googles_encoder_wrote(tmp_path_factory, rows)
         tmp_path_factory.mktemp("p") / "a.mcap",
         ("/pose", schema.name, "protobuf", schema.definition, "protobuf", messages),
     )
-    reader, pose, *_ = read(path)
+    reader, pose, *_ = read(path, LogMapping(clock="header"))
     assert pose.t_ns.tolist() == [T0, *(row[0] for row in rows)]
     np.testing.assert_array_equal(pose.values[:2, 1:].T, [row[1:3] for row in rows])
     angles = pose.values[2, 1:] - [2 * row[3] for row in rows]

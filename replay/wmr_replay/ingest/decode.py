@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from wmr_replay.ingest.bindings import Binding, NotConcerned, Recipe
+from wmr_replay.ingest.carried import carrier_of
 from wmr_replay.ingest.encodings import Definition, Program
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
 from wmr_schemas.arrays import F64, I64, U8, Bool
@@ -34,6 +35,7 @@ class Decoder:
 
     def __init__(self, definition: Definition, binding: Binding) -> None:
         self.definition, self.binding = definition, binding
+        self.carrier = carrier_of(binding)
         self.known: dict[int, list[tuple[Layout, Recipe | None]]] = {}
         self.programs: tuple[Program, ...] = ()
         """Those of the layouts met last."""
@@ -52,7 +54,7 @@ class Decoder:
             self._fill_known(out)
         if out.n_left:
             out.keep()
-        else:
+        elif self.carrier is None:
             out.values = self.binding.values(out.raw)
         return out
 
@@ -65,12 +67,19 @@ class Decoder:
 
     def finish(self, out: "Columns") -> Decoded:
         """The rest, which may bring new layouts."""
+        self.settle(out)
+        if self.carrier is not None:
+            out.raw, out.used = self.carrier.push(out.stamp_ns, out.raw, out.used)
+        values = self.binding.values(out.raw) if out.values is None else out.values
+        return Decoded(out.stamp_ns, values, out.used, out.undecodable, bool(out.used.all()))
+
+    def settle(self, out: "Columns") -> Bool:
+        """Decode what is left; which messages have stamp and raw columns."""
         if out.n_left:
             self._fill_known(out)
         if out.n_left:
             self._learn_rest(out)
-        values = self.binding.values(out.raw) if out.values is None else out.values
-        return Decoded(out.stamp_ns, values, out.used, out.undecodable, bool(out.used.all()))
+        return out.used
 
     def _learn_rest(self, out: "Columns") -> None:
         for kind in distinct(out.source.kinds[out.waiting]):
