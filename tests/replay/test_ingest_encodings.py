@@ -179,6 +179,38 @@ def test_idl_definitions_are_read(tmp_path):
     np.testing.assert_allclose(pose.values.T, TRUE_POSES, rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("unit", [1, 2, 4])
+def test_wide_strings_are_passed_over_however_their_length_is_counted(tmp_path, unit):
+    definition = "string frame\nwstring note\nwstring[] more\n" + ros2.POSE_STAMPED.partition("header\n")[2]
+
+    def wide(text):
+        return struct.pack("<I", len(text)) + b"".join(ord(c).to_bytes(unit, "little") for c in text)
+
+    def message(x, note):
+        data = struct.pack("<I4s", 4, b"map\0")
+        for part in (wide(note), struct.pack("<I", 2), wide("ab"), wide("")):
+            data += bytes(-len(data) % 4) + part
+        return b"\0\1\0\0" + data + bytes(-len(data) % 8) + struct.pack("<7d", x, 2.0, 0, 0, 0, 0, 1)
+
+    messages = [message(1.0, "wide"), message(2.0, "wider"), message(3.0, ""), message(4.0, "wide")]
+    path = write(tmp_path / "a.mcap", ("/p", "p/Noted", "ros2msg", definition.encode(), "cdr", messages))
+    reader, pose, *_ = read(path, LogMapping(pose_topic="/p"))
+    np.testing.assert_array_equal(pose.values.T, [[x, 2.0, 0.0] for x in (1.0, 2.0, 3.0, 4.0)])
+    assert not reader.losses.any()
+
+
+def test_a_wide_string_that_fits_in_no_way_is_counted(tmp_path):
+    definition = "wstring note\n" + ros2.POSE_STAMPED.partition("header\n")[2]
+    good = b"\0\1\0\0" + bytes(8) + struct.pack("<7d", 1.0, 2.0, 0, 0, 0, 0, 1)
+    path = write(
+        tmp_path / "a.mcap",
+        ("/p", "p/Noted", "ros2msg", definition.encode(), "cdr", [good, good + bytes(40)]),
+    )
+    reader, pose, *_ = read(path, LogMapping(pose_topic="/p"))
+    assert pose.values.T.tolist() == [[1.0, 2.0, 0.0]]
+    assert reader.losses.n_undecodable == 1
+
+
 def joint_state(k, names, velocity, effort):
     return {"header": header(k, ""), "name": names, "position": [], "velocity": velocity, "effort": effort}
 
