@@ -335,6 +335,21 @@ def test_the_clock_is_chosen_on_the_first_twenty_messages(tmp_path, stamps, cloc
     assert reader.clock_notes[0].startswith(f"/p: {clock}")
 
 
+@pytest.mark.parametrize(("first_s", "n_left_out"), [(10**9, 3), (1, 0)])
+def test_zero_among_stamps_far_from_it_is_no_stamp(tmp_path, first_s, n_left_out):
+    encode = serialize_dynamic("p/PoseStamped", ros2.POSE_STAMPED)["p/PoseStamped"]
+    stamps = [0, 0, *range(first_s, first_s + 38), 0]
+    messages = [
+        encode({"header": {"stamp": {"sec": k, "nanosec": 0}, "frame_id": ""}, "pose": pose_of(0, 0, 0)})
+        for k in stamps
+    ]
+    channel = ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    reader, pose, *_ = read(write(tmp_path / "a.mcap", channel))
+    assert pose.t_ns.tolist() == [k * 10**9 for k in stamps if k or not n_left_out]
+    said = [remark for remark in reader.remarks if "carry no stamp" in remark]
+    assert said == ([f"/p: {n_left_out} messages carry no stamp and are left out"] if n_left_out else [])
+
+
 def test_the_order_of_recording_tells_whether_stamps_run_backwards(tmp_path):
     poses = ros2.CODEC.encode_pose(PoseTrack(np.arange(1, 31), *np.zeros((3, 30))))
     path = tmp_path / "a.mcap"

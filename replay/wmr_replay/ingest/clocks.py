@@ -15,9 +15,10 @@ from wmr_replay.ingest.decode import Decoder
 from wmr_replay.ingest.detect import Use
 from wmr_replay.ingest.sampling import N_WANTED
 from wmr_replay.ingest.steps import Steps
-from wmr_schemas.arrays import I64, NS_PER_S
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
 _N_OFFSETS = 64
+_FAR_FROM_ZERO_NS = 3600 * NS_PER_S
 _LEAST_FORWARD = 3
 """One step in so many has to go forward; stamps in pairs are common."""
 ClockName = Literal["header stamp", "publish time", "log time"]
@@ -32,6 +33,9 @@ class Clock:
     offsets_ns: list[float] = field(default_factory=list)
     """Typical stamp − log time, block by block."""
     steps: Steps = field(default_factory=Steps)
+    zero_is_none: bool = False
+    """A stamp of zero means that there is none: the first stamps are far from it."""
+    n_unstamped: int = 0
 
     @classmethod
     def choose(cls, use: Use) -> "Clock":
@@ -40,14 +44,22 @@ class Clock:
             return cls("log time", "as wanted")
         if use.clock == "publish":
             return cls("publish time", "as wanted")
-        if use.clock == "header" and use.binding.stamp is not None:
+        if use.clock == "header" and use.binding.stamp:
             return cls("header stamp", "as wanted")
-        if use.binding.stamp is None:
-            reason = "its messages carry no stamp"
-        elif not (reason := what_is_wrong(*first_stamps(use))):
-            return cls("header stamp")
+        stamp_ns, log_ns = first_stamps(use)
+        reason = what_is_wrong(stamp_ns, log_ns) if use.binding.stamp else "its messages carry no stamp"
+        if not reason:
+            return cls("header stamp", zero_is_none=int(stamp_ns[stamp_ns != 0].min()) > _FAR_FROM_ZERO_NS)
         published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
         return cls("publish time" if published else "log time", reason)
+
+    def stamped(self, header_ns: I64, used: Bool) -> Bool:
+        """Which of the messages in use carry a stamp, if they go by it; the others are counted."""
+        if not self.zero_is_none or header_ns.all():
+            return used
+        kept: Bool = used & (header_ns != 0)
+        self.n_unstamped += int(used.sum()) - int(kept.sum())
+        return kept
 
     def stamps(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
         """Stamps of one block's messages by this clock."""

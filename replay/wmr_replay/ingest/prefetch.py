@@ -11,7 +11,7 @@ from wmr_replay.ingest.chunks import Span
 from wmr_replay.ingest.workspace import Workspace
 
 N_THREADS = 2
-_N_AHEAD = 4
+_N_AHEAD = 2
 _GROUP_BYTES = 4 << 20
 """Small spans are handed over together: changing threads for each would cost a tenth of the time."""
 
@@ -21,7 +21,7 @@ T = TypeVar("T")
 def work_ahead(
     paths: Sequence[Path], spans: Sequence[Span], work: Callable[[BinaryIO, Span, Workspace], T]
 ) -> Iterator[T]:
-    """``work(file, span, workspace)`` of all spans, in their order; at most four groups wait in memory."""
+    """``work(file, span, workspace)`` of all spans, in their order; at most two groups wait in memory."""
     own = _Own(paths)
 
     def task(group: list[Span]) -> list[T]:

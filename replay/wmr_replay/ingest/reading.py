@@ -96,9 +96,10 @@ class Reading:
         publish_ns, log_ns = share.publish_ns, share.log_ns
         if not decoded.all_used:
             self._count(role, decoded)
-            some = decoded.used
-            t_ns, values, order = t_ns[some], values[:, some], order[some]
-            publish_ns, log_ns = publish_ns[some], log_ns[some]
+        kept = self.clocks[role].stamped(t_ns, decoded.used)
+        if not kept.all():
+            t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
+            publish_ns, log_ns = publish_ns[kept], log_ns[kept]
         if role == "torque":
             self.losses.n_torque_empty += n_unknown(values[:2])
         return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
@@ -144,8 +145,14 @@ class Reading:
     @property
     def remarks(self) -> list[str]:
         """What a user may want to know though nothing was lost."""
+        topics = {role: use.channel.topic for role, use in self.uses.items()}
+        found = [
+            f"{topics[role]}: {clock.n_unstamped} messages carry no stamp and are left out"
+            for role, clock in self.clocks.items()
+            if clock.n_unstamped
+        ]
         n = self.not_concerned["torque"]
-        return [f"{self.uses['torque'].channel.topic}: {n} messages name no wheel joint"] if n else []
+        return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
 
 
 def _expected(span: Span) -> str:
