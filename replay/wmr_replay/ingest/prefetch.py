@@ -13,7 +13,7 @@ from wmr_replay.ingest.workspace import Workspace
 N_THREADS = 2
 _N_AHEAD = 2
 _GROUP_BYTES = 4 << 20
-"""Small spans are handed over together: changing threads for each would cost a tenth of the time."""
+"""Small spans are handed over together: changing threads for each costs a twentieth of the time."""
 
 T = TypeVar("T")
 
