@@ -117,7 +117,7 @@ class LogReader:
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
         for begun in work_ahead(self.parts.paths, spans, reading.begin):
-            batch, span = reading.push(begun), begun.block.span
+            batch, span = reading.push(begun), begun.span
             self.position_bytes = before[span.part] + span.data_offset + span.data_bytes
             yield batch
         whole = len(spans) == len(self.survey.spans) and self.limits is None
