@@ -98,9 +98,7 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
     return BaseModel(fitted.robot, effects, "calibrated on the log", SELF_CALIBRATED)
 
 
-def search(
-    log: Log, extension: Extension, options: GapOptions, tell: Progress
-) -> tuple[Problem, Selection]:
+def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) -> tuple[Problem, Selection]:
     """The selection, with modes found together with the effects where the identifier is to say them."""
     if options.modes != "identified":
         problem = Problem.of(drive_of(log, log.mode if options.modes == "given" else None))
@@ -163,9 +161,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
     windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
-    errors = [
-        [window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)
-    ]
+    errors = [[window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)]
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, notes),

@@ -76,7 +76,9 @@ def select(
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
         tried = attempts(problem, current)
-        tried = tuple(judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried))
+        tried = tuple(
+            judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
+        )
         stages.append(tried)
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
@@ -102,7 +104,11 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     leads = sorted(scan(problem, current.extension, noise, here.psi).leads, key=score_of, reverse=True)
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
-    quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in leads[:MOST_FITTED] if lead.gain > 8.0]
+    quick = [
+        (lead, gauss_newton(problem, joined(current, lead), noise, 4))
+        for lead in leads[:MOST_FITTED]
+        if lead.gain > 8.0
+    ]
     quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, pair[0]))
     total = sum(lead.tried for lead in leads)
     out = []
@@ -124,7 +130,8 @@ def decided(problem: Problem, tried: tuple[Tried, ...]) -> tuple[Tried, ...]:
         return tried
     finer = problem.finer()
     costs = [
-        gauss_newton(finer, a.fit.extension, a.fit.noise, 2).deviance + cost_of(problem, a.lead) for a in tried[:2]
+        gauss_newton(finer, a.fit.extension, a.fit.noise, 2).deviance + cost_of(problem, a.lead)
+        for a in tried[:2]
     ]
     first, second = (tried[0], tried[1]) if costs[0] <= costs[1] else (tried[1], tried[0])
     second = replace(second, score=first.score - abs(costs[0] - costs[1]))

@@ -70,9 +70,8 @@ def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, flo
     plots = list(_plots(written, alpha_range))
     if not plots:
         return with_panels(text)
-    path = path_view(frame, "Path [m], coloured by estimated mode", ("/path/estimated", "/path/true"))
     lanes = lanes_view(["/mode/**", "/status"], "Contact mode and status, at the time they were known")
-    left = rrb.Vertical(path, text, row_shares=[66, 34])
+    left = rrb.Vertical(path_view(frame), text, row_shares=[66, 34])
     right = rrb.Vertical(lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
     return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
@@ -109,16 +108,23 @@ def lanes_view(contents: list[str], name: str) -> rrb.StateTimelineView:
     )
 
 
-def path_view(frame: Frame, name: str, always: Iterable[str]) -> rrb.Spatial2DView:
-    """The plane, y upwards; the entities in ``always`` are drawn whole, wherever the cursor is."""
+def path_view(
+    frame: Frame,
+    root: str = "",
+    name: str = "Path [m], coloured by estimated mode",
+    always: Iterable[str] = ("/path/estimated", "/path/true"),
+) -> rrb.View:
+    """The plane with the path below ``root``, y upwards; the entities in ``always`` are drawn whole, wherever
+    the cursor is.
+    """
     ends = rrb.TimeRangeBoundary.infinite()
     whole = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(DURATION, start=ends, end=ends)])
     (left, bottom), (right, top) = frame.with_margin()
     return rrb.Spatial2DView(
-        origin="/",
-        contents=["/path/**"],
+        origin=root or "/",
+        contents=[f"{root}/path/**"],
         name=name,
-        overrides=dict.fromkeys(always, whole),
+        overrides={root + entity: whole for entity in always},
         visual_bounds=rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom)),
     )
 

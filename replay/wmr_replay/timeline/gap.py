@@ -24,7 +24,7 @@ from wmr_replay.timeline.gap_layout import gap_layout
 from wmr_replay.timeline.gap_path import add_paths, cut, frame_of
 from wmr_replay.timeline.gap_text import gap_text
 from wmr_replay.timeline.series import Series
-from wmr_replay.timeline.sink import Sink
+from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import Changes, Lane, mode_lane
 from wmr_schemas.arrays import F64, NS_PER_S, Bool
 
@@ -42,7 +42,7 @@ MODELS = {"base": colours.BASE, "extended": colours.EXTENDED}
 
 def write_gap_timeline(path: Path, result: "GapResult", log_name: str, recording_id: str) -> None:
     """Write the recording of ``result`` to ``path``."""
-    traces, sink = result.traces, Sink(path, recording_id, LANES)
+    traces, sink = result.traces, Sink(recording_into(path, recording_id), lanes=LANES)
     sink.start_ns = traces.start_ns
     try:
         rows = frame_rows(traces)

@@ -27,7 +27,8 @@ PLOTS = (
 def gap_layout(written: Collection[str], frame: Frame) -> rrb.Blueprint:
     """Paths and text on the left; lanes, gaps and residuals on the right."""
     text = rrb.TextDocumentView(origin="/description", name="Verdict")
-    path = path_view(frame, "Path [m]: measured white, base red, extended blue; held out shaded", PATHS)
+    name = "Path [m]: measured white, base red, extended blue; held out shaded"
+    path = path_view(frame, name=name, always=PATHS)
     lanes = lanes_view(["/mode", "/part"], "Contact mode; what was fitted and what was held out")
     plots = [plot_view(plot, written) for plot in PLOTS if plot.entities(written)]
     left = rrb.Vertical(path, text, row_shares=[56, 44])
