@@ -24,7 +24,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs unit docs figures bench bench-gap lock clean
+.PHONY: help demo test lint types imports check-docs check-replay unit docs figures bench bench-gap lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -34,7 +34,7 @@ demo: $(RUNTIME) ## write the paper's acceleration log, analyse it, say how to l
 	$(BIN)/wmr-replay synth paper-acceleration --out $(DEMO)/paper-acceleration.mcap
 	$(BIN)/wmr-replay run $(DEMO)/paper-acceleration.mcap --out $(DEMO)
 
-test: lint types imports check-docs unit ## lint, type-check, build the docs, run the tests
+test: lint types imports check-docs check-replay unit ## lint, type-check, build the docs, run the tests
 
 lint: $(TOOLS) ## ruff: rules and format
 	$(PY) -m ruff check
@@ -48,6 +48,12 @@ imports: $(TOOLS) ## who may import whom
 
 check-docs: $(TOOLS)
 	$(PY) -m mkdocs build --strict --quiet --site-dir $(abspath $(VENV))/site
+
+REFERENCES := tests/references
+REPLAYED := $(VENV)/replayed
+check-replay: $(TOOLS) ## replay the reference logs: has any answer changed?
+	$(BIN)/wmr-replay suite $(REFERENCES)/suite.toml --out $(REPLAYED) --jobs $(JOBS)
+	$(BIN)/wmr-replay check $(REFERENCES) $(REPLAYED) --criteria $(REFERENCES)/criteria.toml --junit $(REPLAYED)/report.xml
 
 unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 	$(PYTEST) -n $(JOBS) $(PYTEST_ARGS)

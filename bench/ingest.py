@@ -9,6 +9,7 @@ turns; CPU times are of the same runs, all threads together.
 
 import argparse
 import math
+import os
 import sys
 import tempfile
 import time
@@ -118,6 +119,7 @@ def measure(encoding: str, path: Path, repeats: int) -> bool:
     print(f"  columns / floor of one thread   {ratio:7.2f}    target ≤ {target:g}")
     print(f"  columns / floor of {N_THREADS} threads    {ours.wall_s / threads.wall_s:7.2f}")
     print(f"  CPU, columns / floor            {ours.cpu_s / single.cpu_s:7.2f}")
+    print(f"  load of the machine             {os.getloadavg()[0]:7.2f}    {os.cpu_count()} cores")
     faster = beside_peer(path, ours.wall_s / n) if encoding == "ros2" else True
     return faster and ratio <= target
 

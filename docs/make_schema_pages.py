@@ -1,16 +1,21 @@
-"""Writes the tables of the schema pages from the code, between ``<!-- begin NAME -->`` and its ``end``.
+"""Writes the tables of the schema pages from the code, between ``<!-- begin NAME -->`` and its ``end``, and
+the JSON Schema of gap.json.
 
 Run it after a change of columns, parameters or effects: ``python docs/make_schema_pages.py``. With
 ``--check`` it writes nothing and names the pages that are out of date.
 """
 
+import json
 import re
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
+from wmr_schemas import gap_file
 from wmr_schemas.effects import EFFECTS
+from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
@@ -19,6 +24,7 @@ from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUM
 from wmr_synth.hidden.sizes import SIZES, describe_range
 
 DOCS = Path(__file__).parent
+GAP_SCHEMA = Path(gap_file.__file__).with_name(gap_file.SCHEMA_NAME)
 BLOCK = re.compile(r"(<!-- begin (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
 
 
@@ -87,6 +93,35 @@ def hidden() -> str:
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
 
+def gap() -> str:
+    """The tables of gap.json, out of its JSON Schema."""
+    tables = gap_schema()["$defs"]
+    return "\n".join(gap_table(name, tables[name]) for name in tables)
+
+
+def gap_table(name: str, schema: dict[str, Any]) -> str:
+    """One table of gap.json: key, kind, meaning."""
+    listed = schema["properties"].items()
+    rows = ((code(key), kind(form), form.get("description", "–")) for key, form in listed)
+    return f"### {name}\n\n{schema['description']}\n\n" + table(("key", "type", "meaning"), rows)
+
+
+def kind(form: dict[str, Any]) -> str:
+    """What a JSON value is, in a word or two; tables by their name."""
+    if "$ref" in form:
+        return form["$ref"].rpartition("/")[2]
+    if "enum" in form:
+        return ", ".join(code(value) for value in form["enum"])
+    if "anyOf" in form:
+        return " or ".join(kind(choice) for choice in form["anyOf"])
+    if form["type"] == "array":
+        inside = form["prefixItems"] if "prefixItems" in form else [form["items"]]
+        return f"[{', '.join(map(kind, inside))}{'' if 'prefixItems' in form else ', …'}]"
+    if form["type"] == "object":
+        return f"{{name: {kind(form['additionalProperties'])}}}"
+    return str(form["type"])
+
+
 BLOCKS: dict[str, Callable[[], str]] = {
     "samples": lambda: columns(SAMPLES),
     "segments": lambda: columns(SEGMENTS),
@@ -103,6 +138,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "statuses": statuses,
     "effects": effects,
     "hidden": hidden,
+    "gap": gap,
 }
 
 
@@ -112,9 +148,13 @@ def filled(text: str) -> str:
 
 
 def outdated(docs: Path = DOCS) -> dict[Path, str]:
-    """The pages that should read otherwise, and how."""
+    """The pages that should read otherwise, and how; with our own ones the JSON Schema in the package."""
     pages = {path: path.read_text(encoding="utf-8") for path in sorted(docs.rglob("*.md"))}
-    return {path: filled(text) for path, text in pages.items() if filled(text) != text}
+    wanted = {path: filled(text) for path, text in pages.items()}
+    if docs == DOCS:
+        pages[GAP_SCHEMA] = GAP_SCHEMA.read_text(encoding="utf-8") if GAP_SCHEMA.exists() else ""
+        wanted[GAP_SCHEMA] = json.dumps(gap_schema(), indent=2, ensure_ascii=False) + "\n"
+    return {path: text for path, text in wanted.items() if text != pages[path]}
 
 
 def main() -> None:

@@ -12,7 +12,8 @@ from wmr_replay.settings import Settings
 from wmr_schemas.robot import PAPER_ROBOT
 from wmr_synth import SCENARIOS, record, synthesise
 
-PAPER_SCHEME = Settings(identifier="paper")
+PAPER_SCHEME = Settings(identifier="paper", tune=False)
+"""The paper's thresholds behind a kernel of its own kind."""
 QUICK_DURATION_S, QUICK_RATE_HZ = 24.0, 200.0
 
 
@@ -26,7 +27,7 @@ class Replayed:
 
 
 def replay(scenario: str, *, seed: int = 0, quick: bool = False) -> Replayed:
-    """``wmr-replay synth`` and ``wmr-replay run --identifier paper``, in a folder that is removed again.
+    """``wmr-replay synth`` and ``run --identifier paper --no-tune``, in a folder that is removed again.
 
     ``quick`` takes a short log at a low rate: enough to try the road, not to measure.
     """

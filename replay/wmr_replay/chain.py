@@ -1,20 +1,19 @@
 """The stages behind the initial stretch, tuned by it: differentiate, track the noise, identify."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from wmr_replay.align import AlignedBatch
 from wmr_replay.align.repair import OUTLIER, POSE_JUMP, PoseRepair
 from wmr_replay.aside import Aside
-from wmr_replay.columns import Columns, estimated
+from wmr_replay.columns import Columns, chained, estimated, part
+from wmr_replay.designs import Design, Trial, first_design
 from wmr_replay.differentiate import (
     GAP,
     WARMING_UP,
     Differentiator,
-    KernelSpec,
     NoiseTracker,
-    noise_coefficient,
     robust_sigma,
 )
 from wmr_replay.identify import (
@@ -36,7 +35,6 @@ from wmr_replay.model_effects import ReplayModel
 from wmr_replay.settings import Settings
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
-MIN_WINDOW_S, MAX_WINDOW_S, MIN_WINDOW_STEPS = 0.1, 2.0, 10
 EFFORT_FOLD, SPEED_FOLD = 2, 1
 GAP_STATUS = 2
 NEVER_NS = -(2**62)
@@ -44,22 +42,24 @@ NEVER_NS = -(2**62)
 
 @dataclass(frozen=True)
 class Tuning:
-    """What the initial stretch decided."""
+    """What the log's first stretches decided. ``design`` is ``given``, the ``rule``'s or ``tuned``; a tuned
+    one holds from ``design_since_s`` on, its expected error over the rule's is ``error_ratio``.
+    """
 
     rate_hz: float
     position_sd_m: float
     yaw_sd_rad: float
     window_s: float
     delay_s: float
-
-
-def choose_window_s(settings: Settings, spec: KernelSpec, step_s: float, position_sd_m: float) -> float:
-    """T from sd(d²x/dt²) = s √(c·step/T⁵) = target; at least 10 steps and .1 s, at most 2 s."""
-    if settings.window_s is not None:
-        return settings.window_s
-    ratio = (position_sd_m / settings.target_a_long_sd_mps2) ** 2
-    window_s = float((noise_coefficient(2, spec) * step_s * ratio) ** 0.2)
-    return max(min(window_s, MAX_WINDOW_S), MIN_WINDOW_S, MIN_WINDOW_STEPS * step_s)
+    degree: int
+    kappa: int
+    mu: int
+    theta: float
+    shares: tuple[float, ...]
+    design: str
+    design_reason: str
+    design_since_s: float
+    error_ratio: float | None
 
 
 def make_identifier(settings: Settings, model: ReplayModel, rules: Rules, step_s: float) -> Identifier:
@@ -83,27 +83,34 @@ def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: int) -> Ver
     )
 
 
+def differentiator_of(design: Design, step_s: float) -> Differentiator:
+    """The differentiator of a design, torques and wheel speeds through the same window."""
+    folds = (EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD)
+    return Differentiator(design.spec, window_s=design.window_s, step_s=step_s, folds=folds)
+
+
 class Chain:
     """Stage: aligned rows → rows of the samples table."""
 
     def __init__(self, settings: Settings, model: ReplayModel, stretch: AlignedBatch) -> None:
         robot = model.robot
-        spec = KernelSpec(settings.degree, settings.kappa, settings.mu, settings.theta)
-        step_s = float(np.median(np.diff(stretch.t_ns))) / NS_PER_S
+        self._step_s = step_s = float(np.median(np.diff(stretch.t_ns))) / NS_PER_S
         sigma = np.array([robust_sigma(stretch.t_ns, signal) for signal in stretch.pose])
         position_sd_m, yaw_sd_rad = float(np.sqrt(np.mean(sigma[:2] ** 2))), float(sigma[2])
-        self.differentiator = Differentiator(
-            spec,
-            window_s=choose_window_s(settings, spec, step_s, position_sd_m),
-            step_s=step_s,
-            folds=(EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD),
+        self._position_sd_m, self._yaw_sd_rad, self._start_ns = (
+            position_sd_m,
+            yaw_sd_rad,
+            int(stretch.t_ns[0]),
         )
-        window_s, delay_s = self.differentiator.window_s, self.differentiator.delay_s
-        self.tuning = Tuning(1 / step_s, position_sd_m, yaw_sd_rad, window_s, delay_s)
+        design = first_design(settings, step_s, position_sd_m)
+        levels = np.array([position_sd_m, position_sd_m, yaw_sd_rad])
+        self._trial = Trial(settings, design, step_s, levels, self._start_ns)
+        self.differentiator, self._gaps_before = differentiator_of(design, step_s), 0
         self._noise = NoiseTracker(sigma, step_s=step_s, time_constant_s=settings.noise_time_constant_s)
+        # twice the delay: of a tuned, longer window's noise and signal nine tenths lie within it as well
         rules = make_rules(
             robot,
-            window_ns=round(window_s * NS_PER_S),
+            window_ns=round(self.differentiator.window_s * NS_PER_S),
             threshold_sd=settings.threshold_sd,
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,
@@ -112,16 +119,60 @@ class Chain:
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
         self._terms, self._has_terms = model.terms, any(model.terms[:-1])
-        self._robot, self._start_ns = robot, int(stretch.t_ns[0])
+        self._robot = robot
         self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
         self._aside = Aside(self._start_ns, OUTLIER)
-        self._jump_ns, self._window_ns = NEVER_NS, rules.window_ns
+        self._jump_ns = NEVER_NS
         self._independence = fresh_independence()
+
+    @property
+    def tuning(self) -> Tuning:
+        """What the log's first stretches have decided so far."""
+        design, differentiator = self._trial.design, self.differentiator
+        return Tuning(
+            1 / self._step_s,
+            self._position_sd_m,
+            self._yaw_sd_rad,
+            differentiator.window_s,
+            differentiator.delay_s,
+            **asdict(design.spec),
+            design=design.origin,
+            design_reason=design.reason,
+            design_since_s=design.since_s,
+            error_ratio=design.error_ratio,
+        )
+
+    @property
+    def n_gaps(self) -> int:
+        """Holes in the pose so far."""
+        return self._gaps_before + self.differentiator.n_gaps
 
     def push(self, rows: AlignedBatch) -> Columns:
         """One row for each; outliers among the poses keep the last verdict."""
+        done = []
+        while (n := self._trial.rows_left(rows.t_ns)) < len(rows):
+            done.append(self._advance(part(rows, slice(n))))
+            rows = part(rows, slice(n, None))
+            self._conclude(int(rows.t_ns[0]))
+        return chained([*done, self._advance(rows)])
+
+    def _advance(self, rows: AlignedBatch) -> Columns:
+        """Rows under one design."""
         repaired = self.repair.push(rows)
+        self._trial.watch(repaired)
         return self._aside.push(rows, repaired.kept, self._judge(repaired.rows, repaired.restarts))
+
+    def _conclude(self, t_ns: int) -> None:
+        """A stretch has ended; from the row at ``t_ns`` on its design holds, if it found one."""
+        stretch = self._trial.conclude(t_ns)
+        if not stretch:
+            return
+        n_gaps = self.n_gaps
+        self.differentiator = differentiator_of(self._trial.design, self._step_s)
+        for repaired in stretch:
+            rows = repaired.rows
+            self.differentiator.push(rows.t_ns, rows.pose, rows.inputs, repaired.restarts)
+        self._gaps_before = n_gaps - self.differentiator.n_gaps
 
     def _judge(self, rows: AlignedBatch, restarts: Bool) -> Columns:
         """Rows with a good pose."""
@@ -158,7 +209,7 @@ class Chain:
             return restarts
         last_ns = np.maximum.accumulate(np.where(restarts, t_ns, self._jump_ns))
         self._jump_ns = int(last_ns[-1])
-        return np.asarray(t_ns - last_ns <= self._window_ns)
+        return np.asarray(t_ns - last_ns <= round(self.differentiator.window_s * NS_PER_S))
 
     def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:
         """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""

@@ -32,13 +32,13 @@ class Engine:
 
     @property
     def tuning(self) -> Tuning | None:
-        """What the initial stretch decided, once it has."""
+        """What the log's first stretches have decided so far."""
         return self._chain.tuning if self._chain else None
 
     @property
     def n_gaps(self) -> int:
         """Holes in the pose so far."""
-        return self._chain.differentiator.n_gaps if self._chain else 0
+        return self._chain.n_gaps if self._chain else 0
 
     @property
     def n_pose_jumps(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.engine import Engine
-from wmr_replay.ingest import Between, LogReader, open_log, sha256_of
+from wmr_replay.ingest import Between, LogPath, LogReader, RemotePath, open_log, sha256_of
 from wmr_replay.model_effects import replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.summary import LogFacts, Tally, summary_frame, summary_row
@@ -17,8 +17,8 @@ from wmr_replay.tables import ParquetStream, confusion_frame, replace_file, samp
 from wmr_replay.timeline import Timeline
 from wmr_replay.truth import SideTruth, read_side_truth
 from wmr_schemas.errors import DamagedLog
-from wmr_schemas.mapping_file import LogMapping
-from wmr_schemas.model_file import Model
+from wmr_schemas.mapping_file import LogMapping, mapping_toml
+from wmr_schemas.model_file import Model, model_to_toml
 from wmr_schemas.tables import SAMPLES, polars_schema
 
 Progress = Callable[[int, int], None]
@@ -50,13 +50,13 @@ def sample_batches(
         yield samples_frame(columns)
 
 
-def default_directory(log: Path) -> Path:
+def default_directory(log: LogPath) -> Path:
     """Where results go without ``--out``: ``./<stem>.wmr/``."""
     return Path(f"{log.stem}.wmr")
 
 
 def run_log(  # noqa: PLR0913 – keyword arguments
-    log: Path,
+    log: LogPath,
     out: Path | None = None,
     *,
     settings: Settings | None = None,
@@ -65,19 +65,21 @@ def run_log(  # noqa: PLR0913 – keyword arguments
     model: Model | None = None,
     timeline: bool = True,
     strict: bool = False,
+    sha256: str | None = None,
     progress: Progress | None = None,
 ) -> RunResult:
     """Replay ``log`` and write its results to ``out`` (default ``./<stem>.wmr/``).
 
-    Every file appears complete or not at all. Raises LogUnusable (with ``strict`` also when something was
-    damaged).
+    Every file appears complete or not at all. ``sha256``: the log's hash, where it is known already. Raises
+    LogUnusable (with ``strict`` also when something was damaged).
     """
     reader = open_log(log, mapping or LogMapping(), between=between or Between())
     engine = Engine(settings or Settings(), replay_model(model or Model(), reader.robot))
     truth = read_side_truth(log)
     directory = out or default_directory(log)
     directory.mkdir(parents=True, exist_ok=True)
-    results = ResultFiles(directory, log, reader, truth, timeline=timeline)
+    told = given(mapping, between, model)
+    results = ResultFiles(directory, log, reader, truth, timeline=timeline, given=told, sha256=sha256)
     tally = Tally()
     try:
         for samples in sample_batches(reader, engine, progress):
@@ -93,14 +95,34 @@ def run_log(  # noqa: PLR0913 – keyword arguments
         raise
 
 
+def given(mapping: LogMapping | None, between: Between | None, model: Model | None) -> dict[str, str]:
+    """What a run was told besides its settings, for ``summary.settings``: files as TOML, limits as text."""
+    said = {
+        "mapping": mapping_toml(mapping) if mapping else "",
+        "model": model_to_toml(model) if model else "",
+        "start": (between.start if between else None) or "",
+        "end": (between.end if between else None) or "",
+    }
+    return {name: text for name, text in said.items() if text}
+
+
 class ResultFiles:
     """The files of one run, growing under temporary names until all are complete."""
 
     def __init__(
-        self, directory: Path, log: Path, reader: LogReader, truth: SideTruth, *, timeline: bool
+        self,
+        directory: Path,
+        log: LogPath,
+        reader: LogReader,
+        truth: SideTruth,
+        *,
+        timeline: bool,
+        given: dict[str, str],
+        sha256: str | None = None,
     ) -> None:
+        self._given = given
         self._directory, self._log, self._reader, self._truth = directory, log, reader, truth
-        self._sha256 = sha256_of(log)
+        self._sha256 = sha256 or sha256_of(log)
         self._samples = ParquetStream(self._file("samples.parquet"), polars_schema(SAMPLES))
         self._timeline: Timeline | None = None
         self._wants_timeline = timeline
@@ -170,10 +192,11 @@ class ResultFiles:
         robot = engine.model.robot
         settings = engine.settings.as_dict() | {"robot": robot.known()}
         settings |= {"effects": [asdict(effect) for effect in engine.model.effects]}
+        settings |= {"given": self._given}
         settings |= {"channels": reader.plan.as_dict(), "tuning": asdict(tuning) if tuning else None}
         return LogFacts(
             log=str(self._log),
-            log_sha256=self._sha256,
+            log_sha256=None if isinstance(self._log, RemotePath) else self._sha256,
             settings=settings,
             rate_hz=tuning.rate_hz if tuning else None,
             counts=engine.aligner.counts,

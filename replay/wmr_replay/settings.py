@@ -6,6 +6,7 @@ from typing import Any
 from wmr_schemas.errors import InvalidSetting
 
 IDENTIFIERS = ("paper", "algebraic", "bank")
+DEFAULT_SHAPE = (2, 0, 0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,9 @@ class Settings:
     """Everything that decides a run's numbers, besides the log and the robot's parameters."""
 
     window_s: float | None = None
-    """T of the differentiator; None: the shortest that brings dv_long/dt to ``target_a_long_sd_mps2``."""
+    """T of the differentiator; None: the shortest that brings dv_long/dt to ``target_a_long_sd_mps2``, until
+    a better design has been tuned.
+    """
     degree: int = 2
     kappa: int = 0
     mu: int = 0
@@ -32,6 +35,11 @@ class Settings:
     min_sideslip: float = 0.0
     """Share of v_long up to which v_lat is a rolling tyre's elastic sideslip, and no skid."""
     target_a_long_sd_mps2: float = 0.1
+    tune: bool = True
+    """Whether a kernel of the default shape gives way to one tuned on the log's first stretch with motion."""
+    max_delay_s: float | None = None
+    """The delay that a tuned kernel may have; None: that of the kernel it replaces."""
+    tuning_stretch_s: float = 8.0
     initial_stretch_s: float = 1.0
     """Rate, noise and window come from this first stretch, and from its first 20 rows at least."""
     noise_time_constant_s: float = 5.0
@@ -50,8 +58,22 @@ class Settings:
             raise InvalidSetting(f"the least sideslip must not be below 0, not {self.min_sideslip:g}")
         if self.window_s is not None and not self.window_s > 0:
             raise InvalidSetting(f"the window must be longer than 0 s, not {self.window_s:g} s")
+        if self.max_delay_s is not None and not self.max_delay_s > 0:
+            raise InvalidSetting(f"the delay allowed must be above 0 s, not {self.max_delay_s:g} s")
+        if self.max_delay_s is not None and self.window_s is not None:
+            raise InvalidSetting(
+                "a given window has its own delay: leave out the window or the delay allowed"
+            )
+        if not self.tuning_stretch_s > 0:
+            raise InvalidSetting(f"the stretch to tune on must be above 0 s, not {self.tuning_stretch_s:g} s")
         if not self.threshold_sd > 0:
             raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
+
+    @property
+    def tunes(self) -> bool:
+        """Whether the differentiator is to be tuned: neither its window nor its kernel was given."""
+        shape = (self.degree, self.kappa, self.mu, self.theta)
+        return self.tune and self.window_s is None and shape == DEFAULT_SHAPE
 
     @property
     def all_modes(self) -> int:

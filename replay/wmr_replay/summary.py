@@ -69,7 +69,7 @@ class LogFacts:
     """What is known of the log besides its samples."""
 
     log: str
-    log_sha256: str
+    log_sha256: str | None
     settings: dict[str, Any]
     rate_hz: float | None
     counts: AlignmentCounts

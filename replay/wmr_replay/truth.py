@@ -8,6 +8,8 @@ from pathlib import Path
 import polars as pl
 import pyarrow.parquet as pq
 
+from wmr_replay.ingest import LogPath
+
 
 @dataclass(frozen=True)
 class SideTruth:
@@ -28,10 +30,13 @@ class SideTruth:
                 n_read += len(rows)
 
 
-def read_side_truth(log: Path) -> SideTruth:
-    """``<stem>.truth.parquet`` and ``<stem>.truth.json`` beside the log, where they exist and can be read."""
+def read_side_truth(log: LogPath) -> SideTruth:
+    """``<stem>.truth.parquet`` and ``<stem>.truth.json`` beside the log, where they exist and can be read.
+
+    Of a log behind a URL the JSON alone: the states are for the eye, and would have to be fetched whole.
+    """
     states, facts = log.with_name(f"{log.stem}.truth.parquet"), log.with_name(f"{log.stem}.truth.json")
     alpha = None
     if facts.is_file():
         alpha = json.loads(facts.read_text(encoding="utf-8")).get("robot", {}).get("alpha")
-    return SideTruth(states if states.is_file() else None, alpha)
+    return SideTruth(states if isinstance(states, Path) and states.is_file() else None, alpha)

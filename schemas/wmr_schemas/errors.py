@@ -27,7 +27,7 @@ class InvalidFile(WmrError):
 class LogUnusable(WmrError):
     """A log that cannot be analysed: what is wrong, where, and what to try."""
 
-    def __init__(self, path: Path | str, problem: str, advice: str = "") -> None:
+    def __init__(self, path: object, problem: str, advice: str = "") -> None:
         self.path, self.problem, self.advice = str(path), problem, advice
         super().__init__(f"{path}: {problem}" + (f"\n{advice}" if advice else ""))
 
@@ -36,7 +36,7 @@ class ChannelNotFound(LogUnusable):
     """No channel serves as ``wanted``; ``available`` lists (topic, schema name, why it does not serve)."""
 
     def __init__(
-        self, wanted: str, path: Path | str, available: Sequence[tuple[str, str, str]], advice: str = ""
+        self, wanted: str, path: object, available: Sequence[tuple[str, str, str]], advice: str = ""
     ) -> None:
         self.wanted, self.available = wanted, tuple(available)
         rows = "\n".join(f"  {topic} ({schema}): {why}" for topic, schema, why in self.available)
@@ -50,3 +50,12 @@ class DamagedLog(LogUnusable):
 
 class InvalidSetting(WmrError):
     """A setting that makes no sense, such as a window of no length."""
+
+
+class MissingExtra(InvalidSetting):
+    """Something needs a package that only an extra brings: ``extra``, what ``needs`` it, the ``package``."""
+
+    def __init__(self, extra: str, needs: str, package: str | None = None) -> None:
+        self.extra, self.needs, self.package = extra, needs, package
+        missing = f" (there is no package {package})" if package else ""
+        super().__init__(f"{needs} needs an extra{missing}: pip install 'wmr-replay[{extra}]'")

@@ -142,11 +142,16 @@ def non_negative(path: Path, key: str, value: object) -> float:
 
 def model_to_toml(model: Model) -> str:
     """The text of a model file; ``read_model`` gives the same model back."""
+    return tomli_w.dumps(model_tables(model))
+
+
+def model_tables(model: Model) -> dict[str, Any]:
+    """The tables of a model file, without those that are empty."""
     tables: dict[str, Any] = {"robot": with_sd(model.robot.known(), model.robot_sd)}
     tables["noise"] = {key: value for key, value in vars(model.noise).items() if value is not None}
     tables["provenance"] = {key: value for key, value in vars(model.provenance).items() if value}
     tables["effects"] = [effect_table(effect) for effect in model.effects]
-    return tomli_w.dumps({key: value for key, value in tables.items() if value})
+    return {key: value for key, value in tables.items() if value}
 
 
 def with_sd(values: Mapping[str, float | str], sd: Mapping[str, float]) -> dict[str, float | str]:

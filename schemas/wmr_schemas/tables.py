@@ -146,7 +146,7 @@ ANOMALIES: tuple[Column, ...] = (
 
 SUMMARY: tuple[Column, ...] = (
     Column("log", pl.String, "–", "the log's path as given"),
-    Column("log_sha256", pl.String, "–", "hash of the file"),
+    Column("log_sha256", pl.String, "–", "hash of the file; null when it was read from a URL"),
     Column("version", pl.String, "–", "version of wmr-replay"),
     Column("settings", pl.String, "–", "JSON, enough to repeat the run"),
     _real("duration_s", "s", "last minus first pose stamp"),

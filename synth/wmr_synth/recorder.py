@@ -24,6 +24,7 @@ Progress: TypeAlias = Callable[[int, int], None]
 """Called with the messages written so far and their total."""
 
 BLOCK_MESSAGES = 65_536
+DEFAULT_CHUNK_BYTES = 1 << 20
 
 
 def qos(depth: int, *, latched: bool = False) -> str:
@@ -121,17 +122,19 @@ def write_mcap(
     *,
     encoding: str = "ros2",
     angles: WheelAngles | None = None,
+    chunk_bytes: int = DEFAULT_CHUNK_BYTES,
     progress: Progress | None = None,
 ) -> None:
     """Write a log as MCAP at ``path`` at once: log time and publish time are the header's stamp.
 
     ``angles`` are the wheel angles (left, right) at the torque rows; without them the positions stay empty.
+    ``chunk_bytes`` is the size at which a chunk is closed.
     """
     codec = find_codec(encoding)
     channels = channels_of(log, codec, angles)
     total = sum(len(channel.t_ns) for channel in channels)
     with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.ZSTD)
+        writer = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.ZSTD)
         writer.start(codec.profile, f"wmr-replay/{__version__}")
         writer.add_metadata(METADATA_NAME, log.robot.to_metadata())
         ids = [register(writer, codec, channel) for channel in channels]
@@ -165,6 +168,7 @@ def record(
     *,
     encoding: str = "ros2",
     truth: bool = True,
+    chunk_bytes: int = DEFAULT_CHUNK_BYTES,
     mode_topic: bool = True,
     progress: Progress | None = None,
 ) -> tuple[Path, ...]:
@@ -180,7 +184,14 @@ def record(
     facts_path, states_path = side_files(path)
     paths = (path, facts_path, states_path) if truth else (path,)
     with replaced_together(paths) as temporary:
-        write_mcap(log, temporary[0], encoding=encoding, angles=simulated.wheel_angles_rad, progress=progress)
+        write_mcap(
+            log,
+            temporary[0],
+            encoding=encoding,
+            angles=simulated.wheel_angles_rad,
+            chunk_bytes=chunk_bytes,
+            progress=progress,
+        )
         if truth:
             write_truth(simulated, temporary[1], temporary[2])
     if not truth:

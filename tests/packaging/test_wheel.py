@@ -55,9 +55,10 @@ def test_the_wheel_holds_the_three_packages_and_nothing_else(wheel: Path, root: 
         path.relative_to(root / folder).as_posix()
         for folder, package in SOURCES.items()
         for path in (root / folder / package).rglob("*")
-        if path.suffix in {".py", ".typed"}
+        if path.suffix in {".py", ".typed", ".json"}
     }
     assert found == sources | {f"{info}/{name}" for name in METADATA}
+    assert "wmr_schemas/gap.schema.json" in found
     assert {f"{package}/py.typed" for package in SOURCES.values()} <= found
     assert {f"{package}/__init__.py" for package in SOURCES.values()} <= found
     assert not any("test" in Path(name).parts[0] for name in found)

@@ -15,6 +15,7 @@ from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
+from wmr_synth import Sensors, record, synthesise
 
 
 class LogRows:
@@ -59,3 +60,32 @@ def yardstick():
     wheel, m, yaw = 0.35**2 / 1.6, 1000.0, 500.0
     truth = module.Truth(alpha, alpha, 8.0, (3 / m) / (wheel + 2 / m), (3 / yaw) / (wheel + 2 / yaw), 1.0)
     return lambda log, position_sd_m, yaw_sd_rad: module.yardstick(log, truth, position_sd_m, yaw_sd_rad)
+
+
+@pytest.fixture(scope="session")
+def made_up_gap():
+    """The module that makes gap results up, without an analysis."""
+    spec = importlib.util.spec_from_file_location("made_up_gap", Path(__file__).with_name("made_up_gap.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def servers():
+    """The module of small servers on loopback: ``FileServer``, ``S3Server``."""
+    spec = importlib.util.spec_from_file_location("servers", Path(__file__).with_name("servers.py"))
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="session")
+def short_logs(tmp_path_factory):
+    """A folder of three short logs with their side files, one of them in a folder below."""
+    folder = tmp_path_factory.mktemp("logs")
+    (folder / "below").mkdir()
+    sensors = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
+    for seed, name in enumerate(("a.mcap", "b.mcap", "below/c.mcap")):
+        record(synthesise("random", seed=seed, duration_s=6, sensors=sensors), folder / name)
+    return folder

@@ -11,8 +11,10 @@ import pytest
 
 from wmr_replay.cli import main
 from wmr_replay.gap import GapOptions, GapResult, analyse
-from wmr_replay.ingest.reader import open_log
-from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+from wmr_replay.ingest.reader import NO_MAPPING, WHOLE
+from wmr_replay.whole import read_whole
+from wmr_schemas.messages import MODE_TOPIC
+from wmr_schemas.signals import Log
 from wmr_synth.hidden import SIZES
 
 
@@ -33,7 +35,7 @@ def analysed(tmp_path_factory):
         if key not in known:
             path = folder / f"{len(known)}.mcap"
             truth = written(path, seed, noise, hide, options)
-            known[key] = Hidden(analyse(read(path), None, GapOptions(modes=modes)), truth)
+            known[key] = Hidden(analyse(read(path, modes), None, GapOptions(modes=modes)), truth)
         return known[key]
 
     return run
@@ -54,19 +56,9 @@ def written(path: Path, seed: int, noise: str, hide: tuple[str, ...], options: t
     return {effect["name"]: effect["parameters"] for effect in facts["effects"]}
 
 
-def read(path: Path) -> Log:
-    """What stands in the file; the mode where it has one."""
-    reader = open_log(path)
-    batches = list(reader.batches())
-    pose, torque, mode = (
-        [
-            np.concatenate([np.atleast_2d(getattr(getattr(b, name), part)) for b in batches], axis=1)
-            for part in ("t_ns", "values")
-        ]
-        for name in ("pose", "torque", "mode")
-    )
-    label = ModeTrack(mode[0][0], mode[1][0].astype(np.int8)) if mode[0].size else None
-    return Log(PoseTrack(pose[0][0], *pose[1]), TorqueTrack(torque[0][0], *torque[1]), label, reader.robot)
+def read(path: Path, modes: str) -> Log:
+    """What stands in the file; its mode only where ``modes`` are given."""
+    return read_whole(path, NO_MAPPING, WHOLE, MODE_TOPIC if modes == "given" else None).log
 
 
 WRONG = ("patrol", "--wrong-modes", "0.02")
@@ -123,9 +115,13 @@ def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
     assert found.result.modes == "identified"
 
 
-def test_labels_are_read_only_when_asked_for(analysed):
-    with_topic = analysed(90_022, "rtk", "payload:mass_ratio=.4", modes="identified").result
-    options = ("patrol", "--no-truth-topic")
-    without = analysed(90_022, "rtk", "payload:mass_ratio=.4", modes="identified", options=options).result
-    assert with_topic.effects == without.effects
-    np.testing.assert_array_equal(with_topic.traces.mode, without.traces.mode)
+def test_labels_are_read_only_when_asked_for(tmp_path):
+    path = tmp_path / "labelled.mcap"
+    written(path, 90_022, "rtk", ("payload:mass_ratio=.4",), WRONG)
+    labelled = read(path, "given")
+    assert labelled.mode is not None
+    blind = Log(labelled.pose, labelled.torque, None, labelled.robot)
+    options = GapOptions(modes="identified")
+    told, untold = analyse(labelled, None, options), analyse(blind, None, options)
+    assert told.effects == untold.effects
+    np.testing.assert_array_equal(told.traces.mode, untold.traces.mode)

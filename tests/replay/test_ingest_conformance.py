@@ -8,6 +8,7 @@ import pytest
 from wmr_replay.ingest.chunks import load
 from wmr_replay.ingest.survey import survey
 from wmr_replay.ingest.walk import walk
+from wmr_replay.ingest.workspace import Workspace
 
 SUITE = Path(__file__).parents[2].parent / "shared" / "data" / "mcap_conformance"
 FILES = sorted(SUITE.glob("*.mcap"))
@@ -29,7 +30,7 @@ def read_messages(path: Path) -> list[tuple[int, int, int, int, bytes]]:
     found = []
     with path.open("rb") as file:
         for span in survey(path).spans:
-            block = load(file, span)
+            block = load(file, span, Workspace())
             assert not block.problem
             messages = walk(block.data).messages
             rows = zip(

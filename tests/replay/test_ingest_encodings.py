@@ -14,6 +14,7 @@ from mcap.writer import CompressionType, Writer
 from mcap_ros2._dynamic import serialize_dynamic
 
 from wmr_replay.ingest import open_log
+from wmr_schemas import PoseTrack
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import proto, ros2
 
@@ -178,6 +179,38 @@ def test_idl_definitions_are_read(tmp_path):
     np.testing.assert_allclose(pose.values.T, TRUE_POSES, rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("unit", [1, 2, 4])
+def test_wide_strings_are_passed_over_however_their_length_is_counted(tmp_path, unit):
+    definition = "string frame\nwstring note\nwstring[] more\n" + ros2.POSE_STAMPED.partition("header\n")[2]
+
+    def wide(text):
+        return struct.pack("<I", len(text)) + b"".join(ord(c).to_bytes(unit, "little") for c in text)
+
+    def message(x, note):
+        data = struct.pack("<I4s", 4, b"map\0")
+        for part in (wide(note), struct.pack("<I", 2), wide("ab"), wide("")):
+            data += bytes(-len(data) % 4) + part
+        return b"\0\1\0\0" + data + bytes(-len(data) % 8) + struct.pack("<7d", x, 2.0, 0, 0, 0, 0, 1)
+
+    messages = [message(1.0, "wide"), message(2.0, "wider"), message(3.0, ""), message(4.0, "wide")]
+    path = write(tmp_path / "a.mcap", ("/p", "p/Noted", "ros2msg", definition.encode(), "cdr", messages))
+    reader, pose, *_ = read(path, LogMapping(pose_topic="/p"))
+    np.testing.assert_array_equal(pose.values.T, [[x, 2.0, 0.0] for x in (1.0, 2.0, 3.0, 4.0)])
+    assert not reader.losses.any()
+
+
+def test_a_wide_string_that_fits_in_no_way_is_counted(tmp_path):
+    definition = "wstring note\n" + ros2.POSE_STAMPED.partition("header\n")[2]
+    good = b"\0\1\0\0" + bytes(8) + struct.pack("<7d", 1.0, 2.0, 0, 0, 0, 0, 1)
+    path = write(
+        tmp_path / "a.mcap",
+        ("/p", "p/Noted", "ros2msg", definition.encode(), "cdr", [good, good + bytes(40)]),
+    )
+    reader, pose, *_ = read(path, LogMapping(pose_topic="/p"))
+    assert pose.values.T.tolist() == [[1.0, 2.0, 0.0]]
+    assert reader.losses.n_undecodable == 1
+
+
 def joint_state(k, names, velocity, effort):
     return {"header": header(k, ""), "name": names, "position": [], "velocity": velocity, "effort": effort}
 
@@ -279,6 +312,59 @@ def test_without_header_stamps_the_publish_time_then_the_log_time_serves(tmp_pat
     assert reader.clock_notes[0].startswith(f"/p: {clock} (its first stamps are zero)")
 
 
+@pytest.mark.parametrize(
+    ("stamps", "clock"),
+    [
+        ([0, 0, 0, *range(1, 40)], "header stamp"),
+        ([*range(1, 9), *range(4, 40)], "header stamp"),
+        ([k // 2 + 1 for k in range(40)], "header stamp"),
+        ([*[0] * 11, *range(1, 30)], "publish time (its first stamps are zero)"),
+        ([7] * 40, "publish time (its first stamps stand still or run backwards)"),
+        (list(range(40, 0, -1)), "publish time (its first stamps stand still or run backwards)"),
+    ],
+)
+@pytest.mark.parametrize("chunk_size", [1, 1 << 20])
+def test_the_clock_is_chosen_on_the_first_twenty_messages(tmp_path, stamps, clock, chunk_size):
+    encode = serialize_dynamic("p/PoseStamped", ros2.POSE_STAMPED)["p/PoseStamped"]
+    messages = [
+        encode({"header": {"stamp": {"sec": k, "nanosec": 0}, "frame_id": ""}, "pose": pose_of(0, 0, 0)})
+        for k in stamps
+    ]
+    channel = ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    reader, *_ = read(write(tmp_path / "a.mcap", channel, chunk_size=chunk_size))
+    assert reader.clock_notes[0].startswith(f"/p: {clock}")
+
+
+@pytest.mark.parametrize(("first_s", "n_left_out"), [(10**9, 3), (1, 0)])
+def test_zero_among_stamps_far_from_it_is_no_stamp(tmp_path, first_s, n_left_out):
+    encode = serialize_dynamic("p/PoseStamped", ros2.POSE_STAMPED)["p/PoseStamped"]
+    stamps = [0, 0, *range(first_s, first_s + 38), 0]
+    messages = [
+        encode({"header": {"stamp": {"sec": k, "nanosec": 0}, "frame_id": ""}, "pose": pose_of(0, 0, 0)})
+        for k in stamps
+    ]
+    channel = ("/p", "p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode(), "cdr", messages)
+    reader, pose, *_ = read(write(tmp_path / "a.mcap", channel))
+    assert pose.t_ns.tolist() == [k * 10**9 for k in stamps if k or not n_left_out]
+    said = [remark for remark in reader.remarks if "carry no stamp" in remark]
+    assert said == ([f"/p: {n_left_out} messages carry no stamp and are left out"] if n_left_out else [])
+
+
+def test_the_order_of_recording_tells_whether_stamps_run_backwards(tmp_path):
+    poses = ros2.CODEC.encode_pose(PoseTrack(np.arange(1, 31), *np.zeros((3, 30))))
+    path = tmp_path / "a.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("p/PoseStamped", "ros2msg", ros2.POSE_STAMPED.encode())
+        channel = writer.register_channel("/p", "cdr", schema)
+        for k in reversed(range(30)):
+            writer.add_message(channel, T0 + k, poses[k], T0 + k)
+        writer.finish()
+    reader, *_ = read(path)
+    assert reader.clock_notes[0].startswith("/p: header stamp")
+
+
 # protobuf ----------------------------------------
 
 
@@ -311,7 +397,7 @@ def test_protobuf_poses_equal_what_googles_encoder_wrote(tmp_path_factory, rows)
         tmp_path_factory.mktemp("p") / "a.mcap",
         ("/pose", schema.name, "protobuf", schema.definition, "protobuf", messages),
     )
-    reader, pose, *_ = read(path)
+    reader, pose, *_ = read(path, LogMapping(clock="header"))
     assert pose.t_ns.tolist() == [T0, *(row[0] for row in rows)]
     np.testing.assert_array_equal(pose.values[:2, 1:].T, [row[1:3] for row in rows])
     angles = pose.values[2, 1:] - [2 * row[3] for row in rows]

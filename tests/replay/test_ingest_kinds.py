@@ -133,11 +133,62 @@ def test_transforms_are_composed_with_static_ones_on_both_sides(tmp_path):
         np.testing.assert_allclose(values[:, column], [*expected[:2], yaw], atol=1e-12)
 
 
-def test_frames_that_no_single_moving_transform_joins_are_refused(tmp_path):
+def test_frames_that_no_moving_transforms_join_are_refused(tmp_path):
     path, _, _ = tf_log(tmp_path)
-    mapping = LogMapping(pose_topic="/tf", pose=PoseFields(parent="map", child="arm"))
-    with pytest.raises(ChannelNotFound, match="no single moving transform from map to arm; it moves"):
+    mapping = LogMapping(pose_topic="/tf", pose=PoseFields(parent="map", child="hand"))
+    with pytest.raises(ChannelNotFound, match="no one or two moving transforms from map to hand; it moves"):
         open_log(path, mapping)
+
+
+def localised(tmp_path, n=40, every=7, ahead=3):
+    """A localiser's map → odom, now and then and stamped ahead; odom → base_link always, late at times."""
+    mount = np.array([0.3, -0.1, 0.5]), Rotation.from_euler("ZYX", [0.4, 0.0, 0.1])
+    rng = np.random.default_rng(5)
+    drift = {
+        k: (rng.normal(size=3), Rotation.from_euler("ZYX", rng.normal(size=3))) for k in range(0, n, every)
+    }
+    stamps = list(range(n))
+    stamps[20], stamps[21] = 21, 20
+    messages, expected, told = [], [], {}
+    for k, at in enumerate(stamps):
+        if k in drift and k:
+            told[k + ahead] = drift[k]
+            messages.append([transform(k + ahead, "map", "odom", *drift[k])])
+        messages.append([transform(at, "odom", "base_link", *moving(at))])
+        known = [j for j in told if j <= at]
+        if known:
+            place, turn = moving(at)
+            first = told[max(known)]
+            whole = first[0] + first[1].apply(place + turn.apply(mount[0]))
+            expected.append((T0 + at * STEP, *whole[:2], (first[1] * turn * mount[1]).as_euler("ZYX")[0]))
+    static = [[transform(0, "base_link", "tracker", *mount)]]
+    return messages, static, expected
+
+
+@pytest.mark.parametrize("chunk_size", [1, 3000, 1 << 20])
+def test_two_moving_transforms_are_composed_with_what_was_known_by_the_stamp(tmp_path, chunk_size):
+    messages, static, expected = localised(tmp_path)
+    channels = tf_channel("/tf", messages), tf_channel("/tf_static", static)
+    path = write(tmp_path / "tf.mcap", *channels, chunk_size=chunk_size)
+    mapping = LogMapping(pose_topic="/tf", pose=PoseFields(parent="map", child="tracker"))
+    reader = open_log(path, mapping)
+    t_ns, values = columns(reader, "pose")
+    assert not reader.pose_is_odometry
+    assert t_ns.tolist() == [row[0] for row in expected]
+    np.testing.assert_allclose(values.T[:, :2], [row[1:3] for row in expected], atol=1e-12)
+    np.testing.assert_allclose(np.cos(values[2] - [row[3] for row in expected]), 1.0, atol=1e-12)
+
+
+def test_of_one_message_with_both_transforms_both_are_taken(tmp_path):
+    far = np.array([10.0, 0.0, 0.0]), Rotation.from_euler("Z", np.pi / 2)
+    messages = [
+        [transform(k, "odom", "base_link", *moving(k)), transform(k, "map", "odom", *far)] for k in range(N)
+    ]
+    path = write(tmp_path / "tf.mcap", tf_channel("/tf", messages))
+    mapping = LogMapping(pose_topic="/tf", pose=PoseFields(parent="map", child="base_link"))
+    _, values = columns(open_log(path, mapping), "pose")
+    np.testing.assert_allclose(values[0], 10.0 - np.sin(range(N)), atol=1e-12)
+    np.testing.assert_allclose(values[1], 0.1 * np.arange(N), atol=1e-12)
 
 
 def test_foxglove_transforms_in_json_without_schema_serve(tmp_path):
@@ -315,7 +366,9 @@ def spans_read(reader, monkeypatch):
     from wmr_replay.ingest import reading
 
     opened, load = [], reading.load
-    monkeypatch.setattr(reading, "load", lambda file, span: opened.append(span.offset) or load(file, span))
+    monkeypatch.setattr(
+        reading, "load", lambda file, span, space: opened.append(span.offset) or load(file, span, space)
+    )
     for _ in reader.batches():
         pass
     return sorted(opened)

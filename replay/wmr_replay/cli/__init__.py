@@ -17,9 +17,15 @@ EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTE
 
 COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
+    "batch": "Replay many logs into one dataset.",
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
+    "gap": "Where simulation and measurement disagree, and what the model lacks.",
+    "fit": "Calibrate the base model of a robot on a log.",
     "convert": "Turn a CSV file into a log.",
+    "suite": "Write a named, versioned set of synthetic logs.",
+    "check": "Replay logs and compare with stored references, or hold them to criteria.",
+    "compare": "Two results, logs or settings side by side.",
     "diff": "Design a differentiator, see its kernel and what it does to a log.",
 }
 

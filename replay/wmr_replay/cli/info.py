@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
+from wmr_replay.cli.places import LOG
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from wmr_replay.ingest import LogReader
+    from wmr_replay.ingest import LogPath, LogReader
     from wmr_schemas.mapping_file import LogMapping
 
 _WIDTH = 1000
@@ -19,7 +20,7 @@ _ROLES = ("pose", "torque", "truth")
 
 
 @click.command(name="info")
-@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("log", type=LOG)
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @click.option(
     "--write-map",
@@ -27,7 +28,7 @@ _ROLES = ("pose", "torque", "truth")
     help="Write what was found to this mapping file (robot.toml).",
 )
 @mapping_options
-def command(log: Path, as_json: bool, write_map: Path | None, **options: str | Path | None) -> None:
+def command(log: "LogPath", as_json: bool, write_map: Path | None, **options: str | Path | None) -> None:
     """What LOG holds, what would be used as pose, torque and truth, and why the rest would not.
 
     The whole file is read, so that what is damaged is known too.
@@ -36,6 +37,7 @@ def command(log: Path, as_json: bool, write_map: Path | None, **options: str | P
     Examples:
       wmr-replay info log.mcap
       wmr-replay info log.mcap --pose /amcl_pose
+      wmr-replay info s3://bucket/log.mcap
       wmr-replay info log.mcap --json | jq .channels
       wmr-replay info log.mcap --write-map robot.toml
     """

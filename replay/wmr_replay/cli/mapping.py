@@ -17,38 +17,48 @@ F = TypeVar("F", bound=Callable[..., Any])
 SPEC = re.compile(r"(?P<topic>[^{}]+)(?:\{(?P<inside>[^{}]*)\})?")
 
 
+TRUTH = click.option("--truth", metavar="TOPIC", help="Topic of the true contact mode.")
+OPTIONS = (
+    click.option(
+        "--pose",
+        metavar="TOPIC[{parent=A,child=B}]",
+        help="Topic of the pose; of transforms, with the frames; else found by schema.",
+    ),
+    click.option(
+        "--torque",
+        metavar="TOPIC[{left=A+B,right=C}]",
+        help="Topic of the wheel torques, and the joints of each side; else found by schema and names.",
+    ),
+    TRUTH,
+    click.option(
+        "--map",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        help="File that maps topics and fields and holds the robot's parameters (robot.toml).",
+    ),
+    click.option(
+        "--clock",
+        type=click.Choice(["header", "publish", "log"]),
+        help="Clock to go by; else the header's; without stamps publish or log time.",
+    ),
+    click.option(
+        "--start",
+        metavar="TIME",
+        help="Leave out what was logged before: s from the first message, ns since 1970, or ISO 8601.",
+    ),
+    click.option("--end", metavar="TIME", help="Leave out what was logged after."),
+)
+
+
 def mapping_options(command: F) -> F:
     """Adds --pose, --torque, --truth, --map, --clock, --start and --end."""
-    options = (
-        click.option(
-            "--pose",
-            metavar="TOPIC[{parent=A,child=B}]",
-            help="Topic of the pose; of transforms, with the frames; else found by schema.",
-        ),
-        click.option(
-            "--torque",
-            metavar="TOPIC[{left=A+B,right=C}]",
-            help="Topic of the wheel torques, and the joints of each side; else found by schema and names.",
-        ),
-        click.option("--truth", metavar="TOPIC", help="Topic of the true contact mode."),
-        click.option(
-            "--map",
-            type=click.Path(exists=True, dir_okay=False, path_type=Path),
-            help="File that maps topics and fields and holds the robot's parameters (robot.toml).",
-        ),
-        click.option(
-            "--clock",
-            type=click.Choice(["header", "publish", "log"]),
-            help="Clock to go by; else the header's; without stamps publish or log time.",
-        ),
-        click.option(
-            "--start",
-            metavar="TIME",
-            help="Leave out what was logged before: s from the first message, ns since 1970, or ISO 8601.",
-        ),
-        click.option("--end", metavar="TIME", help="Leave out what was logged after."),
-    )
-    for option in reversed(options):
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+def blind_options(command: F) -> F:
+    """The same without --truth, for commands that read a true mode only where another option names it."""
+    for option in reversed([option for option in OPTIONS if option is not TRUTH]):
         command = option(command)
     return command
 
@@ -63,8 +73,9 @@ def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMappin
         topic, frames = parse_spec(options["pose"], "--pose", ("parent", "child"))
         pose = replace(mapping.pose, parent=frames.get("parent"), child=frames.get("child"))
         mapping = replace(mapping, pose_topic=topic, pose=pose if frames else mapping.pose)
-    if isinstance(options["truth"], str):
-        mapping = replace(mapping, truth_topic=options["truth"])
+    truth = options.get("truth")
+    if isinstance(truth, str):
+        mapping = replace(mapping, truth_topic=truth)
     if isinstance(torque, str):
         topic, left, right = parse_torque(torque)
         mapping = replace(mapping, torque_topic=topic, left_joints=left, right_joints=right)

@@ -26,6 +26,8 @@ def print_summary(result: "RunResult") -> None:
 
     row, console = result.summary, Console(highlight=False, soft_wrap=True)
     console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
+    for line in design_lines(row):
+        console.print(line)
     console.print(mode_table(row))
     for line in (
         score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in json.loads(row["notes"])]
@@ -43,6 +45,21 @@ def overview(row: Mapping[str, Any]) -> str:
     rate = "" if row["rate_hz"] is None else f" at {row['rate_hz']:.4g} Hz"
     window = f", window {tuning['window_s']:.3g} s, delay {tuning['delay_s']:.3g} s" if tuning else ""
     return f"{row['duration_s']:.1f} s, {row['n_pose']} poses{rate}, {row['n_torque']} torques{window}"
+
+
+def design_lines(row: Mapping[str, Any]) -> list[str]:
+    """The differentiator's kernel and why it is that one."""
+    tuning = json.loads(row["settings"])["tuning"]
+    if not tuning:
+        return []
+    shares = "".join(
+        f", {share:.2f} of {n}" for n, share in enumerate(tuning["shares"], tuning["degree"] + 1)
+    )
+    kernel = f"degree {tuning['degree']}{shares}, kappa {tuning['kappa']}, mu {tuning['mu']}"
+    why = tuning["design_reason"]
+    if tuning["error_ratio"] is not None:
+        why += f", expected error {tuning['error_ratio']:.2f} of the rule's"
+    return [f"kernel    {kernel}, theta {tuning['theta']:.2g} ({why})"]
 
 
 def mode_table(row: Mapping[str, Any]) -> Table:

@@ -1,19 +1,21 @@
 """``wmr-replay run``."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
+from wmr_replay.cli.places import FOLDER, LOG
 from wmr_replay.cli.tuning import settings_from_options, settings_options
+
+if TYPE_CHECKING:
+    from wmr_replay.ingest import LogPath
 
 
 @click.command(name="run")
-@click.argument("log", type=click.Path(path_type=Path))
-@click.option(
-    "--out", type=click.Path(file_okay=False, path_type=Path), help="Results go here, not to ./<stem>.wmr/."
-)
+@click.argument("log", type=LOG)
+@click.option("--out", type=FOLDER, help="Results go here, not to ./<stem>.wmr/.")
 @click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
@@ -27,7 +29,7 @@ from wmr_replay.cli.tuning import settings_from_options, settings_options
 @mapping_options
 @settings_options
 def command(
-    log: Path,
+    log: "LogPath",
     out: Path | None,
     view: bool,
     as_json: bool,
@@ -44,6 +46,7 @@ def command(
     Examples:
       wmr-replay run log.mcap
       wmr-replay run log.mcap --out results/ --view
+      wmr-replay run https://example.org/log.mcap --start 10 --end 20
       wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
     """
     from wmr_replay.cli.progress import byte_progress

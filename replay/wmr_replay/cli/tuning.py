@@ -30,6 +30,17 @@ OPTIONS = (
     click.option(
         "--window", "window_s", type=float, help="Differentiator window in s; else from rate and noise."
     ),
+    click.option(
+        "--max-delay",
+        "max_delay_s",
+        type=float,
+        help="Delay in s that the differentiator may have; else that of the window from rate and noise.",
+    ),
+    click.option(
+        "--tune/--no-tune",
+        default=True,
+        help="Tune the kernel on the log's first 8 s with motion; else its window follows rate and noise.",
+    ),
     click.option("--degree", type=int, default=2, help="Degree N of the local polynomial."),
     click.option("--kappa", type=int, default=0, help="Weight exponent at the window's newest end."),
     click.option("--mu", type=int, default=0, help="Weight exponent at the window's oldest end."),
@@ -42,6 +53,8 @@ NAMES = (
     "threshold_sd",
     "min_sideslip",
     "window_s",
+    "max_delay_s",
+    "tune",
     "degree",
     "kappa",
     "mu",

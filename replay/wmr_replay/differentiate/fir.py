@@ -18,19 +18,23 @@ def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> Non
     alone.
     """
     n_orders, n_taps = taps.shape
-    total = np.empty(BLOCK)
+    total, gap = np.empty((n_orders, BLOCK)), np.empty(BLOCK)
     for start in range(0, len(signal), BLOCK):
         stop = min(start + BLOCK, len(signal))
         if not wanted[start:stop].any():
             continue
         first = max(start, n_taps - 1)
         newest, here = signal[first:stop], wanted[first:stop]
-        for o in range(n_orders):
-            total[:] = 0.0
-            for k in range(n_taps):
-                weight, older = taps[o, k], signal[first - k : stop - k]
+        total[:] = 0.0
+        for k in range(n_taps):
+            older = signal[first - k : stop - k]
+            for b in range(len(newest)):
+                gap[b] = older[b] - newest[b]
+            for o in range(n_orders):
+                row, weight = total[o], taps[o, k]
                 for b in range(len(newest)):
-                    total[b] += weight * (older[b] - newest[b])
+                    row[b] += weight * gap[b]
+        for o in range(n_orders):
             for b in range(len(newest)):
                 if here[b]:
-                    out[o, first + b] = total[b] + sums[o] * newest[b]
+                    out[o, first + b] = total[o, b] + sums[o] * newest[b]

@@ -40,11 +40,15 @@ class Road(Protocol):
         """The rows from ``n_old`` on."""
 
 
+def in_blocks(spec: KernelSpec) -> bool:
+    """Whether a kernel takes the fast road."""
+    weights = spec.kappa + spec.mu
+    return spec.top_degree + weights <= MAX_BLOCK_DEGREE and 2 * spec.top_degree + weights <= MAX_MOMENT
+
+
 def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
     """The road for a kernel."""
-    weights = spec.kappa + spec.mu
-    in_blocks = spec.top_degree + weights <= MAX_BLOCK_DEGREE and 2 * spec.top_degree + weights <= MAX_MOMENT
-    return (BlockRoad if in_blocks else DirectRoad)(spec, n_taps, step_s, folds)
+    return (BlockRoad if in_blocks(spec) else DirectRoad)(spec, n_taps, step_s, folds)
 
 
 def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:

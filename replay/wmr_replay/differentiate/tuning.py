@@ -1,9 +1,7 @@
 """Choice of (T, N, κ, μ, shares) from a stretch of the signal: the least expected error at a bounded delay.
 
-Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in
-for it (``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off,
-measured on a noise realisation sent the same way. Butterworth filters and Kalman smoothers are judged by the
-same rule, so the comparison is honest: where a recursive filter expects less error, the result says so.
+Butterworth filters and Kalman smoothers are judged by the same rule (``judge``), so the comparison is honest:
+where a recursive filter expects less error, the result says so.
 """
 
 from collections.abc import Iterator
@@ -11,11 +9,10 @@ from dataclasses import dataclass, replace
 from itertools import chain, product
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from wmr_replay.differentiate.baselines import butterworth_response, delay_of, kalman_response
 from wmr_replay.differentiate.design import KernelSpec, uniform_taps
-from wmr_replay.differentiate.smoother import smooth
+from wmr_replay.differentiate.judge import MIN_ROWS, Expectation, Judge
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 
@@ -23,28 +20,7 @@ DEGREES = (2, 3, 4, 5)
 WEIGHTS = ((0, 0), (0, 1), (1, 0), (1, 1))
 WINDOWS_PER_OCTAVE = 4
 LONGEST_IN_DELAYS = 8.0
-MIN_ROWS = 20
-N_SHARES, SHARE_LIMIT = 3, 2.5
-SEED = 20090706
-
-
-@dataclass(frozen=True)
-class Expectation:
-    """What a differentiator is expected to do on such a signal, in units of the derivative; ``label`` names
-    it.
-    """
-
-    label: str
-    delay_s: float
-    sd: float
-    bias: float
-    spec: KernelSpec | None = None
-    window_s: float | None = None
-
-    @property
-    def rmse(self) -> float:
-        """√(sd² + bias²)."""
-        return float(np.hypot(self.sd, self.bias))
+N_SHARES = 3
 
 
 @dataclass(frozen=True)
@@ -70,52 +46,6 @@ class TuningResult:
         """Window of the choice."""
         assert self.choice.window_s is not None
         return self.choice.window_s
-
-
-class Judge:
-    """Expected error of any linear differentiator on a stretch (n,), sampled every ``step_s``, noise of sd
-    ``sigma``.
-    """
-
-    def __init__(self, signal: F64, sigma: float, order: int, step_s: float) -> None:
-        noise = sigma * np.random.default_rng(SEED).standard_normal(len(signal))
-        guess = smooth(signal - signal[0], noise, sigma, step_s)
-        self.order, self.step_s, self.sigma, self.n = order, step_s, sigma, len(signal)
-        self._t_s = np.arange(len(signal)) * step_s
-        self._guesses = [spline(self._t_s) for spline in guess]
-        self._slopes = [spline.derivative(order) for spline in guess]
-
-    def expect(
-        self,
-        taps: F64,
-        delay_s: float,
-        label: str,
-        spec: KernelSpec | None = None,
-        window_s: float | None = None,
-    ) -> Expectation | None:
-        """None when fewer than 20 windows fit into the stretch."""
-        if self.n - len(taps) + 1 < MIN_ROWS:
-            return None
-        squares = [float(np.mean(self._errors(k, taps, delay_s) ** 2)) for k in (0, 1)]
-        bias = float(np.sqrt(max(squares[0] - squares[1], 0.0)))
-        sd = float(self.sigma * np.sqrt(np.sum(taps**2)))
-        return Expectation(label, delay_s, sd, bias, spec, window_s)
-
-    def _errors(self, k: int, taps: F64, delay_s: float) -> F64:
-        """Error on the guess (k = 0) or on what is left of noise in it (k = 1) at every window."""
-        at = self._t_s[len(taps) - 1 :] - delay_s
-        return np.asarray(fftconvolve(self._guesses[k], taps, "valid") - np.asarray(self._slopes[k](at)))
-
-    def best_shares(self, base: KernelSpec, n_taps: int, n_extra: int) -> tuple[float, ...]:
-        """Shares of the next ``n_extra`` degrees that minimise bias² + σ² Σ h²: least squares again."""
-        specs = [replace(base, degree=base.degree + k) for k in range(n_extra + 1)]
-        taps = np.stack([uniform_taps(spec, n_taps, self.step_s)[self.order] for spec in specs])
-        delay_s = base.delay_s((n_taps - 1) * self.step_s)
-        errors = np.stack([self._errors(0, row, delay_s) for row in taps])
-        columns = np.concatenate([errors / np.sqrt(errors.shape[1]), self.sigma * taps], axis=1)
-        steps = np.diff(columns, axis=0)
-        shares, *_ = np.linalg.lstsq(steps.T, -columns[0], rcond=1e-9)
-        return tuple(float(share) for share in np.clip(shares, -SHARE_LIMIT, SHARE_LIMIT))
 
 
 def shared_kernels(judge: Judge, max_delay_s: float, longest_s: float) -> Iterator[tuple[KernelSpec, int]]:
@@ -159,14 +89,18 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
     )
     for spec, n_taps in kernels:
         window_s = (n_taps - 1) * step_s
-        label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
-        label += "".join(f"{', shares' if k == 0 else ''} {share:.2f}" for k, share in enumerate(spec.shares))
         taps = uniform_taps(spec, n_taps, step_s)[order]
-        judged.append(judge.expect(taps, spec.delay_s(window_s), label, spec, window_s))
+        judged.append(judge.expect(taps, spec.delay_s(window_s), label_of(spec, window_s), spec, window_s))
     ranked = sorted((e for e in judged if e is not None), key=lambda e: e.rmse)
     ranked = [e for e in ranked if e.delay_s <= max_delay_s + step_s / 1000]
     best = [best_of(peers) for peers in (butterworths(judge, max_delay_s), kalmans(judge, max_delay_s))]
     return TuningResult(order, ranked[0], tuple(ranked), *best)
+
+
+def label_of(spec: KernelSpec, window_s: float) -> str:
+    """A design in words."""
+    label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
+    return label + "".join(f"{', shares' if k == 0 else ''} {s:.2f}" for k, s in enumerate(spec.shares))
 
 
 def best_of(judged: Iterator[Expectation | None]) -> Expectation | None:

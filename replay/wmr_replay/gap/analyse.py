@@ -32,7 +32,7 @@ from wmr_replay.gap.result import (
     Verdict,
 )
 from wmr_replay.gap.scan import scan
-from wmr_replay.gap.select import LOCAL, Selection, covariance, select
+from wmr_replay.gap.select import LEVEL, LOCAL, Selection, covariance, select
 from wmr_replay.gap.sentence import sentence_of
 from wmr_replay.gap.traces import traces_of
 from wmr_replay.gap.where import locate
@@ -45,6 +45,7 @@ from wmr_schemas.signals import Log, ModeTrack
 Progress = Callable[[str, float], None]
 AMBIGUOUS_BIC = 6.0
 SELF_CALIBRATED = ("payload", "drive_gain", "yaw_inertia")
+MUCH_SLIP = 0.12
 SWITCH_S = 0.3
 """How well an identifier knows when a mode begins or ends."""
 
@@ -97,9 +98,7 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
     return BaseModel(fitted.robot, effects, "calibrated on the log", SELF_CALIBRATED)
 
 
-def search(
-    log: Log, extension: Extension, options: GapOptions, tell: Progress
-) -> tuple[Problem, Selection]:
+def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) -> tuple[Problem, Selection]:
     """The selection, with modes found together with the effects where the identifier is to say them."""
     if options.modes != "identified":
         problem = Problem.of(drive_of(log, log.mode if options.modes == "given" else None))
@@ -111,31 +110,36 @@ def search(
 def search_with_modes(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
-    """The identifier takes a missing effect for slip, so effects come first, provisionally: those that the
-    modes of the base model suggest, and those that show when slipping counts as ideal. With each set the modes
-    are identified anew and the selection is made from the start; the most likely answer stands.
+    """The identifier takes a missing effect for slip, so what shows with the base model's modes, proven or not,
+    is a hint: with it the modes are identified anew, and the selection is made from the start. Where nothing
+    shows and much is called slipping, the hint comes from slipping taken for ideal. The most likely answer
+    stands.
     """
     first = identified_modes(log, extension)
-    drives = [identified_drive(log, first)]
-    if np.any(first.mode >= 2):
-        drives.append(identified_drive(log, without_slip(first)))
-    hints: list[Extension] = [extension]
-    for drive in drives:
-        hint = suggestion(select(Problem.of(drive), extension, options, provisional=True).fit.extension)
-        if all(set(hint.effects) != set(other.effects) for other in hints):
-            hints.append(hint)
-    answers = []
-    for k, hint in enumerate(hints):
-        tell("naming", 0.2 + 0.6 * k / len(hints))
-        drive = drives[0] if not hint.effects else identified_drive(log, identified_modes(log, hint))
-        problem = Problem.of(drive)
+    problem = Problem.of(identified_drive(log, first))
+    tell("naming", 0.2)
+    answers = [(problem, select(problem, extension, options))]
+    hint = suggestion(extension, answers[0][1])
+    if not hint.effects and np.mean(problem.drive.mode >= 2) > MUCH_SLIP:
+        without = Problem.of(identified_drive(log, without_slip(first)))
+        hint = suggestion(extension, select(without, extension, options, provisional=True))
+    if hint.effects:
+        tell("naming", 0.5)
+        problem = Problem.of(identified_drive(log, identified_modes(log, hint)))
         answers.append((problem, select(problem, extension, options)))
     return min(answers, key=lambda answer: answer[1].fit.deviance)
 
 
-def suggestion(extension: Extension) -> Extension:
-    """Effects that hold throughout; those in an interval or a place are for the identifier to say."""
-    return replace(extension, effects={k: v for k, v in extension.effects.items() if k not in LOCAL})
+def suggestion(extension: Extension, selection: Selection) -> Extension:
+    """What is significant in a selection and holds throughout; what acts in an interval or a place is for the
+    identifier to say.
+    """
+    effects = dict(selection.fit.extension.effects)
+    for stage in selection.stages:
+        best = stage[0] if stage else None
+        if best is not None and best.p_value <= LEVEL and best.score > 0 and best.lead.name not in effects:
+            effects |= best.fit.extension.effects
+    return replace(extension, effects={k: v for k, v in effects.items() if k not in LOCAL})
 
 
 def identified_drive(log: Log, track: ModeTrack) -> Drive:
@@ -157,9 +161,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
     windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
-    errors = [
-        [window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)
-    ]
+    errors = [[window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)]
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, notes),

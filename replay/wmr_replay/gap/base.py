@@ -50,5 +50,3 @@ def slip_shares(robot: RobotParameters) -> tuple[float, float]:
         return 0.5, 0.5
     stiff = r**2 / i_wheel
     return (3 / m) / (stiff + 2 / m), (3 * l**2 / i_yaw) / (stiff + 2 * l**2 / i_yaw)
-
-

@@ -106,5 +106,7 @@ def with_rough_start(log: Log) -> RobotParameters:
     ahead = linregress(between.sum(axis=0), np.diff(speed) / step_s).slope
     turning = linregress(between[1] - between[0], robot.half_track_m * np.diff(moved[:, 2]) / step_s).slope
     if not ahead > 0:
-        raise InvalidSignal("torque", "does not move the robot as a driven wheel would: check signs and --map")
+        raise InvalidSignal(
+            "torque", "does not move the robot as a driven wheel would: check signs and --map"
+        )
     return replace(robot, alpha=float(ahead), alpha_yaw=float(turning) if turning > 0 else float(ahead))

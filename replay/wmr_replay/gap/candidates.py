@@ -25,7 +25,9 @@ class Candidate:
         return tuple(self.bounds)
 
 
-def linear(name: str, places: tuple[Theta, ...], *, least: float = -INF, most: float = INF, **keys: float) -> Candidate:
+def linear(
+    name: str, places: tuple[Theta, ...], *, least: float = -INF, most: float = INF, **keys: float
+) -> Candidate:
     """An effect that θ holds: each key with the size of its step."""
     return Candidate(name, dict.fromkeys(keys, (least, most)), dict(keys), places)
 
@@ -58,9 +60,19 @@ LIBRARY: tuple[Candidate, ...] = (
     gridded("actuator_lag", "time_constant_s", (1e-3, 2.0), 2e-3, 0.03, 0.06, 0.1, 0.16, 0.25, 0.4),
     gridded("input_delay", "delay_s", (-0.5, 1.0), 2e-3, -0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.22, 0.3),
     gridded("torque_deadzone", "threshold_nm", (0.0, INF), 1e-3, 0.05, 0.1, 0.2, 0.35, 0.5, 0.8),
-    gridded("torque_saturation", "limit_nm", (0.0, INF), 1e-3, *(0.06, 0.1, 0.15, 0.22, 0.32, 0.45, 0.6, 0.75, 0.9, 0.96)),
-    Candidate("undeclared_skid", {"stiffness_ratio": (0.02, 100.0)}, {"stiffness_ratio": 1e-2}, (T.UNDECLARED,)),
-    Candidate("load_step", {"mass_ratio": (-0.8, 10.0), "t0_s": (0.0, INF)}, {"mass_ratio": 1e-3, "t0_s": 0.05}),
+    gridded(
+        "torque_saturation",
+        "limit_nm",
+        (0.0, INF),
+        1e-3,
+        *(0.06, 0.1, 0.15, 0.22, 0.32, 0.45, 0.6, 0.75, 0.9, 0.96),
+    ),
+    Candidate(
+        "undeclared_skid", {"stiffness_ratio": (0.02, 100.0)}, {"stiffness_ratio": 1e-2}, (T.UNDECLARED,)
+    ),
+    Candidate(
+        "load_step", {"mass_ratio": (-0.8, 10.0), "t0_s": (0.0, INF)}, {"mass_ratio": 1e-3, "t0_s": 0.05}
+    ),
     Candidate(
         "slip_interval",
         {"start_s": (0.0, INF), "end_s": (0.0, INF), "loss": (0.0, 0.999)},

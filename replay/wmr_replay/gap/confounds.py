@@ -38,7 +38,10 @@ SEPARATED: tuple[tuple[frozenset[str], str], ...] = (
     (frozenset({"low_friction_patch", "slip_interval"}), _TWICE),
     (frozenset({"load_step", "slip_interval"}), "go on driving for a while after the change"),
     (frozenset({"torque_deadzone", "torque_saturation", "drive_gain", "payload"}), _SMALL),
-    (frozenset({"payload", "drive_gain", "yaw_inertia"}), "turn on the spot with hard torques, and go straight"),
+    (
+        frozenset({"payload", "drive_gain", "yaw_inertia"}),
+        "turn on the spot with hard torques, and go straight",
+    ),
 )
 
 

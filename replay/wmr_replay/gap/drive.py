@@ -59,7 +59,6 @@ class Drive:
         """Measurement variance of each bin's mean pose (n, 3)."""
         return self.noise_sd**2 / self.count[:, None]
 
-
     def finer(self) -> "Drive":
         """The same in bins of half the length."""
         return drive_of(self.log, self.track, BIN_S / 2, margin_s=self.margin * BIN_S)
@@ -115,7 +114,9 @@ def mode_at(track: ModeTrack | None, t_s: F64, start_ns: int, bin_s: float) -> F
     held = held_modes(stamps, track.mode, fine.ravel()).reshape(fine.shape)
     votes = np.stack([(held == m).sum(axis=0) for m in range(4)]).astype(np.float64)
     width = 2 * round(LABEL_S / bin_s / 2) + 1
-    smooth = np.stack([np.convolve(np.pad(v, width // 2, mode="edge"), np.ones(width), "valid") for v in votes])
+    smooth = np.stack(
+        [np.convolve(np.pad(v, width // 2, mode="edge"), np.ones(width), "valid") for v in votes]
+    )
     return smooth.argmax(axis=0).astype(np.float64)
 
 

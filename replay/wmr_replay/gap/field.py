@@ -135,7 +135,7 @@ def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, floa
         dw -= theta[Theta.SCRUB] * sign(w)
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * np.cos(z[YAW]) + theta[Theta.GRADE_Y] * np.sin(z[YAW])
-    if mode in (SKIDDING, BOTH):
+    if mode in (SKIDDING, BOTH) or theta[Theta.UNDECLARED] > 0.0:
         dv += z[V_LAT] * yaw_rate / 3.0
     return dv, dw
 
@@ -156,7 +156,8 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
         return kept * z[V_LAT]
     rate = skid_rate(v, 0.0, w, row, theta, base) / theta[Theta.UNDECLARED]
-    kept = max(kept, np.exp(-rate * dt))
+    if theta[Theta.UNDECLARED] > 1e-3:
+        kept = np.exp(-rate * dt)
     return kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate
 
 

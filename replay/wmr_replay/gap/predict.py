@@ -84,7 +84,7 @@ def windows_of(drive: Drive, chosen: F64) -> list[tuple[int, int]]:
         start = a
         while start < b:
             end = int(np.searchsorted(drive.t_s, drive.t_s[start] + WINDOW_S - 0.06))
-            if end > b:
+            if end > b or end == len(drive.t_s):
                 break
             found.append((int(start), end))
             start = end
@@ -110,9 +110,7 @@ def window_errors(
     return WindowErrors(np.array(position), np.array(yaw), np.array(floor), np.array(floor_yaw), starts)
 
 
-def simulated_path(
-    drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64
-) -> F64:
+def simulated_path(drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64) -> F64:
     """Poses (n, 3) simulated window by window, NaN between them."""
     rows, theta, base = extension.rows(drive), extension.theta(), extension.base
     sd, path = np.sqrt(variances), np.full((len(drive), 3), np.nan)

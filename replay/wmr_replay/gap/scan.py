@@ -116,7 +116,9 @@ def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:
     return Normal(s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T))
 
 
-def effort_changes(extension: Extension, drive: Drive, rows: F64) -> Iterator[tuple[Candidate, float | None, F64]]:
+def effort_changes(
+    extension: Extension, drive: Drive, rows: F64
+) -> Iterator[tuple[Candidate, float | None, F64]]:
     """Changes (n, 2) of left and right effort: per unit of a parameter (value None), or at a grid's value."""
     left, right = rows[:, Row.LEFT], rows[:, Row.RIGHT]
     largest = float(np.max(np.abs(drive.torque.efforts_nm)))
@@ -129,7 +131,9 @@ def effort_changes(extension: Extension, drive: Drive, rows: F64) -> Iterator[tu
         elif candidate.name in GRIDDED_EFFORTS:
             (key,) = candidate.free
             for share in candidate.grid:
-                scale = {"torque_deadzone": 2 * typical, "torque_saturation": largest}.get(candidate.name, 1.0)
+                scale = {"torque_deadzone": 2 * typical, "torque_saturation": largest}.get(
+                    candidate.name, 1.0
+                )
                 value = share * scale
                 changed = extension.with_effect(candidate.name, {key: value}).input_effects()
                 means = drive.torque.means(drive.t_s, changed)
@@ -219,7 +223,11 @@ def best_interval(s: F64, G: F64, edges: F64) -> Lead:
     loss = total / size
     gain = np.where((loss > 0.02) & (loss < 1.3), total**2 / size, 0.0)
     k = int(np.argmax(gain))
-    parameters = {"start_s": float(edges[i[k]]), "end_s": float(edges[j[k]]), "loss": float(min(loss[k], 0.98))}
+    parameters = {
+        "start_s": float(edges[i[k]]),
+        "end_s": float(edges[j[k]]),
+        "loss": float(min(loss[k], 0.98)),
+    }
     return Lead("slip_interval", parameters, float(gain[k]), len(i))
 
 

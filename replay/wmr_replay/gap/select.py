@@ -19,6 +19,8 @@ MOST_FITTED = 6
 BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
 CLOSE = 25.0
+LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
+"""A lead that promises less is not worth a fit; before anything is found, a lead makes the diffusion calmer too."""
 ONE_SIDE = 0.1
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
@@ -74,7 +76,9 @@ def select(
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
         tried = attempts(problem, current)
-        tried = tuple(judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried))
+        tried = tuple(
+            judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
+        )
         stages.append(tried)
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
@@ -92,7 +96,7 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves."""
     leads = scan(problem, current.extension, current.noise, current.psi).leads
     best = max(leads, key=score_of)
-    if score_of(best) < -10:
+    if score_of(best) < (LEAST_SCORE_LATER if current.keys else LEAST_SCORE):
         return ()
     first = fitted(problem, joined(current, best), current.noise, 4)
     noise = first.noise
@@ -100,7 +104,11 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     leads = sorted(scan(problem, current.extension, noise, here.psi).leads, key=score_of, reverse=True)
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
-    quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in leads[:MOST_FITTED] if lead.gain > 8.0]
+    quick = [
+        (lead, gauss_newton(problem, joined(current, lead), noise, 4))
+        for lead in leads[:MOST_FITTED]
+        if lead.gain > 8.0
+    ]
     quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, pair[0]))
     total = sum(lead.tried for lead in leads)
     out = []
@@ -122,7 +130,8 @@ def decided(problem: Problem, tried: tuple[Tried, ...]) -> tuple[Tried, ...]:
         return tried
     finer = problem.finer()
     costs = [
-        gauss_newton(finer, a.fit.extension, a.fit.noise, 2).deviance + cost_of(problem, a.lead) for a in tried[:2]
+        gauss_newton(finer, a.fit.extension, a.fit.noise, 2).deviance + cost_of(problem, a.lead)
+        for a in tried[:2]
     ]
     first, second = (tried[0], tried[1]) if costs[0] <= costs[1] else (tried[1], tried[0])
     second = replace(second, score=first.score - abs(costs[0] - costs[1]))

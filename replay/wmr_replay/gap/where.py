@@ -37,7 +37,8 @@ def ratios(base: Diffusion, extended: Diffusion) -> Mapping[str, float]:
         "longitudinal": intensity(base.long_sd_mps2, base.long_tau_s)
         / intensity(extended.long_sd_mps2, extended.long_tau_s),
         "lateral": base.lat_sd_mps / extended.lat_sd_mps,
-        "yaw": intensity(base.yaw_sd_mps2, base.yaw_tau_s) / intensity(extended.yaw_sd_mps2, extended.yaw_tau_s),
+        "yaw": intensity(base.yaw_sd_mps2, base.yaw_tau_s)
+        / intensity(extended.yaw_sd_mps2, extended.yaw_tau_s),
     }
 
 
@@ -63,7 +64,8 @@ def intervals_of(t_s: F64, excess: F64) -> tuple[Interval, ...]:
     share = total / total.sum()
     marked = np.flatnonzero(np.diff(np.concatenate([[0], (share >= LEAST_SHARE).astype(int), [0]])))
     found = [
-        Interval(float(a * BLOCK_S), float(b * BLOCK_S), float(share[a:b].sum())) for a, b in marked.reshape(-1, 2)
+        Interval(float(a * BLOCK_S), float(b * BLOCK_S), float(share[a:b].sum()))
+        for a, b in marked.reshape(-1, 2)
     ]
     return tuple(sorted(found, key=lambda i: -i.share)[:MOST_PLACES])
 
@@ -77,7 +79,9 @@ def regions_of(pose: F64, excess: F64) -> tuple[Region, ...]:
     share = total / total.sum()
     largest = [k for k in np.argsort(-share)[:MOST_PLACES] if share[k] >= LEAST_SHARE]
     centres = (cells + 0.5) * CELL_M
-    return tuple(Region(float(centres[k, 0]), float(centres[k, 1]), CELL_M / 2, float(share[k])) for k in largest)
+    return tuple(
+        Region(float(centres[k, 0]), float(centres[k, 1]), CELL_M / 2, float(share[k])) for k in largest
+    )
 
 
 def regimes_of(drive: Drive, rows: F64, states: F64, errors: F64) -> Mapping[str, tuple[Regime, ...]]:
@@ -111,5 +115,7 @@ def bins_of(values: F64, edges: F64, errors: F64, step_s: F64) -> tuple[Regime, 
         if np.any(inside):
             ahead, left, yaw = (errors[inside] ** 2).mean(axis=0)
             seconds = float(step_s[inside].sum())
-            found.append(Regime(float(edges[k]), float(edges[k + 1]), seconds, float(ahead), float(left), float(yaw)))
+            found.append(
+                Regime(float(edges[k]), float(edges[k + 1]), seconds, float(ahead), float(left), float(yaw))
+            )
     return tuple(found)

@@ -4,5 +4,18 @@ from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.reader import LogReader, open_log, sha256_of
 from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_replay.ingest.source import LogPath, RemotePath, log_path, size_of
 
-__all__ = ["Between", "LogReader", "Losses", "RawBatch", "Rows", "open_log", "sha256_of"]
+__all__ = [
+    "Between",
+    "LogPath",
+    "LogReader",
+    "Losses",
+    "RawBatch",
+    "RemotePath",
+    "Rows",
+    "log_path",
+    "open_log",
+    "sha256_of",
+    "size_of",
+]

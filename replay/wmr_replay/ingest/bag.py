@@ -5,13 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from wmr_replay.ingest.entrance import CONVERT, ZSTD_MAGIC, check_entrance, unreadable
+from wmr_replay.ingest.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
 _LISTED = re.compile(r"^(\s*)relative_file_paths:\s*\n((?:\1\s*-\s*.*\n?)+)", re.MULTILINE)
 _FIRST_NUMBER = re.compile(r"(\d+)")
 
 
-def bag_files(path: Path) -> list[Path]:
+def bag_files(path: LogPath) -> list[LogPath]:
     """The MCAP files of a log in the order in which they were recorded. Raises LogUnusable."""
     if not path.is_dir():
         return [path]
@@ -19,7 +20,7 @@ def bag_files(path: Path) -> list[Path]:
     if any(name.endswith(".db3") for name in listed) or any(path.glob("*.db3")):
         advice = CONVERT.format(path=path, stem=path.name)
         raise LogUnusable(path, "this is a ROS 2 bag in SQLite form (.db3), not MCAP", advice)
-    files = [path / name for name in listed] or sorted(path.glob("*.mcap*"), key=_natural)
+    files: list[LogPath] = [path / name for name in listed] or sorted(path.glob("*.mcap*"), key=_natural)
     if not files:
         raise LogUnusable(
             path, "this is a directory without any .mcap file", "Give a file or a rosbag2 directory."
@@ -27,7 +28,7 @@ def bag_files(path: Path) -> list[Path]:
     return files
 
 
-def _listed(metadata: Path) -> list[str]:
+def _listed(metadata: LogPath) -> list[str]:
     """``relative_file_paths`` of a rosbag2 directory, or nothing."""
     if not metadata.is_file():
         return []
@@ -36,12 +37,12 @@ def _listed(metadata: Path) -> list[str]:
     return [line.strip().removeprefix("-").strip().strip("\"'") for line in lines]
 
 
-def _natural(path: Path) -> list[str]:
+def _natural(path: LogPath) -> list[str]:
     """Sorts ``bag_2`` before ``bag_10``."""
     return [piece.zfill(12) if piece.isdigit() else piece for piece in _FIRST_NUMBER.split(path.name)]
 
 
-def plain_file(path: Path, folder: Callable[[], Path]) -> tuple[Path, str]:
+def plain_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]:
     """A file ready to be read, unpacked into ``folder()`` if need be, and what was lost in unpacking it.
 
     Raises LogUnusable when it is no MCAP file.
@@ -64,7 +65,7 @@ def plain_file(path: Path, folder: Callable[[], Path]) -> tuple[Path, str]:
     return copy, problem
 
 
-def _unpack(path: Path, copy: Path) -> str:
+def _unpack(path: LogPath, copy: Path) -> str:
     """Unpack a file as far as it goes; what was wrong."""
     import zstandard  # noqa: PLC0415 – only packed files pay for it
 

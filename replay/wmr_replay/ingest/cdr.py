@@ -2,21 +2,45 @@
 ROS 1's wire form, which is the same without header, alignment and closing zeros.
 """
 
+from contextlib import suppress
+
 from wmr_replay.ingest.definitions import PRIMITIVES, Node
 from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
 
 _HEADER_BYTES = 4
 _KINDS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
 """Representation identifier → byte order and largest alignment."""
+_WIDE_BYTES = (4, 2, 1)
+"""Bytes for each one of a wide string's length: its characters of 4 or 2 bytes are counted, or its bytes."""
+_PADDING_BYTES = 4
 
 
 def cdr_layout(definition: Node, message: bytes) -> Layout:
     """Walk one message. Raises Undecodable when it does not fit its definition."""
     if len(message) < _HEADER_BYTES or message[0] != 0 or message[1] not in _KINDS:
         raise Undecodable("no plain CDR header")
-    walk = _Walk(message, *_KINDS[message[1]], _HEADER_BYTES)
-    walk.layout.fix(0, 2)
-    return walk.run(definition)
+    walks = [_Walk(message, *_KINDS[message[1]], _HEADER_BYTES, unit) for unit in _WIDE_BYTES]
+    layout = _by_length(walks, definition) if _is_wide(definition) else walks[0].run(definition)
+    layout.fix(0, 2)
+    return layout
+
+
+def _is_wide(node: Node) -> bool:
+    """Whether a wide string is in it."""
+    return node.name == "wstring" or any(_is_wide(field) for _, field in node.fields or ())
+
+
+def _by_length(walks: "list[_Walk]", definition: Node) -> Layout:
+    """The only way of reading wide strings that leads to the message's end. Raises Undecodable."""
+    found: list[Layout] = []
+    for walk in walks:
+        with suppress(Undecodable):
+            layout = walk.run(definition)
+            if walk.n_left < _PADDING_BYTES and all(layout.leaves != other.leaves for other in found):
+                found.append(layout)
+    if len(found) != 1:
+        raise Undecodable(f"its wide strings can be read in {len(found)} ways")
+    return found[0]
 
 
 def ros1_layout(definition: Node, message: bytes) -> Layout:
@@ -25,14 +49,19 @@ def ros1_layout(definition: Node, message: bytes) -> Layout:
 
 
 class _Walk:
-    def __init__(self, message: bytes, order: str, max_alignment: int, start: int) -> None:
-        self.order, self.max_alignment = order, max_alignment
+    def __init__(self, message: bytes, order: str, max_alignment: int, start: int, wide: int = 1) -> None:
+        self.order, self.max_alignment, self.wide_bytes = order, max_alignment, wide
         self.message, self.position = message, start
         self.layout = Layout(message)
 
     def run(self, definition: Node) -> Layout:
         self._node(definition, "")
         return self.layout
+
+    @property
+    def n_left(self) -> int:
+        """Bytes behind the last field."""
+        return len(self.message) - self.position
 
     def _node(self, node: Node, path: str) -> None:
         if node.count is not None:
@@ -43,6 +72,8 @@ class _Walk:
             self.layout.leaves[path] = self._numbers(node.name, 1)
         elif node.name == "string":
             self._string(path)
+        elif node.name == "wstring":
+            self._advance(1, self._length() * self.wide_bytes)
         else:
             raise Undecodable(f"{path}: {node.name} has no fixed form in CDR")
 

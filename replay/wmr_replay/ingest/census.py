@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
+from wmr_replay.ingest.lean import lean
 from wmr_replay.ingest.walk import Messages
 from wmr_schemas.arrays import I64, NS_PER_S
 
@@ -52,7 +52,7 @@ class Census:
         }
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _add(channel: I64, log_ns: I64, n: I64, first_ns: I64, last_ns: I64) -> None:
     for row in range(len(channel)):
         k = channel[row]

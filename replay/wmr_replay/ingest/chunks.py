@@ -4,14 +4,14 @@ A chunk's header is not trusted: nothing is allocated on its word alone. What ca
 and a reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
 """
 
-import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import BinaryIO
 
 import numpy as np
 
-from wmr_replay.ingest.records import ChunkHead
+from wmr_replay.ingest.records import HEAD, ChunkHead, Malformed, Opcode, parse_chunk_head
+from wmr_replay.ingest.workspace import Workspace, crc32
 from wmr_schemas.arrays import U8
 
 MAX_CHUNK_BYTES = 2 << 30
@@ -19,7 +19,8 @@ MAX_CHUNK_BYTES = 2 << 30
 _TRUSTED_BYTES = 64 << 20
 """Up to this size a chunk's word is taken when its frame does not say how much it holds."""
 _PIECE_BYTES = 1 << 20
-NO_BYTES: U8 = np.empty(0, np.uint8)
+NO_BYTES: U8 = np.frombuffer(b"", np.uint8)
+Buffer = bytes | memoryview
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,16 @@ class Span:
     """Earliest and latest log time, where known."""
     part: int = 0
     """Which of the log's files it stands in."""
+    by_index: bool = False
+    """Its head is what the file's index says, without checksum; the chunk's own is read with it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """The records of a span; ``problem`` says why there are none, or why some may be missing."""
+    """The records of a span; ``problem`` says why there are none, or why some may be missing.
+
+    ``data`` hold until the same workspace opens the next span.
+    """
 
     span: Span
     data: U8
@@ -55,68 +61,90 @@ class Unreadable(Exception):
     """A chunk that yields no records, and why."""
 
 
-def load(file: BinaryIO, span: Span) -> Block:
+def load(file: BinaryIO, span: Span, workspace: Workspace) -> Block:
     """Read, decompress and check one span."""
+    if span.by_index and span.head is not None:
+        return load_by_index(file, span, span.head, workspace)
     file.seek(span.data_offset)
     stored = file.read(span.data_bytes)
     if span.head is None:
         return Block(span, np.frombuffer(stored, np.uint8))
     try:
-        records = open_chunk(span.head, stored, whole=span.whole)
+        records = open_chunk(span.head, stored, workspace, whole=span.whole)
     except Unreadable as error:
         return Block(span, NO_BYTES, str(error))
-    return Block(span, np.frombuffer(records, np.uint8), "" if span.whole else "the file ends inside it")
+    data = np.frombuffer(memoryview(records).toreadonly(), np.uint8)
+    return Block(span, data, "" if span.whole else "the file ends inside it")
 
 
-def open_chunk(head: ChunkHead, stored: bytes, *, whole: bool) -> bytes:
+def load_by_index(file: BinaryIO, span: Span, claimed: ChunkHead, workspace: Workspace) -> Block:
+    """Read a whole chunk record in one go, and believe its own head if it is the one that the index tells."""
+    file.seek(span.offset)
+    record = file.read(HEAD.size + claimed.head_bytes + span.data_bytes)
+    try:
+        if record[: HEAD.size] != HEAD.pack(Opcode.CHUNK, len(record) - HEAD.size):
+            raise Unreadable("there is no such chunk where the index says")
+        head = parse_chunk_head(record[HEAD.size : HEAD.size + claimed.head_bytes])
+        if replace(head, uncompressed_crc=0) != claimed:
+            raise Unreadable("its head is not what the index says")
+        records = open_chunk(head, record[HEAD.size + head.head_bytes :], workspace, whole=True)
+    except (Unreadable, Malformed) as error:
+        return Block(span, NO_BYTES, str(error))
+    return Block(span, np.frombuffer(memoryview(records).toreadonly(), np.uint8))
+
+
+def open_chunk(head: ChunkHead, stored: bytes, workspace: Workspace, *, whole: bool) -> Buffer:
     """Decompress a chunk's records and check them. Raises Unreadable."""
-    if head.uncompressed_bytes > MAX_CHUNK_BYTES:
-        raise Unreadable(f"its header claims {head.uncompressed_bytes} bytes")
+    size = head.uncompressed_bytes
+    if size > MAX_CHUNK_BYTES:
+        raise Unreadable(f"its header claims {size} bytes")
     codec = _CODECS.get(head.compression)
     if codec is None:
         raise Unreadable(f"unknown compression {head.compression[:40]!r}")
     try:
-        records = codec(stored, head.uncompressed_bytes, whole)
+        records = codec(stored, size, whole, workspace)
     except (MemoryError, ValueError, RuntimeError) as error:
         raise Unreadable(f"{head.compression or 'plain'} data are damaged ({error})") from None
     if not whole:
-        records = records[: head.uncompressed_bytes]
-        if len(records) < head.uncompressed_bytes:
+        records = records[:size]
+        if len(records) < size:
             return records
-    if len(records) != head.uncompressed_bytes:
-        raise Unreadable(f"holds {len(records)} bytes where its header claims {head.uncompressed_bytes}")
-    if head.uncompressed_crc and zlib.crc32(records) != head.uncompressed_crc:
+    if len(records) != size:
+        raise Unreadable(f"holds {len(records)} bytes where its header claims {size}")
+    if head.uncompressed_crc and crc32(records) != head.uncompressed_crc:
         raise Unreadable("its checksum does not match")
     return records
 
 
-def _plain(stored: bytes, size: int, whole: bool) -> bytes:
+def _plain(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
     return stored[: size + 1]
 
 
-def _zstd(stored: bytes, size: int, whole: bool) -> bytes:
+def _zstd(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
     import zstandard  # noqa: PLC0415 – only logs that use it pay for it
 
     try:
         claimed = zstandard.frame_content_size(stored) if whole else -1
         if claimed not in {-1, size}:
             raise ValueError(f"the frame claims {claimed} bytes, the chunk {size}")
-        if whole and (claimed == size or size <= _TRUSTED_BYTES):
-            return zstandard.ZstdDecompressor().decompress(stored, max_output_size=size) if size else b""
-        return _read_at_most(zstandard.ZstdDecompressor().stream_reader(stored), size)
+        stream = workspace.zstd.stream_reader(stored)
+        if size > _TRUSTED_BYTES:
+            return _read_at_most(stream, size)
+        room = workspace.room(size + 1)
+        return room[: stream.readinto(room)]
     except zstandard.ZstdError as error:
         raise ValueError(error) from None
 
 
-def _read_at_most(stream: BinaryIO, size: int) -> bytes:
+def _read_at_most(stream: BinaryIO, size: int) -> Buffer:
     """The stream's content, one byte more than ``size`` at most; grows with it, not with the claim."""
     out = bytearray()
     while len(out) <= size and (piece := stream.read(min(_PIECE_BYTES, size + 1 - len(out)))):
         out += piece
-    return bytes(out)
+    return memoryview(out)
 
 
-def _lz4(stored: bytes, size: int, whole: bool) -> bytes:
+def _lz4(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
     from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
 
     if not stored:
@@ -131,4 +159,4 @@ def _lz4(stored: bytes, size: int, whole: bool) -> bytes:
     return bytes(out)
 
 
-_CODECS: dict[str, Callable[[bytes, int, bool], bytes]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}
+_CODECS: dict[str, Callable[[bytes, int, bool, Workspace], Buffer]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}

@@ -1,8 +1,9 @@
 """Which clock a channel goes by, and how far that clock is from the recorder's.
 
-The header's stamp is the clock of choice. A channel whose first messages carry none, or zero, goes by the
-publish time, or where that is missing too by the log time. The choice is made on the first two messages and
-then kept.
+The header's stamp is the clock of choice. A channel goes by the publish time, or where that is missing too by
+the log time, when most of the stamps of its first messages are missing or zero, or stand still or run
+backwards in the order of recording. The choice is made on the first N_WANTED messages (20, as many as the
+initial stretch has poses at least) and then kept.
 """
 
 from dataclasses import dataclass, field
@@ -14,9 +15,12 @@ from wmr_replay.ingest.decode import Decoder
 from wmr_replay.ingest.detect import Use
 from wmr_replay.ingest.sampling import N_WANTED
 from wmr_replay.ingest.steps import Steps
-from wmr_schemas.arrays import I64, NS_PER_S
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
 _N_OFFSETS = 64
+_FAR_FROM_ZERO_NS = 3600 * NS_PER_S
+_LEAST_FORWARD = 3
+"""One step in so many has to go forward; stamps in pairs are common."""
 ClockName = Literal["header stamp", "publish time", "log time"]
 
 
@@ -29,6 +33,9 @@ class Clock:
     offsets_ns: list[float] = field(default_factory=list)
     """Typical stamp − log time, block by block."""
     steps: Steps = field(default_factory=Steps)
+    zero_is_none: bool = False
+    """A stamp of zero means that there is none: the first stamps are far from it."""
+    n_unstamped: int = 0
 
     @classmethod
     def choose(cls, use: Use) -> "Clock":
@@ -37,14 +44,22 @@ class Clock:
             return cls("log time", "as wanted")
         if use.clock == "publish":
             return cls("publish time", "as wanted")
-        if use.binding.stamp is None:
-            reason = "its messages carry no stamp"
-        elif first_stamps(use).any():
-            return cls("header stamp")
-        else:
-            reason = "its first stamps are zero"
+        if use.clock == "header" and use.binding.stamp:
+            return cls("header stamp", "as wanted")
+        stamp_ns, log_ns = first_stamps(use)
+        reason = what_is_wrong(stamp_ns, log_ns) if use.binding.stamp else "its messages carry no stamp"
+        if not reason:
+            return cls("header stamp", zero_is_none=int(stamp_ns[stamp_ns != 0].min()) > _FAR_FROM_ZERO_NS)
         published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
         return cls("publish time" if published else "log time", reason)
+
+    def stamped(self, header_ns: I64, used: Bool) -> Bool:
+        """Which of the messages in use carry a stamp, if they go by it; the others are counted."""
+        if not self.zero_is_none or header_ns.all():
+            return used
+        kept: Bool = used & (header_ns != 0)
+        self.n_unstamped += int(used.sum()) - int(kept.sum())
+        return kept
 
     def stamps(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
         """Stamps of one block's messages by this clock."""
@@ -72,17 +87,30 @@ class Clock:
 def _typical_offset(t_ns: I64, log_ns: I64) -> float:
     """Median of stamp − log time over a few messages of a block."""
     few = slice(None, None, -(-len(t_ns) // _N_OFFSETS))
-    offsets = sorted((t_ns[few] - log_ns[few]).tolist())
+    offsets = np.sort(t_ns[few] - log_ns[few])
     return float(offsets[len(offsets) // 2])
 
 
-def first_stamps(use: Use) -> I64:
-    """Header stamps of the first messages that concern the signal."""
+def first_stamps(use: Use) -> tuple[I64, I64]:
+    """Header stamps and log times of the first messages that concern the signal."""
     messages = [sample.data for sample in use.samples]
     lengths = np.array([len(message) for message in messages], np.int64)
     data = np.frombuffer(b"".join(messages), np.uint8)
-    decoded = Decoder(use.definition, use.binding).decode(data, np.cumsum(lengths) - lengths, lengths)
-    return decoded.stamp_ns[decoded.used][:N_WANTED]
+    decoder = Decoder(use.definition, use.binding)
+    columns = decoder.begin(data, np.cumsum(lengths) - lengths, lengths)
+    used = decoder.settle(columns)
+    log_ns = np.array([sample.log_ns for sample in use.samples], np.int64)
+    return columns.stamp_ns[used][:N_WANTED], log_ns[used][:N_WANTED]
+
+
+def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:
+    """Why stamps do not serve as a clock; nothing when they do."""
+    if 2 * np.count_nonzero(stamp_ns) < len(stamp_ns) or not stamp_ns.any():
+        return "its first stamps are zero"
+    steps = np.diff(stamp_ns[np.argsort(log_ns, kind="stable")])
+    if len(steps) > 1 and _LEAST_FORWARD * np.count_nonzero(steps > 0) < len(steps):
+        return "its first stamps stand still or run backwards"
+    return ""
 
 
 def short_time(seconds: float) -> str:

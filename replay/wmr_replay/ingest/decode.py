@@ -1,18 +1,19 @@
 """Messages of one channel to columns: known layouts first, then new exemplars, one by one at worst."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from wmr_replay.ingest import fused
-from wmr_replay.ingest.binary import BinarySource
 from wmr_replay.ingest.bindings import Binding, NotConcerned, Recipe
-from wmr_replay.ingest.encodings import Definition
+from wmr_replay.ingest.carried import carrier_of
+from wmr_replay.ingest.encodings import Definition, Program
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _LAYOUTS_PER_KIND = 16
 _KINDS = 1024
+_PROGRAMS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +27,7 @@ class Decoded:
     values: F64
     used: Bool
     undecodable: Bool
+    all_used: bool
 
 
 class Decoder:
@@ -33,9 +35,10 @@ class Decoder:
 
     def __init__(self, definition: Definition, binding: Binding) -> None:
         self.definition, self.binding = definition, binding
+        self.carrier = carrier_of(binding)
         self.known: dict[int, list[tuple[Layout, Recipe | None]]] = {}
-        self.program: fused.Program | None = None
-        """That of the layout met last."""
+        self.programs: tuple[Program, ...] = ()
+        """Those of the layouts met last."""
 
     def decode(self, data: U8, starts: I64, lengths: I64) -> Decoded:
         """The messages that start at ``starts`` in ``data``."""
@@ -44,11 +47,14 @@ class Decoder:
     def begin(self, data: U8, starts: I64, lengths: I64) -> "Columns":
         """The part that any thread may do: what has a layout that was met is decoded."""
         out = Columns(self.definition.source(data, starts, lengths), self.binding.n_raw, len(starts))
-        if (program := self.program) is not None:
-            out.run(program)
+        for program in self.programs:
+            if out.n_left:
+                out.n_left -= program.run(data, starts, lengths, out.stamp_ns, out.raw, out.used)
         if out.n_left:
             self._fill_known(out)
-        if not out.n_left:
+        if out.n_left:
+            out.keep()
+        elif self.carrier is None:
             out.values = self.binding.values(out.raw)
         return out
 
@@ -61,12 +67,19 @@ class Decoder:
 
     def finish(self, out: "Columns") -> Decoded:
         """The rest, which may bring new layouts."""
+        self.settle(out)
+        if self.carrier is not None:
+            out.raw, out.used = self.carrier.push(out.stamp_ns, out.raw, out.used)
+        values = self.binding.values(out.raw) if out.values is None else out.values
+        return Decoded(out.stamp_ns, values, out.used, out.undecodable, bool(out.used.all()))
+
+    def settle(self, out: "Columns") -> Bool:
+        """Decode what is left; which messages have stamp and raw columns."""
         if out.n_left:
             self._fill_known(out)
         if out.n_left:
             self._learn_rest(out)
-        values = self.binding.values(out.raw) if out.values is None else out.values
-        return Decoded(out.stamp_ns, values, out.used, out.undecodable)
+        return out.used
 
     def _learn_rest(self, out: "Columns") -> None:
         for kind in distinct(out.source.kinds[out.waiting]):
@@ -86,8 +99,8 @@ class Decoder:
         if len(self.known) >= _KINDS:
             self.known.clear()
         self.known[kind] = [(layout, recipe), *self.known.get(kind, ())][:_LAYOUTS_PER_KIND]
-        if recipe is not None and isinstance(out.source, BinarySource):
-            self.program = fused.compile_program(layout, recipe)
+        if recipe is not None and (program := self.definition.program(layout, recipe)) is not None:
+            self.programs = (program, *self.programs)[:_PROGRAMS]
         return out.fill(layout, recipe, rows)
 
     def _recipe(self, layout: Layout) -> Recipe | None:
@@ -106,17 +119,21 @@ class Columns:
         self.stamp_ns = np.zeros(n, np.int64)
         self.raw = np.full((n_raw, n), np.nan)
         self.used = np.zeros(n, np.bool_)
-        self.undecodable = np.zeros(n, np.bool_)
-        self.waiting = np.ones(n, np.bool_)
 
-    def run(self, program: fused.Program) -> None:
-        """Fill in the messages of a program's layout."""
-        source = self.source
-        if isinstance(source, BinarySource):
-            self.n_left -= fused.run(
-                program, source.data, source.starts, source.kinds, self.stamp_ns, self.raw, self.used
-            )
-            self.waiting = ~self.used
+    @cached_property
+    def undecodable(self) -> Bool:
+        """Messages that no layout describes."""
+        return np.zeros(len(self.used), np.bool_)
+
+    @cached_property
+    def waiting(self) -> Bool:
+        """Messages that are not settled yet."""
+        return ~self.used
+
+    def keep(self) -> None:
+        """The source's bytes are kept for later."""
+        self.source.data = self.source.data.copy()
+        self.source.data.flags.writeable = False
 
     def settle(self, rows: I64) -> None:
         """These messages are done with."""

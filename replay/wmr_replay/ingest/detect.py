@@ -6,7 +6,6 @@ a joint state counts when it names a left and a right wheel.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 from wmr_replay.ingest.bindings import Binding
 from wmr_replay.ingest.candidate import Candidate, DoesNotServe
@@ -23,6 +22,7 @@ from wmr_replay.ingest.roles import (
     truth_role,
 )
 from wmr_replay.ingest.sampling import Sample
+from wmr_replay.ingest.source import LogPath
 from wmr_schemas.errors import ChannelNotFound
 from wmr_schemas.mapping_file import Clock as ClockWish
 from wmr_schemas.mapping_file import LogMapping
@@ -88,7 +88,7 @@ class Plan:
         }
 
 
-def detect(path: Path, found: list[Candidate], mapping: LogMapping) -> Plan:
+def detect(path: LogPath, found: list[Candidate], mapping: LogMapping) -> Plan:
     """Assign the roles. Raises ChannelNotFound when something that the user named does not serve."""
     plan = Plan(frames=Frames.of(found))
     topics = {"pose": mapping.pose_topic, "torque": mapping.torque_topic, "truth": mapping.truth_topic}
@@ -141,7 +141,9 @@ def _choose(
         plan.pose_is_odometry = is_odometry(best, binding)
 
 
-def not_found(path: Path, role: str, found: list[Candidate], plan: Plan, named: str = "") -> ChannelNotFound:
+def not_found(
+    path: LogPath, role: str, found: list[Candidate], plan: Plan, named: str = ""
+) -> ChannelNotFound:
     """The error that says what was looked for, what there is instead, and what to do."""
     ids = [candidate.channel.id for candidate in found]
     reasons = [plan.why_not.get(k) or f"in use as {plan.role(k)}" for k in ids]

@@ -5,16 +5,26 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
 from wmr_replay.ingest.binary import BinarySource
+from wmr_replay.ingest.bindings import Recipe
 from wmr_replay.ingest.cdr import cdr_layout, ros1_layout
 from wmr_replay.ingest.definitions import Node, UnknownDefinition, parse_definition
+from wmr_replay.ingest.fused import compile_program
 from wmr_replay.ingest.jsonrows import JsonSource, json_layout
 from wmr_replay.ingest.layout import Layout, Source, Undecodable
 from wmr_replay.ingest.protobuf import has_field, parse_descriptor, protobuf_layout
 from wmr_replay.ingest.records import Channel, Schema
-from wmr_schemas.arrays import I64, U8
+from wmr_replay.ingest.template import compile_template
+from wmr_schemas.arrays import F64, I64, U8, Bool
 
 if TYPE_CHECKING:
     from google.protobuf.descriptor import Descriptor
+
+
+class Program(Protocol):
+    """One compiled pass over messages of one layout; whatever departs from it is left alone."""
+
+    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
+        """Fill in the messages that fit and are not ``used`` yet; how many they were."""
 
 
 class Definition(Protocol):
@@ -28,6 +38,9 @@ class Definition(Protocol):
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """Messages of a block, ready to be read in columns."""
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """The quick way to read messages of that layout, where there is one."""
 
 
 class RosDefinition:
@@ -48,6 +61,10 @@ class RosDefinition:
         """Columns by byte offset."""
         return BinarySource(data, starts, lengths)
 
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Words compared, numbers gathered."""
+        return compile_program(layout, recipe)
+
 
 class ProtobufDefinition:
     """Protobuf messages."""
@@ -66,6 +83,10 @@ class ProtobufDefinition:
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """Columns by byte offset."""
         return BinarySource(data, starts, lengths)
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Words compared, numbers gathered."""
+        return compile_program(layout, recipe)
 
 
 class JsonDefinition:
@@ -91,6 +112,10 @@ class JsonDefinition:
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """Columns by the ordinal of a value."""
         return JsonSource(data, starts, lengths)
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Text compared, numbers read in place."""
+        return compile_template(layout, recipe)
 
 
 _ROS: dict[str, Callable[[Node, bytes], Layout]] = {"cdr": cdr_layout, "ros1": ros1_layout}

@@ -1,8 +1,7 @@
 """Whether a path leads to an MCAP file at all; if not, what it leads to and what to do about it."""
 
-from pathlib import Path
-
 from wmr_replay.ingest.records import MAGIC
+from wmr_replay.ingest.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
 CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
@@ -16,7 +15,7 @@ _FOREIGN = (
 _LONGEST = 16
 
 
-def check_entrance(path: Path, shown: Path | None = None) -> None:
+def check_entrance(path: LogPath, shown: LogPath | None = None) -> None:
     """Raises LogUnusable unless an MCAP file starts at ``path``; messages name ``shown``."""
     try:
         with path.open("rb") as file:
@@ -38,7 +37,7 @@ def check_entrance(path: Path, shown: Path | None = None) -> None:
     raise LogUnusable(path, "this is not an MCAP file: its first bytes are not MCAP's", "Give a .mcap file.")
 
 
-def unreadable(path: Path, error: OSError) -> LogUnusable:
+def unreadable(path: LogPath, error: OSError) -> LogUnusable:
     """The error for a file that the system does not hand out."""
     if isinstance(error, FileNotFoundError):
         return LogUnusable(path, "there is no such file", "Check the path.")

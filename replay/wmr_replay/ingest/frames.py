@@ -3,10 +3,13 @@
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import permutations
 
 import numpy as np
 
+from wmr_replay.ingest.bindings import Binding
 from wmr_replay.ingest.candidate import Candidate, DoesNotServe
+from wmr_replay.ingest.carried import CarriedBinding
 from wmr_replay.ingest.definitions import UnknownDefinition
 from wmr_replay.ingest.layout import Layout, Undecodable
 from wmr_replay.ingest.transforms import Edge, Entry, Rigid, TransformBinding, entries
@@ -59,7 +62,7 @@ class Frames:
 
     def binding(
         self, channel_id: int, parent: str | None, child: str | None, *, alone: bool = False
-    ) -> TransformBinding:
+    ) -> Binding:
         """The pose of ``child`` in ``parent``, of the likeliest frames where they are None.
 
         ``alone``: the channel is there for one transform, whatever its frames' names. Raises DoesNotServe.
@@ -67,11 +70,11 @@ class Frames:
         edges = self.moving.get(channel_id, {})
         known = ", ".join(f"{a} → {b}" for a, b in edges) or "nothing"
         if parent is not None and child is not None:
-            for edge, entry in edges.items():
-                before, after = self.way(parent, edge[0]), self.way(edge[1], child)
-                if before is not None and after is not None:
-                    return TransformBinding(edge, entry.stamp, before, after)
-            raise DoesNotServe(f"no single moving transform from {parent} to {child}; it moves {known}")
+            if (
+                found := self._single(edges, parent, child) or self._double(edges, parent, child)
+            ) is not None:
+                return found
+            raise DoesNotServe(f"no one or two moving transforms from {parent} to {child}; it moves {known}")
         fitting = [e for e in edges if parent in {None, e[0]} and child in {None, e[1]}]
         ranked = sorted((rank, e) for e in fitting if (rank := _rank(e)) is not None)
         if parent is not None or child is not None or (alone and len(edges) == 1):
@@ -80,6 +83,21 @@ class Frames:
             raise DoesNotServe(f"it moves {known}: name the frames of a pose, parent and child")
         edge = ranked[0][1]
         return TransformBinding(edge, edges[edge].stamp)
+
+    def _single(self, edges: dict[Edge, Entry], parent: str, child: str) -> Binding | None:
+        for edge, entry in edges.items():
+            before, after = self.way(parent, edge[0]), self.way(edge[1], child)
+            if before is not None and after is not None:
+                return TransformBinding(edge, entry.stamp, before, after)
+        return None
+
+    def _double(self, edges: dict[Edge, Entry], parent: str, child: str) -> Binding | None:
+        for first, second in permutations(edges, 2):
+            ways = self.way(parent, first[0]), self.way(first[1], second[0]), self.way(second[1], child)
+            before, between, after = ways
+            if before is not None and between is not None and after is not None:
+                return CarriedBinding(first, second, edges[second].stamp, before, between, after)
+        return None
 
 
 def _rank(edge: Edge) -> tuple[int, int] | None:

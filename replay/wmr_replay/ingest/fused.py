@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.ingest.bindings import Recipe
 from wmr_replay.ingest.layout import Layout, Leaf
+from wmr_replay.ingest.lean import lean
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _WORD = 8
@@ -34,6 +34,16 @@ class Program:
     gains: F64
     factors: I64
     constants: F64
+
+    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
+        """Fill in the messages that share the layout and are not filled in yet; how many they were."""
+        words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
+        filled: int = _run(
+            data, words, doubles, singles, starts, lengths, self.length, self.skeleton,
+            self.steps, self.gains, self.factors, self.constants, np.empty((3, len(starts)), np.uint64),
+            stamp_ns, raw, used,
+        )  # fmt: skip
+        return filled
 
 
 def compile_program(layout: Layout, recipe: Recipe) -> Program | None:
@@ -80,74 +90,107 @@ def _words(layout: Layout) -> Any:
     return np.array(words, np.uint64).reshape(-1, 3).T.copy()
 
 
-def run(program: Program, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
-    """Fill in the messages that share the program's layout and are not filled in yet; how many they were."""
-    words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
-    filled: int = _run(
-        data, words, doubles, singles, starts, lengths, program.length, program.skeleton,
-        program.steps, program.gains, program.factors, program.constants, stamp_ns, raw, used,
-    )  # fmt: skip
-    return filled
-
-
 def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
     """The number that starts at each byte."""
     size = np.dtype(dtype).itemsize
     return np.ndarray((max(len(data) - size + 1, 0),), dtype, data, strides=(1,))
 
 
-@njit(cache=True, nogil=True)
-def _agrees(words: Any, start: int, skeleton: Any) -> Any:
+@lean
+def _agrees(words: Any, start: Any, skeleton: Any) -> Any:
     offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
     wrong = np.uint64(0)
     for k in range(len(offsets)):
-        wrong |= (words[start + np.int64(offsets[k])] & masks[k]) ^ wanted[k]
+        wrong |= (words[start + offsets[k]] & masks[k]) ^ wanted[k]
     return wrong == 0
 
 
-@njit(cache=True, nogil=True)
-def _integer(data: U8, words: Any, place: int, kind: int, shift: int, n_bytes: int) -> Any:
-    if kind in (_UNSIGNED, _SIGNED):
-        unused = np.uint64(64 - 8 * n_bytes)
-        value = (words[place] >> np.uint64(shift)) << unused
-        return np.int64(value) >> np.int64(unused) if kind == _SIGNED else np.int64(value >> unused)
-    value = np.uint64(0)
-    for k in range(n_bytes):
-        value |= np.uint64(data[place + k] & 0x7F) << np.uint64(7 * k)
-    if kind == _ZIGZAG:
-        value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
-    return np.int64(value)
+@lean
+def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, used: Bool, found: Any) -> int:
+    """Rows of the messages that agree, and where they start, into ``found``; they are marked as used.
+
+    Both are unsigned, which spares the test whether an index counts from the end.
+    """
+    n = 0
+    for row in range(len(starts)):
+        start = np.uint64(starts[row])
+        if not used[row] and lengths[row] == length and _agrees(words, start, skeleton):
+            used[row] = True
+            found[0, n], found[1, n] = row, start
+            n += 1
+    return n
 
 
-@njit(cache=True, nogil=True)
+@lean
+def _read_fixed(words: Any, places: Any, step: Any, shift: int, n_bytes: int, signed: bool, out: I64) -> None:
+    """Whole numbers of fixed size, out of the words that hold them."""
+    down, unused = np.uint64(shift), np.uint64(64 - 8 * n_bytes)
+    for k in range(len(places)):
+        value = (words[places[k] + step] >> down) << unused
+        out[k] = np.int64(value) >> np.int64(unused) if signed else np.int64(value >> unused)
+
+
+@lean
+def _read_varints(data: U8, places: Any, step: Any, n_bytes: int, zigzag: bool, out: I64) -> None:
+    """Whole numbers in groups of seven bits, least significant first."""
+    for k in range(len(places)):
+        value, place = np.uint64(0), places[k] + step
+        for group in range(n_bytes):
+            value |= np.uint64(data[place + np.uint64(group)] & 0x7F) << np.uint64(7 * group)
+        if zigzag:
+            value = (value >> np.uint64(1)) ^ (np.uint64(0) - (value & np.uint64(1)))
+        out[k] = np.int64(value)
+
+
+@lean
+def _read_floats(window: Any, places: Any, step: Any, out: F64) -> None:
+    """Floating-point numbers."""
+    for k in range(len(places)):
+        out[k] = window[places[k] + step]
+
+
+@lean
+def _add(out: F64, rows: Any, numbers: Any, gain: float) -> None:
+    for k in range(len(rows)):
+        out[rows[k]] += gain * np.float64(numbers[k])
+
+
+@lean
+def _add_ns(out: I64, rows: Any, numbers: Any, factor: int) -> None:
+    for k in range(len(rows)):
+        out[rows[k]] += np.int64(numbers[k]) * factor
+
+
+@lean
 def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
     data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
-    steps: I64, gains: F64, factors: I64, constants: F64, stamp_ns: I64, raw: F64, used: Bool,
+    steps: I64, gains: F64, factors: I64, constants: F64, scratch: Any, stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
-    filled = 0
-    n_raw, n_steps = len(constants), steps.shape[1]
-    kinds, places, shifts, sizes, columns = steps[0], steps[1], steps[2], steps[3], steps[4]
-    for row in range(len(starts)):
-        start = starts[row]
-        if used[row] or lengths[row] != length or not _agrees(words, start, skeleton):
+    """The messages that agree, then their fields one after another: each is a short loop of its own."""
+    n = _select(words, starts, lengths, length, skeleton, used, scratch)
+    rows, places = scratch[0, :n], scratch[1, :n]
+    floats, integers = scratch[2, :n].view(np.float64), scratch[2, :n].view(np.int64)
+    for column in range(len(constants)):
+        for k in range(n):
+            raw[column, rows[k]] = constants[column]
+    for k in range(steps.shape[1]):
+        kind, step, column = steps[0, k], np.uint64(steps[1, k]), steps[4, k]
+        if kind in (_FLOAT64, _FLOAT32):
+            if kind == _FLOAT64:
+                _read_floats(doubles, places, step, floats)
+            else:
+                _read_floats(singles, places, step, floats)
+            if column == _STAMP:
+                _add_ns(stamp_ns, rows, floats, factors[k])
+            else:
+                _add(raw[column], rows, floats, gains[k])
             continue
-        filled += 1
-        used[row] = True
-        for k in range(n_raw):
-            raw[k, row] = constants[k]
-        for k in range(n_steps):
-            if kinds[k] == _FLOAT64:
-                value = doubles[start + places[k]]
-            elif kinds[k] == _FLOAT32:
-                value = np.float64(singles[start + places[k]])
-            else:
-                integer = _integer(data, words, start + places[k], kinds[k], shifts[k], sizes[k])
-                if columns[k] == _STAMP:
-                    stamp_ns[row] += integer * factors[k]
-                    continue
-                value = np.float64(integer)
-            if columns[k] == _STAMP:
-                stamp_ns[row] += np.int64(value) * factors[k]
-            else:
-                raw[columns[k], row] += gains[k] * value
-    return filled
+        if kind in (_UNSIGNED, _SIGNED):
+            _read_fixed(words, places, step, steps[2, k], steps[3, k], kind == _SIGNED, integers)
+        else:
+            _read_varints(data, places, step, steps[3, k], kind == _ZIGZAG, integers)
+        if column == _STAMP:
+            _add_ns(stamp_ns, rows, integers, factors[k])
+        else:
+            _add(raw[column], rows, integers, gains[k])
+    return n

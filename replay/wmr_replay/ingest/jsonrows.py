@@ -2,12 +2,13 @@
 
 import json
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from wmr_replay.ingest.layout import Layout, Leaf, Text, Undecodable
-from wmr_replay.ingest.tokens import concatenate, same_text, tokenise
+from wmr_replay.ingest.tokens import Tokens, concatenate, same_text, tokenise
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _NULL = ord("n")
@@ -53,7 +54,11 @@ class JsonSource:
 
     def __init__(self, data: U8, starts: I64, lengths: I64) -> None:
         self.data, self.starts, self.lengths = data, starts, lengths
-        self.tokens = tokenise(data, starts, lengths)
+
+    @cached_property
+    def tokens(self) -> Tokens:
+        """The messages cut into values, once somebody asks."""
+        return tokenise(self.data, self.starts, self.lengths)
 
     @property
     def kinds(self) -> I64:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.arrays import F64, I64, U8, Bool
 
 
 class Undecodable(ValueError):
@@ -84,6 +84,9 @@ class Layout:
 
 class Source(Protocol):
     """The messages of one channel in one block, in whatever encoding, as columns."""
+
+    data: U8
+    """The bytes that hold them."""
 
     @property
     def kinds(self) -> I64:

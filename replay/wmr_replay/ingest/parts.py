@@ -6,15 +6,16 @@ one channel; within a file they stay apart.
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 
 from wmr_replay.ingest.book import Book
 from wmr_replay.ingest.chunks import Span
+from wmr_replay.ingest.indexed import surveyed
 from wmr_replay.ingest.records import Channel
 from wmr_replay.ingest.sampling import Sample, Sampler
-from wmr_replay.ingest.survey import Survey, survey
+from wmr_replay.ingest.source import LogPath
+from wmr_replay.ingest.survey import Survey
 from wmr_schemas.arrays import I64
 
 N_CHANNEL_IDS = 1 << 16
@@ -29,16 +30,16 @@ class Parts:
     ``ids[k]`` gives the common id of each channel id of file k, or None where it is the same.
     """
 
-    paths: list[Path]
+    paths: list[LogPath]
     survey: Survey
     ids: list[I64 | None]
     samples: dict[int, list[Sample]] = field(default_factory=dict)
     n_messages: dict[int, int] = field(default_factory=dict)
 
 
-def join_parts(paths: list[Path]) -> Parts:
+def join_parts(paths: list[LogPath]) -> Parts:
     """Survey and sample the files."""
-    surveys = [survey(path) for path in paths]
+    surveys = [surveyed(path) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
         sampler.run(path)
@@ -50,7 +51,7 @@ def join_parts(paths: list[Path]) -> Parts:
 
 
 class _Joiner:
-    def __init__(self, paths: list[Path]) -> None:
+    def __init__(self, paths: list[LogPath]) -> None:
         self.known: dict[Identity, int] = {}
         self.parts = Parts(paths, Survey(0), [])
 

@@ -3,32 +3,39 @@
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from pathlib import Path
 from threading import local
 from typing import BinaryIO, TypeVar
 
 from wmr_replay.ingest.chunks import Span
+from wmr_replay.ingest.source import LogPath
+from wmr_replay.ingest.workspace import Workspace
 
 N_THREADS = 2
-_N_AHEAD = 4
+_N_AHEAD = 2
+_GROUP_BYTES = 4 << 20
+"""Small spans are handed over together: changing threads for each costs a twentieth of the time."""
 
 T = TypeVar("T")
 
 
 def work_ahead(
-    paths: Sequence[Path], spans: Sequence[Span], work: Callable[[BinaryIO, Span], T]
+    paths: Sequence[LogPath], spans: Sequence[Span], work: Callable[[BinaryIO, Span, Workspace], T]
 ) -> Iterator[T]:
-    """``work(file, span)`` of all spans, in their order; at most four results wait in memory."""
-    own = _OwnFiles(paths)
+    """``work(file, span, workspace)`` of all spans, in their order; at most two groups wait in memory."""
+    own = _Own(paths)
+
+    def task(group: list[Span]) -> list[T]:
+        return [work(own.file(span.part), span, own.workspace) for span in group]
+
     with ThreadPoolExecutor(N_THREADS, "read-ahead") as workers:
-        waiting: deque[Future[T]] = deque()
+        waiting: deque[Future[list[T]]] = deque()
         try:
-            for span in spans:
-                waiting.append(workers.submit(lambda span: work(own.file(span.part), span), span))
+            for group in groups(spans):
+                waiting.append(workers.submit(task, group))
                 if len(waiting) > _N_AHEAD:
-                    yield waiting.popleft().result()
+                    yield from waiting.popleft().result()
             while waiting:
-                yield waiting.popleft().result()
+                yield from waiting.popleft().result()
         finally:
             for future in waiting:
                 future.cancel()
@@ -36,11 +43,34 @@ def work_ahead(
             own.close()
 
 
-class _OwnFiles:
-    """The log's files, opened by each thread for itself, one at a time."""
+def groups(spans: Sequence[Span]) -> Iterator[list[Span]]:
+    """Neighbouring spans, up to _GROUP_BYTES of records together, or a larger one alone."""
+    group: list[Span] = []
+    n_bytes = 0
+    for span in spans:
+        size = span.head.uncompressed_bytes if span.head else span.data_bytes
+        if group and n_bytes + size > _GROUP_BYTES:
+            yield group
+            group, n_bytes = [], 0
+        group.append(span)
+        n_bytes += size
+    if group:
+        yield group
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+
+class _Own:
+    """What each thread has for itself: one of the log's files at a time, and a workspace."""
+
+    def __init__(self, paths: Sequence[LogPath]) -> None:
         self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
+
+    @property
+    def workspace(self) -> Workspace:
+        """The calling thread's."""
+        if not hasattr(self._own, "workspace"):
+            self._own.workspace = Workspace()
+        workspace: Workspace = self._own.workspace
+        return workspace
 
     def file(self, part: int) -> BinaryIO:
         """The calling thread's."""

@@ -19,8 +19,10 @@ from wmr_replay.ingest.misfit import misfits
 from wmr_replay.ingest.parts import join_parts
 from wmr_replay.ingest.prefetch import work_ahead
 from wmr_replay.ingest.reading import Reading
+from wmr_replay.ingest.remote import enter_identity, near_enough
 from wmr_replay.ingest.selection import first_log_ns, wanted_spans
 from wmr_replay.ingest.signals import RawBatch
+from wmr_replay.ingest.source import LogPath, RemotePath, size_of
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
@@ -39,17 +41,18 @@ class LogReader:
     are complete once :meth:`batches` is exhausted.
     """
 
-    def __init__(self, path: Path, mapping: LogMapping, between: Between = WHOLE) -> None:
+    def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
         self.path = path
         self._copies: Path | None = None
-        files = [plain_file(file, self._folder) for file in bag_files(path)]
+        nearer = [near_enough(file, self._folder) for file in bag_files(path)]
+        files = [plain_file(file, self._folder) for file, _ in nearer]
         self.parts = join_parts([file for file, _ in files])
         self.survey = self.parts.survey
         self.survey.notes += [problem for _, problem in files if problem]
         self.limits = between.limits_ns(first_log_ns(self.survey))
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = misfits(self.candidates)
+        self.remarks: list[str] = misfits(self.candidates) + [remark for _, remark in nearer if remark]
         self.robot = mapping.robot or self._own_parameters()
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
@@ -114,7 +117,7 @@ class LogReader:
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
         for begun in work_ahead(self.parts.paths, spans, reading.begin):
-            batch, span = reading.push(begun), begun.block.span
+            batch, span = reading.push(begun), begun.span
             self.position_bytes = before[span.part] + span.data_offset + span.data_bytes
             yield batch
         whole = len(spans) == len(self.survey.spans) and self.limits is None
@@ -125,7 +128,7 @@ class LogReader:
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
-        sizes = [path.stat().st_size for path in self.parts.paths]
+        sizes = [size_of(path) for path in self.parts.paths]
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
@@ -145,7 +148,7 @@ class LogReader:
 
 
 def open_log(
-    path: Path, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
+    path: LogPath, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
 ) -> LogReader:
     """Open an MCAP log, or a rosbag2 directory of them, and find its signals.
 
@@ -162,10 +165,15 @@ def open_log(
     return reader
 
 
-def sha256_of(path: Path) -> str:
-    """Hash of a log's files, one after another, in hexadecimal."""
+def sha256_of(path: LogPath) -> str:
+    """Hash of a log's files, one after another, in hexadecimal; of a URL's its identity, see
+    :func:`wmr_replay.ingest.remote.enter_identity`.
+    """
     digest = hashlib.sha256()
     for part in bag_files(path):
+        if isinstance(part, RemotePath):
+            enter_identity(part, digest.update)
+            continue
         with part.open("rb") as file:
             while piece := file.read(_HASH_BYTES):
                 digest.update(piece)

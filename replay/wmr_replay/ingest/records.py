@@ -26,6 +26,7 @@ class Opcode(IntEnum):
     CHUNK_INDEX = 0x08
     STATISTICS = 0x0B
     METADATA = 0x0C
+    METADATA_INDEX = 0x0D
     DATA_END = 0x0F
 
 

@@ -1,17 +1,19 @@
 """The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from wmr_replay.ingest.chunks import Span, load
+from wmr_replay.ingest.source import LogPath
 from wmr_replay.ingest.survey import Survey
 from wmr_replay.ingest.walk import Messages, walk
+from wmr_replay.ingest.workspace import Workspace
 from wmr_schemas.arrays import U8
 
-N_WANTED = 2
-"""Messages of a channel that are worth opening another chunk for."""
+N_WANTED, _N_WANTED_LATER = 20, 2
+"""Messages of a channel that are worth opening another chunk for: within the log's first bytes, and later."""
+_FIRST_BYTES = 8 << 20
 _N_KEPT = 32
 _KEPT_BYTES = 1 << 18
 
@@ -32,13 +34,15 @@ class Sampler:
         self.survey, self.book = survey, survey.book
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
+        self.n_bytes = 0
 
-    def run(self, path: Path) -> None:
+    def run(self, path: LogPath) -> None:
         """Collect the samples; the survey's book then knows every channel that has a message."""
+        workspace = Workspace()
         with path.open("rb") as file:
             for span in self.survey.spans:
                 if self._needs(span):
-                    self._take(load(file, span).data)
+                    self._take(load(file, span, workspace).data)
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
@@ -46,15 +50,19 @@ class Sampler:
         return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
 
     def _needs(self, span: Span) -> bool:
-        expected = span.counts or self.survey.statistics
-        return not expected or any(self._lacks(channel_id, n) for channel_id, n in expected.items())
-
-    def _lacks(self, channel_id: int, n_messages: int) -> bool:
-        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(
-            N_WANTED, n_messages
+        in_file = self.survey.statistics or {}
+        expected = span.counts or in_file
+        return not expected or any(
+            self._lacks(channel_id, max(n, in_file.get(channel_id, N_WANTED)))
+            for channel_id, n in expected.items()
         )
 
+    def _lacks(self, channel_id: int, n_messages: int) -> bool:
+        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
+        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(wanted, n_messages)
+
     def _take(self, data: U8) -> None:
+        self.n_bytes += len(data)
         found = walk(data)
         self.book.enter(data, found.others)
         for channel_id, count in found.messages.counts().items():

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from wmr_replay.ingest.lean import lean
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 GAP_STEPS = 5
@@ -97,7 +97,7 @@ class Steps:
         return "; ".join(found)
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _push(t_ns: I64, log_ns: I64, usual_ns: int, counts: I64, extremes: I64, squares: Any) -> None:
     last = extremes[_LAST]
     for row in range(len(t_ns)):

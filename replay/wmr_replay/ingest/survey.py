@@ -7,7 +7,6 @@ summary points to, if there is one; what lies between is reported.
 import struct
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -24,6 +23,7 @@ from wmr_replay.ingest.records import (
     parse_header,
     parse_metadata,
 )
+from wmr_replay.ingest.source import LogPath, size_of
 from wmr_replay.ingest.walk import walk
 
 WINDOW_BYTES = 2 << 20
@@ -50,10 +50,10 @@ class Survey:
     notes: list[str] = field(default_factory=list)
 
 
-def survey(path: Path) -> Survey:
+def survey(path: LogPath) -> Survey:
     """Survey a file that starts with MCAP's magic."""
     with path.open("rb") as file:
-        return Surveyor(file, path.stat().st_size).run()
+        return Surveyor(file, size_of(path)).run()
 
 
 class Surveyor:
@@ -64,7 +64,9 @@ class Surveyor:
         self.result = Survey(size_bytes)
         self.in_summary = False
         self.claimed = indexed_chunks(file, size_bytes)
-        self.landmarks = sorted(mark for mark, n_bytes in self.claimed if is_chunk(file, mark, n_bytes))
+        self.landmarks = sorted(
+            mark for mark, n_bytes in self.claimed if mark < size_bytes and is_chunk(file, mark, n_bytes)
+        )
 
     def run(self) -> Survey:
         """The whole file."""
@@ -217,7 +219,7 @@ def _chunk_indexes(summary: bytes) -> list[tuple[int, int]]:
 
 def is_chunk(file: BinaryIO, start: int, n_bytes: int) -> bool:
     """Whether a chunk record of ``n_bytes`` starts there."""
-    if n_bytes < HEAD.size or start >= 1 << 62:
+    if n_bytes < HEAD.size:
         return False
     file.seek(start)
     return file.read(HEAD.size) == HEAD.pack(Opcode.CHUNK, n_bytes - HEAD.size)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from wmr_replay.ingest.lean import lean
 from wmr_schemas.arrays import I64, U8
 
 _PRIME = np.uint64(0x100000001B3)
@@ -39,19 +40,19 @@ def _classes() -> U8:
     return classes
 
 
-_IS_VALUE, _IS_SPACE, _IS_MARK, _IS_QUOTE = range(4)
-_CLASS = _classes()
+IS_VALUE, _IS_SPACE, _IS_MARK, _IS_QUOTE = range(4)
+CLASS = _classes()
 
 
-@njit(cache=True, nogil=True)
-def _string_end(data: U8, position: int, stop: int) -> int:
+@lean
+def string_end(data: U8, position: int, stop: int) -> int:
     """The closing quote of the string whose content starts at ``position``; ``stop`` if there is none."""
     while position < stop and data[position] != _QUOTE:
         position += 2 if data[position] == _BACKSLASH else 1
     return min(position, stop)
 
 
-@njit(cache=True, nogil=True)
+@lean
 def hash_bytes(data: U8, start: int, stop: int, value: Any) -> Any:
     """FNV-1a, continued from ``value``."""
     for k in range(start, stop):
@@ -59,7 +60,7 @@ def hash_bytes(data: U8, start: int, stop: int, value: Any) -> Any:
     return value
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int, Any]:
     """Tokens of one message into ``table`` from ``row`` on, if it has room; the next row, and the hash."""
     value = _BASIS
@@ -67,7 +68,7 @@ def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int
         byte = data[position]
         begin = position
         position += 1
-        kind = _CLASS[byte]
+        kind = CLASS[byte]
         if kind == _IS_SPACE:
             continue
         if kind == _IS_MARK:
@@ -76,16 +77,16 @@ def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int
         mark = _NUMBER_MARK
         end = position
         if kind == _IS_QUOTE:
-            begin, end = position, _string_end(data, position, stop)
+            begin, end = position, string_end(data, position, stop)
             position = min(end + 1, stop)
             mark = _TEXT_MARK
-            while position < stop and _CLASS[data[position]] == _IS_SPACE:
+            while position < stop and CLASS[data[position]] == _IS_SPACE:
                 position += 1
             if position < stop and data[position] == _COLON:
                 value = hash_bytes(data, begin, end, value)
                 continue
         else:
-            while end < stop and _CLASS[data[end]] == _IS_VALUE:
+            while end < stop and CLASS[data[end]] == IS_VALUE:
                 end += 1
             position = end
         value = (value ^ np.uint64(mark)) * _PRIME
@@ -95,7 +96,7 @@ def _scan(data: U8, position: int, stop: int, table: I64, row: int) -> tuple[int
     return row, value
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _scan_all(data: U8, starts: I64, lengths: I64, first: I64, structure: Any, table: I64) -> int:
     row = 0
     for k in range(len(starts)):
@@ -133,7 +134,7 @@ def same_text(data: U8, start: I64, stop: I64, text: U8) -> Any:
     return same
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _copy(data: U8, start: I64, offsets: Any, out: U8) -> None:
     for row in range(len(start)):
         for k in range(offsets[row + 1] - offsets[row]):

@@ -57,6 +57,11 @@ class Entry:
     rotation: str
     frames: tuple[Text, Text]
 
+    @property
+    def numbers(self) -> list[str]:
+        """Paths of the translation's x, y, z and the rotation's x, y, z, w."""
+        return [f"{self.translation}.{a}" for a in "xyz"] + [f"{self.rotation}.{a}" for a in "xyzw"]
+
 
 def entries(layout: Layout) -> list[Entry]:
     """The transforms that a message holds."""
@@ -77,6 +82,15 @@ def _entry(layout: Layout, stem: str) -> Entry | None:
     return None
 
 
+def relied_on(layout: Layout) -> list[Entry]:
+    """The transforms that a message holds; the names of all their frames join the skeleton."""
+    found = entries(layout)
+    for entry in found:
+        for text in entry.frames:
+            layout.fix(text.offset, text.offset + text.extent)
+    return found
+
+
 @dataclass(frozen=True)
 class TransformBinding:
     """The moving transform ``edge``, with what is rigidly in front of it and behind it; values x, y, yaw."""
@@ -89,17 +103,10 @@ class TransformBinding:
 
     def recipe(self, layout: Layout) -> Recipe:
         """Translation x, y, z and rotation x, y, z, w. The names of all frames are relied on."""
-        found = entries(layout)
-        for entry in found:
-            for text in entry.frames:
-                layout.fix(text.offset, text.offset + text.extent)
-        mine = next((entry for entry in found if entry.edge == self.edge), None)
+        mine = next((entry for entry in relied_on(layout) if entry.edge == self.edge), None)
         if mine is None:
             raise NotConcerned(f"no transform {' → '.join(self.edge)}")
-        paths = [f"{mine.translation}.{axis}" for axis in "xyz"] + [
-            f"{mine.rotation}.{axis}" for axis in "xyzw"
-        ]
-        return Recipe(stamp_terms(layout, mine.stamp), tuple(one(layout, path) for path in paths))
+        return Recipe(stamp_terms(layout, mine.stamp), tuple(one(layout, path) for path in mine.numbers))
 
     def values(self, raw: F64) -> F64:
         """Before ∘ transform ∘ after."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from wmr_replay.ingest.lean import lean
 from wmr_replay.ingest.records import Opcode
 from wmr_schemas.arrays import I64, U8, Bool
 
@@ -51,7 +51,7 @@ class Walk:
     stop: int
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _uint(data: Any, start: int, n_bytes: int) -> Any:
     value = np.int64(0)
     for k in range(n_bytes):
@@ -59,7 +59,7 @@ def _uint(data: Any, start: int, n_bytes: int) -> Any:
     return value
 
 
-@njit(cache=True, nogil=True)
+@lean
 def _fill(data: U8, plain: bool, table: Any, others: Any) -> tuple[int, int, int]:
     """Messages and other records found, and where the walk stopped; what has no room is only counted."""
     position, row, other = 0, 0, 0

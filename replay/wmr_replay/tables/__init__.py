@@ -5,7 +5,7 @@ from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
 from wmr_replay.tables.segments import SegmentCollector
-from wmr_replay.tables.writer import ParquetStream, replace_file
+from wmr_replay.tables.writer import ParquetStream, replace_file, replace_files
 
 __all__ = [
     "CalibrationCollector",
@@ -16,6 +16,7 @@ __all__ = [
     "SegmentCollector",
     "confusion_frame",
     "replace_file",
+    "replace_files",
     "samples_frame",
     "score_runs",
 ]

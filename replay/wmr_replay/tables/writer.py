@@ -1,7 +1,7 @@
 """Files that are whole or absent: written under a temporary name, renamed when complete."""
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import polars as pl
@@ -23,6 +23,19 @@ def replace_file(path: Path) -> Iterator[Path]:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+@contextlib.contextmanager
+def replace_files(paths: Mapping[str, Path]) -> Iterator[dict[str, Path]]:
+    """Yields a temporary name for each; all are renamed once the block is through, or none is and all go."""
+    parts = {key: temporary_name(path) for key, path in paths.items()}
+    try:
+        yield parts
+        for key, part in parts.items():
+            part.replace(paths[key])
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
 
 
 class ParquetStream:

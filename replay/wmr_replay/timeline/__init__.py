@@ -15,9 +15,12 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 ``/constraint/Q/estimate``, ``…/Q/threshold``     Q is ``c_k_mps``, ``c_d_mps2``; ± threshold
 ``/alpha/estimate``, ``…/band``, ``…/nominal``    α, α ± 1.96 standard deviations ; the nominal value
 ================================================  ===========================================================
+
+A comparison of two results (``comparison``) has the same entities below ``/a`` and ``/b``, and ``/differs``.
 """
 
+from wmr_replay.timeline.comparison import Side, write_comparison
 from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
 from wmr_replay.timeline.writer import Timeline
 
-__all__ = ["Timeline", "ViewerUnavailable", "open_viewer", "viewer_command"]
+__all__ = ["Side", "Timeline", "ViewerUnavailable", "open_viewer", "viewer_command", "write_comparison"]

@@ -1,6 +1,6 @@
 """The layout that opens with the file: only views that have something to show."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import rerun.blueprint as rrb
@@ -69,10 +69,11 @@ def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, flo
     text = rrb.TextDocumentView(origin="/description", name="How to read")
     plots = list(_plots(written, alpha_range))
     if not plots:
-        return _with_panels(text)
-    left = rrb.Vertical(_path_view(frame), text, row_shares=[66, 34])
-    right = rrb.Vertical(_lanes(), rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
-    return _with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
+        return with_panels(text)
+    lanes = lanes_view(["/mode/**", "/status"], "Contact mode and status, at the time they were known")
+    left = rrb.Vertical(path_view(frame), text, row_shares=[66, 34])
+    right = rrb.Vertical(lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
+    return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
 
 def _plots(written: Collection[str], alpha_range: tuple[float, float] | None) -> Iterator[rrb.TimeSeriesView]:
@@ -80,40 +81,56 @@ def _plots(written: Collection[str], alpha_range: tuple[float, float] | None) ->
         shown = plot.entities(written)
         if not shown or shown == ["/alpha/nominal"]:
             continue
-        range_y = alpha_range if plot is ALPHA else None
-        yield rrb.TimeSeriesView(
-            origin="/",
-            contents=shown,
-            name=plot.title(written),
-            axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
-            axis_y=None if range_y is None else rrb.ScalarAxis(range=range_y),
-            plot_legend=rrb.PlotLegend(visible=False),
-        )
+        yield plot_view(plot, written, alpha_range if plot is ALPHA else None)
 
 
-def _lanes() -> rrb.StateTimelineView:
+def plot_view(
+    plot: Plot, written: Collection[str], range_y: tuple[float, float] | None = None
+) -> rrb.TimeSeriesView:
+    """A plot on the common time axis."""
+    return rrb.TimeSeriesView(
+        origin="/",
+        contents=plot.entities(written),
+        name=plot.title(written),
+        axis_x=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
+        axis_y=None if range_y is None else rrb.ScalarAxis(range=range_y),
+        plot_legend=rrb.PlotLegend(visible=False),
+    )
+
+
+def lanes_view(contents: list[str], name: str) -> rrb.StateTimelineView:
+    """States as lanes on the common time axis."""
     return rrb.StateTimelineView(
         origin="/",
-        contents=["/mode/**", "/status"],
-        name="Contact mode and status, at the time they were known",
+        contents=contents,
+        name=name,
         time_view=rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal),
     )
 
 
-def _path_view(frame: Frame) -> rrb.Spatial2DView:
+def path_view(
+    frame: Frame,
+    root: str = "",
+    name: str = "Path [m], coloured by estimated mode",
+    always: Iterable[str] = ("/path/estimated", "/path/true"),
+) -> rrb.View:
+    """The plane with the path below ``root``, y upwards; the entities in ``always`` are drawn whole, wherever
+    the cursor is.
+    """
     ends = rrb.TimeRangeBoundary.infinite()
-    always = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(DURATION, start=ends, end=ends)])
+    whole = rrb.VisibleTimeRanges([rrb.VisibleTimeRange(DURATION, start=ends, end=ends)])
     (left, bottom), (right, top) = frame.with_margin()
     return rrb.Spatial2DView(
-        origin="/",
-        contents=["/path/**"],
-        name="Path [m], coloured by estimated mode",
-        overrides={"/path/estimated": always, "/path/true": always},
+        origin=root or "/",
+        contents=[f"{root}/path/**"],
+        name=name,
+        overrides={root + entity: whole for entity in always},
         visual_bounds=rrb.VisualBounds2D(x_range=(left, right), y_range=(-top, -bottom)),
     )
 
 
-def _with_panels(content: rrb.Container | rrb.View) -> rrb.Blueprint:
+def with_panels(content: rrb.Container | rrb.View) -> rrb.Blueprint:
+    """The whole window: content and time panel, the others folded."""
     return rrb.Blueprint(
         content,
         rrb.TimePanel(state="collapsed", timeline=DURATION, play_state="paused"),

@@ -71,15 +71,15 @@ def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
     return lines, np.array(places).reshape(-1, 2), texts
 
 
-def log_scene(recording: rr.RecordingStream) -> None:
-    """What holds for all of ``/path``: y upwards (Rerun's plane has it downwards), and the modes' colours."""
+def log_scene(recording: rr.RecordingStream, root: str = "") -> None:
+    """What holds for ``root/path``: y upwards (Rerun's plane has it downwards), and the modes' colours."""
     infos = [
         rr.AnnotationInfo(colours.class_id(mode), colours.mode_name(mode), colour)
         for mode, colour in colours.MODE_COLOURS.items()
     ]
-    recording.log("/path", rr.AnnotationContext(infos), rr.Transform3D(scale=[1, -1, 1]), static=True)
+    recording.log(f"{root}/path", rr.AnnotationContext(infos), rr.Transform3D(scale=[1, -1, 1]), static=True)
     robot = rr.Points2D.from_fields(colors=colours.ROBOT, radii=rr.Radius.ui_points(5), draw_order=20)
-    recording.log("/path/robot", robot, static=True)
+    recording.log(f"{root}/path/robot", robot, static=True)
 
 
 def strip_columns(strips: Strips) -> rr.ComponentColumnList:
@@ -101,16 +101,16 @@ def true_strip_columns(xy: F64) -> rr.ComponentColumnList:
     )
 
 
-def log_grid(recording: rr.RecordingStream, low: F64, high: F64) -> None:
+def log_grid(recording: rr.RecordingStream, low: F64, high: F64, root: str = "") -> None:
     """A labelled grid behind the path."""
     lines, places, texts = grid(low, high)
     thin, none = rr.Radius.ui_points(0.5), rr.Radius.ui_points(0)
     recording.log(
-        "/path/grid/lines",
+        f"{root}/path/grid/lines",
         rr.LineStrips2D(lines, colors=colours.GRID, radii=thin, draw_order=-10),
         static=True,
     )
     labels = rr.Points2D(
         places, labels=texts, show_labels=True, colors=colours.GRID_LABEL, radii=none, draw_order=-5
     )
-    recording.log("/path/grid/labels", labels, static=True)
+    recording.log(f"{root}/path/grid/labels", labels, static=True)

@@ -1,5 +1,6 @@
 """One Rerun recording on its way into a file: how each kind of data is put into it."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import polars as pl
@@ -26,19 +27,25 @@ DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).ro
 """The instant that the derivative columns of a row describe."""
 
 
-class Sink:
-    """A recording that streams into ``path``; ``start_ns`` is the zero of the timeline ``log_t``."""
+def recording_into(path: Path, recording_id: str | None) -> rr.RecordingStream:
+    """A recording that streams into ``path``."""
+    recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
+    recording.save(path)
+    return recording
 
-    def __init__(self, path: Path, recording_id: str | None) -> None:
+
+class Sink:
+    """A run in a recording, below ``root``; ``start_ns`` is the zero of the timeline ``log_t``."""
+
+    def __init__(self, recording: rr.RecordingStream, root: str = "", lanes: Sequence[Lane] = LANES) -> None:
         self.start_ns = 0
         self.written: dict[str, bool] = {}
         """Series that hold anything, and whether the last row of each was finite."""
         self._path_end: pl.DataFrame | None = None
-        self.recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
-        self.recording.save(path)
-        log_scene(self.recording)
-        for lane in LANES:
-            self.recording.log(lane.entity, lane.configuration(), static=True)
+        self.recording, self._root = recording, root
+        log_scene(self.recording, root)
+        for lane in lanes:
+            self.recording.log(root + lane.entity, lane.configuration(), static=True)
 
     def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
         """Append rows to a series, leaving holes where a value is null or not finite."""
@@ -70,6 +77,11 @@ class Sink:
         if strips.points:
             self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
 
+    def add_strips(self, entity: str, t_ns: pl.Series, strips: rr.ComponentColumnList) -> None:
+        """Append pieces of a path, each at a stamp."""
+        if len(t_ns):
+            self._send(entity, t_ns, strips)
+
     def add_true_path(self, truth: pl.DataFrame) -> None:
         """The true path as a whole."""
         if len(truth) > 1 and set(XY) <= set(truth.columns):
@@ -77,7 +89,7 @@ class Sink:
 
     def add_grid(self, frame: Frame) -> None:
         """The grid behind the path."""
-        log_grid(self.recording, *frame.with_margin())
+        log_grid(self.recording, *frame.with_margin(), self._root)
 
     def add_text(self, markdown: str) -> None:
         """The text panel."""
@@ -104,7 +116,9 @@ class Sink:
             names=list(series.names),
             aggregation_policy=rr.components.AggregationPolicy.MinMax,
         )
-        self.recording.log(series.entity, style, static=True)
+        self.recording.log(self._root + series.entity, style, static=True)
 
     def _send(self, entity: str, t_ns: pl.Series, columns: rr.ComponentColumnList) -> None:
-        self.recording.send_columns(entity, time_columns(t_ns.to_numpy(), self.start_ns), columns)
+        self.recording.send_columns(
+            self._root + entity, time_columns(t_ns.to_numpy(), self.start_ns), columns
+        )

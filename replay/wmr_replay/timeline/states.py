@@ -24,14 +24,15 @@ class Lane:
         return rr.StateConfiguration(values=names, labels=names, colors=list(self.colours.values()))
 
 
-def _mode_lane(entity: str, column: str) -> Lane:
+def mode_lane(entity: str, column: str) -> Lane:
+    """A lane of the contact mode in ``column``."""
     names = pl.col(column).replace_strict(_MODE_NAMES, default=None, return_dtype=pl.String)
     return Lane(entity, names, {mode_name(mode): colour for mode, colour in MODE_COLOURS.items()})
 
 
 LANES: tuple[Lane, ...] = (
-    _mode_lane("/mode/true", "mode_true"),
-    _mode_lane("/mode/estimated", "mode"),
+    mode_lane("/mode/true", "mode_true"),
+    mode_lane("/mode/estimated", "mode"),
     Lane(
         "/status",
         pl.col("status").cast(pl.String).str.replace_all("_", " "),

@@ -11,7 +11,7 @@ from wmr_replay.timeline.columns import stride_for
 from wmr_replay.timeline.description import description
 from wmr_replay.timeline.path import Frame
 from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
-from wmr_replay.timeline.sink import Sink
+from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import LANES, Changes
 
 TrueStates = Callable[[int], Iterator[pl.DataFrame]]
@@ -46,7 +46,7 @@ class Timeline:
         self._log_name, self._alpha_nominal, self._rate_hz = log_name, alpha_nominal, rate_hz
         self._stride = stride_for(rate_hz, max_rate_hz)
         self._truth = truth
-        self._sink = Sink(self._part, recording_id)
+        self._sink = Sink(recording_into(self._part, recording_id))
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
         self._frame = Frame()
         self._pieces: list[pl.DataFrame] = []

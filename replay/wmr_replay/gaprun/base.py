@@ -1,0 +1,31 @@
+"""A model file as the base of another log's analysis: what of it holds there."""
+
+from dataclasses import replace
+
+from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.model_file import Model
+
+TIMED = ("load_step", "slip_interval")
+"""Effects at a time of the log that they were found in."""
+
+
+def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[str, ...]]:
+    """The base model as it holds for a log, and notes on what was left out of it.
+
+    Effects at a time are left out on any log but the one that the model was fitted to. Raises InvalidSetting
+    for an effect that only a dictionary term describes, which has no form to simulate.
+    """
+    if base is None:
+        return None, ()
+    for effect in base.effects:
+        if effect.name.startswith(UNNAMED_PREFIX):
+            raise InvalidSetting(
+                f"a base model cannot hold {effect.name}; take it out of the model file, or name what it is"
+            )
+    if base.provenance.log_sha256 in ("", log_sha256):
+        return base, ()
+    kept = tuple(effect for effect in base.effects if effect.name not in TIMED)
+    left_out = [effect.name for effect in base.effects if effect.name in TIMED]
+    notes = (f"{name} of the model belongs to the time of another log and is left out" for name in left_out)
+    return replace(base, effects=kept), tuple(notes)

@@ -1,0 +1,1 @@
+"""Did the answer change? Tables against stored references, summaries against criteria, two results."""

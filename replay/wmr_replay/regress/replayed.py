@@ -1,0 +1,86 @@
+"""Replaying a log as a stored result was made: what ``summary.settings`` says, and what is asked for now."""
+
+import json
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from wmr_replay.ingest import Between
+from wmr_replay.regress.results import Results, read_results
+from wmr_replay.run import run_log
+from wmr_replay.settings import Settings
+from wmr_schemas.errors import InvalidFile, InvalidSetting
+from wmr_schemas.mapping_file import LogMapping, read_mapping
+from wmr_schemas.model_file import Model, read_model
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What decides a replay's numbers besides the log."""
+
+    settings: Settings = field(default_factory=Settings)
+    mapping: LogMapping | None = None
+    between: Between | None = None
+    model: Model | None = None
+
+    def changed(
+        self,
+        changes: Mapping[str, Any],
+        mapping: LogMapping | None = None,
+        between: Between | None = None,
+        model: Model | None = None,
+    ) -> "Asked":
+        """The same with other settings; a mapping, limits or model given here replace the stored one."""
+        return Asked(
+            replace(self.settings, **changes),
+            mapping or self.mapping,
+            between or self.between,
+            model or self.model,
+        )
+
+
+def stored_request(results: Results, source: Path) -> Asked:
+    """What the stored result was asked for. Raises InvalidFile where ``summary.settings`` does not say."""
+    try:
+        stored = json.loads(results.summary["settings"][0])
+        known = {f.name for f in fields(Settings)}
+        settings = Settings(**{name: value for name, value in stored.items() if name in known})
+        given = dict(stored.get("given", {}))
+    except (KeyError, IndexError, TypeError, ValueError, InvalidSetting) as error:
+        raise InvalidFile(source, "settings", f"cannot be understood ({error})") from None
+    return Asked(
+        settings,
+        from_text(read_mapping, given.get("mapping")),
+        Between(given.get("start"), given.get("end")),
+        from_text(read_model, given.get("model")),
+    )
+
+
+def from_text(read: Callable[[Path], T], text: str | None) -> T | None:
+    """What ``read`` makes of a file with that text."""
+    if not text:
+        return None
+    with tempfile.TemporaryDirectory(prefix="wmr-replay-") as folder:
+        path = Path(folder, "stored.toml")
+        path.write_text(text, encoding="utf-8")
+        return read(path)
+
+
+def replay(log: Path, asked: Asked, progress: Callable[[int, int], None] | None = None) -> Results:
+    """The tables of a log, replayed now. Raises LogUnusable."""
+    with tempfile.TemporaryDirectory(prefix="wmr-replay-") as folder:
+        run_log(
+            log,
+            Path(folder),
+            settings=asked.settings,
+            mapping=asked.mapping,
+            between=asked.between,
+            model=asked.model,
+            timeline=False,
+            progress=progress,
+        )
+        return read_results(Path(folder), log.stem)

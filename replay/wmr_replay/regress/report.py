@@ -1,0 +1,127 @@
+"""What a check found: lines for a person, a document for a machine, JUnit XML for an integration server."""
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+from xml.etree import ElementTree
+
+from wmr_replay.regress.check import LogCheck
+from wmr_replay.regress.differences import ColumnDifference, TableComparison
+
+COLUMNS_SHOWN = 6
+
+
+def check_lines(check: LogCheck) -> Iterator[str]:
+    """One log: a line when it passes, what is wrong with it when it does not."""
+    if check.problem is not None:
+        yield f"{check.log.stem}: FAILED: {check.problem}"
+        return
+    if check.accepted:
+        yield f"{check.log.stem}: stored as the new reference"
+    elif check.tables:
+        n_rows, n_values = check.tables[0].n_rows, sum(table.n_values for table in check.tables)
+        verdict = "same" if check.same else "DIFFERS"
+        yield f"{check.log.stem}: {verdict} ({n_rows} samples, {n_values} values)"
+    else:
+        yield f"{check.log.stem}: {'passed' if check.passed else 'FAILED'}"
+    for table in check.tables:
+        yield from (f"  {table.table}: {line}" for line in table_lines(table))
+    for judged in check.criteria:
+        value = "unknown" if judged.value is None else f"{judged.value:.6g}"
+        yield f"  {'met' if judged.passed else 'NOT MET'}: {judged.criterion} (is {value})"
+    yield from (f"  note: {note}" for note in check.notes)
+
+
+def table_lines(table: TableComparison) -> Iterator[str]:
+    """Problems of types and counts, else the columns that differ, as many as fit."""
+    yield from table.problems
+    for column in table.columns[:COLUMNS_SHOWN]:
+        yield value_line(table, column) if table.n_rows == 1 else column_line(column, table.n_rows)
+    if len(table.columns) > COLUMNS_SHOWN:
+        yield f"… and {len(table.columns) - COLUMNS_SHOWN} columns more"
+
+
+def column_line(column: ColumnDifference, n_rows: int) -> str:
+    """How many values of a column lie beyond its tolerance, and how far."""
+    worst = "" if column.worst is None else f", worst {column.worst:+.3g}"
+    may = f" ({column.allowed} may)" if column.allowed else ""
+    return f"{column.column}: {column.n} of {n_rows} values{may}, first in row {column.first_row}{worst}"
+
+
+def value_line(table: TableComparison, column: ColumnDifference) -> str:
+    """What became of the one value of a column."""
+    (row,) = table.differences.filter(column=column.column).iter_rows(named=True)
+    return f"{column.column}: {row['new']}, not {row['reference']}"
+
+
+def check_json(checks: Sequence[LogCheck], missing: Sequence[str], accept: str | None) -> dict[str, Any]:
+    """The whole check as one document."""
+    return {
+        "passed": all(check.passed for check in checks) and bool(checks),
+        "logs": [log_json(check) for check in checks],
+        "references_without_log": list(missing),
+        "accept": accept,
+    }
+
+
+def log_json(check: LogCheck) -> dict[str, Any]:
+    """One log of the document."""
+    return {
+        "log": str(check.log),
+        "passed": check.passed,
+        "problem": check.problem,
+        "accepted": check.accepted,
+        "notes": list(check.notes),
+        "tables": {
+            table.table: {
+                "passed": table.passed,
+                "problems": list(table.problems),
+                "rows": table.n_rows,
+                "values": table.n_values,
+                "columns": [vars(column) | {"passed": column.passed} for column in table.columns],
+            }
+            for table in check.tables
+        },
+        "criteria": [
+            {"criterion": str(judged.criterion), "value": judged.value, "passed": judged.passed}
+            for judged in check.criteria
+        ],
+    }
+
+
+def junit_xml(checks: Sequence[LogCheck], missing: Sequence[str], accept: str | None) -> str:
+    """One test case for each table and criterion of each log; skipped ones for references without a log."""
+    suite = ElementTree.Element("testsuite", name="wmr-replay check")
+    for check in checks:
+        for name, problems in cases(check):
+            case = ElementTree.SubElement(suite, "testcase", classname=check.log.stem, name=name)
+            if problems:
+                kind = "error" if check.unusable else "failure"
+                found = ElementTree.SubElement(case, kind, message=problems[0])
+                found.text = "\n".join([*problems, *([f"to accept: {accept}"] if accept else [])])
+    for stem in missing:
+        case = ElementTree.SubElement(suite, "testcase", classname=stem, name="samples")
+        ElementTree.SubElement(case, "skipped", message="the reference's log was not given")
+    for attribute, path in (
+        ("tests", "testcase"),
+        ("failures", "*/failure"),
+        ("errors", "*/error"),
+        ("skipped", "*/skipped"),
+    ):
+        suite.set(attribute, str(len(suite.findall(path))))
+    root = ElementTree.Element("testsuites")
+    root.append(suite)
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def cases(check: LogCheck) -> Iterator[tuple[str, list[str]]]:
+    """The test cases of one log, each with its problems."""
+    if check.problem is not None:
+        yield "replay", [check.problem]
+    for table in check.tables:
+        yield table.table, [] if table.passed or check.accepted else [*table_lines(table)]
+    for judged in check.criteria:
+        value = "unknown" if judged.value is None else repr(judged.value)
+        yield str(judged.criterion), [] if judged.passed else [f"{judged.criterion.column} is {value}"]
+    if check.accepted and not check.tables:
+        yield "stored as the new reference", []

@@ -1,0 +1,225 @@
+"""``gap.json``: what a gap analysis found, as a file; its JSON Schema is made of the types below.
+
+A number that is not known (or not finite) is null, never NaN.
+"""
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta, Struct
+
+from wmr_schemas.errors import InvalidFile
+
+Maybe = float | None
+Probability = Annotated[float, Meta(ge=0, le=1)] | None
+Size = Annotated[float, Meta(ge=0)] | None
+Verdict = Literal["named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation"]
+SCHEMA_NAME = "gap.schema.json"
+
+
+class Part(Struct, frozen=True, forbid_unknown_fields=True):
+    """A table of the file; unknown keys are refused."""
+
+
+class Estimate(Part, frozen=True):
+    """A parameter with its 95 % interval."""
+
+    value: Annotated[float | None, Meta(description="estimate")]
+    ci95: Annotated[tuple[Maybe, Maybe], Meta(description="95 % interval; null where it has no bound")]
+    unit: Annotated[str, Meta(description="unit of value and interval; `1` for a ratio")]
+
+
+class Alternative(Part, frozen=True):
+    """Another effect that explains the log, and how much worse."""
+
+    name: Annotated[str, Meta(description="name in the catalogue")]
+    delta_bic: Annotated[Size, Meta(description="BIC of the alternative minus that of the chosen effect")]
+
+
+class Effect(Part, frozen=True):
+    """An effect that is missing from the base model."""
+
+    name: Annotated[
+        str, Meta(description="name in the catalogue, or `unnamed:<channel>:<term>` of a dictionary term")
+    ]
+    channel: Annotated[str, Meta(description="where it acts")]
+    formula: Annotated[str, Meta(description="its form")]
+    parameters: Annotated[dict[str, Estimate], Meta(description="its parameters, by name")]
+    confound_class: Annotated[
+        tuple[str, ...],
+        Meta(min_length=1, description="effects that no motion can tell apart from it, itself among them"),
+    ]
+    alternatives: Annotated[
+        tuple[Alternative, ...], Meta(description="the next best effects, and how much worse they are")
+    ]
+    p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
+    separate_with: Annotated[str, Meta(description="a manoeuvre that would tell the alternatives apart")]
+
+
+class Interval(Part, frozen=True):
+    """A stretch of time in which the models disagree."""
+
+    start_s: Annotated[float, Meta(description="from the log's first pose")]
+    end_s: Annotated[float, Meta(description="end of the stretch")]
+    share: Annotated[Size, Meta(description="of the whole excess of prediction errors")]
+
+
+class Region(Part, frozen=True):
+    """A disc on the path in which the models disagree."""
+
+    x_m: Annotated[float, Meta(description="centre")]
+    y_m: Annotated[float, Meta(description="centre")]
+    radius_m: Annotated[float, Meta(ge=0, description="radius")]
+    share: Annotated[Size, Meta(description="of the whole excess of prediction errors")]
+
+
+class Regime(Part, frozen=True):
+    """A bin of a regime: mean squared whitened prediction errors in it, 1 where noise explains everything."""
+
+    low: Annotated[Maybe, Meta(description="lower edge of the bin; null: no bound")]
+    high: Annotated[Maybe, Meta(description="upper edge; null: no bound")]
+    seconds: Annotated[Size, Meta(description="time spent in it")]
+    longitudinal: Annotated[Size, Meta(description="error of the longitudinal channel")]
+    lateral: Annotated[Size, Meta(description="error of the lateral channel")]
+    yaw: Annotated[Size, Meta(description="error of the yaw channel")]
+
+
+class Where(Part, frozen=True):
+    """Where simulation and measurement disagree."""
+
+    channels: Annotated[
+        dict[str, Size],
+        Meta(description="√(Q/Q_none) of each channel: disturbance that the base model needs, over its own"),
+    ]
+    intervals: Annotated[tuple[Interval, ...], Meta(description="in time, the largest share first")]
+    regions: Annotated[tuple[Region, ...], Meta(description="on the path, the largest share first")]
+    regime: Annotated[
+        dict[str, tuple[Regime, ...]],
+        Meta(description="by speed, yaw rate, torque, heading and mode: bins in ascending order"),
+    ]
+
+
+class Train(Part, frozen=True):
+    """Root mean square gap over the windows that were fitted."""
+
+    before: Annotated[Size, Meta(description="with the base model")]
+    after: Annotated[Size, Meta(description="with the extended model")]
+
+
+class HeldOut(Part, frozen=True):
+    """Root mean square gap over the windows that were not fitted."""
+
+    before: Annotated[Size, Meta(description="with the base model")]
+    after: Annotated[Size, Meta(description="with the extended model")]
+    floor: Annotated[Size, Meta(description="what measurement noise alone would leave")]
+    reduction_ci95: Annotated[
+        tuple[Maybe, Maybe], Meta(description="95 % interval of 1 − after/before, windows in pairs")
+    ]
+    p_value: Annotated[Probability, Meta(description="that the gap shrank by chance")]
+
+
+class YawGap(Part, frozen=True):
+    """The gap in yaw."""
+
+    metric: Annotated[str, Meta(description="what was measured: `yaw_rms_4s`")]
+    unit: Annotated[Literal["rad"], Meta(description="unit of the gaps")]
+    windows: Annotated[int, Meta(ge=0, description="held-out windows")]
+    train: Train
+    held_out: HeldOut
+
+
+class Gap(Part, frozen=True):
+    """The gap in position over windows of 4 s whose initial state is fitted; under ``yaw`` that in yaw."""
+
+    metric: Annotated[str, Meta(description="what was measured: `position_rms_4s`")]
+    unit: Annotated[Literal["m"], Meta(description="unit of the gaps")]
+    windows: Annotated[int, Meta(ge=0, description="held-out windows")]
+    train: Train
+    held_out: HeldOut
+    yaw: YawGap
+
+
+class Detectable(Part, frozen=True):
+    """The smallest size of an effect that would have been seen."""
+
+    value: Annotated[Maybe, Meta(description="size of its first parameter")]
+    unit: Annotated[str, Meta(description="unit of that parameter")]
+
+
+class ModelTables(Part, frozen=True, omit_defaults=True):
+    """The extended model, table for table as in ``<stem>.model.toml``; empty tables are left out."""
+
+    robot: dict[str, float | str] = {}
+    noise: dict[str, float] = {}
+    effects: tuple[dict[str, float | str], ...] = ()
+    provenance: dict[str, str] = {}
+
+
+class Asked(Part, frozen=True):
+    """What the user asked for."""
+
+    tolerance_m: Annotated[float, Meta(ge=0, description="an effect counts when it moves the path by more")]
+    tolerance_s: Annotated[float, Meta(gt=0, description="over this time")]
+    max_effects: Annotated[int, Meta(ge=1, description="most effects looked for")]
+
+
+class GapFile(Part, frozen=True):
+    """The whole file."""
+
+    verdict: Annotated[Verdict, Meta(description="the answer in a word")]
+    sentence: Annotated[str, Meta(description="the answer in a sentence")]
+    effects: Annotated[tuple[Effect, ...], Meta(description="what is missing, in the order found")]
+    where: Where
+    gap: Gap
+    modes: Annotated[
+        str,
+        Meta(
+            pattern=r"^(identified|ideal|topic:.+)$",
+            description="how the contact mode was obtained: `identified`, `ideal` or `topic:/…`",
+        ),
+    ]
+    base: Annotated[str, Meta(description="where the base model came from")]
+    unnameable: Annotated[tuple[str, ...], Meta(description="effects that this base model rules out")]
+    minimum_detectable: Annotated[
+        dict[str, Detectable], Meta(description="by effect: what a `nothing_missing` means")
+    ]
+    notes: Annotated[tuple[str, ...], Meta(description="what else a reader should know")]
+    model: ModelTables
+    log: Annotated[str, Meta(description="the log as it was named")]
+    log_sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="hash of the log")]
+    settings: Asked
+    seed: Annotated[int, Meta(ge=0, description="of the placebo logs")]
+    version: Annotated[str, Meta(description="version of wmr-replay that wrote the file")]
+
+
+def gap_to_json(gap: GapFile) -> str:
+    """The text of the file; :func:`read_gap` gives the same back."""
+    return msgspec.json.format(msgspec.json.encode(gap), indent=2).decode() + "\n"
+
+
+def read_gap(path: Path) -> GapFile:
+    """Read and check a ``gap.json``. Raises InvalidFile naming the place at fault."""
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=GapFile)
+    except OSError as error:
+        raise InvalidFile(path, "", f"cannot be read ({error.strerror})") from None
+    except msgspec.ValidationError as error:
+        problem, _, place = str(error).partition(" - at `")
+        raise InvalidFile(path, place.removesuffix("`"), problem) from None
+    except msgspec.DecodeError as error:
+        raise InvalidFile(path, "", f"is not JSON: {error}") from None
+
+
+def gap_schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) that the types above amount to."""
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "gap.json"}
+    return head | msgspec.json.schema(GapFile)
+
+
+def committed_schema() -> dict[str, Any]:
+    """The schema as it lies beside this module, for those who read ``gap.json`` elsewhere."""
+    text = files("wmr_schemas").joinpath(SCHEMA_NAME).read_bytes()
+    schema: dict[str, Any] = msgspec.json.decode(text)
+    return schema

@@ -1,0 +1,291 @@
+"""``wmr-replay gap`` and ``wmr-replay fit``: files, exit codes, what is read and what never is."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import wmr_replay.gaprun.command as gap_command
+from wmr_replay import cli
+from wmr_replay.gaprun.base import base_for
+from wmr_schemas.errors import InvalidSignal
+from wmr_schemas.gap_file import read_gap
+from wmr_schemas.model_file import Effect, Model, Provenance, model_to_toml, read_model
+from wmr_schemas.signals import Log
+from wmr_synth import record, synthesise, write_mcap
+
+BINARY = Path(sys.executable).with_name("wmr-replay")
+FILES = {"drive.gap.json", "drive.gap.rrd", "drive.model.toml"}
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A short log without a mode channel; its side files are gone before anything else happens."""
+    path = tmp_path_factory.mktemp("log") / "drive.mcap"
+    written = record(synthesise("patrol", seed=2, duration_s=6.0), path, mode_topic=False)
+    for side_file in written[1:]:
+        side_file.unlink()
+    assert [file.name for file in path.parent.iterdir()] == ["drive.mcap"]
+    return path
+
+
+@pytest.fixture
+def analysed(monkeypatch, made_up_gap):
+    """The analysis replaced by one that keeps what it was given and answers at once."""
+    seen = {"result": made_up_gap.gap_result()}
+
+    def analyse(log, base, options, progress):
+        seen.update(log=log, base=base, options=options)
+        return seen["result"]
+
+    monkeypatch.setattr(gap_command, "analyse", analyse)
+    monkeypatch.setattr(gap_command, "calibrate", lambda *given: analyse(*given, None).model)
+    return seen
+
+
+@pytest.fixture
+def run(monkeypatch, tmp_path, capsys):
+    """``run(*arguments) -> (exit code, stdout, stderr)`` in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["wmr-replay", *map(str, arguments)])
+        try:
+            cli.main()
+            code = 0
+        except SystemExit as done:
+            code = done.code or 0
+        printed = capsys.readouterr()
+        return code, printed.out, printed.err
+
+    return run
+
+
+def names(folder):
+    return {path.name for path in folder.iterdir()} if folder.exists() else set()
+
+
+def test_all_files_are_written_and_the_verdict_is_said(run, log, analysed, tmp_path):
+    code, out, err = run("gap", log)
+    assert (code, err) == (0, "")
+    assert names(tmp_path / "drive.wmr") == FILES
+    assert "viscous_drag" in out
+    assert "● named The base model lacks viscous_drag" in out
+    assert "24 mm     5.2 mm" in out
+    assert max(map(len, out.splitlines())) <= 100 + len(str(log))
+    found = read_gap(tmp_path / "drive.wmr" / "drive.gap.json")
+    assert found.verdict == "named"
+    assert found.log == str(log)
+
+
+def test_the_extended_model_says_where_it_came_from(run, log, analysed, tmp_path):
+    run("gap", log, "--out", "here", "--seed", "3")
+    model = read_model(tmp_path / "here" / "drive.model.toml")
+    assert model.effects == analysed["result"].model.effects
+    assert model.provenance.command == f"wmr-replay gap {log} --out here --seed 3"
+    assert model.provenance.log_sha256 == read_gap(tmp_path / "here" / "drive.gap.json").log_sha256
+    assert analysed["options"].seed == 3
+
+
+def test_json_is_the_file(run, log, analysed, tmp_path):
+    _, out, _ = run("gap", log, "--json", "--no-rrd")
+    assert out == (tmp_path / "drive.wmr" / "drive.gap.json").read_text()
+    assert names(tmp_path / "drive.wmr") == FILES - {"drive.gap.rrd"}
+
+
+def test_an_older_recording_does_not_stay_beside_a_newer_verdict(run, log, analysed, tmp_path):
+    run("gap", log)
+    run("gap", log, "--no-rrd")
+    assert names(tmp_path / "drive.wmr") == FILES - {"drive.gap.rrd"}
+
+
+@pytest.mark.parametrize(
+    ("fail_on", "code"), [("named", 1), ("ambiguous, named", 1), ("unnamed", 0), ("", 0)]
+)
+def test_fail_on_decides_the_exit_code_and_still_writes_everything(
+    run, log, analysed, tmp_path, fail_on, code
+):
+    assert run("gap", log, "--fail-on", fail_on)[0] == code
+    assert names(tmp_path / "drive.wmr") == FILES
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ("--fail-on", "perhaps"),
+        ("--tolerance", "3"),
+        ("--tolerance", "3:40"),
+        ("--modes", "topic:"),
+        ("--modes", "given"),
+        ("--modes", "true"),
+        ("--max-effects", "4"),
+        ("--truth", "/ground_truth/mode"),
+    ],
+)
+def test_wrong_usage_exits_with_2_and_writes_nothing(run, log, analysed, tmp_path, wrong):
+    code, out, err = run("gap", log, *wrong)
+    assert (code, out) == (2, "")
+    assert err
+    assert names(tmp_path) == set()
+
+
+def test_options_reach_the_analysis(run, log, analysed):
+    run("gap", log, "--tolerance", "5:2", "--modes", "ideal", "--max-effects", "1")
+    options = analysed["options"]
+    assert (options.tolerance_m, options.tolerance_s) == (0.005, 2.0)
+    assert (options.modes, options.max_effects) == ("ideal", 1)
+    assert analysed["base"] is None
+
+
+def test_no_mode_is_handed_on_unless_its_topic_is_named(run, analysed, tmp_path):
+    path = tmp_path / "drive.mcap"
+    record(synthesise("patrol", seed=2, duration_s=6.0), path)
+    run("gap", path)
+    assert analysed["log"].mode is None
+    code, _, _ = run("gap", path, "--modes", "topic:/ground_truth/mode")
+    assert code == 0
+    assert len(analysed["log"].mode) >= 1
+    assert analysed["options"].modes == "given"
+    assert read_gap(tmp_path / "drive.wmr" / "drive.gap.json").modes == "topic:/ground_truth/mode"
+
+
+def test_the_side_files_change_nothing(run, analysed, tmp_path, log):
+    path = tmp_path / "drive.mcap"
+    _, facts, states = record(synthesise("patrol", seed=2, duration_s=6.0), path, mode_topic=False)
+    facts.write_text("not to be read")
+    states.write_text("not to be read")
+    assert run("gap", path)[0] == 0
+    beside = analysed["log"]
+    run("gap", log)
+    for name, column in vars(analysed["log"].pose).items():
+        np.testing.assert_array_equal(getattr(beside.pose, name), column)
+
+
+def test_a_base_model_is_read_and_never_overwritten(run, log, analysed, tmp_path):
+    run("fit", log, "--out", "base")
+    base = tmp_path / "base" / "drive.model.toml"
+    code, _, _ = run("gap", log, "--model", base)
+    assert code == 0
+    assert analysed["base"].effects == analysed["result"].model.effects
+    before = base.read_text()
+    code, _, err = run("gap", log, "--model", base, "--out", "base")
+    assert code == 2
+    assert "would overwrite its base" in err
+    assert base.read_text() == before
+
+
+def test_effects_at_a_time_do_not_follow_the_robot_to_another_log():
+    times = {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}
+    effects = (Effect("slip_interval", times), Effect("viscous_drag", {"c1_per_s": 0.2}))
+    model = Model(effects=effects, provenance=Provenance(log_sha256="a" * 64))
+    assert base_for(model, "a" * 64) == (model, ())
+    base, notes = base_for(model, "b" * 64)
+    assert [effect.name for effect in base.effects] == ["viscous_drag"]
+    assert notes == ("slip_interval of the model belongs to the time of another log and is left out",)
+
+
+def test_a_term_without_a_name_is_refused_as_a_base(run, log, analysed, tmp_path):
+    path = tmp_path / "base.toml"
+    path.write_text(model_to_toml(Model(effects=(Effect("unnamed:longitudinal:v3", {"coefficient": 1.0}),))))
+    code, _, err = run("gap", log, "--model", path)
+    assert code == 2
+    assert "cannot hold unnamed:longitudinal:v3" in err
+
+
+def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, made_up_gap):
+    sd = {"alpha": 0.002}
+    analysed["result"] = made_up_gap.gap_result(model=made_up_gap.Model(made_up_gap.ROBOT, sd))
+    code, out, _ = run("fit", log)
+    assert code == 0
+    assert names(tmp_path / "drive.wmr") == {"drive.model.toml"}
+    model = read_model(tmp_path / "drive.wmr" / "drive.model.toml")
+    assert model.robot_sd == sd
+    assert model.provenance.command == f"wmr-replay fit {log}"
+    assert "0.2741 … 0.2819" in out
+    assert "as given" in out
+    _, out, _ = run("fit", log, "--json")
+    assert json.loads(out)["robot"]["alpha_sd"] == 0.002
+
+
+@pytest.mark.parametrize("failing", ["gap_to_json", "model_to_toml", "write_gap_timeline"])
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt, 130), (OSError, 70)])
+def test_whatever_stops_the_writing_leaves_nothing(
+    run, log, analysed, tmp_path, monkeypatch, failing, error, code
+):
+    def stop(*_):
+        raise error
+
+    monkeypatch.setattr(gap_command, failing, stop)
+    assert run("gap", log)[0] == code
+    assert names(tmp_path / "drive.wmr") == set()
+
+
+def test_an_interruption_leaves_older_results_alone(run, log, analysed, tmp_path, monkeypatch):
+    run("gap", log)
+    before = (tmp_path / "drive.wmr" / "drive.gap.json").read_bytes()
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gap_command, "write_gap_timeline", stop)
+    code, _, err = run("gap", log)
+    assert code == 130
+    assert "nothing half-written" in err
+    assert names(tmp_path / "drive.wmr") == FILES
+    assert (tmp_path / "drive.wmr" / "drive.gap.json").read_bytes() == before
+
+
+def test_a_log_without_torques_exits_with_3_and_says_what_to_try(run, tmp_path, analysed):
+    path = tmp_path / "drive.mcap"
+    simulated = synthesise("patrol", seed=2, duration_s=6.0)
+    write_mcap(Log(simulated.log.pose, None, None, simulated.log.robot), path)
+    code, _, err = run("gap", path)
+    assert code == 3
+    assert "no wheel torques" in err
+    assert "--torque TOPIC" in err
+    assert "log" not in analysed
+
+
+def test_what_the_analysis_says_of_a_signal_is_said_of_the_log(run, log, monkeypatch):
+    def analyse(*_):
+        raise InvalidSignal("pose", "too few bins")
+
+    monkeypatch.setattr(gap_command, "analyse", analyse)
+    code, _, err = run("gap", log)
+    assert code == 3
+    assert err.startswith(f"error: {log}: pose: too few bins")
+    assert "needs a minute or so of driving" in err
+
+
+def test_a_log_that_is_too_short_is_no_internal_error(run, tmp_path):
+    path = tmp_path / "short.mcap"
+    record(synthesise("patrol", seed=2, duration_s=3.0), path, truth=False)
+    code, _, err = run("gap", path)
+    assert code == 3
+    assert "needs a minute or so of driving" in err
+    assert names(tmp_path) == {"short.mcap"}
+
+
+def test_a_hidden_effect_is_named_from_the_command_line(tmp_path):
+    """End to end, with the analysis itself; the side files are gone before it starts."""
+
+    def command(*arguments):
+        done = subprocess.run([BINARY, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    hide = ("--hide", "viscous_drag:c1_per_s=.2", "--no-truth-topic", "--seed", "1")
+    command("synth", "patrol", *hide, "--duration", "60", "--out", "drag.mcap")
+    for side_file in tmp_path.glob("drag.truth.*"):
+        side_file.unlink()
+    command("gap", "drag.mcap", "--modes", "identified")
+    found = read_gap(tmp_path / "drag.wmr" / "drag.gap.json")
+    assert found.effects[0].name == "viscous_drag"
+    low, high = found.effects[0].parameters["c1_per_s"].ci95
+    assert low < 0.2 < high
+    assert found.gap.held_out.after < 0.5 * found.gap.held_out.before
+    for use in (("synth", "patrol", "--out", "again.mcap", "--duration", "10"), ("run", "drag.mcap")):
+        command(*use, "--model", "drag.wmr/drag.model.toml")
