@@ -60,7 +60,7 @@ def written(_, z, p, mode):
     yaw_rate = w / BASE.half_track_m
     at = lambda key: p.get(key, 0.0)  # noqa: E731
     left, right = TORQUES[Row.LEFT], TORQUES[Row.RIGHT]
-    sgn = lambda speed: np.tanh(speed / 0.05)  # noqa: E731
+    sgn = lambda speed: np.tanh(speed / 0.02)  # noqa: E731
     left -= at(Theta.WHEEL_COULOMB) * sgn(v - w) + at(Theta.WHEEL_VISCOUS) * (v - w)
     right -= at(Theta.WHEEL_COULOMB) * sgn(v + w) + at(Theta.WHEEL_VISCOUS) * (v + w)
     grip = (1 - at(Theta.SLIP)) * (1 - at(Theta.PATCH)) * (1 + at(Theta.DRIVE_GAIN))
