@@ -111,7 +111,7 @@ class Chain:
         )
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
-        self._terms, self._has_terms = model.terms, any(model.terms[:-1])
+        self._terms = model.terms
         self._robot, self._start_ns = robot, int(stretch.t_ns[0])
         self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
         self._aside = Aside(self._start_ns, OUTLIER)
@@ -141,7 +141,7 @@ class Chain:
                 rows.inputs[:2],
                 motion,
                 force,
-                self._known_acceleration(motion, derivatives.estimates[2, 0]),
+                self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2]),
                 variances,
                 independence,
             )
@@ -160,9 +160,10 @@ class Chain:
         self._jump_ns = int(last_ns[-1])
         return np.asarray(t_ns - last_ns <= self._window_ns)
 
-    def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:
+    def _known_acceleration(self, motion: Motion, yaw_rad: F64, efforts: F64) -> F64:
         """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""
-        if not self._has_terms:
+        if not self._terms.any:
             return np.zeros(len(yaw_rad))
         alpha = self._robot.alpha or 0.0
-        return extra_along(motion.v_long_mps, yaw_rad, motion.yaw_rate_radps, alpha, self._terms)
+        moving = np.stack([motion.v_long_mps, motion.v_lat_mps, yaw_rad, motion.yaw_rate_radps])
+        return extra_along(moving, efforts, alpha, self._terms)

@@ -77,4 +77,5 @@ _FORMS = (
 
 EFFECTS: dict[str, EffectForm] = {form.name: form for form in _FORMS}
 UNNAMED_PREFIX = "unnamed:"
-"""Prefix of an effect that only a dictionary term describes: ``unnamed:<channel>:<term>``, with a formula."""
+"""Prefix of an effect that only a dictionary term describes, ``unnamed:<channel>:<term>``; see :mod:`.terms`.
+"""

@@ -21,7 +21,7 @@ from wmr_replay.identify.bank.states import (
     X,
     Y,
 )
-from wmr_replay.identify.terms import Terms, extra_accelerations
+from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 
 AVERAGE_SPEED_FLOOR_MPS = 0.3
@@ -39,9 +39,13 @@ DEPENDS_ON = np.array(
 
 
 @njit(cache=True)
-def lateral_step(mean: F64, dt: float, middle: tuple[float, float], prior: Prior, jacobian: F64) -> float:
-    """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω, exact for v_long and ω as at ``middle``."""
-    v_long, omega = middle
+def lateral_step(
+    mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
+) -> float:
+    """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω + a, exact for v_long, ω and a as at
+    ``middle``.
+    """
+    v_long, omega, aside = middle
     speed = prior.average_speed_mps
     if np.isnan(speed):
         turning = prior.half_track_m * mean[OMEGA]
@@ -49,7 +53,7 @@ def lateral_step(mean: F64, dt: float, middle: tuple[float, float], prior: Prior
     rate = np.exp(mean[LN_C]) / speed
     left = np.exp(-rate * dt)
     reach = (1.0 - left) / rate
-    push = -v_long * omega
+    push = aside - v_long * omega
     jacobian[V_LAT, V_LAT] = left
     jacobian[V_LAT, V_LONG], jacobian[V_LAT, OMEGA] = -omega * reach, -v_long * reach
     jacobian[V_LAT, LN_C] = -rate * dt * left * mean[V_LAT] + push * (dt * left - reach)
@@ -73,8 +77,11 @@ def move(
     yaw_share = share * prior.yaw_slip_ratio if slips else 1.0
     drive, spin = np.exp(mean[LN_ALPHA]) * force * dt, np.exp(mean[LN_BETA]) * turn * dt
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
-    ahead, turning = extra_accelerations(
-        v_long, mean[PSI], omega, np.exp(mean[LN_ALPHA]), np.exp(mean[LN_BETA]) * prior.half_track_m, terms
+    ahead, aside, turning = extra_accelerations(
+        Moving(v_long, v_lat, mean[PSI], omega, force, turn),
+        np.exp(mean[LN_ALPHA]),
+        np.exp(mean[LN_BETA]) * prior.half_track_m,
+        terms,
     )
     new_v, new_omega, new_lat = (
         v_long + share * drive + ahead * dt,
@@ -89,7 +96,7 @@ def move(
         jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = drive, prior.yaw_slip_ratio * spin
     middle_omega = 0.5 * (omega + new_omega)
     if skids:
-        new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega), prior, jacobian)
+        new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega, aside), prior, jacobian)
         coupling = (1.0 - 2.0 * share / 3.0 if slips else 1.0 / 3.0) * dt
         middle_lat = 0.5 * (v_lat + new_lat)
         new_v += coupling * middle_lat * middle_omega
