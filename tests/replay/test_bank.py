@@ -1,5 +1,6 @@
 """The bank of filters: its model against the plant's, its population, its answers."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -238,12 +239,18 @@ def test_simultaneous_skidding_and_slipping_is_found_when_enabled(log_rows):
     assert np.allclose(total.to_numpy(), 1.0)
 
 
-def test_a_load_that_changes_alpha_is_followed(log_rows):
-    log = synthesise("random", seed=8, duration_s=240, sensors=Sensors(noise_xy_sd_m=0.005)).log
-    heavier = Log(log.pose, log.torque, log.mode, log.robot)
-    samples = log_rows(wrong_nominal(heavier, 1.3)).samples()
-    late = samples.filter(pl.col("t_s") > 200)["alpha"].mean()
-    assert late == pytest.approx(PAPER_ROBOT.alpha, rel=0.03)
+@pytest.mark.parametrize("factor", [1.3, 0.7])
+def test_a_load_that_changes_alpha_is_followed(log_rows, factor):
+    """Torques times a factor from half-time on, for the same motion: α is less by that factor."""
+    log = synthesise("random", seed=8, sensors=Sensors(noise_xy_sd_m=0.005)).log
+    torque, late = log.torque, log.torque.t_ns - log.torque.t_ns[0] > 60 * 10**9
+    by = np.where(late, factor, 1.0)
+    loaded = replace(torque, left_nm=torque.left_nm * by, right_nm=torque.right_nm * by)
+    samples = log_rows(Log(log.pose, loaded, log.mode, log.robot)).samples()
+    early, after = (samples.filter(pl.col("t_s").is_between(*span)) for span in ((50, 60), (90, 120)))
+    assert early["alpha"][-1] == pytest.approx(PAPER_ROBOT.alpha, rel=0.01)
+    assert after["alpha"].to_numpy() == pytest.approx(PAPER_ROBOT.alpha / factor, rel=0.03)
+    assert (after["mode"] == after["mode_true"]).mean() > 0.9
 
 
 def test_parameters_have_their_places():

@@ -7,6 +7,7 @@ from numba import njit
 
 from wmr_replay.identify.bank.states import (
     LN_ALPHA,
+    LN_BETA,
     LN_C,
     N_STATES,
     OMEGA,
@@ -19,6 +20,8 @@ from wmr_schemas.arrays import F64, I64
 LEAST_LOG_WEIGHT = -14.0
 LEVEL_CHANGE = 1e-3
 """Probability, at each split, that the level of disturbance has changed to a neighbouring one."""
+LOAD_CHANGES_PER_S, LOAD_CHANGE = 1 / 3600, 0.3
+"""How often a robot's load changes, and by how much: sd of the change of ln α and ln β."""
 ALIKE_SD = 0.2
 ALIKE_VARIANCE = 1.5
 COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
@@ -74,6 +77,21 @@ def vary_level(people: Population, n_levels: int) -> None:
             people.level[child] = level
             people.log_weight[child] += np.log(LEVEL_CHANGE)
             people.size[0] += 1
+
+
+@njit(cache=True)
+def change_load(people: Population, interval_s: float) -> None:
+    """The robot may have been loaded or unloaded: a child of the most probable hypothesis whose α is open
+    again.
+    """
+    best, child = int(np.argmax(people.log_weight[: people.size[0]])), people.size[0]
+    if child < people.mode.shape[0]:
+        copy(people, best, child)
+        people.log_weight[child] += np.log(LOAD_CHANGES_PER_S * interval_s)
+        for a in (LN_ALPHA, LN_BETA):
+            for b in (LN_ALPHA, LN_BETA):
+                people.covariance[child, a, b] += LOAD_CHANGE**2
+        people.size[0] += 1
 
 
 @njit(cache=True)

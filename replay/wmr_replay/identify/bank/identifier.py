@@ -31,7 +31,7 @@ class BankSettings:
     start_bins: int = 30
     velocity_diffusions: tuple[float, ...] = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
     """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
-    alpha_diffusion_share: float = 0.03
+    alpha_diffusion_share: float = 0.01
     """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
     rho_diffusion_per_s: float = 1e-3
     cap_diffusion_per_s: float = 1e-2
@@ -58,7 +58,7 @@ class BankIdentifier:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._terms = terms
         self._prior, self._n_modes = make_prior(robot), 4 if both else 3
-        self._people = make_population(settings.most_hypotheses * (self._n_modes + 2) + 2)
+        self._people = make_population(settings.most_hypotheses * (self._n_modes + 2) + 4)
         self._rows_per_bin = max(1, round(settings.bin_s / step_s))
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None

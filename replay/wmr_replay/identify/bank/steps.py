@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.bank.bins import FORCE, TURN
-from wmr_replay.identify.bank.hypotheses import Population, normalise, thin, vary_level
+from wmr_replay.identify.bank.hypotheses import Population, change_load, normalise, thin, vary_level
 from wmr_replay.identify.bank.predict import move, spread
 from wmr_replay.identify.bank.states import (
     BOTH,
@@ -31,6 +31,7 @@ from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 
 LONGEST_STEP_S = 0.05
+MIN_LOG_WEIGHT = float(np.log(0.01))
 UNKNOWN_ACCELERATION_DIFFUSION = 0.5
 """(m/s²)²·s: what the velocities may do where no torque is known."""
 
@@ -96,6 +97,36 @@ def blend(newer: float, older: float, share: float) -> float:
 
 
 @njit(cache=True)
+def count_modes(people: Population, force: float, turn: float, out: F64) -> None:
+    """The weights of the modes, (4,); slippery ground counts as slipping as far as a wheel's demand exceeds
+    its cap.
+    """
+    for h in range(people.size[0]):
+        weight, mode = np.exp(people.log_weight[h]), people.mode[h]
+        if mode == CAPPED:
+            slipping = slipping_share(people.mean[h], people.covariance[h], force, turn)
+            out[IDEAL] += weight * (1.0 - slipping)
+            out[SLIPPING] += weight * slipping
+        else:
+            out[mode] += weight
+
+
+@njit(cache=True)
+def moments_of_ln_alpha(people: Population) -> tuple[float, float]:
+    """Mean and variance over the hypotheses that hold at least 1 %: an interval speaks of the bulk, and not
+    of a change of load that is supposed at every moment.
+    """
+    total, first, second = 0.0, 0.0, 0.0
+    for h in range(people.size[0]):
+        if people.log_weight[h] >= MIN_LOG_WEIGHT:
+            weight, mean = np.exp(people.log_weight[h]), people.mean[h, LN_ALPHA]
+            total += weight
+            first += weight * mean
+            second += weight * (people.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
+    return first / total, second / total - (first / total) ** 2
+
+
+@njit(cache=True)
 def run_bins(
     people: Population,
     values: F64,
@@ -123,6 +154,7 @@ def run_bins(
         last[3] += step_s
         if last[3] >= split_s - 1e-9:
             inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
+            change_load(people, last[3])
             split(people, n_modes, last[3], rate, inputs, prior)
             vary_level(people, drift.velocity.shape[0])
             thin(people, most)
@@ -134,16 +166,6 @@ def run_bins(
             )
         normalise(people)
         last[0], last[1], last[2] = seconds[k], values[FORCE, k], values[TURN, k]
-        for h in range(people.size[0]):
-            weight, mean = np.exp(people.log_weight[h]), people.mean[h, LN_ALPHA]
-            mode = people.mode[h]
-            if mode == CAPPED:
-                slipping = slipping_share(people.mean[h], people.covariance[h], force, turn)
-                posterior[IDEAL, k] += weight * (1.0 - slipping)
-                posterior[SLIPPING, k] += weight * slipping
-            else:
-                posterior[mode, k] += weight
-            ln_alpha[0, k] += weight * mean
-            ln_alpha[1, k] += weight * (people.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
-        ln_alpha[1, k] -= ln_alpha[0, k] ** 2
+        count_modes(people, force, turn, posterior[:, k])
+        ln_alpha[0, k], ln_alpha[1, k] = moments_of_ln_alpha(people)
     return posterior, ln_alpha
