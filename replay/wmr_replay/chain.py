@@ -107,7 +107,7 @@ class Chain:
             threshold_sd=settings.threshold_sd,
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,
-            min_sideslip=settings.min_sideslip,
+            min_sideslip=settings.min_sideslip_of(robot),
         )
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
@@ -144,6 +144,7 @@ class Chain:
                 self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2]),
                 variances,
                 independence,
+                restarts,
             )
         )
         verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)

@@ -188,16 +188,20 @@ def test_bins_are_means_of_consecutive_rows_whatever_the_batches(n, per, cuts, s
     rng = np.random.default_rng(seed)
     t_ns = 10**18 + np.cumsum(rng.integers(1, 10**7, n))
     pose, efforts, variances = rng.normal(size=(3, n)), rng.normal(size=(2, n)), rng.random((2, n))
+    restarts = np.zeros(n, bool)
     edges = [0, *sorted(min(c, n) for c in cuts), n]
     kept, values, stamps = open_bin(), [], []
     for a, b in pairwise(edges):
-        v, s, done = fill_bins(t_ns[a:b], pose[:, a:b], efforts[:, a:b], variances[:, a:b], per, kept)
+        v, s, done = fill_bins(
+            t_ns[a:b], pose[:, a:b], efforts[:, a:b], variances[:, a:b], restarts[a:b], per, kept
+        )
         values.append(v)
         stamps.append(s)
         assert len(done) == b - a
     values, stamps = np.concatenate(values, axis=1), np.concatenate(stamps)
     m = n // per
-    assert values.shape == (8, m)
+    assert values.shape == (9, m)
+    assert not values[8].any()
     means = pose[:, : m * per].reshape(3, m, per).mean(axis=2)
     np.testing.assert_allclose(values[:3], means, atol=1e-12)
     expected = (t_ns[: m * per] - t_ns[0]).reshape(m, per).mean(axis=1)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, Bool
 
 BIN_NS = 40_000_000
 COUNT, T, POSE, IMPULSE, VARIANCES, N_SUMS = 0, 1, 2, 5, 8, 11
@@ -38,12 +38,15 @@ class Bins(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Rows: stamps (n,), pose (3, n), efforts left and right (2, n), variances of position and yaw (2, n)."""
+    """Rows: stamps (n,), pose (3, n), efforts left and right (2, n), variances of position and yaw (2, n),
+    and where the pose has jumped (n,).
+    """
 
     t_ns: I64
     pose: F64
     efforts: F64
     variances: F64
+    restarts: Bool
 
 
 def no_bins() -> Bins:
@@ -90,6 +93,13 @@ def outlying(bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: f
         bins.sums[:] = 0.0
         return False
     return far
+
+
+@njit(cache=True)
+def forget(bins: Bins, rows: Measured, i: int) -> None:
+    """The pose has jumped before row i: what the open bin holds of it is worth nothing."""
+    bins.sums[:] = 0.0
+    bins.accepted[:] = rows.pose[:, i]
 
 
 @njit(cache=True)

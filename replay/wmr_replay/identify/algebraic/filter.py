@@ -111,6 +111,14 @@ def take_up(state: Filter, bin_: F64, beliefs: Beliefs, terms: Terms) -> None:
 
 
 @njit(cache=True)
+def jumped(state: Filter, beliefs: Beliefs) -> None:
+    """The pose is known to have jumped."""
+    if state.hypotheses.used[0]:
+        release_pose(state.hypotheses, beliefs)
+        state.clocks_s[JUMPED_S] = state.last[T]
+
+
+@njit(cache=True)
 def step_between(state: Filter, bin_: F64, terms: Terms) -> Step:
     """The step from the last bin to this one, with the model's further effects at the reference."""
     mean, last = state.mean, state.last

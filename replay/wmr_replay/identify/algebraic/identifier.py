@@ -13,13 +13,14 @@ from wmr_replay.identify.algebraic.bins import (
     add,
     drive,
     foreseen,
+    forget,
     means,
     no_bins,
     opens_after,
     outlying,
     reopen,
 )
-from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, new_filter, take_up
+from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, jumped, new_filter, take_up
 from wmr_replay.identify.algebraic.regression import V_LONG, YAW_RATE
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.paper import PaperIdentifier, Rules
@@ -65,6 +66,9 @@ def follow(rows: Measured, bins: Bins, state: Filter, beliefs: Beliefs, terms: T
         if opens_after(bins, t_ns):
             close(bins, state, t_ns, beliefs, terms)
         drive(bins, rows, i)
+        if rows.restarts[i]:
+            forget(bins, rows, i)
+            jumped(state, beliefs)
         outliers[i] = outlying(bins, rows, i, mean[V_LONG], mean[YAW_RATE])
         if not outliers[i]:
             add(bins, rows, i)
@@ -100,7 +104,7 @@ class AlgebraicIdentifier:
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time."""
-        rows = Measured(evidence.t_ns, evidence.pose, evidence.efforts, evidence.variances)
+        rows = Measured(evidence.t_ns, evidence.pose, evidence.efforts, evidence.variances, evidence.restarts)
         said, outliers = follow(rows, self._bins, self._filter, self.beliefs, self._terms)
         posterior = np.concatenate([said[:N_MODES], np.zeros((1, len(outliers)))])
         posterior[:, said[WARM] == 0.0] = np.nan

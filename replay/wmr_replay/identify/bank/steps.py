@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from wmr_replay.identify.bank.bins import FORCE, TURN
+from wmr_replay.identify.bank.bins import FORCE, RELEASED, TURN
 from wmr_replay.identify.bank.hypotheses import Population, change_load, normalise, thin, vary_level
 from wmr_replay.identify.bank.predict import move, spread
 from wmr_replay.identify.bank.states import (
@@ -31,6 +31,8 @@ from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 
 LONGEST_STEP_S = 0.05
+RELEASE_SD = 30.0
+"""Standard deviations of a bin's pose: a jump is taken out to within those of single rows."""
 MIN_LOG_WEIGHT = float(np.log(0.01))
 UNKNOWN_ACCELERATION_DIFFUSION = 0.5
 """(m/s²)²·s: what the velocities may do where no torque is known."""
@@ -97,6 +99,14 @@ def blend(newer: float, older: float, share: float) -> float:
 
 
 @njit(cache=True)
+def release_pose(people: Population, variances: F64) -> None:
+    """The pose has jumped: what was known of x, y and ψ holds no more, what was known of the motion does."""
+    for h in range(people.size[0]):
+        for c in range(3):
+            people.covariance[h, c, c] += RELEASE_SD**2 * variances[c]
+
+
+@njit(cache=True)
 def count_modes(people: Population, force: float, turn: float, out: F64) -> None:
     """The weights of the modes, (4,); slippery ground counts as slipping as far as a wheel's demand exceeds
     its cap.
@@ -160,6 +170,8 @@ def run_bins(
             thin(people, most)
             last[3] = 0.0
         advance(people, force, turn, step_s, prior, terms, drift, work)
+        if values[RELEASED, k] > 0.0:
+            release_pose(people, values[3:6, k])
         for h in range(people.size[0]):
             people.log_weight[h] += absorb(
                 people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
