@@ -24,7 +24,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs check-replay unit docs figures bench lock clean
+.PHONY: help demo test lint types imports check-docs check-replay unit docs figures bench bench-gap lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -65,6 +65,13 @@ BENCH ?= differentiator ingest
 bench: $(TOOLS) ## speed and accuracy beside peers, which it installs; BENCH=ingest runs one of bench/
 	$(INSTALL) --no-build-isolation --editable '.[bench]'
 	$(foreach name,$(BENCH),$(PY) bench/$(name).py &&) true
+
+CASES ?= all
+bench-gap: $(TOOLS) ## how well gap names hidden effects: hours, carried on where it stopped; CASES=quick is a look
+	$(INSTALL) --no-build-isolation --editable '.[bench]'
+	$(PY) bench/gap.py --cases $(CASES) --jobs $(JOBS)
+	$(PY) bench/gap.py --baselines --jobs $(JOBS)
+	$(PY) bench/gap.py --report
 
 figures: $(TOOLS) ## the paper's figures 3 to 6, into docs/images
 	$(PY) docs/make_paper_figures.py

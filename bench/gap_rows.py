@@ -1,0 +1,131 @@
+"""One case analysed: what the analysis said beside what was hidden, as a row that stands for itself."""
+
+import time
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from gap_cases import SETS, Case
+from gap_truth import effects_of, true_errors
+
+from wmr_replay.gap import GapOptions, analyse
+from wmr_replay.gap.prove import windows_within
+from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult
+from wmr_schemas.signals import Log
+
+ROOT = Path(__file__).parents[1]
+SOURCES = (
+    "schemas",
+    "synth",
+    "replay/wmr_replay/gap",
+    "replay/wmr_replay/identify",
+    "replay/wmr_replay/differentiate",
+)
+
+
+def state_of_sources() -> str:
+    """A checksum of everything that a row depends on: rows of another state are not carried on."""
+    files = sorted(path for root in SOURCES for path in (ROOT / root).rglob("*.py"))
+    return f"{zlib.crc32(b''.join(path.read_bytes() for path in files)):08x}"
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case to be analysed, at a state of the sources."""
+
+    case: Case
+    state: str
+
+
+def row_of(task: Task) -> dict[str, Any]:
+    """The row of one case; what the analysis sees is the log alone. An exception becomes its text."""
+    case = task.case
+    simulated = case.simulated()
+    hidden = [{"name": e.name, "parameters": e.parameters} for e in effects_of(simulated.facts)]
+    row = {
+        "key": case.key,
+        "state": task.state,
+        "set": case.set.name,
+        "scenario": case.set.scenario,
+        "modes": case.set.modes,
+        "noise": case.noise,
+        "seed": case.seed,
+        "hidden": hidden,
+    }
+    log = simulated.log if case.set.modes == "given" else without_modes(simulated.log)
+    start = time.process_time()
+    try:
+        result = analyse(log, None, GapOptions(modes=case.set.modes))
+    except Exception as error:  # a crash of the analysis is a result of the benchmark
+        return row | {"error": f"{type(error).__name__}: {error}"}
+    cpu_s = time.process_time() - start
+    true = true_errors(simulated, *held_out_windows(result))
+    return (
+        row
+        | said(result)
+        | {
+            "cpu_s": cpu_s,
+            "position": metric(result.position, true[:, 0]),
+            "yaw": metric(result.yaw, true[:, 1]),
+        }
+    )
+
+
+def without_modes(log: Log) -> Log:
+    """The log without its mode track, so that none can be used."""
+    return Log(log.pose, log.torque, None, log.robot)
+
+
+def said(result: GapResult) -> dict[str, Any]:
+    """The verdict and its effects."""
+    return {
+        "verdict": result.verdict,
+        "sentence": result.sentence,
+        "notes": list(result.notes),
+        "effects": [effect_row(effect) for effect in result.effects],
+    }
+
+
+def effect_row(effect: FoundEffect) -> dict[str, Any]:
+    """One effect as it was named."""
+    return {
+        "name": effect.name,
+        "class": list(effect.confound_class),
+        "alternatives": {a.name: a.delta_bic for a in effect.alternatives},
+        "p_value": effect.p_value,
+        "parameters": {key: [e.value, *e.ci95] for key, e in effect.parameters.items()},
+    }
+
+
+def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], float]:
+    """First and last time of each window that the result's held-out gap is over, in s of the log; and the
+    length of a bin.
+    """
+    traces = result.traces
+    t_s, loose = traces.t_s, 2 if result.modes == "identified" else 1
+    problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, margin=loose))
+    rows = windows_within(problem, traces.held_out > 0)
+    bin_s = float(np.median(np.diff(t_s)))
+    return [(float(t_s[a]) - bin_s / 2, float(t_s[b - 1]) + bin_s / 2) for a, b in rows], bin_s
+
+
+def metric(said_gap: GapMetric, true: np.ndarray) -> dict[str, float]:
+    """The held-out gap before, after, at the floor, and that of the true model on the same windows."""
+    held = said_gap.held_out
+    error = float(np.sqrt(np.mean(true**2))) if len(true) == said_gap.windows else float("nan")
+    return {
+        "windows": said_gap.windows,
+        "before": held.before,
+        "after": held.after,
+        "floor": held.floor,
+        "true": error,
+    }
+
+
+def warm_up() -> None:
+    """Compile everything before the clock runs."""
+    for case_set in SETS[:2]:
+        row_of(Task(Case(case_set, -1, ("viscous_drag",), "rtk", 7), ""))

@@ -1,0 +1,127 @@
+"""The gap analysis on files in which an effect is hidden: the simulator writes log and side files, the side
+files are deleted, and only then is the log read. In forms other than the candidates', at seeds of their own.
+"""
+
+import json
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from wmr_replay.cli import main
+from wmr_replay.gap import GapOptions, GapResult, analyse
+from wmr_replay.ingest.reader import NO_MAPPING, WHOLE
+from wmr_replay.whole import read_whole
+from wmr_schemas.messages import MODE_TOPIC
+from wmr_schemas.signals import Log
+from wmr_synth.hidden import SIZES
+
+
+class Hidden(NamedTuple):
+    """A result, and what was hidden: name → parameters."""
+
+    result: GapResult
+    truth: dict[str, dict[str, float]]
+
+
+@pytest.fixture(scope="module")
+def analysed(tmp_path_factory):
+    """``analysed(seed, noise, *hide, modes="given", options=())``: through files, each log once."""
+    folder, known = tmp_path_factory.mktemp("hidden"), {}
+
+    def run(seed: int, noise: str, *hide: str, modes: str = "given", options: tuple[str, ...] = ()) -> Hidden:
+        key = (seed, noise, hide, modes, options)
+        if key not in known:
+            path = folder / f"{len(known)}.mcap"
+            truth = written(path, seed, noise, hide, options)
+            known[key] = Hidden(analyse(read(path, modes), None, GapOptions(modes=modes)), truth)
+        return known[key]
+
+    return run
+
+
+def written(path: Path, seed: int, noise: str, hide: tuple[str, ...], options: tuple[str, ...]):
+    """Write the log; take the truth out of the side files' folder for good."""
+    chosen = [word for effect in hide for word in ("--hide", effect)]
+    scenario, *rest = options or ("patrol",)
+    words = ["wmr-replay", "synth", scenario, "--seed", str(seed), "--noise", noise, *chosen, *rest]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", [*words, "--out", str(path)])
+        main()
+    facts = json.loads(path.with_suffix(".truth.json").read_text())
+    for side in (".truth.json", ".truth.parquet"):
+        path.with_suffix(side).unlink()
+    assert [file.name for file in path.parent.glob(f"{path.stem}.*")] == [path.name]
+    return {effect["name"]: effect["parameters"] for effect in facts["effects"]}
+
+
+def read(path: Path, modes: str) -> Log:
+    """What stands in the file; its mode only where ``modes`` are given."""
+    return read_whole(path, NO_MAPPING, WHOLE, MODE_TOPIC if modes == "given" else None).log
+
+
+WRONG = ("patrol", "--wrong-modes", "0.02")
+HIDDEN = {
+    "viscous_drag:c1_per_s=.25": (90_001, "rtk"),
+    "payload:mass_ratio=.45": (90_002, "poor"),
+    "slope:grade_x_mps2=.3,grade_y_mps2=-.25": (90_003, "rtk"),
+    "torque_imbalance:ratio=.15": (90_004, "mocap"),
+    "rolling_resistance:c0_mps2=.25": (90_005, "mocap"),
+}
+
+
+@pytest.mark.parametrize("hide", HIDDEN)
+def test_a_hidden_effect_is_named_sized_and_proven_though_labels_are_wrong(analysed, hide):
+    seed, noise = HIDDEN[hide]
+    result, truth = analysed(seed, noise, hide, options=WRONG)
+    assert result.verdict in ("named", "ambiguous")
+    (effect,) = result.effects
+    assert truth == {effect.name: truth[effect.name]}
+    for key, value in truth[effect.name].items():
+        found = effect.parameters[key]
+        share = 0.1 if SIZES[effect.name].form == "as its candidate" else 0.35
+        assert found.value == pytest.approx(value, rel=share)
+        assert found.ci95[0] < found.value < found.ci95[1]
+    held_out = result.position.held_out
+    assert held_out.floor <= held_out.after < 0.8 * held_out.before
+    assert held_out.reduction_ci95[0] > 0
+
+
+@pytest.mark.parametrize(("seed", "noise"), [(90_011, "mocap"), (90_012, "rtk"), (90_013, "poor")])
+def test_nothing_is_named_where_nothing_is_missing(analysed, seed, noise):
+    result = analysed(seed, noise, options=WRONG).result
+    assert result.verdict == "nothing_missing"
+    assert not result.effects
+    assert result.position.held_out.before == pytest.approx(result.position.held_out.after)
+    assert {"viscous_drag", "payload"} <= set(result.minimum_detectable)
+
+
+def test_a_strong_coloured_disturbance_is_no_effect(analysed):
+    result = analysed(90_014, "mocap", options=("patrol", "--disturbance", ".1:1")).result
+    assert not result.effects
+
+
+def test_a_cruise_does_not_allow_a_verdict(analysed):
+    result = analysed(90_015, "rtk", options=("cruise",)).result
+    assert result.verdict == "not_enough_excitation"
+    assert result.notes
+
+
+def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
+    options = ("patrol", "--no-truth-topic")
+    found = analysed(90_021, "rtk", "viscous_drag:c1_per_s=.25", modes="identified", options=options)
+    assert [effect.name for effect in found.result.effects] == ["viscous_drag"]
+    assert found.result.modes == "identified"
+
+
+def test_labels_are_read_only_when_asked_for(tmp_path):
+    path = tmp_path / "labelled.mcap"
+    written(path, 90_022, "rtk", ("payload:mass_ratio=.4",), WRONG)
+    labelled = read(path, "given")
+    assert labelled.mode is not None
+    blind = Log(labelled.pose, labelled.torque, None, labelled.robot)
+    options = GapOptions(modes="identified")
+    told, untold = analyse(labelled, None, options), analyse(blind, None, options)
+    assert told.effects == untold.effects
+    np.testing.assert_array_equal(told.traces.mode, untold.traces.mode)
