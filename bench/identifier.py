@@ -3,7 +3,8 @@
     python bench/identifier.py [--seeds 40] [--identifiers paper,bank] [--sets paper] [--stiffness 2]
 
 Each log's nominal α is wrong by a factor drawn from 1/2 to 2 and the noise level is not told; the yardstick
-knows everything. --stiffness multiplies the nominal stiffnesses.
+knows everything. --stiffness multiplies the nominal stiffnesses. In the sets called "limited" slip comes of
+slippery ground; there the yardstick is told what each slippery stretch carries, but not when it begins.
 """
 
 import argparse
@@ -22,6 +23,7 @@ from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, synthesise
 
+SLIPPERY, GRAVITY_MPS2 = 0.5, 9.81
 ROOT = Path(__file__).parents[1]
 SETS = {
     "paper .1": ("paper-acceleration", 0.1, 1000.0),
@@ -32,6 +34,13 @@ SETS = {
     "random .01": ("random", 0.01, 1000.0),
     "random 1e-4": ("random", 1e-4, 1000.0),
     "random 1e-4 100 Hz": ("random", 1e-4, 100.0),
+    "limited paper .1": ("paper-acceleration-traction-limited", 0.1, 1000.0),
+    "limited paper .01": ("paper-acceleration-traction-limited", 0.01, 1000.0),
+    "limited paper 1e-4": ("paper-acceleration-traction-limited", 1e-4, 1000.0),
+    "limited random .1": ("random-traction-limited", 0.1, 1000.0),
+    "limited random .01": ("random-traction-limited", 0.01, 1000.0),
+    "limited random 1e-4": ("random-traction-limited", 1e-4, 1000.0),
+    "limited random 1e-4 100 Hz": ("random-traction-limited", 1e-4, 100.0),
 }
 
 
@@ -72,7 +81,8 @@ class Outcome:
 def make_log(scenario, variance, rate_hz, seed, stiffness):
     """A log whose nominal parameters are wrong by known factors."""
     sensors = Sensors(rate_hz=rate_hz, noise_xy_sd_m=variance**0.5, noise_yaw_sd_rad=variance**0.5)
-    log = synthesise(scenario, seed=seed, sensors=sensors).log
+    made = synthesise(scenario, seed=seed, sensors=sensors)
+    log = made.log
     factor = 2 ** np.random.default_rng(10_000 + seed).uniform(-1, 1)
     wrong = replace(
         PAPER_ROBOT,
@@ -80,7 +90,22 @@ def make_log(scenario, variance, rate_hz, seed, stiffness):
         cornering_stiffness_over_epsilon=PAPER_ROBOT.cornering_stiffness_over_epsilon * stiffness,
         longitudinal_stiffness_over_epsilon=PAPER_ROBOT.longitudinal_stiffness_over_epsilon * stiffness,
     )
-    return log, Log(log.pose, log.torque, log.mode, wrong)
+    return log, Log(log.pose, log.torque, log.mode, wrong), carried(log.pose.t_ns, made.facts.get("friction"))
+
+
+def carried(t_ns, friction):
+    """What a wheel adds to dv_long/dt at most, μ g/2, on the slippery stretch nearest in time; None without
+    any.
+    """
+    if friction is None:
+        return None
+    t_s, starts = (t_ns - t_ns[0]) * 1e-9, np.array([row["t_s"] for row in friction])
+    coefficient, ends = np.array([row["coefficient"] for row in friction]), np.append(starts[1:], np.inf)
+    slippery = coefficient < SLIPPERY
+    if not slippery.any():
+        return np.full(len(t_s), GRAVITY_MPS2 / 2)
+    away = np.maximum(starts[slippery, None] - t_s, t_s - ends[slippery, None])
+    return coefficient[slippery][away.argmin(axis=0)] * GRAVITY_MPS2 / 2
 
 
 def score(samples, duration_s, seconds):
@@ -98,9 +123,9 @@ def score(samples, duration_s, seconds):
     return Outcome(result.accuracy, delay, ece, abs(error), covered, duration_s / seconds)
 
 
-def by_yardstick(log, variance, template):
+def by_yardstick(log, caps, variance, template):
     """The yardstick's answer in the form of a samples table."""
-    posterior = YARDSTICK.yardstick(log, KNOWN, variance**0.5, variance**0.5)
+    posterior = YARDSTICK.yardstick(log, KNOWN, variance**0.5, variance**0.5, caps)
     said = ~np.isnan(posterior[0])
     mode = np.where(said, np.argmax(np.nan_to_num(posterior), axis=0), -1).astype(np.int8)
     columns = {f"p_{name}": posterior[k] for k, name in enumerate(("ideal", "skidding", "slipping"))}
@@ -116,7 +141,7 @@ def evaluate(name, seeds, identifiers, stiffness):
     scenario, variance, rate_hz = SETS[name]
     outcomes = {key: [] for key in identifiers}
     for seed in seeds:
-        log, told = make_log(scenario, variance, rate_hz, seed, stiffness)
+        log, told, caps = make_log(scenario, variance, rate_hz, seed, stiffness)
         duration_s = (log.pose.t_ns[-1] - log.pose.t_ns[0]) * 1e-9
         for identifier in identifiers:
             if identifier == "yardstick":
@@ -127,7 +152,7 @@ def evaluate(name, seeds, identifiers, stiffness):
         if "yardstick" not in identifiers:
             continue
         start = time.perf_counter()
-        judged = by_yardstick(log, variance, samples)
+        judged = by_yardstick(log, caps, variance, samples)
         outcomes["yardstick"].append(score(judged, duration_s, time.perf_counter() - start))
     return outcomes
 
@@ -142,7 +167,7 @@ def report(name, outcomes):
         if alpha.count():
             parts.append(f"|alpha error| median {alpha.median():.4f} max {alpha.max():.4f}")
         print(
-            f"{name:19s} {key:10s}",
+            f"{name:26s} {key:10s}",
             "  ".join(parts),
             f" x real time {table['speed'].median():.0f}",
             flush=True,

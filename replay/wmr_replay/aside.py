@@ -21,6 +21,9 @@ class Aside:
         """``judged`` holds the rows of ``kept`` (n,), the very first of all among them. Poses are as
         measured.
         """
+        if kept.all():
+            self._last = {name: column[-1:] for name, column in judged.items()} if len(kept) else self._last
+            return judged | measured(self._start_ns, rows)
         known = {
             name: np.concatenate([self._last.get(name, column[:0]), column])
             for name, column in judged.items()

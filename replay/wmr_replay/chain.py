@@ -114,11 +114,11 @@ class Chain:
             threshold_sd=settings.threshold_sd,
             min_c_k_mps=settings.min_c_k_mps,
             min_c_d_mps2=settings.min_c_d_mps2,
-            min_sideslip=settings.min_sideslip,
+            min_sideslip=settings.min_sideslip_of(robot),
         )
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
-        self._terms, self._has_terms = model.terms, any(model.terms[:-1])
+        self._terms = model.terms
         self._robot = robot
         self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
         self._aside = Aside(self._start_ns, OUTLIER)
@@ -192,9 +192,10 @@ class Chain:
                 rows.inputs[:2],
                 motion,
                 force,
-                self._known_acceleration(motion, derivatives.estimates[2, 0]),
+                self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2]),
                 variances,
                 independence,
+                restarts,
             )
         )
         verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
@@ -211,9 +212,10 @@ class Chain:
         self._jump_ns = int(last_ns[-1])
         return np.asarray(t_ns - last_ns <= round(self.differentiator.window_s * NS_PER_S))
 
-    def _known_acceleration(self, motion: Motion, yaw_rad: F64) -> F64:
+    def _known_acceleration(self, motion: Motion, yaw_rad: F64, efforts: F64) -> F64:
         """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""
-        if not self._has_terms:
+        if not self._terms.any:
             return np.zeros(len(yaw_rad))
         alpha = self._robot.alpha or 0.0
-        return extra_along(motion.v_long_mps, yaw_rad, motion.yaw_rate_radps, alpha, self._terms)
+        moving = np.stack([motion.v_long_mps, motion.v_lat_mps, yaw_rad, motion.yaw_rate_radps])
+        return extra_along(moving, efforts, alpha, self._terms)

@@ -12,6 +12,7 @@ from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
 
 Parameters = Mapping[str, float]
 
@@ -45,15 +46,13 @@ class ReplayModel:
 def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
     """What a replay makes of a model file; its ``[robot]`` stands over the log's own parameters, key by key.
 
-    Raises InvalidSetting for an effect that a replay cannot apply.
+    Raises InvalidSetting or InvalidTerm for an effect that a replay cannot apply.
     """
     merged = RobotParameters.from_values(robot.known() | model.robot.known(), "model")
     terms = Terms(half_track_m=merged.half_track_m or 0.0)
     for effect in model.effects:
         if effect.name.startswith(UNNAMED_PREFIX):
-            raise InvalidSetting(
-                f"a replay cannot apply the effect {effect.name}; take it out of the model file"
-            )
+            terms = with_product(terms, effect)
         merged = SCALES.get(effect.name, keep_robot)(merged, effect.parameters)
         if effect.name in TERMS:
             terms = TERMS[effect.name](terms, effect.parameters, merged)
@@ -108,6 +107,15 @@ def com_offset(terms: Terms, p: Parameters, robot: RobotParameters) -> Terms:
     d = p["offset_m"]
     k = robot.half_track_m * robot.mass_kg * d / robot.yaw_inertia_kgm2 if known else 0.0  # type: ignore[operator]
     return terms._replace(com_offset_m=d, com_yaw_per_m2=k)
+
+
+def with_product(terms: Terms, effect: Effect) -> Terms:
+    """An effect that only a term of the dictionary describes."""
+    term = parse_term(effect.name)
+    if term.channel == "yaw" and terms.half_track_m == 0.0:
+        raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
+    row = [CHANNELS.index(term.channel), effect.parameters[COEFFICIENT], *term.powers]
+    return terms._replace(products=np.vstack([terms.products, np.array(row, float)]))
 
 
 TERMS: dict[str, Callable[[Terms, Parameters, RobotParameters], Terms]] = {

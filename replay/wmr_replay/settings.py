@@ -4,9 +4,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.robot import RobotParameters
 
 IDENTIFIERS = ("paper", "algebraic", "bank")
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
+RUBBER_SIDESLIP = 0.15
+"""8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,10 @@ class Settings:
     min_c_k_mps: float = 0.005
     min_c_d_mps2: float = 0.02
     """The thresholds never fall below these, however quiet the pose."""
-    min_sideslip: float = 0.0
-    """Share of v_long up to which v_lat is a rolling tyre's elastic sideslip, and no skid."""
+    min_sideslip: float | None = None
+    """Share of v_long up to which v_lat is a rolling tyre's elastic sideslip, and no skid; None: 0 where the
+    robot's cornering stiffness is known, else .15, as of rubber.
+    """
     target_a_long_sd_mps2: float = 0.1
     tune: bool = True
     """Whether a kernel of the default shape gives way to one tuned on the log's first stretch with motion."""
@@ -54,7 +59,7 @@ class Settings:
             raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
         if not 0 <= self.min_confidence < 1:
             raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")
-        if not self.min_sideslip >= 0:
+        if self.min_sideslip is not None and not self.min_sideslip >= 0:
             raise InvalidSetting(f"the least sideslip must not be below 0, not {self.min_sideslip:g}")
         if self.window_s is not None and not self.window_s > 0:
             raise InvalidSetting(f"the window must be longer than 0 s, not {self.window_s:g} s")
@@ -68,6 +73,12 @@ class Settings:
             raise InvalidSetting(f"the stretch to tune on must be above 0 s, not {self.tuning_stretch_s:g} s")
         if not self.threshold_sd > 0:
             raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
+
+    def min_sideslip_of(self, robot: RobotParameters) -> float:
+        """The least sideslip that is called a skid of this robot."""
+        if self.min_sideslip is not None:
+            return self.min_sideslip
+        return RUBBER_SIDESLIP if robot.cornering_stiffness_over_epsilon is None else 0.0
 
     @property
     def tunes(self) -> bool:

@@ -84,4 +84,5 @@ BEYOND: dict[str, EffectForm] = {
 }
 """Effects that only the simulator has: no candidate names them, no model file holds them."""
 UNNAMED_PREFIX = "unnamed:"
-"""Prefix of an effect that only a dictionary term describes: ``unnamed:<channel>:<term>``, with a formula."""
+"""Prefix of an effect that only a dictionary term describes, ``unnamed:<channel>:<term>``; see :mod:`.terms`.
+"""

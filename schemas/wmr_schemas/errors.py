@@ -24,6 +24,14 @@ class InvalidFile(WmrError):
         super().__init__(f"{path}: {key}: {problem}" if key else f"{path}: {problem}")
 
 
+class InvalidTerm(WmrError):
+    """A dictionary term outside the grammar of :mod:`wmr_schemas.terms`; ``name`` is the effect's."""
+
+    def __init__(self, name: str, problem: str) -> None:
+        self.name, self.problem = name, problem
+        super().__init__(f"{name}: {problem}")
+
+
 class LogUnusable(WmrError):
     """A log that cannot be analysed: what is wrong, where, and what to try."""
 

@@ -9,8 +9,9 @@ from typing import Any
 import tomli_w
 
 from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
-from wmr_schemas.errors import InvalidFile
+from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.terms import COEFFICIENT, parse_term
 from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
 
 
@@ -101,15 +102,25 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
         raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
     formula = expect_text(path, f"{place} formula", table.pop("formula", ""))
     values, sd = split_sd(path, place, table)
-    if name in EFFECTS:
-        known = EFFECTS[name].parameters
-        check_keys(path, f"{place} ({name})", values, known)
-        missing = [key for key in known if key not in values]
-        if missing:
-            raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
+    known = parameters_of(path, place, name)
+    check_keys(path, f"{place} ({name})", values, known)
+    missing = [key for key in known if key not in values]
+    if missing:
+        raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
     return Effect(
         name, {key: number(path, f"{place} {key}", value) for key, value in values.items()}, sd, formula
     )
+
+
+def parameters_of(path: Path, place: str, name: str) -> tuple[str, ...]:
+    """What an effect has parameters for; an unnamed one must be a term of the dictionary."""
+    if name in EFFECTS:
+        return tuple(EFFECTS[name].parameters)
+    try:
+        parse_term(name)
+    except InvalidTerm as error:
+        raise InvalidFile(path, f"{place} name", str(error)) from error
+    return (COEFFICIENT,)
 
 
 def split_sd(path: Path, place: str, table: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:

@@ -133,7 +133,7 @@ def dart(tmp_path_factory):
 @needs_dart
 @pytest.mark.parametrize("part", ["18_13_59", "18_15_50"])
 def test_a_drifting_car_skids_wherever_its_sideslip_is_large(dart, part):
-    samples, _ = dart(part, 0.15)
+    samples, _ = dart(part, None)
     speed, sideslip = sideslip_deg(samples)
     warm = (samples["status"] != "warming_up").to_numpy()
     skids = (samples["mode"] == 1).to_numpy()
@@ -145,8 +145,8 @@ def test_a_drifting_car_skids_wherever_its_sideslip_is_large(dart, part):
 
 
 @needs_dart
-def test_a_gripping_car_skids_never_once_its_tyres_elastic_sideslip_is_allowed_for(dart):
-    samples, summary = dart("15_46_50", 0.15)
+def test_a_gripping_car_never_skids_by_default_as_its_tyres_elastic_sideslip_is_allowed_for(dart):
+    samples, summary = dart("15_46_50", None)
     speed, sideslip = sideslip_deg(samples)
     assert np.percentile(sideslip[speed > 0.3], 95) < 6
     assert summary["share_skidding"] < 0.001
@@ -158,7 +158,7 @@ def test_a_gripping_car_skids_never_once_its_tyres_elastic_sideslip_is_allowed_f
 
 @needs_dart
 def test_without_torques_slipping_is_neither_claimed_nor_excluded(dart):
-    samples, _ = dart("18_13_59", 0.15)
+    samples, _ = dart("18_13_59", None)
     assert not samples["mode"].is_in([0, 2]).any()
     still = samples.filter(pl.col("status") == "no_torque")
     assert (still["mode_set"] & 0b101 == 0b101).all()

@@ -131,7 +131,9 @@ def identify(motion, force, robot, window_ns=100_000_000):
     rules = make_rules(robot, window_ns=window_ns, threshold_sd=3.0, min_c_k_mps=0.005, min_c_d_mps2=0.02)
     n = len(force)
     independence, unused = np.full(n, float(INDEPENDENT)), np.full((3, n), np.nan)
-    evidence = Evidence(stamps(n), unused, unused[:2], motion, force, np.zeros(n), unused[:2], independence)
+    evidence = Evidence(
+        stamps(n), unused, unused[:2], motion, force, np.zeros(n), unused[:2], independence, unused[0] > 0
+    )
     return PaperIdentifier(rules).push(evidence)
 
 

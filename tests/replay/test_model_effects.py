@@ -6,13 +6,15 @@ import pytest
 
 from wmr_replay.align import Lag
 from wmr_replay.engine import Engine
+from wmr_replay.identify.terms import Moving, extra_accelerations
 from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_replay.model_effects import change_pose, change_torque, replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import RobotParameters
-from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.errors import InvalidSetting, InvalidTerm
 from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.terms import CHANNELS, COLUMNS, FACTORS, parse_term
 
 ALPHA, RATE_HZ, SECONDS = 0.02, 100, 20.0
 ROBOT = RobotParameters(alpha=ALPHA, half_track_m=0.5, wheel_radius_m=0.1)
@@ -66,6 +68,14 @@ CASES = {
     "slope": ({"grade_x_mps2": 0.3, "grade_y_mps2": 0.2}, lambda t, v: ALPHA * steps(t) + SLOPE),
     "wheel_coulomb": ({"torque_nm": 4.0}, lambda t, v: ALPHA * (steps(t) - 8.0 * np.sign(v))),
     "wheel_viscous": ({"nm_per_radps": 0.2}, lambda t, v: ALPHA * (steps(t) - 2 * 0.2 * v / 0.1)),
+    "unnamed:longitudinal:v*abs(v)*v": (
+        {"coefficient": -0.02},
+        lambda t, v: ALPHA * steps(t) - 0.02 * v**2 * abs(v),
+    ),
+    "unnamed:longitudinal:effort_sum*cos(yaw)": (
+        {"coefficient": -0.01},
+        lambda t, v: (ALPHA - 0.01 * np.cos(0.4)) * steps(t),
+    ),
     "payload": ({"mass_ratio": 0.5}, lambda t, v: ALPHA / 1.5 * steps(t)),
     "drive_gain": ({"ratio": -0.3}, lambda t, v: 0.7 * ALPHA * steps(t)),
     "torque_bias_common": ({"bias_nm": -4.0}, lambda t, v: ALPHA * (steps(t) - 8.0)),
@@ -83,6 +93,23 @@ def test_a_known_effect_is_taken_out_of_c_d(name):
     residual, before = (frame["c_d_mps2"].abs().mean() for frame in (with_effect, without))
     assert residual < 0.02
     assert residual < 0.4 * before
+
+
+def test_products_are_what_the_dictionary_says():
+    rng = np.random.default_rng(0)
+    names = [
+        f"unnamed:{channel}:{product}"
+        for channel in CHANNELS
+        for product in (*FACTORS, "v*yaw_rate*abs(effort_sum)", "sin(yaw)*cos(yaw)")
+    ]
+    for name in names:
+        term, row = parse_term(name), rng.normal(size=6)
+        terms = replay_model(model(name, coefficient=0.3), ROBOT).terms
+        ahead, aside, turning = extra_accelerations(Moving(*row), 1.0, 1.0, terms)
+        value = 0.3 * term.evaluate({c: row[k : k + 1] for k, c in enumerate(COLUMNS)})[0]
+        wanted = dict.fromkeys(CHANNELS, 0.0) | {term.channel: value}
+        found = dict(zip(CHANNELS, (ahead, aside, ROBOT.half_track_m * turning), strict=True))
+        assert found == pytest.approx(wanted, abs=1e-12), name
 
 
 def test_a_lag_acts_on_the_torques_as_its_closed_form():
@@ -125,8 +152,10 @@ def test_what_happens_in_time_or_space_is_left_to_the_identifier_and_said():
 
 
 def test_an_effect_that_cannot_be_applied_is_refused_by_name():
-    with pytest.raises(InvalidSetting, match="cannot apply the effect unnamed:longitudinal:v3"):
+    with pytest.raises(InvalidTerm, match="unnamed:longitudinal:v3: no factor 'v3'"):
         replay_model(model("unnamed:longitudinal:v3", coefficient=1.0), ROBOT)
+    with pytest.raises(InvalidSetting, match="unnamed:yaw:v needs the robot's half_track_m"):
+        replay_model(model("unnamed:yaw:v", coefficient=1.0), RobotParameters(alpha=1.0))
     with pytest.raises(InvalidSetting, match="wheel_viscous needs the robot's wheel_radius_m"):
         replay_model(model("wheel_viscous", nm_per_radps=1.0), RobotParameters(alpha=1.0))
 

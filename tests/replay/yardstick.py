@@ -27,10 +27,19 @@ class Truth:
 
 
 @njit
-def predict(m, P, mode, drive, spin, dt, c, rho, rho_yaw, l):
-    gain, gain_yaw = (rho, rho_yaw) if mode == SLIPPING else (1.0, 1.0)
+def slipped(drive, spin, rho, rho_yaw, l, cap):
+    """What slipping leaves of the torques: shares, or, where friction limits them, each wheel's capped."""
+    if np.isnan(cap):
+        return rho * drive, rho_yaw * spin
+    right = min(max(0.5 * (drive + l * spin), -cap), cap)
+    left = min(max(0.5 * (drive - l * spin), -cap), cap)
+    return right + left, (right - left) / l
+
+
+@njit
+def predict(m, P, mode, drive, spin, dt, c, l):
     J = np.eye(6)
-    v1, om1 = m[V] + gain * drive * dt, m[OMEGA] + gain_yaw * spin * dt
+    v1, om1 = m[V] + drive * dt, m[OMEGA] + spin * dt
     w0 = m[W] if mode == SKIDDING else 0.0
     w1 = 0.0
     om = 0.5 * (m[OMEGA] + om1)
@@ -77,7 +86,7 @@ def correct(m, P, z, R):
 
 
 @njit
-def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):  # noqa: C901, PLR0912 – one algorithm, one function
+def multi_hypothesis(z, R, drive, spin, caps, t, m0, P0, told):  # noqa: C901, PLR0912 – one algorithm, one function
     c, rho, rho_yaw, l = told
     room, n = 4 * MOST, z.shape[1]
     means, covariances = np.zeros((room, 6)), np.zeros((room, 6, 6))
@@ -93,6 +102,8 @@ def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):  # noqa: C901, PLR0912
     for k in range(1, n):
         dt = t[k] - t[k - 1]
         push, turn = 0.5 * (drive[k] + drive[k - 1]), 0.5 * (spin[k] + spin[k - 1])
+        slip_push, slip_turn = slipped(push, turn, rho, rho_yaw, l, caps[k])
+        limited = not np.isnan(caps[k]) and 0.5 * (abs(push) + abs(l * turn)) <= caps[k]
         if t[k] - last >= EVERY_S - 1e-9:
             switched = 1 - np.exp(-RATE * (t[k] - last))
             spread = (t[k] - last) / np.sqrt(12)
@@ -115,8 +126,8 @@ def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):  # noqa: C901, PLR0912
                     if mode == SKIDDING:
                         covariances[alive, W, W] = (means[h, V] * means[h, OMEGA] * spread) ** 2
                     if mode == SLIPPING or modes[h] == SLIPPING:
-                        covariances[alive, V, V] += ((1 - rho) * push * spread) ** 2
-                        covariances[alive, OMEGA, OMEGA] += ((1 - rho_yaw) * turn * spread) ** 2
+                        covariances[alive, V, V] += ((push - slip_push) * spread) ** 2
+                        covariances[alive, OMEGA, OMEGA] += ((turn - slip_turn) * spread) ** 2
                     alive += 1
                 weights[h] += np.log(1 - switched)
             best = np.argsort(-weights[:alive])[:MOST]
@@ -124,17 +135,24 @@ def multi_hypothesis(z, R, drive, spin, t, m0, P0, told):  # noqa: C901, PLR0912
             weights[: len(best)], modes[: len(best)] = weights[best].copy(), modes[best].copy()
             alive = len(best)
         for h in range(alive):
-            predict(means[h], covariances[h], modes[h], push, turn, dt, c, rho, rho_yaw, l)
+            slips = modes[h] == SLIPPING
+            by = (slip_push, slip_turn) if slips else (push, turn)
+            predict(means[h], covariances[h], modes[h], by[0], by[1], dt, c, l)
             weights[h] += correct(means[h], covariances[h], z[:, k], R)
         top = np.max(weights[:alive])
         weights[:alive] -= top + np.log(np.sum(np.exp(weights[:alive] - top)))
         for h in range(alive):
-            posterior[modes[h], k] += np.exp(weights[h])
+            mode = IDEAL if limited and modes[h] == SLIPPING else modes[h]
+            posterior[mode, k] += np.exp(weights[h])
     return posterior
 
 
-def yardstick(log, truth, position_sd_m, yaw_sd_rad):
-    """Posterior (3, n) at each pose sample of ``log``, NaN for the first second."""
+def yardstick(log, truth, position_sd_m, yaw_sd_rad, caps=None):
+    """Posterior (3, n) at each pose sample of ``log``, NaN for the first second.
+
+    ``caps`` (n,), where traction is limited: what a wheel would add to dv_long/dt at most, on slippery
+    ground.
+    """
     t = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9
     per = max(1, round(0.02 / np.median(np.diff(t))))
     n = len(t) // per
@@ -158,9 +176,12 @@ def yardstick(log, truth, position_sd_m, yaw_sd_rad):
     P0 = np.diag([9 * R[0] / start, 9 * R[1] / start, 9 * R[2] / start, 0.0, 0.0, 192 * R[2] / start])
     P0[V, V] = P0[W, W] = 192 * R[0] / start + 0.05**2
     P0[W, W] += m0[V] ** 2 * P0[PSI, PSI]
+    caps = np.full(len(t), np.nan) if caps is None else caps
     told = (truth.c, truth.rho, truth.rho_yaw, truth.half_track_m)
     part = slice(start - 1, None)
-    found = multi_hypothesis(zb[:, part], R, mean(drive)[part], mean(spin)[part], tb[part], m0, P0, told)
+    found = multi_hypothesis(
+        zb[:, part], R, mean(drive)[part], mean(spin)[part], mean(caps)[part], tb[part], m0, P0, told
+    )
     posterior = np.full((3, len(t)), np.nan)
     bins = (np.arange(len(t)) + 1) // per - start
     inside = (bins >= 1) & (bins < found.shape[1])

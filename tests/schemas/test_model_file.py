@@ -63,13 +63,17 @@ def test_a_standard_deviation_stands_beside_its_value() -> None:
     assert list(tomllib.loads(text)["robot"])[:2] == ["alpha", "alpha_sd"]
 
 
-def test_an_unnamed_effect_carries_its_formula_and_free_parameters(tmp_path: Path) -> None:
-    text = '[[effects]]\nname = "unnamed:yaw:v3"\nformula = "c·v³"\nc = 0.1\nc_sd = 0.01\n'
-    assert read_text(tmp_path, text).effects == (Effect("unnamed:yaw:v3", {"c": 0.1}, {"c": 0.01}, "c·v³"),)
+def test_an_unnamed_effect_carries_its_formula_and_its_coefficient(tmp_path: Path) -> None:
+    name = "unnamed:yaw:v*v*v"
+    text = f'[[effects]]\nname = "{name}"\nformula = "c·v³"\ncoefficient = 0.1\ncoefficient_sd = 0.01\n'
+    effect = Effect(name, {"coefficient": 0.1}, {"coefficient": 0.01}, "c·v³")
+    assert read_text(tmp_path, text).effects == (effect,)
 
 
 DRAG = '[[effects]]\nname = "viscous_drag"\n'
 REFUSALS = {
+    '[[effects]]\nname = "unnamed:yaw:v3"': "[[effects]] #1 name: unnamed:yaw:v3: no factor 'v3'",
+    '[[effects]]\nname = "unnamed:yaw:v"\nc = 1': "[[effects]] #1 (unnamed:yaw:v) c: unknown key",
     "gear = 1": "gear: unknown key; known are robot, noise, effects, provenance",
     "robot = 1": "[robot]: expected a table, found 1",
     "[robot]\nweight = 1": "[robot] weight: unknown key; known are alpha, ",

@@ -77,8 +77,7 @@ class Aligner:
         first = np.asarray(np.diff(rows.t_ns, prepend=EARLIEST) != 0)
         self.counts.n_pose_duplicate += int(np.count_nonzero(~first))
         rows = take(rows, first)
-        rows.values[2] = self._unwrap(rows.values[2])
-        return rows
+        return Rows(rows.t_ns, rows.order, np.stack([*rows.values[:2], self._unwrap(rows.values[2])]))
 
     def _unwrap(self, yaw: F64) -> F64:
         """Yaw without steps of a turn: yaw + 2π·(whole turns counted so far)."""

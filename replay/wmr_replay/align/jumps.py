@@ -29,12 +29,12 @@ def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64
     """
     first = max(0, n - n_line)
     v = line(held, first, n, t_s, lines)
-    gap_s, span_s = t_s - held[0, n - 1], held[0, n - 1] - held[0, first]
-    for k in range(3):
-        i = k // 2
-        moved = max(rate(lines, i), FLOOR[i]) * (gap_s + 0.2 * span_s)
-        bent = ACCELERATION[i] * (span_s + gap_s) ** 2 / 6.0
-        gate[k] = SINGLE_SD * np.sqrt(variances[i] * (1.0 + v)) + moved + bent
+    gap_s, span_s = t_s - held[n - 1, 0], held[n - 1, 0] - held[first, 0]
+    reach_s, bend = gap_s + 0.2 * span_s, (span_s + gap_s) ** 2 / 6.0
+    for i in range(2):
+        noise, moved = np.sqrt(variances[i] * (1.0 + v)), max(rate(lines, i), FLOOR[i]) * reach_s
+        gate[2 * i] = SINGLE_SD * noise + moved + ACCELERATION[i] * bend
+    gate[1] = gate[0]
 
 
 @njit(cache=True)
@@ -89,14 +89,14 @@ def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: 
     """
     m = GROUPS[g]
     middle = n - m
-    at_s = 0.5 * (held[0, middle - 1] + held[0, middle])
+    at_s = 0.5 * (held[middle - 1, 0] + held[middle, 0])
     v = line(held, middle - m, middle, at_s, before) + line(held, middle, n, at_s, after)
-    half_s = held[0, n - 1] - held[0, middle]
+    half_s = held[n - 1, 0] - held[middle, 0]
     for k in range(3):
         i = k // 2
         step = abs(after[0, k] - before[0, k])
-        noise = GROUP_SD[g] * np.sqrt(v * variances[i])
-        if step > noise:
+        if step * step > GROUP_SD[g] ** 2 * v * variances[i]:
+            noise = GROUP_SD[g] * np.sqrt(v * variances[i])
             fastest = max(rate(before, i), rate(after, i), FLOOR[i])
             turning = 0.0 if i else max(rate(before, 1), rate(after, 1))
             kink, bend = KINK * SKID_SHARE * half_s, JERK * turning**2 * half_s**3

@@ -59,12 +59,16 @@ class Reorder:
 
 
 def take(rows: Rows, index: Bool | I64) -> Rows:
-    """The rows of a mask or of indices."""
+    """The rows of a mask or of indices; all of them as they are."""
+    if index.dtype == bool and index.all():
+        return rows
     return Rows(rows.t_ns[index], rows.order[index], rows.values[:, index])
 
 
 def join(first: Rows, second: Rows) -> Rows:
     """Rows one after the other."""
+    if not len(first) or not len(second):
+        return first if len(first) else second
     return Rows(
         np.concatenate([first.t_ns, second.t_ns]),
         np.concatenate([first.order, second.order]),
@@ -74,5 +78,7 @@ def join(first: Rows, second: Rows) -> Rows:
 
 def sort(rows: Rows, mask: Bool) -> Rows:
     """The rows of a mask by stamp, ties in file order."""
-    chosen = np.flatnonzero(mask)
-    return take(rows, chosen[np.lexsort((rows.order[chosen], rows.t_ns[chosen]))])
+    chosen = take(rows, mask)
+    if not (np.diff(chosen.t_ns) <= 0).any():
+        return chosen
+    return take(chosen, np.lexsort((chosen.order, chosen.t_ns)))

@@ -18,7 +18,6 @@ m/s.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -26,60 +25,27 @@ from numba import njit
 from wmr_replay.align.aligner import AlignedBatch
 from wmr_replay.align.frame import carry_back, take_out
 from wmr_replay.align.jumps import AGREEING, GROUPS, agree, distance, gates, hidden_step, inside, offsets
-from wmr_replay.align.track import CAPACITY, follow_noise, fresh_track, make_room, put
+from wmr_replay.align.quiet import follow_quiet
+from wmr_replay.align.state import (
+    ANCHOR_NS,
+    LAST_NS,
+    N_GOOD,
+    N_HELD,
+    N_JUMPS,
+    N_OUTLIERS,
+    N_PENDING,
+    N_ROWS,
+    Memory,
+    Rules,
+    fresh_memory,
+)
+from wmr_replay.align.track import CAPACITY, follow_noise, make_room, put
 from wmr_schemas.arrays import F64, I8, I64, Bool
 
 OK, POSE_JUMP, OUTLIER = 0, 7, 8
 """Outcomes, as positions in ``wmr_schemas.tables.Status``."""
 GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
-N_HELD, N_GOOD, N_PENDING, N_JUMPS, N_OUTLIERS, N_ROWS, ANCHOR_NS, LAST_NS = range(8)
-
-
-class Memory(NamedTuple):
-    """What is carried from row to row, changed in place.
-
-    ``counts`` (8,); the track ``held`` and the ``variances`` (2,) of position and yaw; the last dissenting
-    samples ``pending`` (4, 4) t, x, y, yaw; ``frame`` (3,) turn and shift that carry a measured pose back;
-    ``last`` (3,) the pose measured last; ``waiting`` (5,) inputs of rows set aside times their seconds, and
-    these. The rest is scratch.
-    """
-
-    counts: I64
-    held: F64
-    variances: F64
-    pending: F64
-    frame: F64
-    last: F64
-    waiting: F64
-    lines: F64
-    gate: F64
-    before: F64
-    after: F64
-    found: F64
-
-
-def fresh_memory(position_sd_m: float, yaw_sd_rad: float) -> Memory:
-    """Nothing seen yet."""
-    variances, pending, last = (
-        np.array([position_sd_m**2, yaw_sd_rad**2]),
-        np.zeros((4, AGREEING)),
-        np.full(3, np.nan),
-    )
-    scratch = (np.zeros((2, 3)), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)))
-    counts = np.zeros(8, np.int64)
-    return Memory(counts, fresh_track(), variances, pending, np.zeros(3), last, np.zeros(5), *scratch)
-
-
-class Rules(NamedTuple):
-    """Nominal step, samples of the line, groups that are short enough, longest gap to predict
-    over.
-    """
-
-    step_s: float
-    n_line: int
-    n_groups: int
-    longest_gap_s: float
 
 
 @njit(cache=True)
@@ -139,7 +105,7 @@ def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bo
             return OUTLIER
         take_out(m.frame, pose, m.found[0])
         return start_again(m, t_ns, pose)
-    if not predictable and n_held and t_s - m.held[0, n_held - 1] > rules.longest_gap_s:
+    if not predictable and n_held and t_s - m.held[n_held - 1, 0] > rules.longest_gap_s:
         if m.counts[N_PENDING]:
             return start_again(m, t_ns, pose)
         m.counts[N_HELD] = 0
@@ -154,7 +120,7 @@ def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, l
     prediction.
     """
     n = counts[N_HELD]
-    if n < rules.n_line or t_s - held[0, n - 1] > rules.longest_gap_s:
+    if n < rules.n_line or t_s - held[n - 1, 0] > rules.longest_gap_s:
         return -1
     gates(held, n, rules.n_line, t_s, variances, lines, gate)
     return 0 if counts[N_PENDING] else 1
@@ -174,39 +140,57 @@ def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -
 
 
 @njit(cache=True)
-def judge_rows(m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64) -> tuple[I64, F64]:
+def find_step(m: Memory, rules: Rules, t_ns: int, pose: F64) -> int:
+    """A good row, just taken up: whether it shows that the pose has jumped before it."""
+    n, count = m.counts[N_HELD], m.counts[N_GOOD]
+    if not hidden_step(m.held, n, count, rules.n_groups, m.variances, m.before, m.after):
+        return OK
+    take_out(m.frame, pose, m.after[0] - m.before[0])
+    return start_again(m, t_ns, pose)
+
+
+@njit(cache=True)
+def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> int:
+    """Outcome of one row by the exact tests; ``pose`` may change."""
+    if repeated:
+        return OUTLIER if m.counts[N_PENDING] else OK
+    t_s = (t_ns - m.counts[ANCHOR_NS]) * 1e-9
+    usual = is_usual(m.counts, m.held, m.variances, rules, t_s, m.lines, m.gate)
+    if usual != 1 or not inside(pose, m.lines, m.gate):
+        return judge_unusual(m, rules, t_ns, pose, usual >= 0)
+    take_up(m.counts, m.held, t_ns, pose)
+    follow_noise(m.held, m.counts[N_HELD], rules.step_s, m.variances)
+    return find_step(m, rules, t_ns, pose)
+
+
+@njit(cache=True)
+def judge_rows(m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64) -> tuple[I8, F64]:
     """Outcome of each row (n,) and its pose carried back (3, n); ``inputs`` (4, n) change in place.
 
     A pose that is repeated to the bit is a held one: it goes on as it came, and says nothing new.
     """
-    counts, held, variances, frame, last = m.counts, m.held, m.variances, m.frame, m.last
-    lines, gate, before, after, waiting = m.lines, m.gate, m.before, m.after, m.waiting
-    outcome, poses, pose = np.zeros(len(t_ns), np.int64), np.empty_like(measured), np.empty(3)
-    for i in range(len(t_ns)):
-        now, stamp = OK, t_ns[i]
-        repeated = measured[0, i] == last[0] and measured[1, i] == last[1] and measured[2, i] == last[2]
-        last[0], last[1], last[2] = measured[0, i], measured[1, i], measured[2, i]
-        carry_back(frame, last, pose)
-        if repeated:
-            now = OUTLIER if counts[N_PENDING] else OK
-        else:
-            t_s = (stamp - counts[ANCHOR_NS]) * 1e-9
-            usual = is_usual(counts, held, variances, rules, t_s, lines, gate)
-            if usual == 1 and inside(pose, lines, gate):
-                take_up(counts, held, stamp, pose)
-                follow_noise(held, counts[N_HELD], rules.step_s, variances)
-                if hidden_step(
-                    held, counts[N_HELD], counts[N_GOOD], rules.n_groups, variances, before, after
-                ):
-                    take_out(frame, pose, after[0] - before[0])
-                    now = start_again(m, stamp, pose)
-            else:
-                now = judge_unusual(m, rules, stamp, pose, usual >= 0)
-        carry_inputs(waiting, inputs, i, (stamp - counts[LAST_NS]) * 1e-9 if counts[N_ROWS] else 0.0, now)
-        outcome[i], poses[0, i], poses[1, i], poses[2, i] = now, pose[0], pose[1], pose[2]
-        counts[LAST_NS] = stamp
-        counts[N_ROWS] += 1
-        counts[N_OUTLIERS] += now == OUTLIER
+    counts, last = m.counts, m.last
+    outcome, poses, pose = np.zeros(len(t_ns), np.int8), np.empty_like(measured), np.empty(3)
+    i = 0
+    while i < len(t_ns):
+        i, hides = follow_quiet(m, rules, i, t_ns, measured, poses)
+        if hides:
+            pose[:] = poses[:, i - 1]
+            outcome[i - 1] = find_step(m, rules, t_ns[i - 1], pose)
+            poses[:, i - 1] = pose
+        elif i < len(t_ns):
+            stamp, row = t_ns[i], measured[:, i]
+            repeated = row[0] == last[0] and row[1] == last[1] and row[2] == last[2]
+            last[:] = row
+            carry_back(m.frame, last, pose)
+            now = judge_row(m, rules, stamp, pose, repeated)
+            since_s = (stamp - counts[LAST_NS]) * 1e-9 if counts[N_ROWS] else 0.0
+            carry_inputs(m.waiting, inputs, i, since_s, now)
+            outcome[i], poses[:, i] = now, pose
+            counts[LAST_NS] = stamp
+            counts[N_ROWS] += 1
+            counts[N_OUTLIERS] += now == OUTLIER
+            i += 1
     return outcome, poses
 
 
@@ -247,6 +231,8 @@ class PoseRepair:
         outcome, poses = judge_rows(
             self._memory, self._rules, rows.t_ns, np.ascontiguousarray(rows.pose), inputs
         )
-        kept = np.asarray(outcome != OUTLIER)
+        kept, jumps = np.asarray(outcome != OUTLIER), np.asarray(outcome == POSE_JUMP)
+        if kept.all():
+            return Repaired(outcome, kept, AlignedBatch(rows.t_ns, poses, inputs, rows.mode_true), jumps)
         good = AlignedBatch(rows.t_ns[kept], poses[:, kept], inputs[:, kept], rows.mode_true[kept])
-        return Repaired(outcome.astype(np.int8), kept, good, np.asarray(outcome[kept] == POSE_JUMP))
+        return Repaired(outcome, kept, good, jumps[kept])

@@ -1,9 +1,8 @@
 """The last good poses, with running sums: straight lines through any stretch of them in constant work.
 
-``held`` is (12, c + 1): rows 0 to 3 are the samples' t (in s since an anchor), x, y and yaw; rows 4 to 11 are
-Σt, Σt², Σz (3 rows) and Σtz (3 rows) over the samples before each, z counted from the first sample held. The
-anchor moves on by half of the capacity whenever ``held`` is full, so that sums stay small, and at counts of
-rows alone.
+``held`` is (c + 1, 12), a row for each sample: its t (in s since an anchor), x, y and yaw; then Σt, Σt², Σz
+(3) and Σtz (3) over the samples before it, z counted from the first sample held. The anchor moves on by half
+of the capacity whenever ``held`` is full, so that sums stay small, and at counts of rows alone.
 """
 
 import math
@@ -15,51 +14,66 @@ from wmr_schemas.arrays import F64
 
 CAPACITY = 2048
 NOISE_ROWS = 500.0
+REGULAR = 0.2
 CLIPPED_SQUARE = 0.9950072780344535
 """E[min(z², 9)] of a standard normal z."""
 
 
 def fresh_track() -> F64:
     """Nothing held."""
-    return np.zeros((12, CAPACITY + 1))
+    return np.zeros((CAPACITY + 1, 12))
 
 
 @njit(cache=True)
-def put(held: F64, row: int, t_s: float, x_m: float, y_m: float, yaw_rad: float) -> None:
+def put(held: F64, n: int, t_s: float, x_m: float, y_m: float, yaw_rad: float) -> None:
     """A sample and the sums behind it."""
-    held[0, row], held[1, row], held[2, row], held[3, row] = t_s, x_m, y_m, yaw_rad
-    held[4, row + 1], held[5, row + 1] = held[4, row] + t_s, held[5, row] + t_s * t_s
-    for k in range(3):
-        z = held[1 + k, row] - held[1 + k, 0]
-        held[6 + k, row + 1], held[9 + k, row + 1] = held[6 + k, row] + z, held[9 + k, row] + t_s * z
+    held[n, 0], held[n, 1], held[n, 2], held[n, 3] = t_s, x_m, y_m, yaw_rad
+    x, y, yaw = x_m - held[0, 1], y_m - held[0, 2], yaw_rad - held[0, 3]
+    held[n + 1, 4], held[n + 1, 5] = held[n, 4] + t_s, held[n, 5] + t_s * t_s
+    held[n + 1, 6], held[n + 1, 7], held[n + 1, 8] = held[n, 6] + x, held[n, 7] + y, held[n, 8] + yaw
+    held[n + 1, 9], held[n + 1, 10] = held[n, 9] + t_s * x, held[n, 10] + t_s * y
+    held[n + 1, 11] = held[n, 11] + t_s * yaw
 
 
 @njit(cache=True)
 def make_room(held: F64) -> float:
     """Drop the older half of a full track; the new anchor, in s since the old one."""
     half = CAPACITY // 2
-    start: float = held[0, half]
+    start: float = held[half, 0]
     for row in range(half):
         old = row + half
-        put(held, row, held[0, old] - start, held[1, old], held[2, old], held[3, old])
+        put(held, row, held[old, 0] - start, held[old, 1], held[old, 2], held[old, 3])
     return start
 
 
 @njit(cache=True)
-def follow_noise(held: F64, n: int, step_s: float, variances: F64) -> None:
-    """s² ← s² + (min(d², 9 s²)/b − s²)/500 with the newest third difference d = (…)/√20 over regular steps.
+def is_regular(held: F64, n: int, step_s: float) -> bool:
+    """Whether the last three steps are the nominal one."""
+    most = REGULAR * step_s
+    return bool(
+        n >= 4
+        and abs(held[n - 1, 0] - held[n - 2, 0] - step_s) <= most
+        and abs(held[n - 2, 0] - held[n - 3, 0] - step_s) <= most
+        and abs(held[n - 3, 0] - held[n - 4, 0] - step_s) <= most
+    )
 
-    ``variances`` (2,) of position and yaw; n samples are held.
-    """
-    if n < 4:
-        return
-    for j in range(n - 3, n):
-        if abs(held[0, j] - held[0, j - 1] - step_s) > 0.2 * step_s:
-            return
-    for k in range(1, 4):
-        square = (held[k, n - 1] - 3.0 * held[k, n - 2] + 3.0 * held[k, n - 3] - held[k, n - 4]) ** 2 / 20.0
-        i, gain = k // 3, (0.5 if k < 3 else 1.0) / NOISE_ROWS
-        variances[i] += gain * (min(square, 9.0 * variances[i]) / CLIPPED_SQUARE - variances[i])
+
+@njit(cache=True)
+def followed(held: F64, n: int, k: int, variance: float, gain: float) -> float:
+    """s² ← s² + (min(d², 9 s²)/b − s²) g/500 with the newest third difference d = (…)/√20 of column k."""
+    difference = held[n - 1, k] - held[n - 4, k] + 3.0 * (held[n - 3, k] - held[n - 2, k])
+    square = min(difference * difference * 0.05, 9.0 * variance)
+    new: float = variance + gain / NOISE_ROWS * (square / CLIPPED_SQUARE - variance)
+    return new
+
+
+@njit(cache=True)
+def follow_noise(held: F64, n: int, step_s: float, variances: F64) -> None:
+    """The ``variances`` (2,) of position and yaw after the newest of n samples held, over regular steps."""
+    if is_regular(held, n, step_s):
+        variances[0] = followed(held, n, 1, variances[0], 0.5)
+        variances[0] = followed(held, n, 2, variances[0], 0.5)
+        variances[1] = followed(held, n, 3, variances[1], 1.0)
 
 
 @njit(cache=True)
@@ -68,16 +82,17 @@ def line(held: F64, start: int, stop: int, at_s: float, out: F64) -> float:
 
     Returns v in var = σ² v of the value, for white noise of variance σ²: 1/n + (t − t̄)²/Σ(t_k − t̄)².
     """
-    n = stop - start
-    mean = (held[4, stop] - held[4, start]) / n
-    per_spread = 1.0 / (held[5, stop] - held[5, start] - n * mean * mean)
+    low, high, origin = held[start], held[stop], held[0]
+    share = 1.0 / (stop - start)
+    mean = (high[4] - low[4]) * share
+    per_spread = 1.0 / (high[5] - low[5] - (high[4] - low[4]) * mean)
     ahead = at_s - mean
     for k in range(3):
-        total = held[6 + k, stop] - held[6 + k, start]
-        slope = (held[9 + k, stop] - held[9 + k, start] - mean * total) * per_spread
-        out[0, k] = total / n + slope * ahead + held[1 + k, 0]
+        total = high[6 + k] - low[6 + k]
+        slope = (high[9 + k] - low[9 + k] - mean * total) * per_spread
+        out[0, k] = total * share + slope * ahead + origin[1 + k]
         out[1, k] = slope
-    v: float = 1.0 / n + ahead * ahead * per_spread
+    v: float = share + ahead * ahead * per_spread
     return v
 
 

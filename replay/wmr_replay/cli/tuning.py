@@ -25,7 +25,10 @@ OPTIONS = (
         "--threshold-sd", type=float, default=3.0, help="Thresholds of C_k and C_d in standard deviations."
     ),
     click.option(
-        "--min-sideslip", type=float, default=0.0, help="v_lat/v_long up to which tyres count as gripping."
+        "--min-sideslip",
+        type=float,
+        help="v_lat/v_long up to which tyres count as gripping; by default 0, or 0.15 where the robot's "
+        "cornering stiffness is unknown.",
     ),
     click.option(
         "--window", "window_s", type=float, help="Differentiator window in s; else from rate and noise."

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import bootstrap
+from scipy.stats import bootstrap, wilcoxon
 from scipy.stats import t as student
 
 from wmr_replay.gap.base import base_of
@@ -15,12 +15,12 @@ from wmr_replay.gap.detectable import minimum_detectable, unseen
 from wmr_replay.gap.drive import Drive, drive_of
 from wmr_replay.gap.excitation import LEAST_RATIO, liveliness
 from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.prove import windows_within
-from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.result import (
     Alternative,
     Estimate,
@@ -71,8 +71,8 @@ def analyse(
 ) -> GapResult:
     """What the model ``base`` (default: the log's own nominal parameters) lacks to explain ``log``.
 
-    Raises InvalidSignal where the log has no torques or is too short. The modes are the identifier's, ideal, or
-    those of ``log.mode``, as ``options.modes`` says; the log's mode is read in the last case only.
+    Raises InvalidSignal where the log has no torques or is too short. The modes are the identifier's,
+    ideal, or those of ``log.mode``, as ``options.modes`` says; the log's mode is read in the last case only.
     """
     options, tell = options or GapOptions(), progress or (lambda _stage, _share: None)
     tell("base model", 0.0)
@@ -103,17 +103,16 @@ def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) 
     if options.modes != "identified":
         problem = Problem.of(drive_of(log, log.mode if options.modes == "given" else None))
         return problem, select(problem, extension, options)
-    tried = []
     return search_with_modes(log, extension, options, tell)
 
 
 def search_with_modes(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
-    """The identifier takes a missing effect for slip, so what shows with the base model's modes, proven or not,
-    is a hint: with it the modes are identified anew, and the selection is made from the start. Where nothing
-    shows and much is called slipping, the hint comes from slipping taken for ideal. The most likely answer
-    stands.
+    """The identifier takes a missing effect for slip, so what shows with the base model's modes, proven or
+    not, is a hint: with it the modes are identified anew, and the selection is made from the start. Where
+    nothing shows and much is called slipping, the hint comes from slipping taken for ideal. The most likely
+    answer stands.
     """
     first = identified_modes(log, extension)
     problem = Problem.of(identified_drive(log, first))
@@ -249,8 +248,8 @@ def calm_note(problem: Problem, selection: Selection) -> str:
         else ("turning", turning, selection.fit.noise.yaw_sd_mps2)
     )
     return (
-        f"the {what} that the torques ask for varies by only {ratio:.1f} times a disturbance of {sd:.2g} m/s² that no "
-        f"candidate explains (at least {LEAST_RATIO:g} times are needed)"
+        f"the {what} that the torques ask for varies by only {ratio:.1f} times a disturbance of {sd:.2g} "
+        f"m/s² that no candidate explains (at least {LEAST_RATIO:g} times are needed)"
     )
 
 
@@ -276,8 +275,6 @@ def rms(values: F64) -> float:
 
 def paired(before: F64, after: F64) -> tuple[tuple[float, float], float]:
     """95 % interval of the reduction of the root mean square over windows, and Wilcoxon's one-sided p."""
-    from scipy.stats import wilcoxon
-
     if len(before) < 3 or np.all(before == after):
         return (0.0, 0.0), 1.0
 
@@ -291,7 +288,9 @@ def paired(before: F64, after: F64) -> tuple[tuple[float, float], float]:
     return interval, float(wilcoxon(np.log(before) - np.log(after), alternative="greater").pvalue)
 
 
-def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], noise, drive: Drive) -> Model:
+def extended_model(
+    model: BaseModel, effects: tuple[FoundEffect, ...], noise: Diffusion, drive: Drive
+) -> Model:
     """The base with the effects found, as a file holds it."""
     new = tuple(
         Effect(
@@ -308,7 +307,7 @@ def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], noise, dr
     )
 
 
-def noise_model(noise, noise_sd: F64) -> NoiseModel:
+def noise_model(noise: Diffusion, noise_sd: F64) -> NoiseModel:
     """Pose noise, and the disturbances' density at low frequency, s √(2 τ)."""
     long = noise.long_sd_mps2 * np.sqrt(2 * noise.long_tau_s)
     yaw = noise.yaw_sd_mps2 * np.sqrt(2 * noise.yaw_tau_s)

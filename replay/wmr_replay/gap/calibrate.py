@@ -8,6 +8,7 @@ from scipy.stats import linregress
 from wmr_replay.gap.base import base_of
 from wmr_replay.gap.drive import drive_of
 from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
@@ -38,7 +39,9 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
 
 def calibrate_on_log(log: Log, options: GapOptions) -> Model:
     """See :func:`calibrate`; the log carries the robot."""
-    robot, noise, sd = with_rough_start(log), None, {}
+    robot = with_rough_start(log)
+    noise: Diffusion | None = None
+    sd: dict[str, float] = {}
     for _ in range(ROUNDS):
         track = log.mode if options.modes == "given" else None
         if options.modes == "identified":
@@ -86,8 +89,8 @@ def calibrated(
 
 
 def with_rough_start(log: Log) -> RobotParameters:
-    """α and α_yaw to begin with, where they are unknown: the slope of speed changes over half a second against
-    the torques' mean.
+    """α and α_yaw to begin with, where they are unknown: the slope of speed changes over half a second
+    against the torques' mean.
     """
     robot = log.robot
     if robot.half_track_m is None:

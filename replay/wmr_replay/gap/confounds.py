@@ -11,7 +11,7 @@ EXACT: dict[frozenset[str], tuple[str, ...]] = {
     frozenset({"wheel_viscous"}): ("wheel_viscous", "back_emf"),
     frozenset({"viscous_drag", "yaw_damping"}): ("viscous_drag", "yaw_damping", "wheel_viscous", "back_emf"),
 }
-"""Effects that give the same poses whatever is driven; names outside the library are causes, not candidates."""
+"""Effects that give the same poses whatever is driven; names outside the library are no candidates."""
 
 _REVERSING = "drive the same stretch forwards and in reverse"
 _HEADING = "drive the same profile in several headings"

@@ -67,7 +67,10 @@ class Drive:
 def drive_of(
     log: Log, mode: ModeTrack | None = None, bin_s: float = BIN_S, *, margin_s: float = BIN_S
 ) -> Drive:
-    """``log`` in bins; ``mode`` None means ideal throughout, its changes are known to ``margin_s``. Raises InvalidSignal where there is too little."""
+    """``log`` in bins; ``mode`` None means ideal throughout, its changes are known to ``margin_s``.
+
+    Raises InvalidSignal where there is too little.
+    """
     if log.torque is None:
         raise InvalidSignal("torque", "the log has none: nothing to simulate the robot with")
     pose, start_ns = log.pose, int(log.pose.t_ns[0])
@@ -117,9 +120,9 @@ def mode_at(track: ModeTrack | None, t_s: F64, start_ns: int, bin_s: float) -> F
     smooth = np.stack(
         [np.convolve(np.pad(v, width // 2, mode="edge"), np.ones(width), "valid") for v in votes]
     )
-    return smooth.argmax(axis=0).astype(np.float64)
+    return np.asarray(smooth.argmax(axis=0), np.float64)
 
 
 def held_modes(stamps: F64, modes: I8, at: F64) -> I8:
     """The mode that holds at each time; before the first, the first."""
-    return modes[np.maximum(np.searchsorted(stamps, at, side="right") - 1, 0)]
+    return np.asarray(modes[np.maximum(np.searchsorted(stamps, at, side="right") - 1, 0)])

@@ -37,6 +37,6 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
         return ""
     what = "longitudinal acceleration" if ratio == ahead else "turning"
     return (
-        f"{name} would explain part of it, but the {what} that the torques ask for varies by only {ratio:.1f} times "
-        f"the disturbance (at least {LEAST_RATIO:g} are needed)"
+        f"{name} would explain part of it, but the {what} that the torques ask for varies by only "
+        f"{ratio:.1f} times the disturbance (at least {LEAST_RATIO:g} are needed)"
     )

@@ -11,14 +11,16 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from wmr_replay.identify.terms import SOFT_SIGN_MPS
 from wmr_schemas.arrays import F64
+from wmr_schemas.terms import SOFT_SIGN
 
 N_STATE = 9
 X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
 N_MOTION = 6
 """The states that a simulation starts from; the disturbances behind them are a filter's."""
 LEAST_SPEED_MPS = 0.3
+DIFFERENCE = 1e-6
+"""Step of every difference that stands for a slope."""
 
 
 class Theta(IntEnum):
@@ -93,7 +95,7 @@ class Base(NamedTuple):
 @njit(cache=True, inline="always")
 def sign(speed: float) -> float:
     """Sgn, softened about standstill."""
-    return np.tanh(speed / SOFT_SIGN_MPS)
+    return float(np.tanh(speed / SOFT_SIGN))
 
 
 @njit(cache=True)
@@ -103,7 +105,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     if speed <= 0.0:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
     lost = 1.0 - theta[Theta.PATCH] * row[Row.PATCH]
-    return base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02)
+    return float(base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02))
 
 
 @njit(cache=True)
@@ -151,14 +153,14 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
         push = -v * yaw_rate + z[D_LAT]
         push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
         kept = np.exp(-rate * dt)
-        return kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9)
+        return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
     kept = np.exp(-dt * base.lateral_decay) if row[Row.LOOSE] == 0.0 else 0.0
     if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
-        return kept * z[V_LAT]
+        return float(kept * z[V_LAT])
     rate = skid_rate(v, 0.0, w, row, theta, base) / theta[Theta.UNDECLARED]
     if theta[Theta.UNDECLARED] > 1e-3:
         kept = np.exp(-rate * dt)
-    return kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate
+    return float(kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate)
 
 
 @njit(cache=True)
@@ -185,7 +187,7 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
 
 @njit(cache=True)
 def measured(z: F64, theta: F64, out: F64) -> None:
-    """``out`` (3,) ← the pose that is measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
+    """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
     cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
     out[0] = z[X] + cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]
     out[1] = z[Y] + sin * theta[Theta.ARM_X] + cos * theta[Theta.ARM_Y]

@@ -55,7 +55,7 @@ def static_part(efforts_nm: F64, effects: InputEffects) -> F64:
     u = u + e.bias_common_nm + e.bias_differential_nm * np.array([[-1.0], [1.0]])
     if e.deadzone_nm > 0:
         u = np.sign(u) * np.maximum(np.abs(u) - e.deadzone_nm, 0.0)
-    return np.clip(u, -e.limit_nm, e.limit_nm)
+    return np.asarray(np.clip(u, -e.limit_nm, e.limit_nm))
 
 
 @njit(cache=True)

@@ -13,28 +13,36 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.gap.field import (
+    BOTH,
     D_LAT,
     D_LONG,
     D_YAW,
+    DIFFERENCE,
     N_STATE,
     SKIDDING,
-    BOTH,
     SLIPPING,
-    V,
     V_LAT,
+    Base,
+    Row,
+    V,
     W,
     X,
     Y,
-    Base,
-    Row,
-    Theta,
     measured,
     step,
 )
-from wmr_schemas.arrays import F64, I64
+from wmr_replay.gap.sensitivity import (
+    Wanted,
+    carry,
+    first_live,
+    measured_slopes,
+    push,
+    settle,
+    wanted_columns,
+)
+from wmr_schemas.arrays import F64
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
-DIFFERENCE = 1e-6
 SLIP_DISTURBANCE_MPS2 = 0.5
 SWITCH_SD_MPS = 0.05
 OUTLIER_SD = 6.0
@@ -49,6 +57,15 @@ class Diffusion(NamedTuple):
     yaw_tau_s: float
     lat_sd_mps: float
     lat_tau_s: float
+
+
+class Data(NamedTuple):
+    """Input rows (n, 10), poses (n, 3), their variances (n, 3), and the state of row 0 (9,), known poorly."""
+
+    rows: F64
+    poses: F64
+    variances: F64
+    first: F64
 
 
 class Passed(NamedTuple):
@@ -163,142 +180,58 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
         gain[i] /= s
         z[i] += gain[i] * error
         P[i, i] = max(P[i, i], 1e-16)
-    return s
+    return float(s)
 
 
 @njit(cache=True)
-def filter_pass(
-    rows: F64,
-    poses: F64,
-    variances: F64,
-    first: F64,
-    theta: F64,
-    base: Base,
-    noise: Diffusion,
-    wanted: I64,
-    cells: I64,
-    n_cells: int,
-    efforts: F64,
-    keep: bool,
-) -> Passed:
-    """One pass over ``rows`` (n, 9) and ``poses`` (n, 3) with measurement ``variances`` (n, 3).
-
-    ``first`` (9,) is the state of row 0, known poorly. Sensitivities, in this order: to θ at the places
-    ``wanted``; to each of ``efforts`` (q, n, 2), changes of the left and right effort per unit of a parameter;
-    to a loss of α within each of ``n_cells`` cells (``cells`` (n,) says in which a row lies, −1 in none), of
-    α_yaw likewise. With ``keep`` false they and the states are left out.
-    """
-    n, n_theta, n_efforts = len(rows), len(wanted), len(efforts)
-    p = n_theta + n_efforts + 2 * n_cells
-    deviance = np.zeros(n)
-    innovations, log_variances = np.zeros((n, 3)), np.zeros((n, 3))
-    states = np.zeros((n if keep else 0, N_STATE))
-    sensitivities = np.zeros((n if keep else 0, 3, p))
-    S, moved_S = np.zeros((N_STATE, p)), np.zeros((N_STATE, p))
-    z, P = first.copy(), np.zeros((N_STATE, N_STATE))
-    F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
-    ahead, moved = np.zeros(N_STATE), np.zeros(N_STATE)
-    H, at, other, gain = np.zeros((3, N_STATE)), np.zeros(3), np.zeros(3), np.zeros(N_STATE)
-    slopes = np.zeros(p)
-    changed = theta.copy()
+def first_covariance(noise: Diffusion) -> F64:
+    """(9, 9): half a metre, radian and metre per second; disturbances in their stationary distribution."""
+    P = np.zeros((N_STATE, N_STATE))
     for i in range(N_STATE):
         P[i, i] = 0.25
     P[D_LONG, D_LONG] = noise.long_sd_mps2**2
     P[D_LAT, D_LAT] = noise.long_sd_mps2**2
     P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
     P[V_LAT, V_LAT] = noise.lat_sd_mps**2 + 1e-6
-    row = rows[0].copy()
-    live = np.zeros(p, np.bool_)
-    for j in range(n_theta):
-        live[j] = True
-    for j in range(n_efforts):
-        live[n_theta + j] = True
+    return P
+
+
+@njit(cache=True)
+def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wanted, keep: bool) -> Passed:
+    """One pass over the data. With ``keep`` false, states and sensitivities are left out."""
+    n, p = len(data.rows), wanted_columns(wanted)
+    deviance, innovations, log_variances = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
+    states, sensitivities = np.zeros((n if keep else 0, N_STATE)), np.zeros((n if keep else 0, 3, p))
+    S, live, slopes = np.zeros((N_STATE, p)), first_live(wanted, p), np.zeros(p)
+    z, P = data.first.copy(), first_covariance(noise)
+    F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
+    ahead, moved = np.zeros(N_STATE), np.zeros(N_STATE)
+    H, at, other, gain = np.zeros((3, N_STATE)), np.zeros(3), np.zeros(3), np.zeros(N_STATE)
     for k in range(n):
+        row = data.rows[k]
         if k > 0:
-            row[:] = rows[k]
             step(z, row, theta, base, moved)
             jacobian(z, row, theta, base, ahead, moved, F)
+            undisturbed = moved.copy()
             fade(F, moved, row, noise)
             if keep:
-                dt = row[Row.DT]
-                for j in range(p):
-                    if live[j]:
-                        for i in range(N_STATE):
-                            total = 0.0
-                            if i < 6:
-                                for m in range(N_STATE):
-                                    total += F[i, m] * S[m, j]
-                            else:
-                                total = F[i, i] * S[i, j]
-                            moved_S[i, j] = total
-                for j in range(n_theta):
-                    place = wanted[j]
-                    changed[place] = theta[place] + DIFFERENCE
-                    step(z, row, changed, base, ahead)
-                    changed[place] = theta[place]
-                    for i in range(6):
-                        moved_S[i, j] += (ahead[i] - moved[i]) / DIFFERENCE
-                for j in range(n_efforts):
-                    left, right = efforts[j, k, 0], efforts[j, k, 1]
-                    if left != 0.0 or right != 0.0:
-                        size = DIFFERENCE
-                        row[Row.LEFT] = rows[k, Row.LEFT] + size * left
-                        row[Row.RIGHT] = rows[k, Row.RIGHT] + size * right
-                        step(z, row, theta, base, ahead)
-                        for i in range(6):
-                            moved_S[i, n_theta + j] += (ahead[i] - moved[i]) / size
-                        row[Row.LEFT], row[Row.RIGHT] = rows[k, Row.LEFT], rows[k, Row.RIGHT]
-                if n_cells > 0 and cells[k] >= 0:
-                    j = n_theta + n_efforts + cells[k]
-                    live[j] = True
-                    live[j + n_cells] = True
-                    row[Row.SLIP] = 0.0
-                    step(z, row, theta, base, ahead)
-                    both = ahead.copy()
-                    row[Row.LEFT] -= DIFFERENCE * (rows[k, Row.LEFT] + rows[k, Row.RIGHT]) / 2
-                    row[Row.RIGHT] -= DIFFERENCE * (rows[k, Row.LEFT] + rows[k, Row.RIGHT]) / 2
-                    step(z, row, theta, base, ahead)
-                    for i in range(6):
-                        moved_S[i, j] += (ahead[i] - both[i]) / DIFFERENCE
-                    row[Row.LEFT] = rows[k, Row.LEFT]
-                    row[Row.RIGHT] = rows[k, Row.RIGHT]
-                    half = (rows[k, Row.RIGHT] - rows[k, Row.LEFT]) / 2
-                    row[Row.LEFT] += DIFFERENCE * half
-                    row[Row.RIGHT] -= DIFFERENCE * half
-                    step(z, row, theta, base, ahead)
-                    for i in range(6):
-                        moved_S[i, j + n_cells] += (ahead[i] - both[i]) / DIFFERENCE
-                S[:, :] = moved_S
+                carry(F, S, live)
+                push(S, live, z, undisturbed, k, data.rows, theta, base, wanted)
             z[:] = moved
             spread(F, P, scratch)
-            add_noise(P, row, rows[k - 1, Row.MODE], noise)
+            add_noise(P, row, data.rows[k - 1, Row.MODE], noise)
         slopes_of_measurement(z, theta, H, at, other)
         for c in range(3):
-            if not np.isfinite(poses[k, c]):
-                continue
             measured(z, theta, at)
-            error = poses[k, c] - at[c]
+            error = data.poses[k, c] - at[c]
             if keep:
-                for j in range(p):
-                    if live[j]:
-                        slopes[j] = H[c, 0] * S[0, j] + H[c, 1] * S[1, j] + H[c, 2] * S[2, j]
-                for j in range(n_theta):
-                    place = wanted[j]
-                    if place in (Theta.HEADING, Theta.ARM_X, Theta.ARM_Y):
-                        changed[place] = theta[place] + DIFFERENCE
-                        measured(z, changed, other)
-                        changed[place] = theta[place]
-                        slopes[j] += (other[c] - at[c]) / DIFFERENCE
-            s = update(z, P, H[c], error, variances[k, c], gain)
+                measured_slopes(slopes, S, live, H[c], c, z, theta, wanted.places)
+            s = update(z, P, H[c], error, data.variances[k, c], gain)
             e = error / np.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, np.log(s)
             deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, OUTLIER_SD**2)
             if keep:
-                for j in range(p):
-                    if live[j]:
-                        sensitivities[k, c, j] = slopes[j] / np.sqrt(s)
-                        for i in range(N_STATE):
-                            S[i, j] -= gain[i] * slopes[j]
+                settle(S, live, gain, slopes, sensitivities[k, c], np.sqrt(s))
         if keep:
             states[k] = z
     return Passed(deviance, innovations, states, sensitivities, log_variances)

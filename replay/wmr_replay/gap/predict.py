@@ -11,8 +11,8 @@ from numba import njit
 
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.field import N_MOTION, N_STATE, V, V_LAT, W, Base, Row, measured, step
-from wmr_schemas.arrays import F64, I64
+from wmr_replay.gap.field import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, step
+from wmr_schemas.arrays import F64, Bool
 
 WINDOW_S = 4.0
 ROUNDS, TRIES = 8, 4
@@ -43,7 +43,7 @@ def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64
 
 @njit(cache=True)
 def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64) -> F64:
-    """Whitened residuals (m, 3) after the best initial motion; v_lat only where the window starts skidding."""
+    """Whitened residuals (m, 3) after the best initial motion; v_lat only where it starts in a skid."""
     m = len(rows)
     free = N_MOTION if rows[0, Row.MODE] in (1.0, 3.0) else N_MOTION - 1
     z, damping = z0.copy(), 1e-6
@@ -76,7 +76,7 @@ def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F6
     return at.reshape(m, 3).copy()
 
 
-def windows_of(drive: Drive, chosen: F64) -> list[tuple[int, int]]:
+def windows_of(drive: Drive, chosen: Bool) -> list[tuple[int, int]]:
     """Rows [a, b) of each whole window within the runs of ``chosen`` (n,) rows."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]])))
     found = []

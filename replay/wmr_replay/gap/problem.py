@@ -6,13 +6,12 @@ import numpy as np
 
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.field import N_STATE, V, W, Row
-from wmr_replay.gap.kalman import Diffusion, Passed, filter_pass
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_replay.gap.field import N_STATE, V, W
+from wmr_replay.gap.kalman import Data, Diffusion, Passed, filter_pass
+from wmr_replay.gap.sensitivity import NOTHING, Wanted
+from wmr_schemas.arrays import F64, Bool
 
 PERIOD_S, HELD_OUT_S = 12.0, 4.0
-NOTHING = np.zeros(0, np.int64)
-NO_EFFORTS = np.zeros((0, 0, 2))
 LEAST, MOST = np.log([1e-4, 0.05, 1e-4, 0.05, 1e-5]), np.log([5.0, 10.0, 5.0, 10.0, 0.5])
 START = np.log([0.05, 0.4, 0.05, 0.4, 0.01])
 CALM = np.log([0.02, 0.4, 0.02, 0.4, 0.002])
@@ -46,34 +45,13 @@ class Problem:
         return self.drive.variances
 
     def passed(
-        self,
-        extension: Extension,
-        noise: Diffusion,
-        *,
-        wanted: I64 = NOTHING,
-        cells: I64 = NOTHING,
-        n_cells: int = 0,
-        efforts: F64 = NO_EFFORTS,
-        keep: bool = False,
+        self, extension: Extension, noise: Diffusion, wanted: Wanted = NOTHING, *, keep: bool = False
     ) -> Passed:
         """The filter over the whole drive, held-out rows included: those are left out of sums only."""
-        drive = self.drive
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        return filter_pass(
-            extension.rows(drive),
-            drive.pose,
-            self.variances,
-            first,
-            extension.theta(),
-            extension.base,
-            noise,
-            wanted,
-            cells if n_cells else np.zeros(0, np.int64),
-            n_cells,
-            efforts,
-            keep,
-        )
+        data = Data(extension.rows(self.drive), self.drive.pose, self.variances, first)
+        return filter_pass(data, extension.theta(), extension.base, noise, wanted, keep)
 
     def deviance(self, extension: Extension, noise: Diffusion) -> float:
         """−2 log likelihood of the fitted rows."""
@@ -99,7 +77,7 @@ def diffusion_of(logs: F64) -> Diffusion:
 
 def logs_of(noise: Diffusion) -> F64:
     """The inverse of :func:`diffusion_of`."""
-    return np.log(np.array(noise[:5]))
+    return np.asarray(np.log(noise[:5]))
 
 
 def fit_noise(
@@ -109,8 +87,8 @@ def fit_noise(
 
     Fisher's scoring on the logarithms: with slopes of the innovations e and of their log variances by
     differences, the gradient of the deviance is exact and ½ Σ (∂log s)² + Σ (∂e)² its expected curvature. It
-    begins where the likelihood is best of ``start``, the same with calmer disturbances on either channel, and a
-    calm one.
+    begins where the likelihood is best of ``start``, the same with calmer disturbances on either channel, and
+    a calm one.
     """
     train = problem.train
 
@@ -151,7 +129,7 @@ def slopes_of(problem: Problem, extension: Extension, logs: F64, at: Passed) -> 
         gradient[j] = (new.deviance - at.deviance)[train].sum() / size
         spread[:, j] = ((new.log_variances - at.log_variances)[train] / size).ravel()
         errors[:, j] = ((new.innovations - at.innovations)[train] / size).ravel()
-    return gradient, 0.5 * spread.T @ spread + errors.T @ errors
+    return gradient, np.asarray(0.5 * spread.T @ spread + errors.T @ errors)
 
 
 def beginnings(start: Diffusion | None) -> list[F64]:

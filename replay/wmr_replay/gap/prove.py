@@ -50,9 +50,9 @@ def windows_within(problem: Problem, chosen: Bool) -> list[tuple[int, int]]:
 
 
 def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
-    """Compare two models on what was held out, each 4 s of every 12 s in its turn, both fitted to the other 8 s:
-    ≥ 10 % less gap in the windows where they differ (or ≥ 30 % less of what stands above the noise floor), and
-    a better prediction of the blocks of 2 s (deviance, Wilcoxon's signed ranks, p < .05).
+    """Compare two models on what was held out, each 4 s of every 12 s in its turn, both fitted to the other
+    8 s: ≥ 10 % less gap in the windows where they differ (or ≥ 30 % less of what stands above the noise
+    floor), and a better prediction of the blocks of 2 s (deviance, Wilcoxon's signed ranks, p < .05).
 
     Position and yaw count together, each in units of its typical gap without the effect.
     """
@@ -94,7 +94,7 @@ def joined(parts: list[WindowErrors]) -> WindowErrors:
 
 
 def blocks_p(folds: list[Fold]) -> float:
-    """Wilcoxon's one-sided p that the held-out blocks of 2 s, where the models differ, are predicted better."""
+    """Wilcoxon's one-sided p that held-out blocks of 2 s, where the models differ, are predicted better."""
     gains = []
     for problem, without, with_it in folds:
         held_out = ~problem.train

@@ -125,7 +125,7 @@ class Detectable:
 @dataclass(frozen=True, eq=False)
 class Traces:
     """For pictures: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
-    base and with the extended model (windows of 4 s, each from its own fitted start, NaN where not simulated);
+    base and with the extended model (windows of 4 s, each from its own fitted start, NaN outside);
     ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, m/s²
     (longitudinal, lateral, l·yaw_acc); ``held_out`` (n,) 1 where the row was not fitted.
     """

@@ -16,6 +16,7 @@ from wmr_replay.gap.extension import Extension, Parameters
 from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.sensitivity import Wanted
 from wmr_schemas.arrays import F64, I64
 
 MOST_CELLS, LEAST_CELL_S = 120, 0.5
@@ -47,7 +48,7 @@ class Normal:
         if np.any(np.diag(G) <= 1e-9):
             return 0.0, np.zeros(len(columns))
         delta = np.linalg.solve(G + 1e-12 * np.diag(np.diag(G)), s)
-        return float(s @ delta), delta
+        return float(s @ delta), np.asarray(delta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,15 +67,8 @@ def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64
     wanted = np.array([place for c in linear for place in c.places], np.int64)
     changes = list(effort_changes(extension, drive, rows))
     cells, n_cells = time_cells(drive)
-    passed = problem.passed(
-        extension,
-        noise,
-        wanted=wanted,
-        cells=cells,
-        n_cells=n_cells,
-        efforts=np.stack([change for _, _, change in changes]),
-        keep=True,
-    )
+    efforts = np.stack([change for _, _, change in changes])
+    passed = problem.passed(extension, noise, Wanted(wanted, efforts, cells, n_cells), keep=True)
     psi, e = passed.sensitivities[problem.train], passed.innovations[problem.train]
     normal = normal_equations(psi, e, None if nuisance is None else nuisance[problem.train])
     leads: list[Lead] = []

@@ -8,6 +8,7 @@ from scipy.stats import f as fisher
 
 from wmr_replay.gap.excitation import too_calm_for
 from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
 from wmr_replay.gap.prove import Proof, prove
@@ -20,7 +21,7 @@ BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
 CLOSE = 25.0
 LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
-"""A lead that promises less is not worth a fit; before anything is found, a lead makes the diffusion calmer too."""
+"""A lead that promises less is not worth a fit; the first makes the diffusion calmer, and gains by that."""
 ONE_SIDE = 0.1
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
@@ -53,7 +54,13 @@ class Selection:
     refused: str = ""
 
 
-def fitted(problem: Problem, extension: Extension, noise=None, iterations=5, steps=3) -> Fit:
+def fitted(
+    problem: Problem,
+    extension: Extension,
+    noise: Diffusion | None = None,
+    iterations: int = 5,
+    steps: int = 3,
+) -> Fit:
     """Effects and diffusion at the greatest likelihood, in turns."""
     if not extension.effects:
         noise, _ = fit_noise(problem, extension, noise, iterations)
@@ -112,14 +119,13 @@ def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
     quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, pair[0]))
     total = sum(lead.tried for lead in leads)
     out = []
-    for i, (lead, fit) in enumerate(quick):
-        if i < 2:
-            fit = fitted(problem, fit.extension, noise, 3, 1)
+    for i, (lead, roughly) in enumerate(quick):
+        fit = fitted(problem, roughly.extension, noise, 3, 1) if i < 2 else roughly
         if begins_or_ends_with_the_log(problem, fit, lead.name):
             continue
         gain = current.deviance - fit.deviance
-        k = len(lead.parameters)
-        p_value = max(chi2.sf(max(gain, 0.0), k) * total, robust_p(problem, fit, lead.name) * total)
+        by_ratio = chi2.sf(max(gain, 0.0), len(lead.parameters))
+        p_value = max(by_ratio, robust_p(problem, fit, lead.name)) * total
         out.append(Tried(lead, fit, gain, gain - cost_of(problem, lead), float(min(p_value, 1.0))))
     return decided(problem, tuple(sorted(out, key=lambda a: -a.score)))
 
@@ -154,7 +160,7 @@ def joined(current: Fit, lead: Lead) -> Extension:
 
 def score_of(lead: Lead) -> float:
     """Gain less what its freedom costs."""
-    return lead.gain - 8 * len(lead.parameters) - 2 * np.log(lead.tried)
+    return float(lead.gain - 8 * len(lead.parameters) - 2 * np.log(lead.tried))
 
 
 def cost_of(problem: Problem, lead: Lead) -> float:
@@ -215,8 +221,8 @@ def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit,
 
 
 def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size; where the size is no distance from the base
-    model, or the blocks that tell of it are few, the likelihood ratio stands alone.
+    """Block-robust Wald test (blocks of 2 s) of the effect's size; where the size is no distance from the
+    base model, or the blocks that tell of it are few, the likelihood ratio stands alone.
     """
     if name in ("torque_saturation", "undeclared_skid", *LOCAL):
         return 0.0

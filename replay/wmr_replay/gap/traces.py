@@ -29,8 +29,8 @@ def traces_of(problem: Problem, base: Fit, fit: Fit) -> Traces:
 
 
 def residual(problem: Problem, extension: Extension, noise_of: Fit) -> F64:
-    """Filtered disturbances (n, 3): longitudinal [m/s²], lateral velocity [m/s], l·yaw_acc [m/s²], at the base
-    model's diffusion for both, so that they compare.
+    """Filtered disturbances (n, 3): longitudinal [m/s²], lateral velocity [m/s], l·yaw_acc [m/s²], at the
+    base model's diffusion for both, so that they compare.
     """
     states = problem.passed(extension, noise_of.noise, keep=True).states
     return states[:, [D_LONG, V_LAT, D_YAW]]

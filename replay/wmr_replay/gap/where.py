@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from wmr_replay.gap.drive import Drive
-from wmr_replay.gap.field import V, W, Row
+from wmr_replay.gap.field import Row, V, W
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.result import Interval, Regime, Region, Where
 from wmr_schemas.arrays import F64, I64

@@ -59,6 +59,9 @@ def judge_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
     out = np.empty(t_ns.shape[0])
     tally = state.tally
     for i in range(t_ns.shape[0]):
+        if tally[1] == np.inf:
+            out[i:] = INDEPENDENT
+            return out
         step = pose[0, i] - state.last[0], pose[1, i] - state.last[1]
         step_s = (t_ns[i] - state.last_ns[0]) * 1e-9
         if np.hypot(step[0], step[1]) > MOVING_MPS * step_s:

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
+from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.verdict import (
     IDEAL,
     NO_TORQUE,
@@ -27,7 +28,7 @@ from wmr_replay.identify.verdict import (
     Verdict,
     no_posterior,
 )
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I8, I64
 from wmr_schemas.robot import RobotParameters
 
 UNKNOWN_SKID_TIME_S = 0.1
@@ -143,18 +144,19 @@ def regress_alpha(
 
 @njit(cache=True)
 def judge_rows(
-    t_ns: I64, motion: F64, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
-) -> tuple[F64, I64]:
-    """The scheme row by row: ``motion`` (10, n) as in ``body_motion``, ``force`` = Σeffort through the same
-    window (n,).
+    t_ns: I64, motion: Motion, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
+) -> tuple[F64, I8]:
+    """The scheme row by row: ``force`` = Σeffort through the same window as the ``motion``, (n,).
 
     Returns C_d, its threshold, that of C_k, α and its sd, (5, n); and mode, mode set and outcome, (3, n).
     ``alpha`` is carried on in place.
     """
     n = t_ns.shape[0]
-    values, verdicts = np.full((5, n), np.nan), np.empty((3, n), np.int64)
+    values, verdicts = np.full((5, n), np.nan), np.empty((3, n), np.int8)
     for i in range(n):
-        v_long, v_lat, yaw_rate, a_long = motion[0, i], motion[1, i], motion[2, i], motion[3, i]
+        v_long, v_lat = motion.v_long_mps[i], motion.v_lat_mps[i]
+        yaw_rate, a_long = motion.yaw_rate_radps[i], motion.a_long_mps2[i]
+        a_long_sd = motion.a_long_mps2_sd[i]
         if np.isnan(v_long):
             verdicts[:, i] = -1, IDEAL | SKIDDING | SLIPPING, WARMING_UP
             continue
@@ -164,16 +166,16 @@ def judge_rows(
         if np.isnan(used) and fitted_sd <= ALPHA_KNOWN_WITHIN * fitted:
             used = fitted
         threshold_k = max(
-            rules.threshold_sd * motion[6, i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
+            rules.threshold_sd * motion.v_lat_mps_sd[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
         )
-        threshold_d = max(rules.threshold_sd * motion[8, i], rules.min_c_d_mps2)
+        threshold_d = max(rules.threshold_sd * a_long_sd, rules.min_c_d_mps2)
         c_d = a_long - known[i] - used * force[i]
         skids, slips = abs(v_lat) > threshold_k, abs(c_d) > threshold_d
         excited = abs(used * force[i]) >= threshold_d
         turning = skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
         left = not_excluded(skids, slips, excited, turning)
         if not np.isnan(force[i]) and independence[i] != NOT_INDEPENDENT:
-            variance = max(motion[8, i], rules.min_c_d_mps2 / rules.threshold_sd) ** 2
+            variance = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd) ** 2
             response = a_long - known[i] - v_lat * yaw_rate / 3.0
             regress_alpha(alpha, t_ns[i], rules.window_ns, force[i], response, variance, slips and not skids)
         outcome = OK
@@ -200,7 +202,7 @@ class PaperIdentifier:
         """Rows in strictly increasing time; see :func:`judge_rows`."""
         values, verdicts = judge_rows(
             evidence.t_ns,
-            np.stack(evidence.motion),
+            evidence.motion,
             evidence.force,
             evidence.known_acceleration,
             evidence.independence,
@@ -216,7 +218,7 @@ class PaperIdentifier:
             no_posterior(len(evidence.t_ns)),
             alpha,
             alpha_sd,
-            mode.astype(np.int8),
-            mode_set.astype(np.uint8),
-            outcome.astype(np.int8),
+            mode,
+            mode_set.view(np.uint8),
+            outcome,
         )

@@ -1,6 +1,9 @@
 """From a posterior over the modes to a mode, a mode set and a reason."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.verdict import (
@@ -29,32 +32,55 @@ def decide(
     independent no mode is named and none excluded. The constraints and their thresholds are taken over from
     ``paper``, and its whole verdict where the identifier has not started (a robot whose α is not known yet).
     """
-    started = ~np.isnan(posterior[0])
-    known = started & (evidence.independence != NOT_INDEPENDENT)
-    sure = posterior.max(axis=0) >= min_confidence
-    mode = np.where(known, np.where(sure, posterior.argmax(axis=0), -1), paper.mode).astype(np.int8)
-    mode_set = np.where(known, sets(posterior), paper.mode_set).astype(np.uint8)
-    outcome = np.where(known, reasons(mode, paper, evidence), paper.outcome).astype(np.int8)
-    alpha = np.where(started, fitted[0], paper.alpha)
-    alpha_sd = np.where(started, fitted[1], paper.alpha_sd)
-    shown = np.where(known, posterior, np.nan)
+    mode, mode_set, outcome = np.empty((3, posterior.shape[1]), np.int8)
+    shown, (alpha, alpha_sd) = np.empty_like(posterior), np.empty((2, posterior.shape[1]))
+    said = Decision(shown, alpha, alpha_sd, mode, mode_set.view(np.uint8), outcome)
+    decide_rows(posterior, fitted, paper, evidence.independence, evidence.force, min_confidence, said)
     if n_modes == 3:
         shown[3] = np.nan
-    return paper._replace(
-        posterior=shown, alpha=alpha, alpha_sd=alpha_sd, mode=mode, mode_set=mode_set, outcome=outcome
-    )
+    return paper._replace(**said._asdict())
 
 
-def sets(posterior: F64) -> U8:
-    """Bit k for each mode k whose posterior is .05 or more."""
-    bits = np.array([1, 2, 4, 8], np.uint8)[:, None]
-    return np.asarray(np.sum((np.nan_to_num(posterior) >= NOT_EXCLUDED) * bits, axis=0).astype(np.uint8))
+class Decision(NamedTuple):
+    """Columns of a verdict that are filled in, (n,) and (4, n)."""
+
+    posterior: F64
+    alpha: F64
+    alpha_sd: F64
+    mode: I8
+    mode_set: U8
+    outcome: I8
 
 
-def reasons(mode: I8, paper: Verdict, evidence: Evidence) -> I8:
-    """Why a row is undecided: no torque, too small torques, too little turning; OK where a mode is named."""
-    outcome = np.full(len(mode), OK, np.int8)
-    undecided = mode < 0
-    why = np.where(np.isnan(evidence.force), NO_TORQUE, paper.outcome)
-    outcome[undecided] = why[undecided]
-    return outcome
+@njit(cache=True)
+def decide_rows(
+    posterior: F64,
+    fitted: tuple[F64, F64],
+    paper: Verdict,
+    independence: F64,
+    force: F64,
+    min_confidence: float,
+    said: Decision,
+) -> None:
+    """The rows of :func:`decide`. ``mode_set`` has bit k for each mode k whose posterior is .05 or more; an
+    undecided row has a reason: no torque, too small torques, too little turning.
+    """
+    for i in range(posterior.shape[1]):
+        started = not np.isnan(posterior[0, i])
+        said.alpha[i] = fitted[0][i] if started else paper.alpha[i]
+        said.alpha_sd[i] = fitted[1][i] if started else paper.alpha_sd[i]
+        said.mode[i], said.mode_set[i], said.outcome[i] = paper.mode[i], paper.mode_set[i], paper.outcome[i]
+        said.posterior[:, i] = np.nan
+        if not started or independence[i] == NOT_INDEPENDENT:
+            continue
+        best, left = 0, 0
+        for k in range(4):
+            said.posterior[k, i] = posterior[k, i]
+            best = k if posterior[k, i] > posterior[best, i] else best
+            left += 1 << k if posterior[k, i] >= NOT_EXCLUDED else 0
+        sure = posterior[best, i] >= min_confidence
+        said.mode[i], said.mode_set[i] = best if sure else -1, left
+        if sure:
+            said.outcome[i] = OK
+        elif np.isnan(force[i]):
+            said.outcome[i] = NO_TORQUE

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from wmr_replay.identify.motion import Motion
-from wmr_schemas.arrays import F64, I8, I64, U8
+from wmr_schemas.arrays import F64, I8, I64, U8, Bool
 
 IDEAL, SKIDDING, SLIPPING = 1, 2, 4
 """Bits of ``mode_set``."""
@@ -19,7 +19,8 @@ class Evidence(NamedTuple):
 
     ``t_ns`` (n,); ``pose`` (3, n) x, y, yaw unwrapped; ``efforts`` (2, n) left and right, each the mean over
     the interval that ends at the row, NaN where unknown; ``motion`` and ``force`` (n,), the sum of the
-    efforts through the same window; ``variances`` (2, n) of position and yaw noise; ``independence`` (n,).
+    efforts through the same window; ``variances`` (2, n) of position and yaw noise; ``independence`` (n,);
+    ``restarts`` (n,): the pose has jumped, and has been carried back to within about its noise.
     """
 
     t_ns: I64
@@ -30,6 +31,7 @@ class Evidence(NamedTuple):
     known_acceleration: F64
     variances: F64
     independence: F64
+    restarts: Bool
 
 
 class Verdict(NamedTuple):

@@ -1,13 +1,12 @@
 """Columns of arrays → the samples table."""
 
-import numpy as np
 import polars as pl
 
 from wmr_replay.columns import Columns
-from wmr_schemas.tables import SAMPLES, STATUS_DTYPE, STATUSES, polars_schema
+from wmr_schemas.tables import SAMPLES, STATUS_DTYPE, polars_schema
 
 SCHEMA = polars_schema(SAMPLES)
-STATUS_NAMES = np.array([status.value for status in STATUSES])
+STATUS = pl.Series(STATUS_DTYPE.categories).cast(STATUS_DTYPE)
 
 
 def samples_frame(columns: Columns) -> pl.DataFrame:
@@ -18,9 +17,9 @@ def samples_frame(columns: Columns) -> pl.DataFrame:
         if name not in columns:
             series.append(pl.Series(name, dtype=dtype).extend_constant(None, n))
         elif name == "status":
-            series.append(pl.Series(name, STATUS_NAMES[columns[name]]).cast(STATUS_DTYPE))
+            series.append(STATUS.gather(columns[name]).alias(name))
         elif dtype == pl.Float64:
-            series.append(pl.Series(name, columns[name]).fill_nan(None))
+            series.append(pl.Series(name, columns[name], nan_to_null=True))
         else:
             series.append(pl.Series(name, columns[name], dtype=dtype))
     truth = pl.col("mode_true")

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, Bool
 
 BIN_NS = 40_000_000
 COUNT, T, POSE, IMPULSE, VARIANCES, N_SUMS = 0, 1, 2, 5, 8, 11
@@ -37,6 +37,18 @@ class Bins(NamedTuple):
     outliers: I64
 
 
+class Measured(NamedTuple):
+    """Rows: stamps (n,), pose (3, n), efforts left and right (2, n), variances of position and yaw (2, n),
+    and where the pose has jumped (n,).
+    """
+
+    t_ns: I64
+    pose: F64
+    efforts: F64
+    variances: F64
+    restarts: Bool
+
+
 def no_bins() -> Bins:
     """Nothing seen yet."""
     return Bins(
@@ -45,13 +57,14 @@ def no_bins() -> Bins:
 
 
 @njit(cache=True)
-def drive(bins: Bins, t_ns: int, row: F64) -> None:
+def drive(bins: Bins, rows: Measured, i: int) -> None:
     """The impulse up to a row, from the efforts' mean over the interval that ends with it."""
+    t_ns = rows.t_ns[i]
     if bins.stamps_ns[0] == NONE_NS:
         bins.stamps_ns[:] = t_ns
-        bins.accepted[:] = row[:3]
+        bins.accepted[:] = rows.pose[:, i]
         reopen(bins, t_ns)
-    step_s, left, right = (t_ns - bins.stamps_ns[1]) * 1e-9, row[3], row[4]
+    step_s, left, right = (t_ns - bins.stamps_ns[1]) * 1e-9, rows.efforts[0, i], rows.efforts[1, i]
     if np.isnan(left + right):
         bins.impulse[2] += step_s
     else:
@@ -60,19 +73,19 @@ def drive(bins: Bins, t_ns: int, row: F64) -> None:
 
 
 @njit(cache=True)
-def outlying(bins: Bins, t_ns: int, row: F64, speed_mps: float, turn_radps: float) -> bool:
+def outlying(bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: float) -> bool:
     """Whether a row is further from the last accepted one than noise (6 sd) and twice the present motion
     explain.
 
     After five such rows in a row the pose has jumped: the row is accepted, the open bin forgotten.
     """
-    dt_s = (t_ns - bins.stamps_ns[3]) * 1e-9
-    reach_m = OUTLIER_SD * np.sqrt(2.0 * row[5]) + (2.0 * abs(speed_mps) + MARGIN_MPS) * dt_s
-    reach_rad = OUTLIER_SD * np.sqrt(2.0 * row[6]) + (2.0 * abs(turn_radps) + MARGIN_RADPS) * dt_s
+    dt_s, pose, variances = (rows.t_ns[i] - bins.stamps_ns[3]) * 1e-9, rows.pose, rows.variances
+    reach_m = OUTLIER_SD * np.sqrt(2.0 * variances[0, i]) + (2.0 * abs(speed_mps) + MARGIN_MPS) * dt_s
+    reach_rad = OUTLIER_SD * np.sqrt(2.0 * variances[1, i]) + (2.0 * abs(turn_radps) + MARGIN_RADPS) * dt_s
     far = bool(
-        abs(row[0] - bins.accepted[0]) > reach_m
-        or abs(row[1] - bins.accepted[1]) > reach_m
-        or abs(row[2] - bins.accepted[2]) > reach_rad
+        abs(pose[0, i] - bins.accepted[0]) > reach_m
+        or abs(pose[1, i] - bins.accepted[1]) > reach_m
+        or abs(pose[2, i] - bins.accepted[2]) > reach_rad
     )
     bins.outliers[0] = bins.outliers[0] + 1 if far else 0
     if bins.outliers[0] > MAX_OUTLIERS:
@@ -83,19 +96,27 @@ def outlying(bins: Bins, t_ns: int, row: F64, speed_mps: float, turn_radps: floa
 
 
 @njit(cache=True)
-def add(bins: Bins, t_ns: int, row: F64) -> None:
-    """One row (7,) into the open bin: pose (3), efforts left and right, variances of position and yaw."""
-    sums = bins.sums
+def forget(bins: Bins, rows: Measured, i: int) -> None:
+    """The pose has jumped before row i: what the open bin holds of it is worth nothing."""
+    bins.sums[:] = 0.0
+    bins.accepted[:] = rows.pose[:, i]
+
+
+@njit(cache=True)
+def add(bins: Bins, rows: Measured, i: int) -> None:
+    """One row into the open bin."""
+    sums, impulse, accepted, pose = bins.sums, bins.impulse, bins.accepted, rows.pose
+    position, yaw = rows.variances[0, i], rows.variances[1, i]
     sums[COUNT] += 1.0
-    sums[T] += (t_ns - bins.stamps_ns[0]) * 1e-9
+    sums[T] += (rows.t_ns[i] - bins.stamps_ns[0]) * 1e-9
     for c in range(3):
-        sums[POSE + c] += row[c]
-        sums[IMPULSE + c] += bins.impulse[c]
-        bins.accepted[c] = row[c]
-    sums[VARIANCES] += row[5]
-    sums[VARIANCES + 1] += row[5]
-    sums[VARIANCES + 2] += row[6]
-    bins.stamps_ns[3] = t_ns
+        sums[POSE + c] += pose[c, i]
+        sums[IMPULSE + c] += impulse[c]
+        accepted[c] = pose[c, i]
+    sums[VARIANCES] += position
+    sums[VARIANCES + 1] += position
+    sums[VARIANCES + 2] += yaw
+    bins.stamps_ns[3] = rows.t_ns[i]
 
 
 @njit(cache=True)

@@ -36,7 +36,7 @@ from wmr_replay.identify.algebraic.regression import (
     predict,
     transition,
 )
-from wmr_replay.identify.terms import Terms, extra_accelerations
+from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 
 BRANCH_S = 0.12
@@ -111,25 +111,24 @@ def take_up(state: Filter, bin_: F64, beliefs: Beliefs, terms: Terms) -> None:
 
 
 @njit(cache=True)
+def jumped(state: Filter, beliefs: Beliefs) -> None:
+    """The pose is known to have jumped."""
+    if state.hypotheses.used[0]:
+        release_pose(state.hypotheses, beliefs)
+        state.clocks_s[JUMPED_S] = state.last[T]
+
+
+@njit(cache=True)
 def step_between(state: Filter, bin_: F64, terms: Terms) -> Step:
     """The step from the last bin to this one, with the model's further effects at the reference."""
     mean, last = state.mean, state.last
     dt_s, known = bin_[T] - last[T], bin_[IMPULSE + 2] - last[IMPULSE + 2] == 0.0
-    ahead, turning = extra_accelerations(
-        mean[V_LONG],
-        mean[YAW],
-        mean[YAW_RATE],
-        mean[ALPHA],
-        mean[YAW_GAIN] * terms.half_track_m,
-        terms,
-    )
-    return Step(
-        dt_s,
-        (bin_[IMPULSE] - last[IMPULSE]) / dt_s if known else np.nan,
-        (bin_[IMPULSE + 1] - last[IMPULSE + 1]) / dt_s if known else np.nan,
-        ahead,
-        turning,
-    )
+    force = (bin_[IMPULSE] - last[IMPULSE]) / dt_s if known else np.nan
+    difference = (bin_[IMPULSE + 1] - last[IMPULSE + 1]) / dt_s if known else np.nan
+    efforts = (force, difference) if known else (0.0, 0.0)
+    at = Moving(mean[V_LONG], mean[OWN], mean[YAW], mean[YAW_RATE], efforts[0], efforts[1])
+    known_of = extra_accelerations(at, mean[ALPHA], mean[YAW_GAIN] * terms.half_track_m, terms)
+    return Step(dt_s, force, difference, known_of[0], known_of[1], known_of[2])
 
 
 @njit(cache=True)

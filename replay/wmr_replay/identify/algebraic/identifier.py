@@ -9,23 +9,25 @@ from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
 from wmr_replay.identify.algebraic.bins import (
     COUNT,
     Bins,
+    Measured,
     add,
     drive,
     foreseen,
+    forget,
     means,
     no_bins,
     opens_after,
     outlying,
     reopen,
 )
-from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, new_filter, take_up
+from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, jumped, new_filter, take_up
 from wmr_replay.identify.algebraic.regression import V_LONG, YAW_RATE
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.paper import PaperIdentifier, Rules
 from wmr_replay.identify.posterior import decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.verdict import Evidence, Verdict
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.robot import RobotParameters
 
 POSE_JUMP, OUTLIER = 7, 8
@@ -50,25 +52,27 @@ def close(bins: Bins, state: Filter, next_ns: int, beliefs: Beliefs, terms: Term
 
 
 @njit(cache=True)
-def follow(
-    t_ns: I64, rows: F64, bins: Bins, state: Filter, beliefs: Beliefs, terms: Terms
-) -> tuple[F64, Bool]:
-    """``rows`` (n, 7) as in ``add``, through the bins and the filter, which are carried on in place.
+def follow(rows: Measured, bins: Bins, state: Filter, beliefs: Beliefs, terms: Terms) -> tuple[F64, Bool]:
+    """Rows through the bins and the filter, which are carried on in place.
 
     Returns what is said at each row, (7, n): probabilities, jump, warm, as in :class:`Filter`, α and its
     variance; and which rows were outliers, (n,).
     """
-    n = t_ns.shape[0]
+    n = rows.t_ns.shape[0]
     out, outliers = np.empty((N_COLUMNS, n)), np.empty(n, np.bool_)
     mean, gains, said = state.mean, state.gains, state.said
     for i in range(n):
-        if opens_after(bins, t_ns[i]):
-            close(bins, state, t_ns[i], beliefs, terms)
-        drive(bins, t_ns[i], rows[i])
-        outliers[i] = outlying(bins, t_ns[i], rows[i], mean[V_LONG], mean[YAW_RATE])
+        t_ns = rows.t_ns[i]
+        if opens_after(bins, t_ns):
+            close(bins, state, t_ns, beliefs, terms)
+        drive(bins, rows, i)
+        if rows.restarts[i]:
+            forget(bins, rows, i)
+            jumped(state, beliefs)
+        outliers[i] = outlying(bins, rows, i, mean[V_LONG], mean[YAW_RATE])
         if not outliers[i]:
-            add(bins, t_ns[i], rows[i])
-        next_ns = foreseen(bins, t_ns[i])
+            add(bins, rows, i)
+        next_ns = foreseen(bins, t_ns)
         if opens_after(bins, next_ns):
             close(bins, state, next_ns, beliefs, terms)
         for c in range(N_SAID):
@@ -100,9 +104,8 @@ class AlgebraicIdentifier:
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time."""
-        inputs = (evidence.pose, evidence.efforts, evidence.variances)
-        rows = np.ascontiguousarray(np.concatenate(inputs).T)
-        said, outliers = follow(evidence.t_ns, rows, self._bins, self._filter, self.beliefs, self._terms)
+        rows = Measured(evidence.t_ns, evidence.pose, evidence.efforts, evidence.variances, evidence.restarts)
+        said, outliers = follow(rows, self._bins, self._filter, self.beliefs, self._terms)
         posterior = np.concatenate([said[:N_MODES], np.zeros((1, len(outliers)))])
         posterior[:, said[WARM] == 0.0] = np.nan
         fitted = said[ALPHA], np.sqrt(said[ALPHA_VARIANCE])

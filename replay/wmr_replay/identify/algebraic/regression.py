@@ -50,6 +50,7 @@ class Step(NamedTuple):
     force: float
     difference: float
     ahead_mps2: float = 0.0
+    aside_mps2: float = 0.0
     turning_radps2: float = 0.0
 
 
@@ -66,25 +67,27 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
     out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == SLIPPING else 1.0)
     out[V_LONG, ONE], out[YAW_RATE, ONE] = step.ahead_mps2 * dt_s, step.turning_radps2 * dt_s
     if mode == SKIDDING:
-        skid(at, dt_s, out)
+        skid(at, step, out)
     out[YAW] += 0.5 * dt_s * out[YAW_RATE]
     out[YAW, YAW_RATE] += 0.5 * dt_s
     displace(mode, at, dt_s, out)
 
 
 @njit(cache=True)
-def skid(at: Reference, dt_s: float, out: F64) -> None:
-    """v_lat, exact for a constant λ and a constant drive −vω, and its share in dv_long/dt."""
+def skid(at: Reference, step: Step, out: F64) -> None:
+    """v_lat, exact for a constant λ and a constant drive a − vω, and its share in dv_long/dt."""
+    dt_s = step.dt_s
     log_decay = min(max(at.log_decay, MIN_LOG_DECAY), MAX_LOG_DECAY)
     decay = np.exp(log_decay)
     left = np.exp(-decay * dt_s)
     reach_s = (1.0 - left) / decay
-    drive = -at.v_long_mps * at.yaw_rate_radps
+    linear = -at.v_long_mps * at.yaw_rate_radps
+    drive = linear + step.aside_mps2
     by_decay = -decay * dt_s * left * at.v_lat_mps + drive * (decay * dt_s * left - (1.0 - left)) / decay
     out[OWN, OWN] = left
     out[OWN, V_LONG], out[OWN, YAW_RATE] = -reach_s * at.yaw_rate_radps, -reach_s * at.v_long_mps
     out[OWN, LOG_DECAY] = by_decay
-    out[OWN, ONE] = -reach_s * drive - by_decay * log_decay
+    out[OWN, ONE] = reach_s * (step.aside_mps2 - linear) - by_decay * log_decay
     share = at.yaw_rate_radps * dt_s / 6.0
     out[V_LONG] += share * out[OWN]
     out[V_LONG, OWN] += share

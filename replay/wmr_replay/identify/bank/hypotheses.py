@@ -1,4 +1,4 @@
-"""The population of hypotheses: switches are hypothesised, the improbable and the redundant are dropped."""
+"""The population of hypotheses: the improbable and the redundant are dropped."""
 
 from typing import NamedTuple
 
@@ -6,26 +6,22 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.bank.states import (
-    BOTH,
     LN_ALPHA,
     LN_BETA,
     LN_C,
     N_STATES,
     OMEGA,
-    PSI,
     RHO,
-    SKIDDING,
-    SLIPPING,
     V_LAT,
     V_LONG,
-    Prior,
 )
 from wmr_schemas.arrays import F64, I64
 
 LEAST_LOG_WEIGHT = -14.0
-SPLIT_LOG_WEIGHT = -9.0
 LEVEL_CHANGE = 1e-3
 """Probability, at each split, that the level of disturbance has changed to a neighbouring one."""
+LOAD_CHANGES_PER_S, LOAD_CHANGE = 1 / 3600, 0.3
+"""How often a robot's load changes, and by how much: sd of the change of ln α and ln β."""
 ALIKE_SD = 0.2
 ALIKE_VARIANCE = 1.5
 COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
@@ -33,7 +29,8 @@ COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
 
 class Population(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
-    modes (H,), and levels of disturbance (H,).
+    modes (H,), levels of disturbance (H,), and how often each has slipped so far: (H, 2), in the form of a
+    share, and on slippery ground.
     """
 
     mean: F64
@@ -41,6 +38,7 @@ class Population(NamedTuple):
     log_weight: F64
     mode: I64
     level: I64
+    slips: F64
     size: I64
 
 
@@ -52,6 +50,7 @@ def make_population(room: int) -> Population:
         np.zeros(room),
         np.zeros(room, np.int64),
         np.zeros(room, np.int64),
+        np.zeros((room, 2)),
         np.zeros(1, np.int64),
     )
 
@@ -64,6 +63,7 @@ def copy(people: Population, source: int, target: int) -> None:
     people.log_weight[target] = people.log_weight[source]
     people.mode[target] = people.mode[source]
     people.level[target] = people.level[source]
+    people.slips[target] = people.slips[source]
 
 
 @njit(cache=True)
@@ -80,65 +80,18 @@ def vary_level(people: Population, n_levels: int) -> None:
 
 
 @njit(cache=True)
-def stop_skidding(mean: F64, covariance: F64) -> None:
-    """The state jump into a mode without lateral velocity, and the start of a skid: v_lat = 0 exactly."""
-    mean[V_LAT] = 0.0
-    covariance[V_LAT, :] = 0.0
-    covariance[:, V_LAT] = 0.0
-
-
-@njit(cache=True)
-def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
-    """A skid that ended at an uncertain instant leaves the position uncertain by v_lat · that time."""
-    across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
-    for a in range(2):
-        for b in range(2):
-            covariance[a, b] += across[a] * across[b] * (mean[V_LAT] * when_sd) ** 2
-
-
-@njit(cache=True)
-def split(
-    people: Population,
-    n_modes: int,
-    interval_s: float,
-    rate: float,
-    inputs: tuple[float, float],
-    prior: Prior,
-) -> None:
-    """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
-    mode.
-
-    The switch may lie anywhere in the interval: the velocity that the modes would have gained apart in a
-    uniformly distributed time goes into the child's covariance.
+def change_load(people: Population, interval_s: float) -> None:
+    """The robot may have been loaded or unloaded: a child of the most probable hypothesis whose α is open
+    again.
     """
-    switched = 1.0 - np.exp(-rate * interval_s)
-    when_sd = interval_s / np.sqrt(12.0)
-    for parent in range(people.size[0]):
-        if people.log_weight[parent] < SPLIT_LOG_WEIGHT:
-            continue
-        before = people.mode[parent]
-        for mode in range(n_modes):
-            child = people.size[0]
-            if mode == before or child == people.mode.shape[0]:
-                continue
-            copy(people, parent, child)
-            people.mode[child] = mode
-            people.log_weight[child] += np.log(switched / (n_modes - 1))
-            people.size[0] += 1
-            mean, covariance = people.mean[child], people.covariance[child]
-            skidded, skids = before in (SKIDDING, BOTH), mode in (SKIDDING, BOTH)
-            if skidded and not skids:
-                spread_sideways(mean, covariance, when_sd)
-            if not (skidded and skids):
-                stop_skidding(mean, covariance)
-            if skids and not skidded:
-                covariance[V_LAT, V_LAT] += (mean[V_LONG] * mean[OMEGA] * when_sd) ** 2
-            if (before in (SLIPPING, BOTH)) != (mode in (SLIPPING, BOTH)):
-                lost, yaw_lost = 1.0 - mean[RHO], 1.0 - prior.yaw_slip_ratio * mean[RHO]
-                drive, spin = np.exp(mean[LN_ALPHA]) * inputs[0], np.exp(mean[LN_BETA]) * inputs[1]
-                covariance[V_LONG, V_LONG] += (lost * drive * when_sd) ** 2
-                covariance[OMEGA, OMEGA] += (yaw_lost * spin * when_sd) ** 2
-        people.log_weight[parent] += np.log1p(-switched)
+    best, child = int(np.argmax(people.log_weight[: people.size[0]])), people.size[0]
+    if child < people.mode.shape[0]:
+        copy(people, best, child)
+        people.log_weight[child] += np.log(LOAD_CHANGES_PER_S * interval_s)
+        for a in (LN_ALPHA, LN_BETA):
+            for b in (LN_ALPHA, LN_BETA):
+                people.covariance[child, a, b] += LOAD_CHANGE**2
+        people.size[0] += 1
 
 
 @njit(cache=True)

@@ -1,38 +1,14 @@
 """The bank as a stage: rows go into bins, every bin advances all hypotheses, rows report the last bin."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.bank.bins import FORCE, TURN, Bins, into_bins, open_bin
-from wmr_replay.identify.bank.hypotheses import (
-    Population,
-    make_population,
-    normalise,
-    split,
-    thin,
-    vary_level,
-)
-from wmr_replay.identify.bank.predict import move, spread
+from wmr_replay.identify.bank.hypotheses import make_population
 from wmr_replay.identify.bank.start import start_population
-from wmr_replay.identify.bank.states import (
-    BOTH,
-    LN_ALPHA,
-    LN_BETA,
-    N_MOVING,
-    N_STATES,
-    OMEGA,
-    RHO,
-    SKIDDING,
-    V_LAT,
-    V_LONG,
-    Prior,
-    make_prior,
-    with_alpha,
-)
-from wmr_replay.identify.bank.update import absorb
+from wmr_replay.identify.bank.states import make_prior, with_alpha
+from wmr_replay.identify.bank.steps import Drift, run_bins
 from wmr_replay.identify.paper import PaperIdentifier, Rules
 from wmr_replay.identify.posterior import decide
 from wmr_replay.identify.terms import Terms
@@ -40,11 +16,8 @@ from wmr_replay.identify.verdict import Evidence, Verdict
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
 
-LONGEST_STEP_S = 0.05
 ALPHA_KNOWN_WITHIN = 0.3
 """Without a nominal α the bank starts once the regression knows it this well."""
-UNKNOWN_ACCELERATION_DIFFUSION = 0.5
-"""(m/s²)²·s: what the velocities may do where no torque is known."""
 
 
 @dataclass(frozen=True)
@@ -58,115 +31,11 @@ class BankSettings:
     start_bins: int = 30
     velocity_diffusions: tuple[float, ...] = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
     """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
-    alpha_diffusion_share: float = 0.03
+    alpha_diffusion_share: float = 0.01
     """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
     rho_diffusion_per_s: float = 1e-3
+    cap_diffusion_per_s: float = 1e-2
     min_confidence: float = 0.5
-
-
-class Drift(NamedTuple):
-    """Diffusion per second: of the velocities by level of disturbance, of ln α as a share of it, of ρ."""
-
-    velocity: F64
-    alpha_share: float
-    rho: float
-
-
-@njit(cache=True)
-def advance(
-    people: Population,
-    force: float,
-    turn: float,
-    step_s: float,
-    prior: Prior,
-    terms: Terms,
-    drift: Drift,
-    work: F64,
-) -> None:
-    """All hypotheses forward by ``step_s``; unknown efforts (NaN) leave the velocities free.
-
-    ``work`` (12, 10) is scratch.
-    """
-    pieces = max(1, int(np.ceil(step_s / LONGEST_STEP_S)))
-    dt = step_s / pieces
-    free_v, free_omega = np.isnan(force), np.isnan(turn) or np.isnan(prior.ln_beta)
-    for h in range(people.size[0]):
-        mean, covariance, mode = people.mean[h], people.covariance[h], people.mode[h]
-        diffusion = drift.velocity[people.level[h]]
-        for _ in range(pieces):
-            move(
-                mean,
-                mode,
-                0.0 if free_v else force,
-                0.0 if free_omega else turn,
-                dt,
-                prior,
-                terms,
-                work[:N_MOVING],
-            )
-            spread(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
-            covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
-            covariance[OMEGA, OMEGA] += (UNKNOWN_ACCELERATION_DIFFUSION if free_omega else diffusion) * dt
-            if mode in (SKIDDING, BOTH):
-                covariance[V_LAT, V_LAT] += diffusion * dt
-            for a in (LN_ALPHA, LN_BETA):
-                for b in (LN_ALPHA, LN_BETA):
-                    covariance[a, b] += drift.alpha_share * diffusion * dt
-            covariance[RHO, RHO] += drift.rho * dt
-
-
-@njit(cache=True)
-def blend(newer: float, older: float, share: float) -> float:
-    """The mean input of a step with ``share`` of its time in the newer bin: all of it with one row a bin."""
-    return newer if share == 1.0 else share * newer + (1.0 - share) * older
-
-
-@njit(cache=True)
-def run_bins(
-    people: Population,
-    values: F64,
-    seconds: F64,
-    last: F64,
-    prior: Prior,
-    terms: Terms,
-    drift: Drift,
-    rhythm: tuple[int, int, float, float, float],
-) -> tuple[F64, F64]:
-    """Every bin through the bank: posterior by mode (4, m) and mean and variance of ln α (2, m).
-
-    ``last`` (4,) – time of the last bin in s, its effort sum and difference, time since the last split – is
-    carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate, and the share of
-    a step that lies in the newer of its two bins.
-    """
-    n_modes, most, split_s, rate, newer = rhythm
-    m = seconds.shape[0]
-    posterior, ln_alpha = np.zeros((4, m)), np.zeros((2, m))
-    work = np.empty((2 * N_MOVING, N_STATES))
-    gain = np.empty(N_STATES)
-    for k in range(m):
-        step_s = seconds[k] - last[0]
-        force, turn = blend(values[FORCE, k], last[1], newer), blend(values[TURN, k], last[2], newer)
-        last[3] += step_s
-        if last[3] >= split_s - 1e-9:
-            inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
-            split(people, n_modes, last[3], rate, inputs, prior)
-            vary_level(people, drift.velocity.shape[0])
-            thin(people, most)
-            last[3] = 0.0
-        advance(people, force, turn, step_s, prior, terms, drift, work)
-        for h in range(people.size[0]):
-            people.log_weight[h] += absorb(
-                people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
-            )
-        normalise(people)
-        last[0], last[1], last[2] = seconds[k], values[FORCE, k], values[TURN, k]
-        for h in range(people.size[0]):
-            weight, mean = np.exp(people.log_weight[h]), people.mean[h, LN_ALPHA]
-            posterior[people.mode[h], k] += weight
-            ln_alpha[0, k] += weight * mean
-            ln_alpha[1, k] += weight * (people.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
-        ln_alpha[1, k] -= ln_alpha[0, k] ** 2
-    return posterior, ln_alpha
 
 
 class BankIdentifier:
@@ -189,7 +58,7 @@ class BankIdentifier:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._terms = terms
         self._prior, self._n_modes = make_prior(robot), 4 if both else 3
-        self._people = make_population(settings.most_hypotheses * (self._n_modes + 1) + 2)
+        self._people = make_population(settings.most_hypotheses * (self._n_modes + 2) + 4)
         self._rows_per_bin = max(1, round(settings.bin_s / step_s))
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
@@ -247,7 +116,12 @@ class BankIdentifier:
 
     def _advance(self, bins: Bins) -> F64:
         s = self.settings
-        drift = Drift(np.array(s.velocity_diffusions), s.alpha_diffusion_share, s.rho_diffusion_per_s)
+        drift = Drift(
+            np.array(s.velocity_diffusions),
+            s.alpha_diffusion_share,
+            s.rho_diffusion_per_s,
+            s.cap_diffusion_per_s,
+        )
         newer = 0.5 * (1 + 1 / self._rows_per_bin)
         rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S

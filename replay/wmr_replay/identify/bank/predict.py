@@ -14,14 +14,14 @@ from wmr_replay.identify.bank.states import (
     PSI,
     RHO,
     SKIDDING,
-    SLIPPING,
     V_LAT,
     V_LONG,
     Prior,
     X,
     Y,
 )
-from wmr_replay.identify.terms import Terms, extra_accelerations
+from wmr_replay.identify.bank.traction import traction
+from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 
 AVERAGE_SPEED_FLOOR_MPS = 0.3
@@ -39,9 +39,13 @@ DEPENDS_ON = np.array(
 
 
 @njit(cache=True)
-def lateral_step(mean: F64, dt: float, middle: tuple[float, float], prior: Prior, jacobian: F64) -> float:
-    """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω, exact for v_long and ω as at ``middle``."""
-    v_long, omega = middle
+def lateral_step(
+    mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
+) -> float:
+    """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω + a, exact for v_long, ω and a as at
+    ``middle``.
+    """
+    v_long, omega, aside = middle
     speed = prior.average_speed_mps
     if np.isnan(speed):
         turning = prior.half_track_m * mean[OMEGA]
@@ -49,7 +53,7 @@ def lateral_step(mean: F64, dt: float, middle: tuple[float, float], prior: Prior
     rate = np.exp(mean[LN_C]) / speed
     left = np.exp(-rate * dt)
     reach = (1.0 - left) / rate
-    push = -v_long * omega
+    push = aside - v_long * omega
     jacobian[V_LAT, V_LAT] = left
     jacobian[V_LAT, V_LONG], jacobian[V_LAT, OMEGA] = -omega * reach, -v_long * reach
     jacobian[V_LAT, LN_C] = -rate * dt * left * mean[V_LAT] + push * (dt * left - reach)
@@ -64,38 +68,38 @@ def move(
     """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
     Jacobian's moving rows.
 
-    dv_long/dt = g α force + s v_lat ω, dω/dt = g_yaw β turn; g = 1 or ρ in slipping; s = 1/3 in skidding, 1 −
-    2ρ/3 with both, 0 elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
+    dv_long/dt and dω/dt as in ``traction``, and s v_lat ω ahead; s = 1/3 in skidding, 1 − 2ρ/3 with both, 0
+    elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
     step's middle.
     """
-    slips, skids = mode in (SLIPPING, BOTH), mode in (SKIDDING, BOTH)
-    share = mean[RHO] if slips else 1.0
-    yaw_share = share * prior.yaw_slip_ratio if slips else 1.0
-    drive, spin = np.exp(mean[LN_ALPHA]) * force * dt, np.exp(mean[LN_BETA]) * turn * dt
+    skids = mode in (SKIDDING, BOTH)
+    by = traction(mean, mode, force, turn, prior)
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
-    ahead, turning = extra_accelerations(
-        v_long, mean[PSI], omega, np.exp(mean[LN_ALPHA]), np.exp(mean[LN_BETA]) * prior.half_track_m, terms
+    ahead, aside, turning = extra_accelerations(
+        Moving(v_long, v_lat, mean[PSI], omega, force, turn),
+        np.exp(mean[LN_ALPHA]),
+        np.exp(mean[LN_BETA]) * prior.half_track_m,
+        terms,
     )
     new_v, new_omega, new_lat = (
-        v_long + share * drive + ahead * dt,
-        omega + yaw_share * spin + turning * dt,
+        v_long + (by.ahead + ahead) * dt,
+        omega + (by.turning + turning) * dt,
         0.0,
     )
     jacobian[:] = 0.0
     for i in range(N_MOVING):
         jacobian[i, i] = 1.0
-    jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = share * drive, yaw_share * spin
-    if slips:
-        jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = drive, prior.yaw_slip_ratio * spin
+    jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = by.ahead_by_alpha * dt, by.turning_by_beta * dt
+    jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = by.ahead_by_own * dt, by.turning_by_own * dt
     middle_omega = 0.5 * (omega + new_omega)
     if skids:
-        new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega), prior, jacobian)
-        coupling = (1.0 - 2.0 * share / 3.0 if slips else 1.0 / 3.0) * dt
+        new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega, aside), prior, jacobian)
+        coupling = (1.0 - 2.0 * mean[RHO] / 3.0 if mode == BOTH else 1.0 / 3.0) * dt
         middle_lat = 0.5 * (v_lat + new_lat)
         new_v += coupling * middle_lat * middle_omega
         jacobian[V_LONG, V_LAT] = coupling * middle_omega
         jacobian[V_LONG, OMEGA] = coupling * middle_lat
-        if slips:
+        if mode == BOTH:
             jacobian[V_LONG, RHO] -= 2.0 / 3.0 * dt * middle_lat * middle_omega
     else:
         jacobian[V_LAT, V_LAT] = 0.0

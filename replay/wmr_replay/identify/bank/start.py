@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from wmr_replay.identify.bank.bins import Bins
-from wmr_replay.identify.bank.hypotheses import Population, stop_skidding
+from wmr_replay.identify.bank.hypotheses import Population
 from wmr_replay.identify.bank.states import (
     BOTH,
     LN_ALPHA,
@@ -22,6 +22,7 @@ from wmr_replay.identify.bank.states import (
     X,
     Y,
 )
+from wmr_replay.identify.bank.switches import stop_skidding
 from wmr_schemas.arrays import F64, I64
 
 LEAST_SPEED_SD_MPS = 0.05

@@ -1,7 +1,8 @@
 """The state of one hypothesis, and what is believed of it before the log is seen.
 
 x, y, ψ, v_long, v_lat, ω; ln α; ln β with β = α_yaw/l; ln c with the skid's decay rate c/v, c = 2 G_x/(ε m);
-and ρ, the share of traction that slipping leaves.
+and ρ, the share of traction that slipping leaves – on slippery ground, in its place, the logarithm of what
+friction carries, a wheel's largest contribution to dv_long/dt in m/s².
 """
 
 from typing import NamedTuple
@@ -15,7 +16,8 @@ N_STATES = 10
 N_MOVING = 6
 """The first six states move; the last four are parameters that drift at most."""
 
-IDEAL, SKIDDING, SLIPPING, BOTH = range(4)
+IDEAL, SKIDDING, SLIPPING, BOTH, CAPPED = range(5)
+"""The modes, and slippery ground: there a wheel slips while its demand exceeds what friction carries."""
 
 UNKNOWN_C = 8.0
 UNKNOWN_RHO = 0.1

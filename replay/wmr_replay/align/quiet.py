@@ -1,0 +1,103 @@
+"""The usual case, fast: rows that lie plainly where the last good ones lead, in scalars and without square
+roots. The first row that does not is left to the exact tests.
+"""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.align.jumps import GROUP_SD, GROUPS, SINGLE_SD, TESTS_PER_GROUP
+from wmr_replay.align.state import ANCHOR_NS, LAST_NS, N_GOOD, N_HELD, N_PENDING, N_ROWS, Memory, Rules
+from wmr_replay.align.track import CAPACITY, followed, is_regular, put
+from wmr_schemas.arrays import F64, I64
+
+
+@njit(cache=True)
+def values_at(held: F64, first: int, stop: int, at_s: float) -> tuple[float, float, float, float]:
+    """v, x, y and yaw at ``at_s`` of the lines through samples first … stop − 1; see ``track.line``."""
+    share = 1.0 / (stop - first)
+    sum_t = held[stop, 4] - held[first, 4]
+    mean = sum_t * share
+    ahead = at_s - mean
+    gain = ahead / (held[stop, 5] - held[first, 5] - sum_t * mean)
+    x, y, yaw = held[stop, 6] - held[first, 6], held[stop, 7] - held[first, 7], held[stop, 8] - held[first, 8]
+    tx, ty = held[stop, 9] - held[first, 9], held[stop, 10] - held[first, 10]
+    tyaw = held[stop, 11] - held[first, 11]
+    return (
+        share + ahead * gain,
+        x * share + (tx - mean * x) * gain + held[0, 1],
+        y * share + (ty - mean * y) * gain + held[0, 2],
+        yaw * share + (tyaw - mean * yaw) * gain + held[0, 3],
+    )
+
+
+@njit(cache=True)
+def plainly_meet(held: F64, n: int, g: int, position: float, yaw: float) -> bool:
+    """Whether lines through the last ``GROUPS[g]`` samples and those before meet within noise alone; the
+    variances of position and yaw are given.
+    """
+    m = GROUPS[g]
+    middle = n - m
+    at_s = 0.5 * (held[middle - 1, 0] + held[middle, 0])
+    v, x, y, turn = values_at(held, middle - m, middle, at_s)
+    v_after, x_after, y_after, turn_after = values_at(held, middle, n, at_s)
+    least = GROUP_SD[g] ** 2 * (v + v_after)
+    near = (x_after - x) ** 2 <= least * position and (y_after - y) ** 2 <= least * position
+    return bool(near and (turn_after - turn) ** 2 <= least * yaw)
+
+
+@njit(cache=True)
+def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, yaw: float) -> bool:
+    """Whether any group that is due might hide a step."""
+    for g in range(n_groups):
+        m = GROUPS[g]
+        due = count % (m // TESTS_PER_GROUP) == 0
+        if due and n >= 2 * m and not plainly_meet(held, n, g, position, yaw):
+            return True
+    return False
+
+
+@njit(cache=True)
+def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, poses: F64) -> tuple[int, bool]:
+    """Take up the rows from ``row`` on, as long as nothing is unusual about them.
+
+    ``poses`` (3, n) take the ``measured`` ones carried back. Returns the first row not taken up, and whether
+    the one before it may show a step.
+    """
+    counts, held, variances, frame, last = m.counts, m.held, m.variances, m.frame, m.last
+    if counts[N_PENDING] or counts[N_HELD] < rules.n_line:
+        return row, False
+    i, n, good, anchor_ns, hides = row, counts[N_HELD], counts[N_GOOD], counts[ANCHOR_NS], False
+    position, yaw_variance = variances[0], variances[1]
+    x0, y0, yaw0 = last[0], last[1], last[2]
+    cos, sin, moved = (
+        np.cos(frame[0]),
+        np.sin(frame[0]),
+        frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0,
+    )
+    while i < len(t_ns) and n < CAPACITY and not hides:
+        x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
+        raw = x, y, yaw
+        t_s = (t_ns[i] - anchor_ns) * 1e-9
+        if t_s - held[n - 1, 0] > rules.longest_gap_s or (x == x0 and y == y0 and yaw == yaw0):
+            break
+        if moved:
+            x, y, yaw = x * cos - y * sin + frame[1], x * sin + y * cos + frame[2], yaw + frame[0]
+        v, at_x, at_y, at_yaw = values_at(held, n - rules.n_line, n, t_s)
+        least = SINGLE_SD * SINGLE_SD * (1.0 + v)
+        far = (x - at_x) ** 2 > least * position or (y - at_y) ** 2 > least * position
+        if far or (yaw - at_yaw) ** 2 > least * yaw_variance:
+            break
+        put(held, n, t_s, x, y, yaw)
+        poses[0, i], poses[1, i], poses[2, i] = x, y, yaw
+        x0, y0, yaw0 = raw
+        n, good, i = n + 1, good + 1, i + 1
+        if is_regular(held, n, rules.step_s):
+            position = followed(held, n, 1, position, 0.5)
+            position = followed(held, n, 2, position, 0.5)
+            yaw_variance = followed(held, n, 3, yaw_variance, 1.0)
+        hides = suspicious(held, n, good, rules.n_groups, position, yaw_variance)
+    variances[0], variances[1] = position, yaw_variance
+    last[0], last[1], last[2] = x0, y0, yaw0
+    counts[N_HELD], counts[N_GOOD], counts[N_ROWS] = n, good, counts[N_ROWS] + i - row
+    counts[LAST_NS] = t_ns[i - 1] if i > row else counts[LAST_NS]
+    return i, hides

@@ -1,0 +1,58 @@
+"""What the repair of poses carries from row to row, and the constants of its rules."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.align.jumps import AGREEING
+from wmr_replay.align.track import fresh_track
+from wmr_schemas.arrays import F64, I64
+
+N_HELD, N_GOOD, N_PENDING, N_JUMPS, N_OUTLIERS, N_ROWS, ANCHOR_NS, LAST_NS = range(8)
+"""Places in ``Memory.counts``."""
+
+
+class Memory(NamedTuple):
+    """What is carried from row to row, changed in place.
+
+    ``counts`` (8,); the track ``held`` and the ``variances`` (2,) of position and yaw; the last dissenting
+    samples ``pending`` (4, 4) t, x, y, yaw; ``frame`` (3,) turn and shift that carry a measured pose back;
+    ``last`` (3,) the pose measured last; ``waiting`` (5,) inputs of rows set aside times their seconds, and
+    these. The rest is scratch.
+    """
+
+    counts: I64
+    held: F64
+    variances: F64
+    pending: F64
+    frame: F64
+    last: F64
+    waiting: F64
+    lines: F64
+    gate: F64
+    before: F64
+    after: F64
+    found: F64
+
+
+def fresh_memory(position_sd_m: float, yaw_sd_rad: float) -> Memory:
+    """Nothing seen yet."""
+    variances, pending, last = (
+        np.array([position_sd_m**2, yaw_sd_rad**2]),
+        np.zeros((4, AGREEING)),
+        np.full(3, np.nan),
+    )
+    scratch = (np.zeros((2, 3)), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)))
+    counts = np.zeros(8, np.int64)
+    return Memory(counts, fresh_track(), variances, pending, np.zeros(3), last, np.zeros(5), *scratch)
+
+
+class Rules(NamedTuple):
+    """Nominal step, samples of the line, groups that are short enough, longest gap to predict
+    over.
+    """
+
+    step_s: float
+    n_line: int
+    n_groups: int
+    longest_gap_s: float
