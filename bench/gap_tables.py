@@ -49,7 +49,8 @@ def asked(scores: Rows) -> str:
     single, identified = of_set(scores, "single"), of_set(scores, "single-identified")
     nothing, poor = of_set(scores, "nothing", "nothing-identified"), of_set(scores, *POOR)
     ratios = ratios_of([*single, *identified])
-    inside = list(chain(*covered([*single, *of_set(scores, "pair")]).values()))
+    held = covered([*single, *of_set(scores, "pair")])
+    inside, equivalent = (list(chain(*(v for k, v in held.items() if k[2] == own))) for own in (True, False))
     cpu = [one.row["cpu_s"] for one in scores if "cpu_s" in one.row]
     lines = [
         ("one effect, modes given: first name right", "≥ 95 %", rate(single, lambda s: s.first)),
@@ -68,6 +69,7 @@ def asked(scores: Rows) -> str:
         ),
         ("held-out error, after / true model's: median", "≤ 1.1", f"{median(ratios)} (n = {len(ratios)})"),
         ("95 % intervals that hold the truth", "90 to 99 %", share(sum(inside), len(inside))),
+        ("– where the hidden form is another", "", share(sum(equivalent), len(equivalent))),
         ("CPU s a log of 90 s: median; 95 %", "≤ 3", f"{median(cpu)}; {quantile(cpu, 0.95)}"),
     ]
     return table(("", "asked", "measured"), lines)
