@@ -17,6 +17,7 @@ from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.predict import window_errors, windows_of
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.scan import normal_equations
+from wmr_replay.gap.sensitivity import NOTHING
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -213,7 +214,7 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
         Theta.ARM_X: ("pose_lever_arm", "x_m"),
         Theta.HEADING: ("heading_misalignment", "angle_rad"),
     }[place]
-    passed = disturbed.passed(Extension(BASE), NOISE, wanted=np.array([place]), keep=True)
+    passed = disturbed.passed(Extension(BASE), NOISE, NOTHING._replace(places=np.array([place])), keep=True)
     sides = []
     for size in (-1e-4, 1e-4):
         other = {"slope": {"grade_y_mps2": 0.0}, "pose_lever_arm": {"y_m": 0.0}}.get(key[0], {})

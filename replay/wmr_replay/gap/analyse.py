@@ -156,7 +156,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     fit, base, drive = selection.fit, selection.base, problem.drive
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
     detectable = minimum_detectable(scanned)
-    effects = found_effects(problem, selection)
+    effects = found_effects(problem, selection, options.modes)
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
     windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
@@ -181,7 +181,7 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     )
 
 
-def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, ...]:
+def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[FoundEffect, ...]:
     """The effects with intervals, classes and alternatives."""
     if not selection.found:
         return ()
@@ -206,7 +206,7 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
                 form.channel,
                 form.formula,
                 parameters,
-                confound_class(names, name),
+                confound_class(names, name, identified=modes == "identified"),
                 alternatives,
                 tried.p_value,
                 separate_with(name, close),

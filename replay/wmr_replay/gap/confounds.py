@@ -45,9 +45,13 @@ SEPARATED: tuple[tuple[frozenset[str], str], ...] = (
 )
 
 
-def confound_class(names: tuple[str, ...], name: str) -> tuple[str, ...]:
+SKIDS = frozenset({"cornering_stiffness", "undeclared_skid"})
+"""Where the identifier says the modes, it declares the skid, and the stiffness is what is left."""
+
+
+def confound_class(names: tuple[str, ...], name: str, *, identified: bool = False) -> tuple[str, ...]:
     """Everything that cannot be told from ``name`` beside the other effects found, itself first."""
-    found = {name}
+    found = {name} | (SKIDS if identified and name in SKIDS else frozenset())
     for members, whole in EXACT.items():
         if name in members and members <= set(names):
             found |= set(whole)
