@@ -11,7 +11,7 @@ from gap_scores import Score, score
 from gap_tables import Rows, at_noise, rate, table
 
 PAGE = Path(__file__).parents[1] / "docs" / "gap-benchmark.md"
-BLOCK = re.compile(r"(<!-- begin (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
+BLOCK = re.compile(r"(<!-- figures (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
 Row = dict[str, Any]
 
 

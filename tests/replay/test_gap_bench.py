@@ -90,7 +90,7 @@ def test_the_true_model_without_a_disturbance_leaves_the_noise_alone(bench, hide
 
 def test_the_page_is_filled_from_rows_and_keeps_its_text(bench):
     report, scores = bench("gap_report"), bench("gap_scores")
-    page = "before\n<!-- begin failures -->\nold\n<!-- end failures -->\nafter\n"
+    page = "before\n<!-- figures failures -->\nold\n<!-- end failures -->\nafter\n"
     wrong = {**row(["slope"], "payload"), "seed": 7, "key": "k"}
     filled = report.filled(page, [scores.score(wrong)], [])
     assert filled.startswith("before\n")
