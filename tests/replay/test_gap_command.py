@@ -187,14 +187,14 @@ def test_effects_at_a_time_do_not_follow_the_robot_to_another_log():
     assert notes == ("slip_interval of the model belongs to the time of another log and is left out",)
 
 
-def test_a_term_without_a_name_is_refused_as_a_base(run, log, analysed, tmp_path):
+def test_a_lateral_term_without_a_name_is_refused_as_a_base(run, log, analysed, tmp_path):
     path = tmp_path / "base.toml"
     path.write_text(
-        model_to_toml(Model(effects=(Effect("unnamed:longitudinal:v*abs(yaw_rate)", {"coefficient": 1.0}),)))
+        model_to_toml(Model(effects=(Effect("unnamed:lateral:v*abs(yaw_rate)", {"coefficient": 1.0}),)))
     )
     code, _, err = run("gap", log, "--model", path)
     assert code == 2
-    assert "cannot hold unnamed:longitudinal:v*abs(yaw_rate)" in err
+    assert "cannot hold unnamed:lateral:v*abs(yaw_rate)" in err
 
 
 def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, made_up_gap):

@@ -14,6 +14,7 @@ from wmr_replay.gap import GapOptions, GapResult, analyse
 from wmr_replay.ingest.reader import NO_MAPPING, WHOLE
 from wmr_replay.whole import read_whole
 from wmr_schemas.messages import MODE_TOPIC
+from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.signals import Log
 from wmr_synth.hidden import SIZES
 
@@ -125,3 +126,14 @@ def test_labels_are_read_only_when_asked_for(tmp_path):
     told, untold = analyse(labelled, None, options), analyse(blind, None, options)
     assert told.effects == untold.effects
     np.testing.assert_array_equal(told.traces.mode, untold.traces.mode)
+
+
+def test_what_the_library_has_no_name_for_is_described_by_a_term(analysed, tmp_path):
+    path, name = tmp_path / "log.mcap", "unnamed:longitudinal:v*abs(yaw_rate)"
+    written(path, 90_040, "rtk", (), ())
+    wrong = Model(effects=(Effect(name, {"coefficient": 0.4}),))
+    result = analyse(read(path, "given"), wrong, GapOptions(modes="given"))
+    (effect,) = result.effects
+    assert (result.verdict, effect.name) == ("unnamed", name)
+    low, high = effect.parameters["coefficient"].ci95
+    assert low < -0.4 < high or abs(effect.parameters["coefficient"].value + 0.4) < 0.06

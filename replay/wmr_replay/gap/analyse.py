@@ -9,9 +9,9 @@ from scipy.stats import t as student
 
 from wmr_replay.gap.base import base_of
 from wmr_replay.gap.calibrate import calibrate_on_log
-from wmr_replay.gap.candidates import BY_NAME
 from wmr_replay.gap.confounds import confound_class, separate_with
 from wmr_replay.gap.detectable import minimum_detectable, unseen
+from wmr_replay.gap.dictionary import form_of
 from wmr_replay.gap.drive import Drive, drive_of
 from wmr_replay.gap.excitation import LEAST_RATIO, liveliness
 from wmr_replay.gap.extension import Extension
@@ -20,7 +20,7 @@ from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.prove import windows_within
+from wmr_replay.gap.prove import held_out_errors, windows_within
 from wmr_replay.gap.result import (
     Alternative,
     Estimate,
@@ -32,20 +32,21 @@ from wmr_replay.gap.result import (
     Verdict,
 )
 from wmr_replay.gap.scan import scan
-from wmr_replay.gap.select import LEVEL, LOCAL, Selection, covariance, select
+from wmr_replay.gap.select import LEVEL, LOCAL, PLACES, Selection, covariance, select
 from wmr_replay.gap.sentence import sentence_of
 from wmr_replay.gap.traces import traces_of
 from wmr_replay.gap.where import locate
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import EFFECTS
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model, NoiseModel
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 
 Progress = Callable[[str, float], None]
-AMBIGUOUS_BIC = 6.0
+AMBIGUOUS_BIC = 10.0
 SELF_CALIBRATED = ("payload", "drive_gain", "yaw_inertia")
 MUCH_SLIP = 0.12
+EDGE_SD_S, EDGE_SD_M = 0.3, 0.15
 SWITCH_S = 0.3
 """How well an identifier knows when a mode begins or ends."""
 
@@ -62,7 +63,7 @@ class BaseModel:
     @property
     def extension(self) -> Extension:
         """Without what is still to be found."""
-        known = {effect.name: dict(effect.parameters) for effect in self.effects if effect.name in BY_NAME}
+        known = {effect.name: dict(effect.parameters) for effect in self.effects}
         return Extension(base_of(self.robot), {}, self.robot.wheel_radius_m or 1.0, known)
 
 
@@ -159,8 +160,11 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
     effects = found_effects(problem, selection, options.modes)
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     at_floor = problem.passed(base.extension, fit.noise, keep=True)
-    windows = windows_within(problem, ~problem.train), windows_within(problem, problem.train)
-    errors = [[window_errors(drive, m.extension, w, problem.variances) for w in windows] for m in (base, fit)]
+    trained = windows_within(problem, problem.train)
+    errors = [
+        (held_out_errors(problem, m), window_errors(drive, m.extension, trained, problem.variances))
+        for m in (base, fit)
+    ]
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, notes),
@@ -187,12 +191,13 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
         return ()
     fit = selection.fit
     V, n_blocks = covariance(problem, fit)
+    V = V + np.diag([place_variance(name, key) for name, key in fit.keys])
     width = student.isf(0.025, max(n_blocks - len(V), 5)) * np.sqrt(np.diag(V))
     names = tuple(tried.lead.name for tried in selection.found)
     effects = []
     for tried in selection.found:
         name = tried.lead.name
-        form = EFFECTS[name]
+        form = form_of(name)
         parameters = {
             key: Estimate(float(value), (float(value - w), float(value + w)), form.parameters[key])
             for (owner, key), value, w in zip(fit.keys, fit.values, width, strict=True)
@@ -215,10 +220,18 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     return tuple(effects)
 
 
+def place_variance(name: str, key: str) -> float:
+    """What the unknown form of an edge adds to the variance of a time [s²] or a place [m²]."""
+    local = name in (*LOCAL, "load_step") and key in PLACES
+    return (EDGE_SD_S if key.endswith("_s") else EDGE_SD_M) ** 2 if local else 0.0
+
+
 def verdict_of(
     problem: Problem, effects: tuple[FoundEffect, ...], selection: Selection, hidden: tuple[str, ...]
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and notes that say why it is no firmer."""
+    if any(effect.name.startswith(UNNAMED_PREFIX) for effect in effects):
+        return "unnamed", ()
     if effects:
         close = [
             f"{e.name} and {a.name} explain the log almost equally well"
@@ -253,7 +266,7 @@ def calm_note(problem: Problem, selection: Selection) -> str:
     )
 
 
-def metric(errors: list[list[WindowErrors]], what: str, unit: str) -> GapMetric:
+def metric(errors: list[tuple[WindowErrors, WindowErrors]], what: str, unit: str) -> GapMetric:
     """One of the two gaps, before and after."""
     (before, train_before), (after, train_after) = errors
     attribute = f"position_{unit}" if what == "position" else f"yaw_{unit}"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.gap.field import Theta
+from wmr_schemas.terms import COEFFICIENT
 
 INF = float("inf")
 
@@ -85,6 +86,14 @@ LIBRARY: tuple[Candidate, ...] = (
     ),
 )
 BY_NAME = {candidate.name: candidate for candidate in LIBRARY}
+
+
+def candidate_of(name: str) -> Candidate:
+    """A candidate of the library, or a term of the dictionary with its coefficient."""
+    found = BY_NAME.get(name)
+    return found or Candidate(name, {COEFFICIENT: (-INF, INF)}, {COEFFICIENT: 1e-4})
+
+
 UNIT_EFFORTS = {
     "torque_imbalance": lambda left, right: (-left, right),
     "torque_bias_common": lambda left, right: (np.ones_like(left), np.ones_like(right)),

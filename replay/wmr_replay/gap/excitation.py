@@ -7,11 +7,11 @@ several times the disturbance that remains.
 
 import numpy as np
 
+from wmr_replay.gap.dictionary import form_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
-from wmr_schemas.effects import EFFECTS
 
 LEAST_RATIO = 3.0
 SEEN_ANYWAY = ("heading_misalignment",)
@@ -30,7 +30,7 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
     if name in SEEN_ANYWAY:
         return ""
     ahead, turning = liveliness(problem, extension, noise)
-    channel = EFFECTS[name].channel
+    channel = form_of(name).channel
     asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
     ratio = asked.get(channel, max(ahead, turning))
     if ratio >= LEAST_RATIO:

@@ -5,14 +5,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wmr_replay.gap.dictionary import columns_of
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.field import N_ROW, N_THETA, Base, Row, Theta
 from wmr_replay.gap.inputs import InputEffects
 from wmr_schemas.arrays import F64
+from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.terms import COEFFICIENT, parse_term
 
 Parameters = Mapping[str, float]
 LOOSE_MPS = 0.2
-EDGE_S, EDGE_M, LOADING_S = 0.15, 0.15, 0.6
+EDGE_S, EDGE_M, LOADING_S = 0.15, 0.15, 1.0
 """Edges of the effects in time and space, softened so that their places have a slope."""
 
 IN_THETA: dict[tuple[str, str], Theta] = {
@@ -80,6 +83,8 @@ class Extension:
                 place = IN_THETA.get((name, key))
                 if place is not None:
                     theta[place] += value
+            if name.startswith(UNNAMED_PREFIX):
+                theta[[Theta.EXTRA_LONG, Theta.EXTRA_YAW]] = 1.0
             if name == "undeclared_skid":
                 theta[Theta.UNDECLARED] = 1.0 / parameters["stiffness_ratio"]
             if name == "wheel_viscous":
@@ -106,6 +111,11 @@ class Extension:
         for name, parameters in self.acting:
             if name in WEIGHTS:
                 rows[:, WEIGHTS[name]] = weight(name, parameters, drive)
+            elif name.startswith(UNNAMED_PREFIX):
+                term = parse_term(name)
+                rows[:, TERM_COLUMNS[term.channel]] += parameters[COEFFICIENT] * term.evaluate(
+                    columns_of(drive)
+                )
         return rows
 
 
@@ -116,6 +126,7 @@ def combined(place: str, before: float | None, value: float) -> float:
     return min(before, value) if place == "limit_nm" else before + value
 
 
+TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
 
 

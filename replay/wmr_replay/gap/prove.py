@@ -77,6 +77,14 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     return Proof(before, after, float(reduction), p_value, bool(smaller and p_value < LEVEL), changed)
 
 
+def held_out_errors(problem: Problem, fit: Fit) -> WindowErrors:
+    """The gap of every window while it is held out: each third of the log in its turn, the model fitted to
+    the rest.
+    """
+    others = [Problem.of(problem.drive, problem.shift_s + k * HELD_OUT_S) for k in (1, 2)]
+    return joined([errors_of(problem, fit), *(errors_of(other, refitted(other, fit)) for other in others)])
+
+
 def refitted(problem: Problem, fit: Fit) -> Fit:
     """The same effects fitted to another part of the log."""
     return gauss_newton(problem, fit.extension, fit.noise, 2)

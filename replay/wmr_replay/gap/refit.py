@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.gap.candidates import BY_NAME
+from wmr_replay.gap.candidates import candidate_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
@@ -34,14 +34,14 @@ class Fit:
 
 def keys_of(extension: Extension) -> tuple[Key, ...]:
     """Every free parameter of the effects."""
-    return tuple((name, key) for name in extension.effects for key in BY_NAME[name].free)
+    return tuple((name, key) for name in extension.effects for key in candidate_of(name).free)
 
 
 def replaced(extension: Extension, keys: tuple[Key, ...], values: F64) -> Extension:
     """The parameters named by ``keys`` set to ``values``, within their bounds."""
     effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
-        effects[name][key] = float(np.clip(value, *BY_NAME[name].bounds[key]))
+        effects[name][key] = float(np.clip(value, *candidate_of(name).bounds[key]))
     return replace(extension, effects=effects)
 
 
@@ -50,8 +50,8 @@ def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, at: 
     keys = keys_of(extension)
     psi = np.zeros((*at.shape, len(keys)))
     for j, (name, key) in enumerate(keys):
-        value, size = extension.effects[name][key], BY_NAME[name].steps[key]
-        if value + size > BY_NAME[name].bounds[key][1]:
+        value, size = extension.effects[name][key], candidate_of(name).steps[key]
+        if value + size > candidate_of(name).bounds[key][1]:
             size = -size
         moved = replaced(extension, ((name, key),), np.array([value + size]))
         psi[:, :, j] = (at - problem.passed(moved, noise).innovations) / size

@@ -11,13 +11,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.gap.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.dictionary import as_efforts
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import Extension, Parameters
 from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.sensitivity import Wanted
+from wmr_replay.gap.sensitivity import NOTHING, Wanted
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.terms import COEFFICIENT
 
 MOST_CELLS, LEAST_CELL_S = 120, 0.5
 LONGEST_INTERVAL_S, SHORTEST_INTERVAL_S = 30.0, 1.0
@@ -96,6 +98,22 @@ def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64
 def ratio(told: tuple[float, float]) -> float:
     """Size per √information: the smaller, the better it is seen."""
     return abs(told[0]) / float(np.sqrt(max(told[1], 1e-30)))
+
+
+def scan_terms(
+    problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64 | None = None
+) -> list[Lead]:
+    """The dictionary's terms as leads, the best first."""
+    terms, changes = zip(*as_efforts(problem.drive, extension.base), strict=True)
+    wanted = NOTHING._replace(efforts=np.stack(changes))
+    passed = problem.passed(extension, noise, wanted, keep=True)
+    known = None if nuisance is None else nuisance[problem.train]
+    normal = normal_equations(passed.sensitivities[problem.train], passed.innovations[problem.train], known)
+    leads = []
+    for j, term in enumerate(terms):
+        gain, delta = normal.gain([j])
+        leads.append(Lead(term.name, {COEFFICIENT: float(delta[0])}, gain, len(terms)))
+    return sorted(leads, key=lambda lead: -lead.gain)
 
 
 def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:

@@ -13,7 +13,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
 from wmr_replay.gap.prove import Proof, prove
 from wmr_replay.gap.refit import Fit, gauss_newton, inverse_information
-from wmr_replay.gap.scan import Lead, scan
+from wmr_replay.gap.scan import Lead, scan, scan_terms
 from wmr_schemas.arrays import F64
 
 MOST_FITTED = 6
@@ -82,11 +82,16 @@ def select(
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
-        tried = attempts(problem, current)
+        tried = attempts(problem, current, terms=False)
         tried = tuple(
             judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
         )
         stages.append(tried)
+        if not provisional and not (tried and (tried[0].p_value <= LEVEL or not tried[0].failed)):
+            tried = attempts(problem, current, terms=True)
+            tried = tuple(
+                judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
+            )
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
             break
@@ -99,16 +104,18 @@ def select(
     return Selection(base, current, tuple(found), tuple(stages), refused)
 
 
-def attempts(problem: Problem, current: Fit) -> tuple[Tried, ...]:
-    """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves."""
-    leads = scan(problem, current.extension, current.noise, current.psi).leads
+def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...]:
+    """The best leads fitted, the best first: ranked at the diffusion that the best lead leaves. Leads are the
+    library's, or the dictionary's ``terms``.
+    """
+    leads = leads_of(problem, current, current.noise, terms=terms)
     best = max(leads, key=score_of)
     if score_of(best) < (LEAST_SCORE_LATER if current.keys else LEAST_SCORE):
         return ()
     first = fitted(problem, joined(current, best), current.noise, 4)
     noise = first.noise
     here = gauss_newton(problem, current.extension, noise, 2 if current.extension.effects else 0)
-    leads = sorted(scan(problem, current.extension, noise, here.psi).leads, key=score_of, reverse=True)
+    leads = sorted(leads_of(problem, here, noise, terms=terms), key=score_of, reverse=True)
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
     quick = [
@@ -142,6 +149,13 @@ def decided(problem: Problem, tried: tuple[Tried, ...]) -> tuple[Tried, ...]:
     first, second = (tried[0], tried[1]) if costs[0] <= costs[1] else (tried[1], tried[0])
     second = replace(second, score=first.score - abs(costs[0] - costs[1]))
     return (first, second, *tried[2:])
+
+
+def leads_of(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -> list[Lead]:
+    """What a scan at the diffusion ``noise`` finds."""
+    if terms:
+        return scan_terms(problem, current.extension, noise, current.psi)
+    return scan(problem, current.extension, noise, current.psi).leads
 
 
 def begins_or_ends_with_the_log(problem: Problem, fit: Fit, name: str) -> bool:

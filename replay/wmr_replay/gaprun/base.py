@@ -5,6 +5,7 @@ from dataclasses import replace
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Model
+from wmr_schemas.terms import parse_term
 
 TIMED = ("load_step", "slip_interval")
 """Effects at a time of the log that they were found in."""
@@ -14,14 +15,14 @@ def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[s
     """The base model as it holds for a log, and notes on what was left out of it.
 
     Effects at a time are left out on any log but the one that the model was fitted to. Raises InvalidSetting
-    for an effect that only a dictionary term describes, which has no form to simulate.
+    for a term of the dictionary on the lateral channel, which the gap's simulation does not have.
     """
     if base is None:
         return None, ()
     for effect in base.effects:
-        if effect.name.startswith(UNNAMED_PREFIX):
+        if effect.name.startswith(UNNAMED_PREFIX) and parse_term(effect.name).channel == "lateral":
             raise InvalidSetting(
-                f"a base model cannot hold {effect.name}; take it out of the model file, or name what it is"
+                f"a base model cannot hold {effect.name}, for lateral terms; take it out of the model file"
             )
     if base.provenance.log_sha256 in ("", log_sha256):
         return base, ()
