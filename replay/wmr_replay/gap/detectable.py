@@ -11,6 +11,8 @@ from wmr_replay.gap.scan import Scanned
 from wmr_schemas.effects import EFFECTS
 
 LEVEL, POWER = 0.01, 0.9
+NO_DISTANCE = ("torque_saturation", "undeclared_skid")
+"""Effects whose parameter is not 0 where the effect is not."""
 
 RELEVANT: Mapping[str, float] = {
     "payload": 0.3,
@@ -39,6 +41,8 @@ def minimum_detectable(scanned: Scanned) -> Mapping[str, Detectable]:
     z = float(norm.isf(LEVEL / tried / 2) + norm.isf(1 - POWER))
     found = {}
     for name, (value, information) in scanned.unit_information.items():
+        if name in NO_DISTANCE:
+            continue
         keys = EFFECTS[name].parameters
         if information > 0:
             key = next(iter(BY_NAME[name].free))
