@@ -12,6 +12,7 @@ from gap_cases import SETS, Case
 from gap_truth import effects_of, true_errors
 
 from wmr_replay.gap import GapOptions, analyse
+from wmr_replay.gap.problem import HELD_OUT_S, PERIOD_S
 from wmr_replay.gap.prove import windows_within
 from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult
 from wmr_schemas.signals import Log
@@ -107,7 +108,8 @@ def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], floa
     traces = result.traces
     t_s, loose = traces.t_s, 2 if result.modes == "identified" else 1
     problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, margin=loose))
-    rows = windows_within(problem, traces.held_out > 0)
+    folds = [(t_s - k * HELD_OUT_S) % PERIOD_S >= PERIOD_S - HELD_OUT_S for k in range(3)]
+    rows = [window for fold in folds for window in windows_within(problem, fold)]
     bin_s = float(np.median(np.diff(t_s)))
     return [(float(t_s[a]) - bin_s / 2, float(t_s[b - 1]) + bin_s / 2) for a, b in rows], bin_s
 
