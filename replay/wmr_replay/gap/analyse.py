@@ -113,7 +113,7 @@ def search_with_modes(
     """The identifier takes a missing effect for slip, so what shows with the base model's modes, proven or
     not, is a hint: with it the modes are identified anew, and the selection is made from the start. Where
     nothing shows and much is called slipping, the hint comes from slipping taken for ideal. The most likely
-    answer stands.
+    answer with a proven effect stands, else the most likely.
     """
     first = identified_modes(log, extension)
     problem = Problem.of(identified_drive(log, first))
@@ -127,19 +127,20 @@ def search_with_modes(
         tell("naming", 0.5)
         problem = Problem.of(identified_drive(log, identified_modes(log, hint)))
         answers.append((problem, select(problem, extension, options)))
-    return min(answers, key=lambda answer: answer[1].fit.deviance)
+    return min(answers, key=lambda answer: (not answer[1].found, answer[1].fit.deviance))
 
 
 def suggestion(extension: Extension, selection: Selection) -> Extension:
     """What is significant in a selection and holds throughout; what acts in an interval or a place is for the
     identifier to say.
     """
-    effects = dict(selection.fit.extension.effects)
+    effects = {k: v for k, v in selection.fit.extension.effects.items() if k not in LOCAL}
     for stage in selection.stages:
-        best = stage[0] if stage else None
+        lasting = [tried for tried in stage if tried.lead.name not in LOCAL]
+        best = lasting[0] if lasting else None
         if best is not None and best.p_value <= LEVEL and best.score > 0 and best.lead.name not in effects:
-            effects |= best.fit.extension.effects
-    return replace(extension, effects={k: v for k, v in effects.items() if k not in LOCAL})
+            effects[best.lead.name] = best.fit.extension.effects[best.lead.name]
+    return replace(extension, effects=effects)
 
 
 def identified_drive(log: Log, track: ModeTrack) -> Drive:

@@ -26,13 +26,15 @@ def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tupl
 
 
 def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
-    """Why the log cannot carry the verdict ``name``; empty where it can."""
+    """Why the log cannot carry the verdict ``name``; empty where it can. What acts on both channels asks for
+    both.
+    """
     if name in SEEN_ANYWAY:
         return ""
     ahead, turning = liveliness(problem, extension, noise)
     channel = form_of(name).channel
     asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
-    ratio = asked.get(channel, max(ahead, turning))
+    ratio = asked.get(channel, min(ahead, turning))
     if ratio >= LEAST_RATIO:
         return ""
     what = "longitudinal acceleration" if ratio == ahead else "turning"

@@ -76,14 +76,14 @@ def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F6
     return at.reshape(m, 3).copy()
 
 
-def windows_of(drive: Drive, chosen: Bool) -> list[tuple[int, int]]:
+def windows_of(drive: Drive, chosen: Bool, seconds: float = WINDOW_S) -> list[tuple[int, int]]:
     """Rows [a, b) of each whole window within the runs of ``chosen`` (n,) rows."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]])))
     found = []
     for a, b in edges.reshape(-1, 2):
         start = a
         while start < b:
-            end = int(np.searchsorted(drive.t_s, drive.t_s[start] + WINDOW_S - 0.06))
+            end = int(np.searchsorted(drive.t_s, drive.t_s[start] + seconds - 0.06))
             if end > b or end == len(drive.t_s):
                 break
             found.append((int(start), end))

@@ -12,6 +12,7 @@ from wmr_schemas.arrays import F64
 
 Key = tuple[str, str]
 CLIP = 6.0
+NORMAL_MEDIAN = 0.6745
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +87,14 @@ def newton_step(psi: F64, e: F64) -> F64:
     """(ψᵀψ)⁻¹ ψᵀe; directions that the data do not see are left alone."""
     flat = psi.reshape(-1, psi.shape[2])
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
-    solution, *_ = np.linalg.lstsq(flat / scale, np.clip(e, -CLIP, CLIP).ravel(), rcond=1e-6)
+    solution, *_ = np.linalg.lstsq(flat / scale, clipped(e).ravel(), rcond=1e-6)
     return np.asarray(solution / scale)
+
+
+def clipped(e: F64) -> F64:
+    """Whitened innovations, the outliers among them clipped at six times what is usual for this model."""
+    limit = CLIP * max(1.0, float(np.median(np.abs(e))) / NORMAL_MEDIAN)
+    return np.asarray(np.clip(e, -limit, limit))
 
 
 def inverse_information(psi: F64) -> F64:

@@ -17,6 +17,7 @@ from wmr_replay.gap.extension import Extension, Parameters
 from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.refit import clipped
 from wmr_replay.gap.sensitivity import NOTHING, Wanted
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.terms import COEFFICIENT
@@ -117,8 +118,8 @@ def scan_terms(
 
 
 def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:
-    """From (n, 3, p) and (n, 3); large innovations are clipped, the nuisance is projected out."""
-    flat, residual = psi.reshape(-1, psi.shape[2]), np.clip(e, -5.0, 5.0).ravel()
+    """From (n, 3, p) and (n, 3); outliers are clipped, the nuisance is projected out."""
+    flat, residual = psi.reshape(-1, psi.shape[2]), clipped(e).ravel()
     s, G = flat.T @ residual, flat.T @ flat
     if nuisance is None or not nuisance.shape[2]:
         return Normal(s, G)

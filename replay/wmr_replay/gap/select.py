@@ -11,7 +11,7 @@ from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
-from wmr_replay.gap.prove import Proof, prove
+from wmr_replay.gap.prove import Proof, moved_by, prove
 from wmr_replay.gap.refit import Fit, gauss_newton, inverse_information
 from wmr_replay.gap.scan import Lead, scan, scan_terms
 from wmr_schemas.arrays import F64
@@ -84,13 +84,15 @@ def select(
     for _ in range(options.max_effects):
         tried = attempts(problem, current, terms=False)
         tried = tuple(
-            judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
+            judged(problem, current, a, found, None if provisional else options) if i < 1 else a
+            for i, a in enumerate(tried)
         )
         stages.append(tried)
         if not provisional and not (tried and (tried[0].p_value <= LEVEL or not tried[0].failed)):
             tried = attempts(problem, current, terms=True)
             tried = tuple(
-                judged(problem, current, a, found, provisional) if i < 1 else a for i, a in enumerate(tried)
+                judged(problem, current, a, found, None if provisional else options) if i < 1 else a
+                for i, a in enumerate(tried)
             )
         passing = [a for a in tried[:1] if not a.failed]
         if not passing:
@@ -182,8 +184,10 @@ def cost_of(problem: Problem, lead: Lead) -> float:
     return float(len(lead.parameters) * np.log(3 * problem.train.sum()) + 2 * np.log(lead.tried))
 
 
-def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried], provisional: bool) -> Tried:
-    """The gates, in order; the first that fails is named."""
+def judged(
+    problem: Problem, current: Fit, tried: Tried, found: list[Tried], options: GapOptions | None
+) -> Tried:
+    """The gates, in order; the first that fails is named. Without options the significance alone counts."""
     if tried.p_value > LEVEL or tried.score <= 0:
         return replace(tried, failed="not significant")
     like = likeness(problem, tried.fit, tried.lead.name)
@@ -191,13 +195,16 @@ def judged(problem: Problem, current: Fit, tried: Tried, found: list[Tried], pro
     tried = replace(tried, likeness=like)
     if (like > LIKE or tried.lead.name in LOCAL) and tried.gain < LIKE_SHARE * strongest:
         return replace(tried, failed="a remainder of what is found already")
-    if provisional:
+    if options is None:
         return tried
     calm = too_calm_for(tried.lead.name, problem, tried.fit.extension, tried.fit.noise)
     if calm:
         return replace(tried, failed=calm, refused=True)
     proof = prove(problem, current, tried.fit)
-    return replace(tried, proof=proof, failed="" if proof.holds else "not proven on held-out windows")
+    if not proof.holds:
+        return replace(tried, proof=proof, failed="not proven on held-out windows")
+    small = moved_by(problem, current, tried.fit, options.tolerance_s) < options.tolerance_m
+    return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
 
 
 def sizes_of(fit: Fit, name: str) -> list[int]:
