@@ -14,9 +14,9 @@ from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
 from wmr_replay.gap.inputs import InputEffects, TorqueHistory
 from wmr_replay.gap.kalman import Diffusion
+from wmr_replay.gap.leads import normal_equations
 from wmr_replay.gap.predict import window_errors, windows_of
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.scan import normal_equations
 from wmr_replay.gap.sensitivity import NOTHING
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack

@@ -1,7 +1,11 @@
 """The base model out of a robot's parameters."""
 
+from dataclasses import dataclass
+
+from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import Base
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.model_file import Effect
 from wmr_schemas.robot import AUTO, RobotParameters
 
 LATERAL_DECAY_PER_S = 5.0
@@ -50,3 +54,19 @@ def slip_shares(robot: RobotParameters) -> tuple[float, float]:
         return 0.5, 0.5
     stiff = r**2 / i_wheel
     return (3 / m) / (stiff + 2 / m), (3 * l**2 / i_yaw) / (stiff + 2 * l**2 / i_yaw)
+
+
+@dataclass(frozen=True, eq=False)
+class BaseModel:
+    """The model that the log is held against, and where it came from."""
+
+    robot: RobotParameters
+    effects: tuple[Effect, ...]
+    source: str
+    unnameable: tuple[str, ...] = ()
+
+    @property
+    def extension(self) -> Extension:
+        """Without what is still to be found."""
+        known = {effect.name: dict(effect.parameters) for effect in self.effects}
+        return Extension(base_of(self.robot), {}, self.robot.wheel_radius_m or 1.0, known)

@@ -13,7 +13,7 @@ from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
 from wmr_replay.gap.refit import gauss_newton
-from wmr_replay.gap.select import covariance
+from wmr_replay.gap.significance import covariance
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Model, NoiseModel
 from wmr_schemas.robot import RobotParameters

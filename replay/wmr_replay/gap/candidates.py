@@ -100,3 +100,5 @@ UNIT_EFFORTS = {
     "torque_bias_differential": lambda left, right: (-np.ones_like(left), np.ones_like(right)),
 }
 """Change of the efforts per unit of a parameter."""
+LOCAL = ("slip_interval", "low_friction_patch")
+PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}

@@ -5,53 +5,25 @@ With whitened innovations e and sensitivities ψ, a candidate with parameters δ
 already is projected out of both. Losses of α in cells of time add up to steps, intervals and patches.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from wmr_replay.gap.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.cells import cell_leads, time_cells
 from wmr_replay.gap.dictionary import as_efforts
 from wmr_replay.gap.drive import Drive
-from wmr_replay.gap.extension import Extension, Parameters
+from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
+from wmr_replay.gap.leads import Lead, Normal, normal_equations
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.refit import clipped
 from wmr_replay.gap.sensitivity import NOTHING, Wanted
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
 
-MOST_CELLS, LEAST_CELL_S = 120, 0.5
-LONGEST_INTERVAL_S, SHORTEST_INTERVAL_S = 30.0, 1.0
-RADII_M = (0.5, 1.0, 1.5, 2.5)
 GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
-
-
-@dataclass(frozen=True)
-class Lead:
-    """A candidate that promises to lower the deviance by ``gain``, with its best parameters."""
-
-    name: str
-    parameters: dict[str, float]
-    gain: float
-    tried: int
-
-
-@dataclass(frozen=True, eq=False)
-class Normal:
-    """Normal equations over the fitted rows: s (p,), G (p, p)."""
-
-    s: F64
-    G: F64
-
-    def gain(self, columns: list[int]) -> tuple[float, F64]:
-        """λ and δ of a group of columns."""
-        G, s = self.G[np.ix_(columns, columns)], self.s[columns]
-        if np.any(np.diag(G) <= 1e-9):
-            return 0.0, np.zeros(len(columns))
-        delta = np.linalg.solve(G + 1e-12 * np.diag(np.diag(G)), s)
-        return float(s @ delta), np.asarray(delta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,18 +89,6 @@ def scan_terms(
     return sorted(leads, key=lambda lead: -lead.gain)
 
 
-def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:
-    """From (n, 3, p) and (n, 3); outliers are clipped, the nuisance is projected out."""
-    flat, residual = psi.reshape(-1, psi.shape[2]), clipped(e).ravel()
-    s, G = flat.T @ residual, flat.T @ flat
-    if nuisance is None or not nuisance.shape[2]:
-        return Normal(s, G)
-    other = nuisance.reshape(-1, nuisance.shape[2])
-    A, B = other.T @ other, flat.T @ other
-    A = A + 1e-9 * np.diag(np.diag(A)) + 1e-12 * np.eye(len(A))
-    return Normal(s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T))
-
-
 def effort_changes(
     extension: Extension, drive: Drive, rows: F64
 ) -> Iterator[tuple[Candidate, float | None, F64]]:
@@ -174,93 +134,3 @@ def grid_lead(normal: Normal, candidate: Candidate, value: float | None, column:
         return Lead(candidate.name, {key: float(delta[0])}, gain, 1)
     gain = float(2 * normal.s[column] - normal.G[column, column])
     return Lead(candidate.name, {key: value}, gain, len(candidate.grid))
-
-
-def time_cells(drive: Drive) -> tuple[I64, int]:
-    """The cell of time in which each row lies, and how many there are."""
-    span = float(drive.t_s[-1] - drive.t_s[0])
-    n_cells = int(min(MOST_CELLS, max(1, span // LEAST_CELL_S)))
-    cells = np.minimum((drive.t_s - drive.t_s[0]) / span * n_cells, n_cells - 1)
-    return cells.astype(np.int64), n_cells
-
-
-def cell_leads(
-    normal: Normal, drive: Drive, cells: I64, n_cells: int, column: int, present: Mapping[str, Parameters]
-) -> Iterator[Lead]:
-    """Load steps, slip intervals and patches out of the losses in cells of time."""
-    ahead, turning = slice(column, column + n_cells), slice(column + n_cells, column + 2 * n_cells)
-    s, G = normal.s, normal.G
-    span = float(drive.t_s[-1] - drive.t_s[0])
-    edges = drive.t_s[0] + span / n_cells * np.arange(n_cells + 1)
-    if "load_step" not in present:
-        yield best_step(s[ahead], G[ahead, ahead], edges)
-    both_s = s[ahead] + s[turning]
-    both_G = G[ahead, ahead] + G[ahead, turning] + G[turning, ahead] + G[turning, turning]
-    if "slip_interval" not in present:
-        yield best_interval(both_s, both_G, edges)
-    if "low_friction_patch" not in present:
-        yield best_patch(both_s, both_G, drive, cells, n_cells)
-
-
-def sums_over(s: F64, G: F64) -> tuple[F64, F64]:
-    """Prefix sums of s (n + 1,) and of G (n + 1, n + 1)."""
-    P = np.concatenate([[0.0], np.cumsum(s)])
-    C = np.zeros((len(s) + 1, len(s) + 1))
-    C[1:, 1:] = np.cumsum(np.cumsum(G, axis=0), axis=1)
-    return P, C
-
-
-def best_step(s: F64, G: F64, edges: F64) -> Lead:
-    """A load from t₀ on: the sum of the cells after it. α/(1 + p) = α (1 − loss)."""
-    P, C = sums_over(s, G)
-    n = len(s)
-    starts = np.arange(max(1, n // 10), n - n // 10)
-    total = P[n] - P[starts]
-    size = np.maximum(C[n, n] - C[starts, n] - C[n, starts] + C[starts, starts], 1e-9)
-    loss, gain = total / size, total**2 / size
-    gain[(loss > 0.9) | (loss < -2.0)] = 0.0
-    i = int(np.argmax(gain))
-    parameters = {"mass_ratio": float(loss[i] / (1 - loss[i])), "t0_s": float(edges[starts[i]])}
-    return Lead("load_step", parameters, float(gain[i]), n)
-
-
-def best_interval(s: F64, G: F64, edges: F64) -> Lead:
-    """A loss of α and α_yaw between two edges."""
-    P, C = sums_over(s, G)
-    i, j = np.triu_indices(len(edges), 1)
-    length = edges[j] - edges[i]
-    fits = (length >= SHORTEST_INTERVAL_S) & (length <= LONGEST_INTERVAL_S)
-    i, j = i[fits], j[fits]
-    total = P[j] - P[i]
-    size = np.maximum(C[j, j] - C[i, j] - C[j, i] + C[i, i], 1e-9)
-    loss = total / size
-    gain = np.where((loss > 0.02) & (loss < 1.3), total**2 / size, 0.0)
-    k = int(np.argmax(gain))
-    parameters = {
-        "start_s": float(edges[i[k]]),
-        "end_s": float(edges[j[k]]),
-        "loss": float(min(loss[k], 0.98)),
-    }
-    return Lead("slip_interval", parameters, float(gain[k]), len(i))
-
-
-def best_patch(s: F64, G: F64, drive: Drive, cells: I64, n_cells: int) -> Lead:
-    """A loss within a disc about a place on the path."""
-    rows = np.searchsorted(cells, np.arange(n_cells))
-    middle = np.minimum((rows + np.append(rows[1:], len(cells))) // 2, len(cells) - 1)
-    centres = drive.pose[middle, :2]
-    found = Lead("low_friction_patch", {}, -1.0, 1)
-    for radius in RADII_M:
-        inside = np.hypot(*(drive.pose[:, None, :2] - centres[None]).transpose(2, 0, 1)) < radius
-        share = np.add.reduceat(inside.astype(np.float64), rows, axis=0)
-        share /= np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
-        total = share.T @ s
-        size = np.maximum(np.einsum("ij,ik,kj->j", share, G, share, optimize=True), 1e-9)
-        loss = total / size
-        gain = np.where((loss > 0.02) & (loss < 1.3), total**2 / size, 0.0)
-        k = int(np.argmax(gain))
-        if gain[k] > found.gain:
-            place = {"x_m": float(centres[k, 0]), "y_m": float(centres[k, 1]), "radius_m": radius}
-            parameters = place | {"loss": float(min(loss[k], 0.98))}
-            found = Lead("low_friction_patch", parameters, float(gain[k]), len(RADII_M) * n_cells)
-    return found

@@ -4,27 +4,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import chi2
-from scipy.stats import f as fisher
 
+from wmr_replay.gap.candidates import LOCAL
 from wmr_replay.gap.excitation import too_calm_for
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
+from wmr_replay.gap.leads import Lead
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem, fit_noise
 from wmr_replay.gap.prove import Proof, moved_by, prove
-from wmr_replay.gap.refit import Fit, gauss_newton, inverse_information
-from wmr_replay.gap.scan import Lead, scan, scan_terms
-from wmr_schemas.arrays import F64
+from wmr_replay.gap.refit import Fit, gauss_newton
+from wmr_replay.gap.scan import scan, scan_terms
+from wmr_replay.gap.significance import LEVEL, likeness, robust_p
 
 MOST_FITTED = 6
-BLOCK_S, LEVEL = 2.0, 0.01
 LIKE, LIKE_SHARE = 0.25, 0.15
 CLOSE = 25.0
 LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
 """A lead that promises less is not worth a fit; the first makes the diffusion calmer, and gains by that."""
 ONE_SIDE = 0.1
-LOCAL = ("slip_interval", "low_friction_patch")
-PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,29 +205,6 @@ def judged(
     return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
 
 
-def sizes_of(fit: Fit, name: str) -> list[int]:
-    """Places of an effect's parameters that say how large it is, and not where."""
-    return [
-        j
-        for j, (owner, key) in enumerate(fit.keys)
-        if owner == name and (key not in PLACES or name == "pose_lever_arm")
-    ]
-
-
-def likeness(problem: Problem, fit: Fit, name: str) -> float:
-    """Share of the effect's sensitivity that the other effects explain, R²."""
-    own = sizes_of(fit, name)
-    others = [j for j, (n, _) in enumerate(fit.keys) if n != name]
-    if not others:
-        return 0.0
-    flat = fit.psi[problem.train].reshape(-1, len(fit.keys))
-    shares = []
-    for j in own:
-        left = flat[:, j] - flat[:, others] @ np.linalg.lstsq(flat[:, others], flat[:, j], rcond=1e-8)[0]
-        shares.append(1 - float(left @ left) / max(float(flat[:, j] @ flat[:, j]), 1e-30))
-    return max(shares)
-
-
 def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit, list[Tried]]:
     """Drop each earlier effect that the later ones have made needless."""
     for earlier in list(found[:-1]):
@@ -239,30 +214,3 @@ def eliminated(problem: Problem, current: Fit, found: list[Tried]) -> tuple[Fit,
         if loss < cost_of(problem, earlier.lead) + 10 or not prove(problem, rest, current).holds:
             current, found = rest, [f for f in found if f.lead.name != name]
     return current, found
-
-
-def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size; where the size is no distance from the
-    base model, or the blocks that tell of it are few, the likelihood ratio stands alone.
-    """
-    if name in ("torque_saturation", "undeclared_skid", *LOCAL):
-        return 0.0
-    size = sizes_of(fit, name)
-    V, n_blocks = covariance(problem, fit)
-    values = fit.values[size]
-    wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
-    return float(fisher.sf(wald, len(size), n_blocks - len(size)))
-
-
-def covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
-    """Covariance (q, q) of the fitted parameters, robust to what colours the innovations over blocks of 2 s:
-    I⁻¹ (Σ_b s_b s_bᵀ) I⁻¹ with the block scores s_b; its diagonal is never below I⁻¹. And how many blocks.
-    """
-    psi = fit.psi[problem.train]
-    e = np.clip(fit.innovations[problem.train], -6, 6)
-    block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
-    scores = np.zeros((block.max() + 1, psi.shape[2]))
-    np.add.at(scores, block, np.einsum("ijk,ij->ik", psi, e))
-    inverse = inverse_information(psi)
-    sandwich = inverse @ (scores.T @ scores) @ inverse
-    return np.where(np.eye(len(inverse), dtype=bool), np.maximum(sandwich, inverse), sandwich), len(scores)

@@ -1,0 +1,46 @@
+"""Leads of a scan, and the normal equations that they come from."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.gap.refit import clipped
+from wmr_schemas.arrays import F64
+
+
+@dataclass(frozen=True)
+class Lead:
+    """A candidate that promises to lower the deviance by ``gain``, with its best parameters."""
+
+    name: str
+    parameters: dict[str, float]
+    gain: float
+    tried: int
+
+
+@dataclass(frozen=True, eq=False)
+class Normal:
+    """Normal equations over the fitted rows: s (p,), G (p, p)."""
+
+    s: F64
+    G: F64
+
+    def gain(self, columns: list[int]) -> tuple[float, F64]:
+        """λ and δ of a group of columns."""
+        G, s = self.G[np.ix_(columns, columns)], self.s[columns]
+        if np.any(np.diag(G) <= 1e-9):
+            return 0.0, np.zeros(len(columns))
+        delta = np.linalg.solve(G + 1e-12 * np.diag(np.diag(G)), s)
+        return float(s @ delta), np.asarray(delta)
+
+
+def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:
+    """From (n, 3, p) and (n, 3); outliers are clipped, the nuisance is projected out."""
+    flat, residual = psi.reshape(-1, psi.shape[2]), clipped(e).ravel()
+    s, G = flat.T @ residual, flat.T @ flat
+    if nuisance is None or not nuisance.shape[2]:
+        return Normal(s, G)
+    other = nuisance.reshape(-1, nuisance.shape[2])
+    A, B = other.T @ other, flat.T @ other
+    A = A + 1e-9 * np.diag(np.diag(A)) + 1e-12 * np.eye(len(A))
+    return Normal(s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T))
