@@ -13,7 +13,7 @@ PLANES = (
     frozenset({"viscous_drag", "yaw_damping", "wheel_viscous"}),
 )
 """Any two of these have exactly the same motions: two hidden, two others of them named is right."""
-CLOSE_BIC = 6.0
+CLOSE_BIC = 10.0
 """An ambiguity set holds the alternatives that are worse by less than this."""
 CLAIMS = ("named", "ambiguous")
 
