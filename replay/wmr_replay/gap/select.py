@@ -37,7 +37,6 @@ class Tried:
     likeness: float = 0.0
     proof: Proof | None = None
     failed: str = ""
-    refused: bool = False
     alternatives: tuple[tuple[str, float], ...] = ()
 
 
@@ -100,8 +99,15 @@ def select(
         current = passing[0].fit
         if not provisional:
             current, found = eliminated(problem, current, found)
-    refused = next((a.failed for a in stages[0][:1] if a.refused), "") if stages else ""
-    return Selection(base, current, tuple(found), tuple(stages), refused)
+    refused = "" if provisional else next(filter(None, (calm_about(problem, current, f) for f in found)), "")
+    if refused:
+        return Selection(base, base, (), tuple(stages), refused)
+    return Selection(base, current, tuple(found), tuple(stages))
+
+
+def calm_about(problem: Problem, fit: Fit, found: Tried) -> str:
+    """Why the drive is too calm for an effect that was found, once all are in the model; else empty."""
+    return too_calm_for(found.lead.name, problem, fit.extension, fit.noise)
 
 
 def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...]:
@@ -195,9 +201,6 @@ def judged(
         return replace(tried, failed="a remainder of what is found already")
     if options is None:
         return tried
-    calm = too_calm_for(tried.lead.name, problem, tried.fit.extension, tried.fit.noise)
-    if calm:
-        return replace(tried, failed=calm, refused=True)
     proof = prove(problem, current, tried.fit)
     if not proof.holds:
         return replace(tried, proof=proof, failed="not proven on held-out windows")
