@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.differentiate.noise import robust_sigma
 from wmr_replay.gap.inputs import TorqueHistory
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack
 
@@ -44,11 +44,9 @@ class Drive:
         """Length of each step (n,), the first one 0."""
         return np.diff(self.t_s, prepend=self.t_s[:1])
 
-    @property
-    def unsure(self) -> F64:
-        """1 at the bins (n,) next to a change into or out of skidding, 0 elsewhere."""
-        skids = self.mode % 2
-        changed = np.flatnonzero(np.diff(skids) != 0)
+    def unsure(self, skids: Bool) -> F64:
+        """1 at the bins (n,) next to a change into or out of skidding, ``skids`` (n,); 0 elsewhere."""
+        changed = np.flatnonzero(np.diff(skids))
         near = (changed[:, None] + 1 + np.arange(-self.margin, self.margin + 1)).ravel()
         flags = np.zeros(len(self))
         flags[np.clip(near, 0, len(self) - 1)] = 1.0

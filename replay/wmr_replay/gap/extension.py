@@ -106,7 +106,8 @@ class Extension:
         rows = np.zeros((len(drive), N_ROW))
         rows[:, Row.DT] = drive.step_s
         rows[:, Row.MODE] = drive.mode
-        rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure
+        undeclared = any(name == "undeclared_skid" for name, _ in self.acting)
+        rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure((drive.mode % 2 == 1) | (undeclared & (drive.mode == 0)))
         rows[:, [Row.LEFT, Row.RIGHT]] = drive.torque.means(drive.t_s, self.input_effects()).T
         for name, parameters in self.acting:
             if name in WEIGHTS:

@@ -21,6 +21,10 @@ N_MOTION = 6
 LEAST_SPEED_MPS = 0.3
 DIFFERENCE = 1e-6
 """Step of every difference that stands for a slope."""
+LEAST_UNDECLARED = 1e-3
+"""Below it, an undeclared skid moves v_lat by its first order alone: what it does of second order would make a
+jump of the slope at 0.
+"""
 
 
 class Theta(IntEnum):
@@ -99,13 +103,22 @@ def sign(speed: float) -> float:
 
 
 @njit(cache=True)
+def skids(mode: float, theta: F64) -> bool:
+    """Whether the tyres skid: declared by the mode, or an undeclared skid in what is called ideal."""
+    return mode in (SKIDDING, BOTH) or (mode == IDEAL and theta[Theta.UNDECLARED] > LEAST_UNDECLARED)
+
+
+@njit(cache=True)
 def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄), times what the effects make of it."""
     speed = base.speed_mps
     if speed <= 0.0:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
     lost = 1.0 - theta[Theta.PATCH] * row[Row.PATCH]
-    return float(base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02))
+    rate = base.skid_rate_mps / speed * max(1.0 + theta[Theta.CORNERING], 0.02) * max(lost, 0.02)
+    if row[Row.MODE] == IDEAL and theta[Theta.UNDECLARED] > 0.0:
+        rate /= theta[Theta.UNDECLARED]
+    return float(rate)
 
 
 @njit(cache=True)
@@ -137,30 +150,28 @@ def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, floa
         dw -= theta[Theta.SCRUB] * sign(w)
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * np.cos(z[YAW]) + theta[Theta.GRADE_Y] * np.sin(z[YAW])
-    if mode in (SKIDDING, BOTH) or theta[Theta.UNDECLARED] > 0.0:
+    if skids(mode, theta):
         dv += z[V_LAT] * yaw_rate / 3.0
     return dv, dw
 
 
 @njit(cache=True)
 def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
-    """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what an undeclared
-    skid of 1/UNDECLARED of the stiffness makes of it.
+    """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what too small an
+    undeclared skid to be followed makes of it.
     """
     dt, yaw_rate = row[Row.DT], w / base.half_track_m
-    if row[Row.MODE] in (SKIDDING, BOTH):
+    if skids(row[Row.MODE], theta):
         rate = skid_rate(v, z[V_LAT], w, row, theta, base)
         push = -v * yaw_rate + z[D_LAT]
         push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
         kept = np.exp(-rate * dt)
         return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
     kept = np.exp(-dt * base.lateral_decay) if row[Row.LOOSE] == 0.0 else 0.0
-    if theta[Theta.UNDECLARED] <= 0.0 or base.skid_rate_mps <= 0.0:
-        return float(kept * z[V_LAT])
-    rate = skid_rate(v, 0.0, w, row, theta, base) / theta[Theta.UNDECLARED]
-    if theta[Theta.UNDECLARED] > 1e-3:
-        kept = np.exp(-rate * dt)
-    return float(kept * z[V_LAT] - (1.0 - kept) * v * yaw_rate / rate)
+    v_lat = kept * z[V_LAT]
+    if row[Row.MODE] == IDEAL and theta[Theta.UNDECLARED] > 0.0 and base.skid_rate_mps > 0.0:
+        v_lat -= (1.0 - kept) * v * yaw_rate / skid_rate(v, 0.0, w, row, theta, base)
+    return float(v_lat)
 
 
 @njit(cache=True)

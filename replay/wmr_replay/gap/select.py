@@ -23,6 +23,8 @@ CLOSE = 25.0
 LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
 """A lead that promises less is not worth a fit; the first makes the diffusion calmer, and gains by that."""
 ONE_SIDE = 0.1
+STARTS = {"undeclared_skid": {"stiffness_ratio": (0.2, 0.4, 0.8, 1.6, 3.2)}}
+CALM_LATERAL_MPS = 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +117,7 @@ def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...
     library's, or the dictionary's ``terms``.
     """
     leads = leads_of(problem, current, current.noise, terms=terms)
-    best = max(leads, key=score_of)
+    best = started(problem, current, max(leads, key=score_of))
     if score_of(best) < (LEAST_SCORE_LATER if current.keys else LEAST_SCORE):
         return ()
     first = fitted(problem, joined(current, best), current.noise, 4)
@@ -125,7 +127,7 @@ def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
     quick = [
-        (lead, gauss_newton(problem, joined(current, lead), noise, 4))
+        (lead, gauss_newton(problem, joined(current, started(problem, current, lead)), noise, 4))
         for lead in leads[:MOST_FITTED]
         if lead.gain > 8.0
     ]
@@ -171,6 +173,16 @@ def begins_or_ends_with_the_log(problem: Problem, fit: Fit, name: str) -> bool:
     t_s = problem.drive.t_s
     share = (fit.extension.effects[name]["t0_s"] - t_s[0]) / (t_s[-1] - t_s[0])
     return not ONE_SIDE <= share <= 1 - ONE_SIDE
+
+
+def started(problem: Problem, current: Fit, lead: Lead) -> Lead:
+    """The lead at the best of its grid's starts, where its slope at no effect says little about its size."""
+    if lead.name not in STARTS:
+        return lead
+    ((key, values),) = STARTS[lead.name].items()
+    calm = current.noise._replace(lat_sd_mps=CALM_LATERAL_MPS)
+    starts = [replace(lead, parameters={key: value}) for value in (lead.parameters[key], *values)]
+    return min(starts, key=lambda start: problem.deviance(joined(current, start), calm))
 
 
 def joined(current: Fit, lead: Lead) -> Extension:
