@@ -102,3 +102,9 @@ UNIT_EFFORTS = {
 """Change of the efforts per unit of a parameter."""
 LOCAL = ("slip_interval", "low_friction_patch")
 PLACES = {"t0_s", "start_s", "end_s", "x_m", "y_m", "radius_m"}
+"""Parameters that say when or where an effect acts, and not how large it is."""
+
+
+def is_place(name: str, key: str) -> bool:
+    """Whether a parameter says when or where its effect acts."""
+    return name in (*LOCAL, "load_step") and key in PLACES

@@ -13,7 +13,7 @@ from wmr_replay.gap.field import Row
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
 
-LEAST_RATIO = 3.0
+LEAST_RATIO, LEAST_OF_THE_OTHER = 3.0, 2.0
 SEEN_ANYWAY = ("heading_misalignment",)
 
 
@@ -27,7 +27,7 @@ def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tupl
 
 def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
     """Why the log cannot carry the verdict ``name``; empty where it can. What acts on both channels asks for
-    both.
+    one in full and for two thirds of the other.
     """
     if name in SEEN_ANYWAY:
         return ""
@@ -35,10 +35,11 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
     channel = form_of(name).channel
     asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
     ratio = asked.get(channel, min(ahead, turning))
-    if ratio >= LEAST_RATIO:
+    both = channel not in asked and max(ahead, turning) >= LEAST_RATIO
+    if ratio >= (LEAST_OF_THE_OTHER if both else LEAST_RATIO):
         return ""
     what = "longitudinal acceleration" if ratio == ahead else "turning"
     return (
         f"{name} would explain part of it, but the {what} that the torques ask for varies by only "
-        f"{ratio:.1f} times the disturbance (at least {LEAST_RATIO:g} are needed)"
+        f"{ratio:.1f} times the disturbance (at least {LEAST_OF_THE_OTHER if both else LEAST_RATIO:g} are needed)"
     )

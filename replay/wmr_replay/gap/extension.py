@@ -107,7 +107,9 @@ class Extension:
         rows[:, Row.DT] = drive.step_s
         rows[:, Row.MODE] = drive.mode
         undeclared = any(name == "undeclared_skid" for name, _ in self.acting)
-        rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure((drive.mode % 2 == 1) | (undeclared & (drive.mode == 0)))
+        rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure(
+            (drive.mode % 2 == 1) | (undeclared & (drive.mode == 0))
+        )
         rows[:, [Row.LEFT, Row.RIGHT]] = drive.torque.means(drive.t_s, self.input_effects()).T
         for name, parameters in self.acting:
             if name in WEIGHTS:

@@ -16,6 +16,7 @@ LEAST, MOST = np.log([1e-4, 0.05, 1e-4, 0.05, 1e-5]), np.log([5.0, 10.0, 5.0, 10
 START = np.log([0.05, 0.4, 0.05, 0.4, 0.01])
 CALM = np.log([0.02, 0.4, 0.02, 0.4, 0.002])
 PRIOR_SD = 3.0
+LARGE = 5.0
 DIFFERENCE, LONGEST_MOVE, ENOUGH = 1e-3, 2.0, 0.2
 LAT_TAU_S = 0.2
 
@@ -139,3 +140,15 @@ def beginnings(start: Diffusion | None) -> list[F64]:
     logs = logs_of(start)
     calm = np.minimum(logs, CALM)
     return [logs, np.concatenate([calm[:2], logs[2:]]), np.concatenate([logs[:2], calm[2:4], logs[4:]]), calm]
+
+
+def calmed(noise: Diffusion) -> Diffusion | None:
+    """The diffusion with disturbances that are large or slow made calm; None where there are none."""
+    long_sd, long_tau, yaw_sd, yaw_tau, _ = np.exp(CALM)
+    long = noise.long_sd_mps2**2 * noise.long_tau_s > LARGE * long_sd**2 * long_tau
+    yaw = noise.yaw_sd_mps2**2 * noise.yaw_tau_s > LARGE * yaw_sd**2 * yaw_tau
+    if long:
+        noise = noise._replace(long_sd_mps2=float(long_sd), long_tau_s=float(long_tau))
+    if yaw:
+        noise = noise._replace(yaw_sd_mps2=float(yaw_sd), yaw_tau_s=float(yaw_tau))
+    return noise if long or yaw else None

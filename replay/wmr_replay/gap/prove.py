@@ -87,8 +87,10 @@ def held_out_errors(problem: Problem, fit: Fit) -> WindowErrors:
 
 
 def refitted(problem: Problem, fit: Fit) -> Fit:
-    """The same effects fitted to another part of the log."""
-    return gauss_newton(problem, fit.extension, fit.noise, 2)
+    """The same effects fitted to another part of the log; when and where one acts stays, since the rows that show
+    it may all be held out.
+    """
+    return gauss_newton(problem, fit.extension, fit.noise, 2, places=False)
 
 
 def errors_of(problem: Problem, fit: Fit) -> WindowErrors:

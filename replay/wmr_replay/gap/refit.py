@@ -1,31 +1,42 @@
 """Effects fitted in full: Gauss–Newton on the whitened innovations, in turns with the diffusion."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from wmr_replay.gap.candidates import candidate_of
+from wmr_replay.gap.candidates import candidate_of, is_place
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
 from wmr_schemas.arrays import F64
 
 Key = tuple[str, str]
-CLIP = 6.0
+Keys = tuple[Key, ...]
+CLIP, ENOUGH = 6.0, 0.1
 NORMAL_MEDIAN = 0.6745
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """An extended model with its diffusion; ``psi`` (n, 3, q) are sensitivities to ``keys`` over all rows."""
+    """An extended model with its diffusion, and its innovations (n, 3) and deviance (n,) over all rows."""
 
+    problem: Problem
     extension: Extension
     noise: Diffusion
     deviance: float
-    keys: tuple[Key, ...]
-    psi: F64
     innovations: F64
     row_deviance: F64
+
+    @property
+    def keys(self) -> Keys:
+        """The free parameters (q,)."""
+        return keys_of(self.extension)
+
+    @cached_property
+    def psi(self) -> F64:
+        """Sensitivities (n, 3, q) of the innovations to ``keys``."""
+        return sensitivities(self.problem, self.extension, self.noise, self.keys, self.innovations)
 
     @property
     def values(self) -> F64:
@@ -33,12 +44,17 @@ class Fit:
         return np.array([self.extension.effects[name][key] for name, key in self.keys])
 
 
-def keys_of(extension: Extension) -> tuple[Key, ...]:
-    """Every free parameter of the effects."""
-    return tuple((name, key) for name in extension.effects for key in candidate_of(name).free)
+def keys_of(extension: Extension, *, places: bool = True) -> Keys:
+    """Every free parameter of the effects; without ``places``, not those that say when and where one acts."""
+    return tuple(
+        (name, key)
+        for name in extension.effects
+        for key in candidate_of(name).free
+        if places or not is_place(name, key)
+    )
 
 
-def replaced(extension: Extension, keys: tuple[Key, ...], values: F64) -> Extension:
+def replaced(extension: Extension, keys: Keys, values: F64) -> Extension:
     """The parameters named by ``keys`` set to ``values``, within their bounds."""
     effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
@@ -46,9 +62,8 @@ def replaced(extension: Extension, keys: tuple[Key, ...], values: F64) -> Extens
     return replace(extension, effects=effects)
 
 
-def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, at: F64) -> F64:
+def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, keys: Keys, at: F64) -> F64:
     """Ψ (n, 3, q) = −∂e/∂parameter, by differences from the innovations ``at``."""
-    keys = keys_of(extension)
     psi = np.zeros((*at.shape, len(keys)))
     for j, (name, key) in enumerate(keys):
         value, size = extension.effects[name][key], candidate_of(name).steps[key]
@@ -59,13 +74,15 @@ def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, at: 
     return psi
 
 
-def gauss_newton(problem: Problem, extension: Extension, noise: Diffusion, steps: int = 4) -> Fit:
-    """Damped steps until the deviance stops falling."""
-    keys = keys_of(extension)
+def gauss_newton(
+    problem: Problem, extension: Extension, noise: Diffusion, steps: int = 4, *, places: bool = True
+) -> Fit:
+    """Damped steps until the deviance stops falling; without ``places``, when and where effects act stays."""
+    keys = keys_of(extension, places=places)
     passed = problem.passed(extension, noise)
     deviance = float(passed.deviance[problem.train].sum())
     for _ in range(steps if keys else 0):
-        psi = sensitivities(problem, extension, noise, passed.innovations)
+        psi = sensitivities(problem, extension, noise, keys, passed.innovations)
         move = newton_step(psi[problem.train], passed.innovations[problem.train])
         values = np.array([extension.effects[name][key] for name, key in keys])
         for damping in (1.0, 0.4, 0.1):
@@ -77,10 +94,9 @@ def gauss_newton(problem: Problem, extension: Extension, noise: Diffusion, steps
         else:
             break
         gained, extension, passed, deviance = deviance - new_deviance, tried, new, new_deviance
-        if gained < 0.1:
+        if gained < ENOUGH:
             break
-    psi = sensitivities(problem, extension, noise, passed.innovations)
-    return Fit(extension, noise, deviance, keys, psi, passed.innovations, passed.deviance)
+    return Fit(problem, extension, noise, deviance, passed.innovations, passed.deviance)
 
 
 def newton_step(psi: F64, e: F64) -> F64:

@@ -5,7 +5,7 @@ from scipy.stats import bootstrap, wilcoxon
 from scipy.stats import t as student
 
 from wmr_replay.gap.base import BaseModel
-from wmr_replay.gap.candidates import LOCAL, PLACES
+from wmr_replay.gap.candidates import is_place
 from wmr_replay.gap.confounds import confound_class, separate_with
 from wmr_replay.gap.detectable import minimum_detectable, unseen
 from wmr_replay.gap.dictionary import form_of
@@ -110,8 +110,7 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
 
 def place_variance(name: str, key: str) -> float:
     """What the unknown form of an edge adds to the variance of a time [s²] or a place [m²]."""
-    local = name in (*LOCAL, "load_step") and key in PLACES
-    return (EDGE_SD_S if key.endswith("_s") else EDGE_SD_M) ** 2 if local else 0.0
+    return (EDGE_SD_S if key.endswith("_s") else EDGE_SD_M) ** 2 if is_place(name, key) else 0.0
 
 
 def verdict_of(

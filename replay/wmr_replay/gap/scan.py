@@ -52,7 +52,8 @@ def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64
     for candidate in linear:
         k = len(candidate.places)
         information[candidate.name] = (1.0, float(np.diag(normal.G)[column : column + k].min()))
-        leads.append(linear_lead(normal, candidate, list(range(column, column + k))))
+        columns = list(range(column, column + k))
+        leads.append(linear_lead(normal, candidate, columns, extension.wheel_radius_m))
         column += k
     best: dict[str, Lead] = {}
     for candidate, value, _ in changes:
@@ -113,11 +114,13 @@ def effort_changes(
                 yield candidate, value, np.column_stack([means[0] - left, means[1] - right])
 
 
-def linear_lead(normal: Normal, candidate: Candidate, columns: list[int]) -> Lead:
+def linear_lead(normal: Normal, candidate: Candidate, columns: list[int], wheel_radius_m: float) -> Lead:
     """The best linear size of an effect; none where its sign is not a physical one."""
     gain, delta = normal.gain(columns)
     if candidate.name == "undeclared_skid":
         delta = 1.0 / np.maximum(delta, 1e-3)
+    if candidate.name == "wheel_viscous":
+        delta = delta * wheel_radius_m
     parameters = dict(zip(candidate.free, (float(d) for d in delta), strict=True))
     outside = any(not low <= parameters[key] <= high for key, (low, high) in candidate.bounds.items())
     if outside and candidate.name in ("payload", "yaw_inertia", "drive_gain", "cornering_stiffness"):

@@ -3,21 +3,18 @@
 import numpy as np
 from scipy.stats import f as fisher
 
-from wmr_replay.gap.candidates import LOCAL, PLACES
+from wmr_replay.gap.candidates import LOCAL, is_place
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.refit import Fit, inverse_information
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, Bool
 
 BLOCK_S, LEVEL = 2.0, 0.01
+LEAST_MOVED = 0.05
 
 
 def sizes_of(fit: Fit, name: str) -> list[int]:
     """Places of an effect's parameters that say how large it is, and not where."""
-    return [
-        j
-        for j, (owner, key) in enumerate(fit.keys)
-        if owner == name and (key not in PLACES or name == "pose_lever_arm")
-    ]
+    return [j for j, (owner, key) in enumerate(fit.keys) if owner == name and not is_place(name, key)]
 
 
 def likeness(problem: Problem, fit: Fit, name: str) -> float:
@@ -59,3 +56,10 @@ def covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
     inverse = inverse_information(psi)
     sandwich = inverse @ (scores.T @ scores) @ inverse
     return np.where(np.eye(len(inverse), dtype=bool), np.maximum(sandwich, inverse), sandwich), len(scores)
+
+
+def touched(problem: Problem, fit: Fit, name: str) -> Bool:
+    """The fitted rows (n,) whose innovations an effect's size moves."""
+    own = sizes_of(fit, name)
+    moved = np.square(fit.psi[:, :, own]).sum(axis=(1, 2))
+    return np.asarray((moved > LEAST_MOVED * moved.mean()) & problem.train)
