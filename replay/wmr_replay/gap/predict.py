@@ -11,7 +11,7 @@ from numba import njit
 
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.field import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, step
+from wmr_replay.gap.field import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_schemas.arrays import F64, Bool
 
 WINDOW_S = 4.0
@@ -45,7 +45,7 @@ def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64
 def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64) -> F64:
     """Whitened residuals (m, 3) after the best initial motion; v_lat only where it starts in a skid."""
     m = len(rows)
-    free = N_MOTION if rows[0, Row.MODE] in (1.0, 3.0) else N_MOTION - 1
+    free = N_MOTION if skids(rows[0, Row.MODE], theta) else N_MOTION - 1
     z, damping = z0.copy(), 1e-6
     at, moved, A = np.empty(3 * m), np.empty(3 * m), np.empty((3 * m, free))
     residuals(z, rows, poses, theta, base, scale, at)

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_replay.gap.drive import Drive
+from wmr_replay.gap.drive import BIN_S, Drive, drive_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import N_STATE, V, W
 from wmr_replay.gap.kalman import Data, Diffusion, Passed, filter_pass
 from wmr_replay.gap.sensitivity import NOTHING, Wanted
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.signals import ModeTrack
 
 PERIOD_S, HELD_OUT_S = 12.0, 4.0
 LEAST, MOST = np.log([1e-4, 0.05, 1e-4, 0.05, 1e-5]), np.log([5.0, 10.0, 5.0, 10.0, 0.5])
@@ -39,6 +40,12 @@ class Problem:
     def finer(self) -> "Problem":
         """The same split over bins of half the length."""
         return Problem.of(self.drive.finer(), self.shift_s)
+
+    def labelled(self, track: ModeTrack) -> "Problem":
+        """The same split with other contact modes, known as well as these."""
+        drive = self.drive
+        margin_s = drive.margin * BIN_S
+        return Problem.of(drive_of(drive.log, track, margin_s=margin_s), self.shift_s)
 
     @property
     def variances(self) -> F64:

@@ -118,8 +118,8 @@ def blocks_p(folds: list[Fold]) -> float:
 
 
 def moved_by(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:
-    """How far an effect moves the simulated path, m: root mean square over windows of ``seconds``, both paths
-    from their own fitted starts.
+    """How far an effect moves the simulated path, m: root mean square over a window of ``seconds``, both paths
+    from their own fitted starts, in the window where it moves it most.
     """
     drive = problem.drive
     windows = windows_of(drive, np.ones(len(drive), bool), seconds)
@@ -127,7 +127,7 @@ def moved_by(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> fl
         simulated_path(drive, m.extension, windows, problem.variances)[:, :2] for m in (without, with_it)
     ]
     apart = ((paths[1] - paths[0]) ** 2).sum(axis=1)
-    return float(np.sqrt(np.nanmean(apart))) if windows else 0.0
+    return max((float(np.sqrt(apart[a:b].mean())) for a, b in windows), default=0.0)
 
 
 def together(errors: WindowErrors, unit: WindowErrors) -> F64:

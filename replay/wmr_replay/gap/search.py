@@ -11,14 +11,17 @@ from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.relabel import unlike_slipping, without_rows, without_skid, without_slip
 from wmr_replay.gap.select import Selection, select
 from wmr_replay.gap.significance import LEVEL
 from wmr_schemas.signals import Log, ModeTrack
 
-MUCH_SLIP = 0.12
+MUCH_SLIP, MUCH_SKID = 0.12, 0.5
+SKID = "undeclared_skid"
 SWITCH_S = 0.3
 """How well an identifier knows when a mode begins or ends."""
 Progress = Callable[[str, float], None]
+Answer = tuple[Problem, Selection]
 
 
 def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) -> tuple[Problem, Selection]:
@@ -32,24 +35,52 @@ def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) 
 def search_with_modes(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
-    """The identifier takes a missing effect for slip, so what shows with the base model's modes, proven or
-    not, is a hint: with it the modes are identified anew, and the selection is made from the start. Where
-    nothing shows and much is called slipping, the hint comes from slipping taken for ideal. The most likely
-    answer with a proven effect stands, else the most likely.
+    """The identifier takes a missing effect for slip or skid, so what shows with the base model's modes, proven
+    or not, is a hint: with it the modes are identified anew, and the selection is made from the start. Slipping
+    that leaves other traction than the model's, and skidding most of the time, are tried as ideal. The most
+    likely answer with a proven effect stands, else the most likely.
     """
     first = identified_modes(log, extension)
     problem = Problem.of(identified_drive(log, first))
     tell("naming", 0.2)
     answers = [(problem, select(problem, extension, options))]
-    hint = suggestion(extension, answers[0][1])
-    if not hint.effects and np.mean(problem.drive.mode >= 2) > MUCH_SLIP:
-        without = Problem.of(identified_drive(log, without_slip(first)))
-        hint = suggestion(extension, select(without, extension, options, provisional=True))
+    hint = hinted(log, extension, options, first, answers[0])
     if hint.effects:
-        tell("naming", 0.5)
-        problem = Problem.of(identified_drive(log, identified_modes(log, hint)))
+        tell("naming", 0.4)
+        track = identified_modes(log, hint)
+        track = without_skid(track) if SKID in hint.effects else track
+        problem = Problem.of(identified_drive(log, track))
         answers.append((problem, select(problem, extension, options)))
+    tell("naming", 0.6)
+    problem, selection = likeliest(answers)
+    doubtful = unlike_slipping(problem, selection.fit)
+    if np.any(doubtful):
+        problem = problem.labelled(without_rows(problem.drive, doubtful))
+        answers.append((problem, select(problem, extension, options)))
+    return likeliest(answers)
+
+
+def likeliest(answers: list[Answer]) -> Answer:
+    """The most likely answer with a proven effect, else the most likely."""
     return min(answers, key=lambda answer: (not answer[1].found, answer[1].fit.deviance))
+
+
+def hinted(
+    log: Log, extension: Extension, options: GapOptions, track: ModeTrack, answer: Answer
+) -> Extension:
+    """What seems to be missing, to identify the modes with. A robot that skids most of the time has another
+    reason for it; where nothing shows and much is called slipping, a hint comes from taking that for ideal.
+    """
+    mode, hint = answer[0].drive.mode, suggestion(extension, answer[1])
+    relabelled = None
+    if np.mean(mode % 2 == 1) > MUCH_SKID:
+        relabelled = without_skid(track)
+    elif not hint.effects and np.mean(mode >= 2) > MUCH_SLIP:
+        relabelled = without_slip(track)
+    if relabelled is None:
+        return hint
+    other = select(Problem.of(identified_drive(log, relabelled)), extension, options, provisional=True)
+    return suggestion(extension, other)
 
 
 def suggestion(extension: Extension, selection: Selection) -> Extension:
@@ -68,8 +99,3 @@ def suggestion(extension: Extension, selection: Selection) -> Extension:
 def identified_drive(log: Log, track: ModeTrack) -> Drive:
     """The drive by modes that an identifier said, which knows their changes to ``SWITCH_S`` only."""
     return drive_of(log, track, margin_s=SWITCH_S)
-
-
-def without_slip(track: ModeTrack) -> ModeTrack:
-    """The same, slipping taken for ideal: a missing effect may look like slip to an identifier."""
-    return ModeTrack(track.t_ns, (track.mode % 2).astype(np.int8))
