@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from wmr_schemas.signals import Log, ModeTrack
 
 MUCH_SLIP, MUCH_SKID = 0.12, 0.5
 SKID = "undeclared_skid"
+RIVAL_SHARE = 0.5
 SWITCH_S = 0.3
 """How well an identifier knows when a mode begins or ends."""
 Progress = Callable[[str, float], None]
@@ -44,8 +46,7 @@ def search_with_modes(
     problem = Problem.of(identified_drive(log, first))
     tell("naming", 0.2)
     answers = [(problem, select(problem, extension, options))]
-    hint = hinted(log, extension, options, first, answers[0])
-    if hint.effects:
+    for hint in hints(log, extension, options, first, answers[0]):
         tell("naming", 0.4)
         track = identified_modes(log, hint)
         track = without_skid(track) if SKID in hint.effects else track
@@ -65,22 +66,35 @@ def likeliest(answers: list[Answer]) -> Answer:
     return min(answers, key=lambda answer: (not answer[1].found, answer[1].fit.deviance))
 
 
-def hinted(
+def hints(
     log: Log, extension: Extension, options: GapOptions, track: ModeTrack, answer: Answer
-) -> Extension:
+) -> list[Extension]:
     """What seems to be missing, to identify the modes with. A robot that skids most of the time has another
-    reason for it; where nothing shows and much is called slipping, a hint comes from taking that for ideal.
+    reason for it, of which the two likeliest are tried; where nothing shows and much is called slipping, a hint
+    comes from taking that for ideal.
     """
-    mode, hint = answer[0].drive.mode, suggestion(extension, answer[1])
-    relabelled = None
+    mode, found = answer[0].drive.mode, [suggestion(extension, answer[1])]
     if np.mean(mode % 2 == 1) > MUCH_SKID:
-        relabelled = without_skid(track)
-    elif not hint.effects and np.mean(mode >= 2) > MUCH_SLIP:
-        relabelled = without_slip(track)
-    if relabelled is None:
-        return hint
-    other = select(Problem.of(identified_drive(log, relabelled)), extension, options, provisional=True)
-    return suggestion(extension, other)
+        other = provisional(log, without_skid(track), extension, options)
+        found = [suggestion(extension, other), *rivals(extension, other)]
+    elif not found[0].effects and np.mean(mode >= 2) > MUCH_SLIP:
+        found = [suggestion(extension, provisional(log, without_slip(track), extension, options))]
+    return [hint for hint in found if hint.effects]
+
+
+def provisional(log: Log, track: ModeTrack, extension: Extension, options: GapOptions) -> Selection:
+    """What is significant with other modes."""
+    return select(Problem.of(identified_drive(log, track)), extension, options, provisional=True)
+
+
+def rivals(extension: Extension, selection: Selection) -> list[Extension]:
+    """The second of the first stage, where it explains nearly as much as the first."""
+    first = [tried for tried in selection.stages[0] if tried.lead.name not in LOCAL][:2]
+    return [
+        extension.with_effect(second.lead.name, second.fit.extension.effects[second.lead.name])
+        for best, second in pairwise(first)
+        if second.score > RIVAL_SHARE * best.score > 0
+    ]
 
 
 def suggestion(extension: Extension, selection: Selection) -> Extension:
