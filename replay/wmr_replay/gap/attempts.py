@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from wmr_replay.gap.candidates import candidate_of, is_place
 from wmr_replay.gap.extension import Extension, weight
 from wmr_replay.gap.kalman import Diffusion
-from wmr_replay.gap.leads import Lead
+from wmr_replay.gap.leads import Lead, score_of
 from wmr_replay.gap.problem import CALM, Problem, calmed, fit_noise
 from wmr_replay.gap.prove import Proof
 from wmr_replay.gap.refit import Fit, gauss_newton, replaced
@@ -98,8 +98,7 @@ def likeliest(problem: Problem, current: Fit, *, terms: bool) -> tuple[Lead, Fit
         new = other.name not in [lead.name for lead in asked]
         asked += [other] if score_of(other) >= least and new else []
     tries = []
-    for lead in asked:
-        lead = started(problem, current, lead)
+    for lead in (started(problem, current, lead) for lead in asked):
         tries.append((lead, fitted(problem, joined(current, lead), current.noise, 4)))
     return min(tries, key=lambda pair: pair[1].deviance + cost_of(problem, *pair), default=None)
 
@@ -191,11 +190,6 @@ def moved(extension: Extension, name: str, key: str, by: float) -> Extension:
 def joined(current: Fit, lead: Lead) -> Extension:
     """The model with the lead in it."""
     return current.extension.with_effect(lead.name, lead.parameters)
-
-
-def score_of(lead: Lead) -> float:
-    """Gain less what its freedom costs."""
-    return float(lead.gain - 8 * len(lead.parameters) - 2 * np.log(lead.tried))
 
 
 def cost_of(problem: Problem, lead: Lead, fit: Fit) -> float:

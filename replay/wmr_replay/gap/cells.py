@@ -1,6 +1,7 @@
 """Losses of α in cells of time, added up to load steps, slip intervals and patches."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,10 +23,30 @@ def time_cells(drive: Drive) -> tuple[I64, int]:
     return cells.astype(np.int64), n_cells
 
 
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Discs about places on the path: the share (cells, places) of each cell of time spent in each, by radius."""
+
+    centres: F64
+    shares: dict[float, F64]
+
+    @classmethod
+    def of(cls, drive: Drive, cells: I64, n_cells: int) -> "Patches":
+        """A place for each cell, its middle."""
+        rows = np.searchsorted(cells, np.arange(n_cells))
+        middle = np.minimum((rows + np.append(rows[1:], len(cells))) // 2, len(cells) - 1)
+        centres = drive.pose[middle, :2]
+        apart = np.hypot(*(drive.pose[:, None, :2] - centres[None]).transpose(2, 0, 1))
+        counts = np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
+        shares = {r: np.add.reduceat((apart < r).astype(np.float64), rows, axis=0) / counts for r in RADII_M}
+        return cls(centres, shares)
+
+
 def cell_leads(
-    normal: Normal, drive: Drive, cells: I64, n_cells: int, column: int, present: Mapping[str, Parameters]
+    normal: Normal, drive: Drive, patches: Patches, column: int, present: Mapping[str, Parameters]
 ) -> Iterator[Lead]:
-    """Load steps, slip intervals and patches out of the losses in cells of time."""
+    """Load steps, slip intervals and patches out of the losses in cells of time, from ``column`` on."""
+    n_cells = len(patches.centres)
     ahead, turning = slice(column, column + n_cells), slice(column + n_cells, column + 2 * n_cells)
     s, G = normal.s, normal.G
     span = float(drive.t_s[-1] - drive.t_s[0])
@@ -37,7 +58,7 @@ def cell_leads(
     if "slip_interval" not in present:
         yield best_interval(both_s, both_G, edges)
     if "low_friction_patch" not in present:
-        yield best_patch(both_s, both_G, drive, cells, n_cells)
+        yield best_patch(both_s, both_G, patches)
 
 
 def sums_over(s: F64, G: F64) -> tuple[F64, F64]:
@@ -82,23 +103,18 @@ def best_interval(s: F64, G: F64, edges: F64) -> Lead:
     return Lead("slip_interval", parameters, float(gain[k]), len(i))
 
 
-def best_patch(s: F64, G: F64, drive: Drive, cells: I64, n_cells: int) -> Lead:
+def best_patch(s: F64, G: F64, patches: Patches) -> Lead:
     """A loss within a disc about a place on the path."""
-    rows = np.searchsorted(cells, np.arange(n_cells))
-    middle = np.minimum((rows + np.append(rows[1:], len(cells))) // 2, len(cells) - 1)
-    centres = drive.pose[middle, :2]
     found = Lead("low_friction_patch", {}, -1.0, 1)
-    for radius in RADII_M:
-        inside = np.hypot(*(drive.pose[:, None, :2] - centres[None]).transpose(2, 0, 1)) < radius
-        share = np.add.reduceat(inside.astype(np.float64), rows, axis=0)
-        share /= np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
+    for radius, share in patches.shares.items():
+        size = np.maximum(np.sum(share * (G @ share), axis=0), 1e-9)
         total = share.T @ s
-        size = np.maximum(np.einsum("ij,ik,kj->j", share, G, share, optimize=True), 1e-9)
         loss = total / size
         gain = np.where((loss > 0.02) & (loss < 1.3), total**2 / size, 0.0)
         k = int(np.argmax(gain))
         if gain[k] > found.gain:
-            place = {"x_m": float(centres[k, 0]), "y_m": float(centres[k, 1]), "radius_m": radius}
+            x, y = patches.centres[k]
+            place = {"x_m": float(x), "y_m": float(y), "radius_m": radius}
             parameters = place | {"loss": float(min(loss[k], 0.98))}
-            found = Lead("low_friction_patch", parameters, float(gain[k]), len(RADII_M) * n_cells)
+            found = Lead("low_friction_patch", parameters, float(gain[k]), len(RADII_M) * len(s))
     return found

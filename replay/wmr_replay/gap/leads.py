@@ -44,3 +44,17 @@ def normal_equations(psi: F64, e: F64, nuisance: F64 | None) -> Normal:
     A, B = other.T @ other, flat.T @ other
     A = A + 1e-9 * np.diag(np.diag(A)) + 1e-12 * np.eye(len(A))
     return Normal(s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T))
+
+
+def projected(psi: F64, nuisance: F64) -> F64:
+    """Ψ (3n, p) of (n, 3, p), less what the nuisance (n, 3, q) explains of it."""
+    flat = psi.reshape(-1, psi.shape[2])
+    if not nuisance.shape[2]:
+        return flat
+    other = nuisance.reshape(-1, nuisance.shape[2])
+    return np.asarray(flat - other @ np.linalg.lstsq(other, flat, rcond=1e-8)[0])
+
+
+def score_of(lead: Lead) -> float:
+    """Gain less what its freedom costs."""
+    return float(lead.gain - 8 * len(lead.parameters) - 2 * np.log(lead.tried))

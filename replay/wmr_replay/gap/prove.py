@@ -12,7 +12,7 @@ from wmr_schemas.arrays import F64, Bool
 
 LEAST_REDUCTION, LEVEL = 0.10, 0.05
 LEAST_ABOVE_FLOOR, LEAST_EXCESS = 0.30, 0.05
-CLEAR, LEAST_OF_THE_CLEAR = 1e-6, 0.03
+CLEAR, LEAST_OF_THE_CLEAR = 1e-4, 0.03
 BLOCK_S = 2.0
 MOST_SLIP = 0.05
 LEAST_CHANGE = 0.02
@@ -54,7 +54,7 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
 
     The effect holds where blocks of 2 s are predicted better (deviance, Wilcoxon's signed ranks, p < .05) and
     the gap is smaller in the windows where the models differ: by 10 %, or by 30 % of what stands above the
-    noise floor, or by 3 % where the prediction leaves no doubt (p < 1e-6). Position and yaw count together,
+    noise floor, or by 3 % where the prediction leaves no doubt (p < 1e-4). Position and yaw count together,
     each in units of its typical gap without the effect.
     """
     folds = [Fold(problem, without, with_it)]

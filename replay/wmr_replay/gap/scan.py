@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.gap.candidates import LIBRARY, UNIT_EFFORTS, Candidate
-from wmr_replay.gap.cells import cell_leads, time_cells
+from wmr_replay.gap.cells import Patches, cell_leads, time_cells
 from wmr_replay.gap.dictionary import as_efforts
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import Extension
@@ -20,10 +20,71 @@ from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.leads import Lead, Normal, normal_equations
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.sensitivity import NOTHING, Wanted
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, I64
 from wmr_schemas.terms import COEFFICIENT
 
 GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """What the library's sensitivities are to, in the order of their columns, and how they add up to leads."""
+
+    drive: Drive
+    extension: Extension
+    linear: tuple[Candidate, ...]
+    changes: tuple[tuple[Candidate, float | None, F64], ...]
+    cells: I64
+    n_cells: int
+    patches: Patches
+
+    @classmethod
+    def of(cls, drive: Drive, extension: Extension) -> "Columns":
+        """Those of every candidate that the model does not hold yet."""
+        linear = tuple(c for c in LIBRARY if c.places and c.name not in extension.effects)
+        changes = tuple(effort_changes(extension, drive, extension.rows(drive)))
+        cells, n_cells = time_cells(drive)
+        return cls(drive, extension, linear, changes, cells, n_cells, Patches.of(drive, cells, n_cells))
+
+    @property
+    def wanted(self) -> Wanted:
+        """For the filter."""
+        places = np.array([place for c in self.linear for place in c.places], np.int64)
+        efforts = np.stack([change for _, _, change in self.changes])
+        return Wanted(places, efforts, self.cells, self.n_cells)
+
+    def leads(self, normal: Normal) -> list[Lead]:
+        """Every candidate's best, the best first."""
+        leads = [linear_lead(normal, c, js, self.extension.wheel_radius_m) for c, js in self.groups()]
+        first = sum(len(c.places) for c in self.linear)
+        best: dict[str, Lead] = {}
+        for j, (candidate, value, _) in enumerate(self.changes, first):
+            lead = grid_lead(normal, candidate, value, j)
+            if candidate.name not in best or lead.gain > best[candidate.name].gain:
+                best[candidate.name] = lead
+        leads += best.values()
+        after = first + len(self.changes)
+        leads += cell_leads(normal, self.drive, self.patches, after, self.extension.effects)
+        return sorted(leads, key=lambda lead: -lead.gain)
+
+    def groups(self) -> Iterator[tuple[Candidate, list[int]]]:
+        """The columns of each linear candidate."""
+        column = 0
+        for candidate in self.linear:
+            k = len(candidate.places)
+            yield candidate, list(range(column, column + k))
+            column += k
+
+    def information(self, normal: Normal) -> dict[str, tuple[float, float]]:
+        """By effect, the value at which its best seen column stands, and the column's ψᵀψ."""
+        diagonal = np.diag(normal.G)
+        told = {c.name: (1.0, float(diagonal[js].min())) for c, js in self.groups()}
+        first = sum(len(c.places) for c in self.linear)
+        for j, (candidate, value, _) in enumerate(self.changes, first):
+            this = (1.0 if value is None else value, float(diagonal[j]))
+            if candidate.name not in told or ratio(this) < ratio(told[candidate.name]):
+                told[candidate.name] = this
+        return told
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,37 +97,11 @@ class Scanned:
 
 def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64 | None = None) -> Scanned:
     """Score the library. ``nuisance`` (n, 3, q): sensitivities to what the model holds already."""
-    drive = problem.drive
-    rows = extension.rows(drive)
-    linear = [c for c in LIBRARY if c.places and c.name not in extension.effects]
-    wanted = np.array([place for c in linear for place in c.places], np.int64)
-    changes = list(effort_changes(extension, drive, rows))
-    cells, n_cells = time_cells(drive)
-    efforts = np.stack([change for _, _, change in changes])
-    passed = problem.passed(extension, noise, Wanted(wanted, efforts, cells, n_cells), keep=True)
+    columns = Columns.of(problem.drive, extension)
+    passed = problem.passed(extension, noise, columns.wanted, keep=True)
     psi, e = passed.sensitivities[problem.train], passed.innovations[problem.train]
     normal = normal_equations(psi, e, None if nuisance is None else nuisance[problem.train])
-    leads: list[Lead] = []
-    column = 0
-    information: dict[str, tuple[float, float]] = {}
-    for candidate in linear:
-        k = len(candidate.places)
-        information[candidate.name] = (1.0, float(np.diag(normal.G)[column : column + k].min()))
-        columns = list(range(column, column + k))
-        leads.append(linear_lead(normal, candidate, columns, extension.wheel_radius_m))
-        column += k
-    best: dict[str, Lead] = {}
-    for candidate, value, _ in changes:
-        lead = grid_lead(normal, candidate, value, column)
-        told = (1.0 if value is None else value, float(normal.G[column, column]))
-        if candidate.name not in information or ratio(told) < ratio(information[candidate.name]):
-            information[candidate.name] = told
-        column += 1
-        if candidate.name not in best or lead.gain > best[candidate.name].gain:
-            best[candidate.name] = lead
-    leads += best.values()
-    leads += cell_leads(normal, drive, cells, n_cells, column, extension.effects)
-    return Scanned(sorted(leads, key=lambda lead: -lead.gain), information)
+    return Scanned(columns.leads(normal), columns.information(normal))
 
 
 def ratio(told: tuple[float, float]) -> float:
@@ -74,20 +109,37 @@ def ratio(told: tuple[float, float]) -> float:
     return abs(told[0]) / float(np.sqrt(max(told[1], 1e-30)))
 
 
+@dataclass(frozen=True, eq=False)
+class TermColumns:
+    """The dictionary's terms as columns."""
+
+    names: tuple[str, ...]
+    wanted: Wanted
+
+    @classmethod
+    def of(cls, drive: Drive, extension: Extension) -> "TermColumns":
+        """All terms."""
+        terms, changes = zip(*as_efforts(drive, extension.base), strict=True)
+        return cls(tuple(term.name for term in terms), NOTHING._replace(efforts=np.stack(changes)))
+
+    def leads(self, normal: Normal) -> list[Lead]:
+        """Every term at its best size, the best first."""
+        leads = []
+        for j, name in enumerate(self.names):
+            gain, delta = normal.gain([j])
+            leads.append(Lead(name, {COEFFICIENT: float(delta[0])}, gain, len(self.names)))
+        return sorted(leads, key=lambda lead: -lead.gain)
+
+
 def scan_terms(
     problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64 | None = None
 ) -> list[Lead]:
     """The dictionary's terms as leads, the best first."""
-    terms, changes = zip(*as_efforts(problem.drive, extension.base), strict=True)
-    wanted = NOTHING._replace(efforts=np.stack(changes))
-    passed = problem.passed(extension, noise, wanted, keep=True)
+    columns = TermColumns.of(problem.drive, extension)
+    passed = problem.passed(extension, noise, columns.wanted, keep=True)
     known = None if nuisance is None else nuisance[problem.train]
     normal = normal_equations(passed.sensitivities[problem.train], passed.innovations[problem.train], known)
-    leads = []
-    for j, term in enumerate(terms):
-        gain, delta = normal.gain([j])
-        leads.append(Lead(term.name, {COEFFICIENT: float(delta[0])}, gain, len(terms)))
-    return sorted(leads, key=lambda lead: -lead.gain)
+    return columns.leads(normal)
 
 
 def effort_changes(

@@ -9,6 +9,7 @@ from wmr_replay.gap.candidates import LOCAL
 from wmr_replay.gap.excitation import too_calm_for
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.prove import moved_by, prove
 from wmr_replay.gap.refit import Fit
@@ -157,6 +158,8 @@ def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: Gap
     proof = prove(problem, rest, current)
     if not proof.holds:
         return replace(tried, proof=proof, failed="not proven on held-out windows")
+    if placebo_p(problem, rest, current, tried.lead.name, options.seed) > LEVEL:
+        return replace(tried, proof=proof, failed="no more than what logs with nothing missing would show")
     small = moved_by(problem, rest, current, options.tolerance_s) < options.tolerance_m
     return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
 
