@@ -10,8 +10,8 @@ from wmr_replay.gap.sensitivity import NOTHING
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.signals import ModeTrack
 
-EDGE_S, SHORTEST_S = 0.4, 0.3
-LEAST_APART, SDS = 0.12, 3.0
+EDGE_S, PIECE_S = 0.4, 1.0
+LEAST_APART, SDS, UNCLEAR = 0.12, 3.0, 0.15
 LEAST_INFORMATION = 1e-9
 
 
@@ -32,59 +32,66 @@ def without_rows(drive: Drive, rows: Bool) -> ModeTrack:
 
 
 def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
-    """The rows (n,) of slipping intervals that leave clearly more traction than the base model's slipping does.
+    """The rows (n,) called slipping that have clearly more traction than the base model's slipping leaves.
 
-    The loss of α and α_yaw in each interval, about .4 s at its ends left to itself, by least squares on the
-    innovations of a filter that takes slipping for ideal and disturbances for calm.
+    The loss of α and α_yaw in each second, by least squares on the innovations of a filter that takes slipping
+    for ideal and disturbances for calm; .4 s about an interval's ends are left to themselves. Where seconds are
+    too short to say, the whole interval does.
     """
     drive, base = problem.drive, fit.extension.base
     runs = slipping_runs(drive)
-    if not runs:
-        return np.zeros(len(drive), bool)
-    loss, sd = losses(problem, fit, runs)
-    slipping = 1.0 - max(base.slip_share, base.slip_share_yaw)
-    other = loss + SDS * sd < slipping - LEAST_APART
     rows = np.zeros(len(drive), bool)
-    for (a, b), unlike in zip(runs, other, strict=True):
-        rows[a:b] = unlike
+    if not runs:
+        return rows
+    most = 1.0 - max(base.slip_share, base.slip_share_yaw) - LEAST_APART
+    for cells in (run_cells(drive, runs), second_cells(drive, runs)):
+        loss, sd = losses(problem, fit, cells)
+        here = (sd < UNCLEAR)[cells]
+        rows[here] = (loss + SDS * sd < most)[cells][here]
     return rows
 
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:
-    """Rows [a, b) of each slipping interval that is long enough to have an inside."""
+    """Rows [a, b) of each slipping interval."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], drive.mode == SLIPPING, [False]])))
-    ends = edges.reshape(-1, 2)
-    return [(int(a), int(b)) for a, b in ends if drive.t_s[b - 1] - drive.t_s[a] > 2 * EDGE_S + SHORTEST_S]
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def losses(problem: Problem, fit: Fit, runs: list[tuple[int, int]]) -> tuple[F64, F64]:
-    """Loss of traction inside each run (r,), 0 as rolling and 1 none left, and its standard deviation."""
+def run_cells(drive: Drive, runs: list[tuple[int, int]]) -> I64:
+    """By row (n,): 2k + 1 inside of interval k, 2k + 2 about its ends, 0 elsewhere."""
+    cells, t_s = np.zeros(len(drive), np.int64), drive.t_s
+    for k, (a, b) in enumerate(runs):
+        first, last = t_s[a], t_s[b - 1]
+        cells[(t_s > first - EDGE_S) & (t_s < last + EDGE_S)] = 2 * k + 2
+        cells[(t_s > first + EDGE_S) & (t_s < last - EDGE_S)] = 2 * k + 1
+    return cells
+
+
+def second_cells(drive: Drive, runs: list[tuple[int, int]]) -> I64:
+    """By row (n,): a number for each second of an interval, 0 elsewhere."""
+    cells, t_s, used = np.zeros(len(drive), np.int64), drive.t_s, 0
+    for a, b in runs:
+        pieces = max(round((t_s[b - 1] - t_s[a]) / PIECE_S), 1)
+        cells[a:b] = used + 1 + np.minimum(np.arange(b - a) * pieces // (b - a), pieces - 1)
+        used += pieces
+    return cells
+
+
+def losses(problem: Problem, fit: Fit, cells: I64) -> tuple[F64, F64]:
+    """Loss of traction in each cell (c,), 0 as rolling and 1 none left, with its standard deviation; cell 0 is
+    not known.
+    """
     ideal = problem.labelled(without_rows(problem.drive, problem.drive.mode == SLIPPING))
-    n, cells = len(runs), cells_of(ideal.drive, runs)
-    noise = calmed(fit.noise) or fit.noise
-    wanted = NOTHING._replace(cells=cells, n_cells=2 * n + 1)
-    passed = ideal.passed(fit.extension, noise, wanted, keep=True)
-    both = passed.sensitivities[:, :, : 2 * n] + passed.sensitivities[:, :, 2 * n + 1 : 4 * n + 1]
-    flat, e = both.reshape(-1, 2 * n), passed.innovations.ravel()
+    n = int(cells.max()) + 1
+    wanted = NOTHING._replace(cells=cells, n_cells=n)
+    passed = ideal.passed(fit.extension, calmed(fit.noise) or fit.noise, wanted, keep=True)
+    both = passed.sensitivities[:, :, 1:n] + passed.sensitivities[:, :, n + 1 :]
+    flat, e = both.reshape(-1, n - 1), passed.innovations.ravel()
     G = flat.T @ flat
-    seen = np.diag(G) > LEAST_INFORMATION
     V = np.linalg.pinv(G, rcond=1e-10)
     loss = V @ (flat.T @ e)
     left = np.square(e - flat @ loss).reshape(-1, 3).sum(axis=1)
-    inside = cells < 2 * n
-    scale = max(float(left[inside].mean()) / 3, 1.0)
+    scale = max(float(left[cells > 0].mean()) / 3, 1.0)
+    seen = np.diag(G) > LEAST_INFORMATION
     sd = np.where(seen, np.sqrt(np.maximum(np.diag(V), 0.0) * scale), np.inf)
-    return loss[:n], sd[:n]
-
-
-def cells_of(drive: Drive, runs: list[tuple[int, int]]) -> I64:
-    """By row (n,): k inside of run k, r + k about its ends, 2r elsewhere."""
-    r = len(runs)
-    cells = np.full(len(drive), 2 * r, np.int64)
-    t_s = drive.t_s
-    for k, (a, b) in enumerate(runs):
-        about = (t_s > t_s[a] - EDGE_S) & (t_s < t_s[b - 1] + EDGE_S)
-        within = (t_s > t_s[a] + EDGE_S) & (t_s < t_s[b - 1] - EDGE_S)
-        cells[about] = r + k
-        cells[within] = k
-    return cells
+    return np.concatenate([[0.0], loss]), np.concatenate([[np.inf], sd])

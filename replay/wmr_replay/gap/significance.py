@@ -1,6 +1,7 @@
 """How sure an effect is, and how like the others: block-robust covariance, Wald test, R²."""
 
 import numpy as np
+from scipy.stats import chi2
 from scipy.stats import f as fisher
 
 from wmr_replay.gap.candidates import LOCAL, is_place
@@ -32,15 +33,19 @@ def likeness(problem: Problem, fit: Fit, name: str) -> float:
 
 
 def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size; where the size is no distance from the
-    base model, or the blocks that tell of it are few, the likelihood ratio stands alone.
+    """Block-robust Wald test (blocks of 2 s) of the effect's size. Where the size is no distance from the base
+    model, the likelihood ratio stands alone; where the blocks that tell of it are few, the test is the plain one.
     """
-    if name in ("torque_saturation", "undeclared_skid", *LOCAL):
+    if name in ("torque_saturation", "undeclared_skid"):
         return 0.0
     size = sizes_of(fit, name)
-    V, n_blocks = covariance(problem, fit)
     values = fit.values[size]
+    V, n_blocks = covariance(problem, fit)
+    if name in LOCAL:
+        V = inverse_information(fit.psi[problem.train])
     wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
+    if name in LOCAL:
+        return float(chi2.sf(wald * len(size), len(size)))
     return float(fisher.sf(wald, len(size), n_blocks - len(size)))
 
 
