@@ -12,8 +12,11 @@ from wmr_replay.ingest.workspace import Workspace
 
 N_THREADS = 2
 _N_AHEAD = 2
-_GROUP_BYTES = 8 << 20
-"""Spans are handed over together, and become one batch: what Python does, it does once for all of them."""
+_GROUP_BYTES, _GROUP_MESSAGES = 8 << 20, 1 << 14
+"""Spans are handed over together and become one batch: what Python does, it does once for all of them. More
+messages than that take memory behind ingest, and save no time.
+"""
+_SMALL_MESSAGE_BYTES = 128
 
 T = TypeVar("T")
 
@@ -44,18 +47,25 @@ def work_ahead(
 
 
 def groups(spans: Sequence[Span]) -> Iterator[list[Span]]:
-    """Neighbouring spans of a file, up to _GROUP_BYTES of records together, or a larger one alone."""
+    """Neighbouring spans of a file, as many as keep within both bounds together, or a larger one alone."""
     group: list[Span] = []
-    n_bytes = 0
+    n_bytes, n_messages = 0, 0
     for span in spans:
-        size = span.head.uncompressed_bytes if span.head else span.data_bytes
-        if group and (n_bytes + size > _GROUP_BYTES or span.part != group[0].part):
+        size, count = extent(span)
+        full = n_bytes + size > _GROUP_BYTES or n_messages + count > _GROUP_MESSAGES
+        if group and (full or span.part != group[0].part):
             yield group
-            group, n_bytes = [], 0
+            group, n_bytes, n_messages = [], 0, 0
         group.append(span)
-        n_bytes += size
+        n_bytes, n_messages = n_bytes + size, n_messages + count
     if group:
         yield group
+
+
+def extent(span: Span) -> tuple[int, int]:
+    """Bytes of records, and messages; where nobody counted them, as many as small ones would be."""
+    size = span.head.uncompressed_bytes if span.head else span.data_bytes
+    return size, sum(span.counts.values()) or size // _SMALL_MESSAGE_BYTES
 
 
 class _Own:
