@@ -92,3 +92,34 @@ def test_the_cut_into_groups_changes_no_bit(tmp_path, monkeypatch, options, rows
         n_batches, cut = rows(path)
         assert n_batches > 1
         assert all(np.array_equal(cut[key], whole[key], equal_nan=True) for key in whole)
+
+
+def torque_log(path, messages, t_ns):
+    """These joint states and nothing else, in short chunks; how many are in each."""
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=3000, compression=CompressionType.ZSTD)
+        writer.start("ros2")
+        schema = writer.register_schema(ros2.CODEC.torque.name, "ros2msg", ros2.CODEC.torque.definition)
+        channel = writer.register_channel("/t", "cdr", schema)
+        for t, message in zip(t_ns.tolist(), messages, strict=True):
+            writer.add_message(channel, t, message, t)
+        writer.finish()
+    reader = open_log(path, need_pose=False)
+    return reader, [sum(span.counts.values()) for span in reader.survey.spans]
+
+
+def test_joint_states_without_wheels_are_left_out_whatever_is_read_behind_them(tmp_path, monkeypatch):
+    """Chunk by chunk in turns, built alike, so that one lies where the other was."""
+    monkeypatch.setattr(prefetch, "_GROUP_BYTES", 1)
+    t_ns = T0 + np.arange(400) * STEP
+    wheels = ros2.CODEC.encode_torque(TorqueTrack(t_ns, *np.ones((4, 400))), None)
+    arms = [message.replace(b"_wheel_", b"_elbow_") for message in wheels]
+    _, counts = torque_log(tmp_path / "wheels.mcap", wheels, t_ns)
+    is_arm = np.repeat(np.arange(len(counts)) % 3 > 0, counts)
+    mixed = [(wheel, arm)[k] for wheel, arm, k in zip(wheels, arms, is_arm.tolist(), strict=True)]
+    reader, same_counts = torque_log(tmp_path / "mixed.mcap", mixed, t_ns)
+    assert same_counts == counts
+    batches = list(reader.batches())
+    assert len(batches) == len(counts) > 20
+    assert np.array_equal(np.concatenate([batch.torque.t_ns for batch in batches]), t_ns[~is_arm])
+    assert reader.remarks == [f"/t: {is_arm.sum()} messages name no wheel joint"]

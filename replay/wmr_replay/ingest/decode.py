@@ -84,7 +84,7 @@ class Decoder:
 
     def settle(self, out: Columns) -> int:
         """Decode what is left; how many messages are undecodable."""
-        for rest in out.rests:
+        for rest in filter(None, out.rests):  # the bytes of the others are gone
             rest.run(self.programs)
             self._fill_known(rest)
             self._learn_rest(rest)
