@@ -84,9 +84,13 @@ class JointJudge:
         return np.concatenate([part.ravel() for part in parts])
 
     def nested_residuals(self, family: Family) -> F64:
-        """Those of the kernels of degree 2 to the top, one a row: from them follow shares of the degrees."""
+        """Those of the kernels of degree 2 to the top, one a row, turned into as few columns: from them
+        follow shares of the degrees.
+        """
         whole = (np.arange(family.size) <= degree for degree in range(2, family.size))
-        return np.stack([self._residuals(family, shares.astype(np.float64)) for shares in whole])
+        residuals = np.stack([self._residuals(family, shares.astype(np.float64)) for shares in whole], axis=1)
+        triangle: F64 = np.linalg.qr(residuals)[1]
+        return triangle.T
 
     def judge(self, spec: KernelSpec, n_taps: int, family: Family | None = None) -> JointChoice:
         """Its expected error beside the old design's; ``family``, if given, holds it."""
