@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.align import AlignedBatch
 from wmr_replay.align.repair import OUTLIER, POSE_JUMP, PoseRepair
 from wmr_replay.aside import Aside
-from wmr_replay.columns import Columns, chained, estimated, part
+from wmr_replay.columns import Columns, estimated, part
 from wmr_replay.designs import Design, Trial, first_design
 from wmr_replay.differentiate import (
     GAP,
@@ -38,6 +38,8 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 EFFORT_FOLD, SPEED_FOLD = 2, 1
 GAP_STATUS = 2
 NEVER_NS = -(2**62)
+PIECE_ROWS = 16384
+"""So many rows at once have room in a processor's cache with all that is made of them."""
 
 
 @dataclass(frozen=True)
@@ -147,14 +149,17 @@ class Chain:
         """Holes in the pose so far."""
         return self._gaps_before + self.differentiator.n_gaps
 
-    def push(self, rows: AlignedBatch) -> Columns:
+    def push(self, rows: AlignedBatch) -> list[Columns]:
         """One row for each; outliers among the poses keep the last verdict."""
         done = []
-        while (n := self._trial.rows_left(rows.t_ns)) < len(rows):
-            done.append(self._advance(part(rows, slice(n))))
-            rows = part(rows, slice(n, None))
-            self._conclude(int(rows.t_ns[0]))
-        return chained([*done, self._advance(rows)])
+        while len(rows):
+            n = min(PIECE_ROWS, self._trial.rows_left(rows.t_ns))
+            if n:
+                done.append(self._advance(part(rows, slice(n))))
+                rows = part(rows, slice(n, None))
+            else:
+                self._conclude(int(rows.t_ns[0]))
+        return done
 
     def _advance(self, rows: AlignedBatch) -> Columns:
         """Rows under one design."""

@@ -67,13 +67,6 @@ def concatenate(batches: list[AlignedBatch]) -> AlignedBatch:
     )
 
 
-def chained(batches: list[Columns]) -> Columns:
-    """Columns of consecutive rows as one."""
-    if len(batches) == 1:
-        return batches[0]
-    return {name: np.concatenate([columns[name] for columns in batches]) for name in batches[0]}
-
-
 def part(rows: AlignedBatch, index: slice | I64) -> AlignedBatch:
     """Some of the rows."""
     return AlignedBatch(rows.t_ns[index], rows.pose[:, index], rows.inputs[:, index], rows.mode_true[index])

@@ -67,7 +67,7 @@ class Engine:
         if self._lag is not None:
             rows.inputs[:2] = self._lag.push(rows.t_ns, rows.inputs[:2])
         if self._chain is not None:
-            return [self._chain.push(rows)]
+            return self._chain.push(rows)
         held = concatenate([*self._stretch, rows])
         n_stretch = self._stretch_length(held.t_ns)
         if len(held) <= n_stretch:
@@ -85,4 +85,4 @@ class Engine:
         """Tune on the stretch and send it through for the stages' memory; its own rows say nothing."""
         self._chain = Chain(self.settings, self.model, stretch)
         self._chain.push(stretch)
-        return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), self._chain.push(rest)]
+        return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), *self._chain.push(rest)]

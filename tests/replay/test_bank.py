@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.identify.bank.bins import fill_bins, open_bin
-from wmr_replay.identify.bank.hypotheses import make_population, normalise, thin
+from wmr_replay.identify.bank.hypotheses import change_load, make_population, normalise, thin
+from wmr_replay.identify.bank.jumps import share_that_jumped, suppose_jump, surprising
 from wmr_replay.identify.bank.predict import move, spread
 from wmr_replay.identify.bank.states import (
     CAPPED,
@@ -165,6 +166,32 @@ def test_no_switch_makes_or_loses_probability(modes, n_modes, force):
     split(people, n_modes, 0.1, 0.2, (force, 0.0), PRIOR)
     assert np.exp(people.log_weight[: people.size[0]]).sum() == pytest.approx(1.0)
     assert (3 in people.mode[: people.size[0]]) == (n_modes == 4)
+
+
+def test_a_jump_of_the_pose_is_supposed_only_where_no_hypothesis_expects_the_bin():
+    people = population([0.7, 0.3], [0, 2])
+    people.mean[:2, :3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    variances = np.full(3, 1e-4)
+    assert not surprising(people, np.array([1.01, 0.0, 0.0]), variances)
+    far = np.array([0.5, 0.0, 0.0])
+    assert surprising(people, far, variances)
+    suppose_jump(people, 0.02, 7.0)
+    assert people.size[0] == 4
+    assert list(people.mode[:4]) == [0, 2, 0, 2]
+    assert np.exp(people.log_weight[2:4]) == pytest.approx(np.array([0.7, 0.3]) * 0.02 / 3600)
+    assert not surprising(people, far, variances)
+    assert share_that_jumped(people, 7.2) == pytest.approx(0.02 / 3600)
+    assert share_that_jumped(people, 7.6) == 0.0
+    people.mean[2] = people.mean[0]
+    thin(people, 9)
+    assert people.size[0] == 4, "a jumped pose is not the same as its parent's"
+
+
+def test_no_change_of_load_is_supposed_of_a_robot_that_slips():
+    for modes, grows in (([0, 2], True), ([1, 2], True), ([2, 0], False), ([CAPPED, 0], False)):
+        people = population([0.7, 0.3], modes)
+        change_load(people, 0.1)
+        assert (people.size[0] == 3) == grows
 
 
 def test_thinning_joins_twins_and_keeps_the_probable():

@@ -330,8 +330,22 @@ def test_irregular_stamps_are_counted_and_none_is_dropped(tmp_path):
     assert t_ns.tolist() == stamps
     found = reader.clocks["pose"].steps
     assert (found.n_duplicate, found.n_backward, found.n_gaps) == (2, 1, 1)
-    assert (found.furthest_back_s, found.longest_s) == (0.03, 0.2)
+    assert (found.furthest_back_s, found.longest_s) == (0.03, 0.19)  # from 30 to 220 ms
     assert "2 stamps repeat the one before; 1 run backwards, by 0.03 s at most" in reader.stamp_notes[0]
+
+
+def test_the_usual_step_and_the_gaps_of_a_shuffled_log_are_those_of_its_order_in_time(tmp_path):
+    rng, late_ns = np.random.default_rng(3), 50 * STEP
+    t_ns = T0 + np.arange(200) * STEP + np.repeat([0, late_ns], 100)
+    shuffled = np.concatenate([rng.permutation(part) for part in np.split(t_ns, 5)])
+    reader = open_log(write(tmp_path / "a.mcap", pose_channel(shuffled.tolist()), chunk_size=2000))
+    for _ in reader.batches():
+        pass
+    found = reader.clocks["pose"].steps
+    assert found.usual_ns == STEP
+    assert (found.n_gaps, found.longest_s, found.jitter_s) == (1, 0.51, 0.0)
+    backward = np.diff(shuffled)[np.diff(shuffled) < 0]
+    assert (found.n_backward, found.furthest_back_s) == (len(backward), -backward.min() / 1e9)
 
 
 REGULAR = [T0 + k * STEP for k in range(N)]

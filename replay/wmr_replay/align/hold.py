@@ -27,6 +27,11 @@ def hold_mean(
     j = 0
     for i in range(pose_ns.shape[0]):
         end = pose_ns[i]
+        if end > before_ns and (j == t_ns.shape[0] or t_ns[j] > end):
+            for k in range(n_inputs):
+                means[k, i] = np.nan if end > held_ns + max_hold_ns else held[k]
+            before_ns = end
+            continue
         total[:] = 0.0
         at = before_ns
         while True:

@@ -33,15 +33,15 @@ class Reorder:
         arrived = tuple(take(rows, mask) for rows, mask in zip(arrivals, keep, strict=True))
         held = arrived if self._held is None else tuple(map(join, self._held, arrived))
         limit = self._newest_ns - self.window_ns if self._newest_ns > EARLIEST else EARLIEST
-        ready = tuple(sort(rows, rows.t_ns < limit) for rows in held)
-        self._held = tuple(take(rows, rows.t_ns >= limit) for rows in held)
-        return RawBatch(*ready)
+        parts = [divide(rows, limit) for rows in held]
+        self._held = tuple(later for _, later in parts)
+        return RawBatch(*(ready for ready, _ in parts))
 
     def finish(self) -> RawBatch:
         """Everything that is left."""
         held = self._held or (Rows.empty(3), Rows.empty(4), Rows.empty(1))
         self._held = None
-        return RawBatch(*(sort(rows, np.ones(len(rows), bool)) for rows in held))
+        return RawBatch(*(sort(rows) for rows in held))
 
     def _in_time(self, signals: tuple[Rows, ...]) -> tuple[Bool, ...]:
         """Whether each row came before its place was handed on, judged in file order."""
@@ -76,9 +76,25 @@ def join(first: Rows, second: Rows) -> Rows:
     )
 
 
-def sort(rows: Rows, mask: Bool) -> Rows:
-    """The rows of a mask by stamp, ties in file order."""
-    chosen = take(rows, mask)
-    if not (np.diff(chosen.t_ns) <= 0).any():
-        return chosen
-    return take(chosen, np.lexsort((chosen.order, chosen.t_ns)))
+def in_order(rows: Rows) -> bool:
+    """Whether stamps increase."""
+    return bool((rows.t_ns[1:] > rows.t_ns[:-1]).all())
+
+
+def divide(rows: Rows, limit_ns: int) -> tuple[Rows, Rows]:
+    """The rows stamped before a limit, by stamp, and the others, as they came."""
+    if in_order(rows):
+        n = int(np.searchsorted(rows.t_ns, limit_ns))
+        return between(rows, slice(n)), between(rows, slice(n, None))
+    early = np.asarray(rows.t_ns < limit_ns)
+    return sort(take(rows, early)), take(rows, ~early)
+
+
+def between(rows: Rows, part: slice) -> Rows:
+    """Consecutive rows, as a view."""
+    return Rows(rows.t_ns[part], rows.order[part], rows.values[:, part])
+
+
+def sort(rows: Rows) -> Rows:
+    """Rows by stamp, ties in file order."""
+    return rows if in_order(rows) else take(rows, np.lexsort((rows.order, rows.t_ns)))

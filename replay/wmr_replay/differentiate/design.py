@@ -70,17 +70,35 @@ def fit_functionals(spec: KernelSpec, age: F64, window_s: float, orders: int = 3
     degree, and take their shares. Exact for polynomials up to N on any stamps. ``age`` (L,) in s,
     ``window_s`` = T.
     """
+    factors, basis = fit_factors(spec, age, window_s, orders)
+    return np.ascontiguousarray(factors * spec.all_shares @ basis)
+
+
+def fit_factors(spec: KernelSpec, age: F64, window_s: float, orders: int = 3) -> tuple[F64, F64]:
+    """What :func:`fit_functionals` is a product of: factors (orders, p) by degree, before their shares, and
+    the basis (p, L), orthogonal polynomials times the weight.
+    """
     tau = age / window_s
     root_weight = np.sqrt(tau**spec.kappa * (1 - tau) ** spec.mu)
     q, r = np.linalg.qr(root_weight[:, None] * legendre.legvander(1 - 2 * tau, spec.top_degree))
     rows = [np.linalg.solve(r.T, basis_derivative(spec, n) * (2 / window_s) ** n) for n in range(orders)]
-    return np.ascontiguousarray((np.stack(rows) * spec.all_shares @ q.T) * root_weight)
+    return np.stack(rows), q.T * root_weight
 
 
 def basis_derivative(spec: KernelSpec, order: int) -> F64:
-    """n-th derivatives of P_0 … P_top at θ."""
-    eye = np.eye(spec.top_degree + 1)
-    return np.array([legendre.legval(spec.theta, legendre.legder(row, order)) for row in eye])
+    """n-th derivatives of P_0 … P_top at θ, by (i + 1) P_{i+1} = (2i + 1) θ P_i − i P_{i−1} and P⁽ⁿ⁾_{i+1} =
+    P⁽ⁿ⁾_{i−1} + (2i + 1) P⁽ⁿ⁻¹⁾_i.
+    """
+    top, theta = spec.top_degree, spec.theta
+    values = [1.0, theta]
+    for i in range(1, top):
+        values.append(((2 * i + 1) * theta * values[i] - i * values[i - 1]) / (i + 1))
+    for _ in range(order):
+        slopes = [0.0, values[0]]
+        for i in range(1, top):
+            slopes.append(slopes[i - 1] + (2 * i + 1) * values[i])
+        values = slopes
+    return np.array(values[: top + 1])
 
 
 def uniform_taps(spec: KernelSpec, n_taps: int, step_s: float) -> F64:

@@ -9,17 +9,18 @@ is in balance: noise falls and blur rises with it.
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from math import ceil, factorial
+from math import ceil
 
 import numpy as np
 
-from wmr_replay.differentiate.design import KernelSpec, uniform_taps
-from wmr_replay.differentiate.judge import MIN_ROWS, Judge, least_shares, nested_taps
+from wmr_replay.differentiate.design import KernelSpec
+from wmr_replay.differentiate.family import ORDERS, Family, Guesses
+from wmr_replay.differentiate.judge import MIN_ROWS, SEED, least_shares
 from wmr_replay.differentiate.roads import in_blocks
+from wmr_replay.differentiate.smoother import smooth
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 
-ORDERS = (1, 2)
 DEGREES = (2, 3, 4)
 WEIGHTS = ((0, 0), (0, 1))
 LONGEST_IN_DELAYS, WINDOWS_PER_OCTAVE = 4.0, 4
@@ -43,58 +44,62 @@ class JointChoice:
 class JointJudge:
     """Expected error of a design in the derivatives of all signals (s, n) beside that of an ``old`` one: its
     kernel and window. Noise ``sigma`` (s,).
+
+    As in ``judge``, a smooth guess stands in for the true signals, and what it holds of noise is taken off.
     """
 
     def __init__(self, signals: F64, sigma: F64, step_s: float, old: tuple[KernelSpec, float]) -> None:
         group = ceil(signals.shape[1] / MOST_ROWS)
         n = signals.shape[1] // group
         means = signals[:, : n * group].reshape(len(signals), n, group).mean(axis=2)
-        self.n, self.step_s = n, group * step_s
-        self._judges = [
-            Judge(signal, level / np.sqrt(group), order, self.step_s)
-            for signal, level in zip(means, sigma, strict=True)
-            for order in ORDERS
-        ]
-        spec, n_taps = old[0], max(round(old[1] / self.step_s), old[0].degree + 2) + 1
-        taps, delay_s = uniform_taps(spec, n_taps, self.step_s), spec.delay_s((n_taps - 1) * self.step_s)
-        self.old_delay_s = delay_s
-        self._blur = {n: self._step_error(taps[n], n, delay_s) for n in ORDERS}
-        self._sd = [float(judge.sigma * np.linalg.norm(taps[judge.order])) for judge in self._judges]
-        self._scale = np.ones(len(self._judges))
-        self._scale = np.sqrt(self._squares(taps, delay_s))
+        self.n, self.step_s, self.sigma = n, group * step_s, sigma / np.sqrt(group)
+        noise = np.random.default_rng(SEED).standard_normal(n)
+        self.guesses = Guesses(smooth(means - means[:, :1], noise, self.sigma, self.step_s), n, self.step_s)
+        family = Family(old[0], max(round(old[1] / self.step_s), old[0].degree + 2) + 1, self.guesses)
+        self.old_delay_s = family.delay_s
+        kernels = family.kernels(old[0].all_shares)
+        self._scale = np.ones((len(ORDERS), len(sigma)))
+        self._step = np.array([np.linalg.norm(family.step_error(kernels, n)) for n in ORDERS])
+        self._sd = np.sqrt(np.array([family.gain(kernels, n) for n in ORDERS]))[:, None] * self.sigma
+        self._scale = np.sqrt(self._squares(family, old[0].all_shares))
 
-    def _step_error(self, taps: F64, order: int, delay_s: float) -> F64:
-        """Error of the derivative of order n of tⁿ/n!, t ≥ 0, at the samples until the window is past it."""
-        t_s = np.arange(len(taps)) * self.step_s
-        answer = np.convolve(taps, t_s**order / factorial(order))[: len(taps)]
-        return np.asarray(answer - (t_s >= delay_s - self.step_s / 1000))
+    def _squares(self, family: Family, shares: F64) -> F64:
+        """Expected square errors by order and signal (2, s) over the old design's; NaN in a short stretch."""
+        kernels, squares = family.kernels(shares), np.full(self._scale.shape, np.nan)
+        for k, order in enumerate(ORDERS if family.n_windows >= MIN_ROWS else ()):
+            blur = np.linalg.norm(family.step_error(kernels, order)) / self._step[k] * self._sd[k]
+            seen = np.mean(family.errors(kernels, order) ** 2, axis=2)
+            bias = np.maximum(seen[:, 0] - seen[:, 1], 0.0)
+            squares[k] = bias + self.sigma**2 * family.gain(kernels, order) + blur**2
+        return squares / self._scale**2
 
-    def _step_errors(self, taps: F64, delay_s: float) -> list[F64]:
-        """By signal and order, scaled so that the old design's norm is its sd."""
-        error = {n: self._step_error(taps[n], n, delay_s) / np.linalg.norm(self._blur[n]) for n in ORDERS}
-        return [sd * error[judge.order] for sd, judge in zip(self._sd, self._judges, strict=True)]
+    def _residuals(self, family: Family, shares: F64) -> F64:
+        """A vector whose squared norm is the sum of the scaled square errors, linear in the taps."""
+        kernels, parts = family.kernels(shares), []
+        for k, order in enumerate(ORDERS):
+            errors = family.errors(kernels, order, slice(1))[:, 0] / np.sqrt(family.n_windows)
+            noise = self.sigma[:, None] * family.taps(kernels, order)
+            blur = self._sd[k][:, None] * family.step_error(kernels, order) / self._step[k]
+            parts += [part / self._scale[k][:, None] for part in (errors, noise, blur)]
+        return np.concatenate([part.ravel() for part in parts])
 
-    def _squares(self, taps: F64, delay_s: float) -> F64:
-        """Expected square error by signal and order, over the old design's. NaN for a short stretch."""
-        squares = []
-        for judge, blur in zip(self._judges, self._step_errors(taps, delay_s), strict=True):
-            expected = judge.expect(taps[judge.order], delay_s, "")
-            squares.append(np.nan if expected is None else expected.rmse**2 + float(blur @ blur))
-        return np.array(squares) / self._scale**2
+    def nested_residuals(self, family: Family) -> F64:
+        """Those of the kernels of degree 2 to the top, one a row, turned into as few columns: from them
+        follow shares of the degrees.
+        """
+        whole = (np.arange(family.size) <= degree for degree in range(2, family.size))
+        residuals = np.stack([self._residuals(family, shares.astype(np.float64)) for shares in whole], axis=1)
+        triangle: F64 = np.linalg.qr(residuals)[1]
+        return triangle.T
 
-    def shares(self, base: KernelSpec, n_taps: int, n_extra: int) -> tuple[float, ...]:
-        """Shares of the next degrees that minimise the mean of the scaled square errors."""
-        delay_s, rows = base.delay_s((n_taps - 1) * self.step_s), []
-        for taps in nested_taps(base, n_taps, self.step_s, n_extra):
-            parts = zip(self._judges, self._step_errors(taps, delay_s), self._scale, strict=True)
-            rows.append([np.append(j.residuals(taps[j.order], delay_s), blur) / s for j, blur, s in parts])
-        return least_shares(np.stack([np.concatenate(row) for row in rows]))
-
-    def judge(self, spec: KernelSpec, n_taps: int) -> JointChoice:
-        """Its expected error beside the old design's."""
-        window_s = (n_taps - 1) * self.step_s
-        ratios = np.sqrt(self._squares(uniform_taps(spec, n_taps, self.step_s), spec.delay_s(window_s)))
-        return JointChoice(spec, window_s, float(np.sqrt(np.mean(ratios**2))), float(np.max(ratios)))
+    def judge(self, spec: KernelSpec, n_taps: int, family: Family | None = None) -> JointChoice:
+        """Its expected error beside the old design's; ``family``, if given, holds it."""
+        within = family or Family(spec, n_taps, self.guesses)
+        shares = np.zeros(within.size)
+        shares[: spec.top_degree + 1] = spec.all_shares
+        ratios = np.sqrt(self._squares(within, shares))
+        mean, worst = float(np.sqrt(np.mean(ratios**2))), float(np.max(ratios))
+        return JointChoice(spec, (n_taps - 1) * self.step_s, mean, worst)
 
 
 def window_steps(old_delay_s: float, max_delay_s: float, step_s: float) -> list[int]:
@@ -105,21 +110,26 @@ def window_steps(old_delay_s: float, max_delay_s: float, step_s: float) -> list[
     return list(dict.fromkeys(ceil(length_s / step_s - 1e-6) for length_s in lengths_s))
 
 
-def joint_candidates(judge: JointJudge, max_delay_s: float) -> Iterator[tuple[KernelSpec, int]]:
+def judged_candidates(judge: JointJudge, max_delay_s: float) -> Iterator[JointChoice]:
     """Kernels on the fast road, of whole degrees and with shares. Windows up to 2 δ_max are read in their
     middle, longer ones at δ_max.
     """
     windows = window_steps(judge.old_delay_s, max_delay_s, judge.step_s)
     for steps, (kappa, mu) in product(windows, WEIGHTS):
         theta = max(0.0, 1 - 2 * max_delay_s / (steps * judge.step_s))
-        for spec in (KernelSpec(degree, kappa, mu, theta) for degree in DEGREES if steps >= degree + 3):
-            if in_blocks(spec):
-                yield spec, steps + 1
         base = KernelSpec(2, kappa, mu, theta)
+        largest = max(extra for extra in range(4) if extra == 0 or steps >= extra + 5)
+        family = Family(replace(base, degree=2 + largest), steps + 1, judge.guesses)
+        roomy = judge.n - steps >= 2 * MIN_ROWS
+        nested = judge.nested_residuals(family) if roomy else np.empty((0, 0))
+        for spec in (replace(base, degree=degree) for degree in DEGREES if steps >= degree + 3):
+            if in_blocks(spec):
+                yield judge.judge(spec, steps + 1, family)
         for n_extra in (1, 2, 3):
             top = replace(base, degree=2 + n_extra)
-            if in_blocks(top) and judge.n - steps >= 2 * MIN_ROWS and steps >= n_extra + 6:
-                yield replace(base, shares=judge.shares(base, steps + 1, n_extra)), steps + 1
+            if roomy and in_blocks(top) and steps >= n_extra + 6:
+                shared = replace(base, shares=least_shares(nested[: n_extra + 1]))
+                yield judge.judge(shared, steps + 1, family)
 
 
 def tune_jointly(
@@ -144,6 +154,5 @@ def tune_jointly(
             f"{max_delay_s:g} s is not above 0"
         )
     judge = JointJudge(stretch, np.maximum(sigma, 1e-9), step_s, old)
-    judged = [judge.judge(spec, n_taps) for spec, n_taps in joint_candidates(judge, max_delay_s)]
-    good = [choice for choice in judged if choice.worst_ratio <= 1.0]
+    good = [choice for choice in judged_candidates(judge, max_delay_s) if choice.worst_ratio <= 1.0]
     return min(good, key=lambda choice: choice.ratio, default=None)

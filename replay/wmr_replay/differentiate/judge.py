@@ -50,8 +50,8 @@ class Judge:
     """
 
     def __init__(self, signal: F64, sigma: float, order: int, step_s: float) -> None:
-        noise = sigma * np.random.default_rng(SEED).standard_normal(len(signal))
-        guess = smooth(signal - signal[0], noise, sigma, step_s)
+        noise = np.random.default_rng(SEED).standard_normal(len(signal))
+        (guess,) = smooth(signal[None] - signal[0], noise, np.array([sigma]), step_s)
         self.order, self.step_s, self.sigma, self.n = order, step_s, sigma, len(signal)
         self._t_s = np.arange(len(signal)) * step_s
         self._guesses = [spline(self._t_s) for spline in guess]

@@ -14,45 +14,59 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 MAD_TO_SD = 1.4826
 CLIPPED_SQUARE = 0.9950072780344535
 """E[min(z², 9)] of a standard normal z."""
+PER_CLIPPED_SQUARE = 1 / CLIPPED_SQUARE
+UNIFORM = 20**-0.5
+"""1/√(1 + 3² + 3² + 1): of the differences 1, −3, 3, −1 on uniform stamps."""
 HOLE_IN_STEPS = 3.5
 """Four neighbours that span more than 3 × 3.5 steps are passed over: motion would show in them."""
 LEAST_SD = 1e-12
 
 
 @njit(cache=True)
-def third_difference(t_ns: I64, signal: F64, last: int) -> float:
-    """Σ c_k x_k over ``last − 3 … last`` with Σ c_k t_kᵖ = 0 for p ≤ 2 and Σ c_k² = 1."""
-    total, squares = 0.0, 0.0
-    for k in range(last - 3, last + 1):
-        product = 1.0
-        for m in range(last - 3, last + 1):
-            if m != k:
-                product *= (t_ns[k] - t_ns[m]) / (t_ns[last] - t_ns[last - 3])
-        total += (signal[k] - signal[last]) / product
-        squares += 1.0 / (product * product)
-    return float(total / np.sqrt(squares))
+def third_difference(t_ns: I64, last: int) -> tuple[float, float, float]:
+    """Weights of x − x_last at the samples last − 3 … last − 1: Σ c_k t_kᵖ = 0 for p ≤ 2 and Σ c_k² = 1."""
+    ab, bc, cd = t_ns[last - 2] - t_ns[last - 3], t_ns[last - 1] - t_ns[last - 2], t_ns[last] - t_ns[last - 1]
+    if ab == bc and bc == cd:
+        return -UNIFORM, 3.0 * UNIFORM, -3.0 * UNIFORM
+    whole = float(ab + bc + cd)
+    p, q, r = ab / whole, bc / whole, cd / whole
+    a, b = -1.0 / (p * (p + q)), 1.0 / (p * q * (q + r))
+    c, d = -1.0 / ((p + q) * q * r), 1.0 / ((q + r) * r)
+    size = np.sqrt(a * a + b * b + c * c + d * d)
+    return a / size, b / size, c / size
 
 
 @njit(cache=True)
-def track_variance(t_ns: I64, signal: F64, n_old: int, step_ns: float, gain: float, variance: float) -> F64:
-    """s² ← s² + g (min(d², 9 s²)/b − s²) row by row from ``n_old`` on; s² at each of these rows."""
-    out = np.empty(len(t_ns) - n_old)
+def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: float, variances: F64) -> F64:
+    """s² ← s² + g (min(d², 9 s²)/b − s²) row by row from ``n_old`` on; s² (s, n) at each of these rows.
+
+    ``samples`` (s, n), ``variances`` (s,) are carried on in place.
+    """
+    n_signals, longest_ns = len(samples), 3 * HOLE_IN_STEPS * step_ns
+    out = np.empty((n_signals, len(t_ns) - n_old))
     for i in range(n_old, len(t_ns)):
-        if i >= 3 and t_ns[i] - t_ns[i - 3] <= 3 * HOLE_IN_STEPS * step_ns:
-            square = third_difference(t_ns, signal, i) ** 2
-            if np.isfinite(square):
-                variance += gain * (min(square, 9.0 * variance) / CLIPPED_SQUARE - variance)
-                variance = max(variance, LEAST_SD**2)
-        out[i - n_old] = variance
+        if i >= 3 and t_ns[i] - t_ns[i - 3] <= longest_ns:
+            a, b, c = third_difference(t_ns, i)
+            for s in range(n_signals):
+                x, last, variance = samples[s], samples[s, i], variances[s]
+                difference = a * (x[i - 3] - last) + b * (x[i - 2] - last) + c * (x[i - 1] - last)
+                square = difference * difference
+                if np.isfinite(square):
+                    variance += gain * (min(square, 9.0 * variance) * PER_CLIPPED_SQUARE - variance)
+                    variances[s] = max(variance, LEAST_SD**2)
+        for s in range(n_signals):
+            out[s, i - n_old] = variances[s]
     return out
 
 
 @njit(cache=True)
 def third_differences(t_ns: I64, signal: F64) -> F64:
-    """:func:`third_difference` at every sample from the fourth on."""
+    """Third differences, scaled as :func:`third_difference` says, at every sample from the fourth on."""
     out = np.empty(max(len(signal) - 3, 0))
     for i in range(len(out)):
-        out[i] = third_difference(t_ns, signal, i + 3)
+        a, b, c = third_difference(t_ns, i + 3)
+        last = signal[i + 3]
+        out[i] = a * (signal[i] - last) + b * (signal[i + 1] - last) + c * (signal[i + 2] - last)
     return out
 
 
@@ -82,11 +96,6 @@ class NoiseTracker:
         n_old = len(self._t_ns)
         t = np.concatenate([self._t_ns, t_ns])
         held = np.concatenate([self._samples, samples], axis=1)
-        tracks = [
-            track_variance(t, signal, n_old, self._step_ns, self._gain, variance)
-            for signal, variance in zip(held, self._variances, strict=True)
-        ]
-        if len(t_ns):
-            self._variances = np.array([track[-1] for track in tracks])
+        track = track_variances(t, held, n_old, self._step_ns, self._gain, self._variances)
         self._t_ns, self._samples = t[-3:], held[:, -3:]
-        return np.sqrt(np.stack(tracks)) if tracks else np.empty((0, len(t_ns)))
+        return np.sqrt(track)

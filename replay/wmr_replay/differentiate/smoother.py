@@ -41,35 +41,43 @@ def penalty_bands(n: int) -> F64:
     return bands
 
 
-def smooth(samples: F64, noise: F64, sigma: float, step_s: float) -> Smoothed:
-    """The smoother (1 + λ DᵀD)⁻¹ with the λ of least C_p = mean (y − s)² + 2σ² tr/n.
+def smooth(signals: F64, noise: F64, sigma: F64, step_s: float) -> list[Smoothed]:
+    """The smoother (1 + λ DᵀD)⁻¹ with the λ of least C_p = mean (y − s)² + 2σ² tr/n, one λ for each signal.
 
-    ``samples`` and ``noise`` (n,) of sd ``sigma``, n ≥ 10, every ``step_s`` from 0 on.
+    ``signals`` (s, n) of noise ``sigma`` (s,), and ``noise`` (n,), a realisation of sd 1; n ≥ 10, every
+    ``step_s`` from 0 on.
     """
-    group = -(-len(samples) // MOST_KNOTS)
-    n = len(samples) // group
-    both = np.stack([samples, noise], axis=1)[: n * group].reshape(n, group, 2).mean(axis=1)
-    values = stiffest_within_noise(both, sigma / np.sqrt(group))
+    group = -(-len(noise) // MOST_KNOTS)
+    n = len(noise) // group
+    columns = np.vstack([signals, noise])[:, : n * group].reshape(-1, n, group).mean(axis=2).T
     t_s = (np.arange(n) * group + (group - 1) / 2) * step_s
-    return Smoothed(*(make_interp_spline(t_s, column, 5) for column in values.T))
+    chosen = stiffest_within_noise(columns, sigma / np.sqrt(group))
+    splines = [[make_interp_spline(t_s, column, 5) for column in both.T] for both in chosen]
+    return [
+        Smoothed(signal, BSpline(unit.t, level * unit.c, unit.k))
+        for (signal, unit), level in zip(splines, sigma, strict=True)
+    ]
 
 
-def stiffest_within_noise(both: F64, sigma: float) -> F64:
-    """Columns ``both`` (n, 2), smoothed as the first demands; the trace from the eigenvalues 1/(1 + λ (2
-    sin(πk/2n))⁸).
+def stiffest_within_noise(columns: F64, sigma: F64) -> F64:
+    """Signals (n, s) of noise ``sigma`` (s,), and in the last column a realisation of noise: (s, n, 2), each
+    signal smoothed as it demands, the noise with it.
+
+    The trace comes from the eigenvalues 1/(1 + λ (2 sin(πk/2n))⁸).
     """
-    n = len(both)
+    n, signals = len(columns), columns[:, :-1]
     bands, eigenvalues = penalty_bands(n), (2 * np.sin(np.pi * np.arange(n) / (2 * n))) ** 8
-    best, chosen = np.inf, both
+    chosen = np.stack([columns[:, np.array([s, -1])] for s in range(len(sigma))])
+    best = np.full(len(sigma), np.inf)
     for stiffness in STIFFNESSES:
         matrix = stiffness * bands
         matrix[4] += 1.0
         try:
-            smoothed = solveh_banded(matrix, both)
+            smoothed = solveh_banded(matrix, columns, check_finite=False)
         except LinAlgError:  # stiffer than double precision carries
             break
         trace = np.sum(1 / (1 + stiffness * eigenvalues))
-        cost = float(np.mean((both[:, 0] - smoothed[:, 0]) ** 2) + 2 * sigma**2 * trace / n)
-        if cost < best:
-            best, chosen = cost, smoothed
+        cost = np.mean((signals - smoothed[:, :-1]) ** 2, axis=0) + 2 * sigma**2 * trace / n
+        for s in np.flatnonzero(cost < best):
+            best[s], chosen[s] = cost[s], smoothed[:, np.array([s, -1])]
     return chosen

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from wmr_replay.identify.alpha import AlphaState, fit_of, fresh_alpha, regress_alpha
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.verdict import (
@@ -35,6 +36,7 @@ UNKNOWN_SKID_TIME_S = 0.1
 """Lateral time constant that is presumed, where the stiffness is unknown, to ask whether a skid would show.
 """
 ALPHA_KNOWN_WITHIN = 0.1
+THIRD = 1 / 3
 
 
 class Rules(NamedTuple):
@@ -103,43 +105,24 @@ def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     return IDEAL | (0 if excited else SLIPPING) | (0 if turning else SKIDDING)
 
 
-class AlphaState(NamedTuple):
-    """Running regression of α: sums (2,) Σ w F² and Σ w F y; pending row (3,) F, y, w; stamps (3,) of the
-    pending row, the last row taken up, the last slip.
-    """
-
-    sums: F64
-    pending: F64
-    stamps_ns: I64
-
-
-def fresh_alpha() -> AlphaState:
-    """Nothing seen yet."""
-    long_ago = np.int64(-(2**61))
-    return AlphaState(np.zeros(2), np.zeros(3), np.array([long_ago, long_ago, long_ago]))
+@njit(cache=True)
+def mode_of(left: int) -> int:
+    """The mode that is left alone, else −1."""
+    if left & (left - 1):
+        return -1
+    return 0 if left == IDEAL else (1 if left == SKIDDING else 2)
 
 
 @njit(cache=True)
-def regress_alpha(
-    state: AlphaState, t_ns: int, window_ns: int, force: float, response: float, variance: float, slips: bool
-) -> None:
-    """One step of α = Σ w F y / Σ w F², w = 1/var y, over rows a window apart, whose noise is independent.
-
-    y = dv_long/dt − v_lat ω/3 = α F in ideal rolling and in skidding, (14) and (15). A row counts once a
-    window has passed after it, and one before it, without a sign of slip: it then holds no slip itself.
-    """
-    stamps = state.stamps_ns
-    if slips:
-        stamps[2] = t_ns
-        state.pending[2] = 0.0
-    if state.pending[2] > 0.0 and t_ns - stamps[0] >= window_ns:
-        pending_force, pending_response, weight = state.pending
-        state.sums[0] += weight * pending_force**2
-        state.sums[1] += weight * pending_force * pending_response
-        state.pending[2] = 0.0
-    if state.pending[2] == 0.0 and t_ns - max(stamps[1], stamps[2]) >= window_ns and variance > 0.0:
-        state.pending[:] = force, response, 1.0 / variance
-        stamps[0] = stamps[1] = t_ns
+def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
+    """Why more than one mode is left; OK where one is."""
+    if not independent:
+        return POSE_NOT_INDEPENDENT
+    if not left & (left - 1):
+        return OK
+    if not left & SLIPPING:
+        return NOT_TURNING
+    return NO_TORQUE if no_torque else NOT_EXCITED
 
 
 @njit(cache=True)
@@ -152,42 +135,48 @@ def judge_rows(
     ``alpha`` is carried on in place.
     """
     n = t_ns.shape[0]
-    values, verdicts = np.full((5, n), np.nan), np.empty((3, n), np.int8)
+    values, verdicts = np.empty((5, n)), np.empty((3, n), np.int8)
+    v_longs, v_lats, v_lat_sds = motion.v_long_mps, motion.v_lat_mps, motion.v_lat_mps_sd
+    yaw_rates, a_longs, a_long_sds = motion.yaw_rate_radps, motion.a_long_mps2, motion.a_long_mps2_sd
+    fitted, fitted_sd = fit_of(alpha)
+    due_ns = alpha.stamps_ns[0]
     for i in range(n):
-        v_long, v_lat = motion.v_long_mps[i], motion.v_lat_mps[i]
-        yaw_rate, a_long = motion.yaw_rate_radps[i], motion.a_long_mps2[i]
-        a_long_sd = motion.a_long_mps2_sd[i]
+        v_long, v_lat = v_longs[i], v_lats[i]
         if np.isnan(v_long):
-            verdicts[:, i] = -1, IDEAL | SKIDDING | SLIPPING, WARMING_UP
+            values[:, i] = np.nan
+            verdicts[0, i], verdicts[1, i], verdicts[2, i] = -1, IDEAL | SKIDDING | SLIPPING, WARMING_UP
             continue
-        fitted = alpha.sums[1] / alpha.sums[0] if alpha.sums[0] > 0.0 else np.nan
-        fitted_sd = 1.0 / np.sqrt(alpha.sums[0]) if alpha.sums[0] > 0.0 else np.nan
+        yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
         if np.isnan(used) and fitted_sd <= ALPHA_KNOWN_WITHIN * fitted:
             used = fitted
         threshold_k = max(
-            rules.threshold_sd * motion.v_lat_mps_sd[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
+            rules.threshold_sd * v_lat_sds[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
         )
         threshold_d = max(rules.threshold_sd * a_long_sd, rules.min_c_d_mps2)
-        c_d = a_long - known[i] - used * force[i]
-        skids, slips = abs(v_lat) > threshold_k, abs(c_d) > threshold_d
-        excited = abs(used * force[i]) >= threshold_d
-        turning = skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
-        left = not_excluded(skids, slips, excited, turning)
-        if not np.isnan(force[i]) and independence[i] != NOT_INDEPENDENT:
-            variance = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd) ** 2
-            response = a_long - known[i] - v_lat * yaw_rate / 3.0
-            regress_alpha(alpha, t_ns[i], rules.window_ns, force[i], response, variance, slips and not skids)
-        outcome = OK
-        if independence[i] == NOT_INDEPENDENT:
-            left, outcome = IDEAL | SKIDDING | SLIPPING, POSE_NOT_INDEPENDENT
-        elif left & (left - 1):
-            outcome = (
-                NOT_TURNING if not left & SLIPPING else (NO_TORQUE if np.isnan(force[i]) else NOT_EXCITED)
-            )
-        mode = -1 if left & (left - 1) else (0 if left == IDEAL else (1 if left == SKIDDING else 2))
-        values[:, i] = c_d, threshold_k, threshold_d, fitted, fitted_sd
-        verdicts[:, i] = mode, left, outcome
+        push = used * force[i]
+        c_d = a_long - known[i] - push
+        skids, slips, independent = (
+            abs(v_lat) > threshold_k,
+            abs(c_d) > threshold_d,
+            independence[i] != NOT_INDEPENDENT,
+        )
+        left, counts = IDEAL | SKIDDING | SLIPPING, False
+        if independent:
+            turning = skids or slips or skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
+            left = not_excluded(skids, slips, abs(push) >= threshold_d, turning)
+        if independent and not np.isnan(force[i]):
+            sd = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd)
+            response = a_long - known[i] - v_lat * yaw_rate * THIRD
+            counts = (slips and not skids) or t_ns[i] >= due_ns
+            if counts:
+                seen = (force[i], response, sd * sd)
+                due_ns = regress_alpha(alpha, t_ns[i], rules.window_ns, seen, slips and not skids)
+        values[0, i], values[1, i], values[2, i] = c_d, threshold_k, threshold_d
+        values[3, i], values[4, i] = fitted, fitted_sd
+        fitted, fitted_sd = fit_of(alpha) if counts else (fitted, fitted_sd)
+        verdicts[0, i], verdicts[1, i] = mode_of(left), left
+        verdicts[2, i] = outcome_of(left, independent, np.isnan(force[i]))
     return values, verdicts
 
 

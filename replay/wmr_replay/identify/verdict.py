@@ -11,6 +11,7 @@ IDEAL, SKIDDING, SLIPPING = 1, 2, 4
 """Bits of ``mode_set``."""
 ALL_MODES = IDEAL | SKIDDING | SLIPPING
 OK, WARMING_UP, NO_TORQUE, NOT_EXCITED, NOT_TURNING, POSE_NOT_INDEPENDENT = 0, 1, 3, 4, 5, 6
+POSE_JUMP, OUTLIER = 7, 8
 """Outcomes, as positions in ``wmr_schemas.tables.Status``."""
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from wmr_schemas.arrays import I64, NS_PER_S, Bool
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.errors import InvalidSetting
 
 _FIRST_ABSOLUTE_S, _FIRST_ABSOLUTE_NS = 1e8, 1e17
@@ -55,8 +55,3 @@ def _iso_ns(text: str) -> int:
         ) from None
     since = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)) - datetime(1970, 1, 1, tzinfo=UTC)
     return (since.days * 86_400 + since.seconds) * NS_PER_S + since.microseconds * 1000
-
-
-def within(log_ns: I64, limits: tuple[int, int] | None) -> Bool | None:
-    """Which messages lie within the limits; None when there are none."""
-    return None if limits is None else (log_ns >= limits[0]) & (log_ns <= limits[1])

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.ingest.layout import Layout, Leaf, Undecodable
+from wmr_replay.ingest.lean import lean
 from wmr_schemas.arrays import F64
 
 
@@ -91,7 +91,9 @@ class PoseBinding:
 
     def values(self, raw: F64) -> F64:
         """x, y and the quaternion's yaw."""
-        return np.stack((raw[0], raw[1], yaw_of(raw[2:])))
+        values = np.empty((3, raw.shape[1]))
+        values[:2], values[2] = raw[:2], yaw_of(raw[2:])
+        return values
 
 
 @dataclass(frozen=True)
@@ -150,18 +152,20 @@ class PlacedBinding:
 
 def yaw_of(quaternion: F64) -> F64:
     """Yaw = atan2(2(wz + xy), w² + x² − y² − z²) of (4, n), for any norm of the quaternion but 0 (NaN)."""
-    yaw: F64 = _yaw(*quaternion)
+    sides = np.empty((2, quaternion.shape[1]))
+    _sides(quaternion[0], quaternion[1], quaternion[2], quaternion[3], sides)
+    yaw: F64 = np.arctan2(*sides)
     return yaw
 
 
-@njit(cache=True, nogil=True)
-def _yaw(x: F64, y: F64, z: F64, w: F64) -> F64:
-    yaw = np.empty(len(x))
+@lean
+def _sides(x: F64, y: F64, z: F64, w: F64, sides: F64) -> None:
+    """Opposite and adjacent side of the yaw."""
     for k in range(len(x)):
         a, b, c, d = w[k] * w[k], x[k] * x[k], y[k] * y[k], z[k] * z[k]
         known = a + b + c + d != 0
-        yaw[k] = np.arctan2(2 * (w[k] * z[k] + x[k] * y[k]), a + b - c - d) if known else np.nan
-    return yaw
+        sides[0, k] = 2 * (w[k] * z[k] + x[k] * y[k])
+        sides[1, k] = a + b - c - d if known else np.nan
 
 
 @dataclass(frozen=True)

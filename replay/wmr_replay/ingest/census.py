@@ -4,8 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wmr_replay.ingest.lean import lean
-from wmr_replay.ingest.walk import Messages
 from wmr_schemas.arrays import I64, NS_PER_S
 
 _N_IDS = 1 << 16
@@ -39,9 +37,11 @@ class Census:
     first_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _LATEST, np.int64))
     last_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _EARLIEST, np.int64))
 
-    def add(self, messages: Messages) -> None:
-        """Count one block's messages."""
-        _add(messages.channel, messages.log_ns, self.n, self.first_ns, self.last_ns)
+    def add(self, other: "Census") -> None:
+        """Count what another one has counted."""
+        self.n += other.n
+        np.minimum(self.first_ns, other.first_ns, out=self.first_ns)
+        np.maximum(self.last_ns, other.last_ns, out=self.last_ns)
 
     @property
     def tallies(self) -> dict[int, Tally]:
@@ -50,12 +50,3 @@ class Census:
             k: Tally(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
             for k in np.flatnonzero(self.n).tolist()
         }
-
-
-@lean
-def _add(channel: I64, log_ns: I64, n: I64, first_ns: I64, last_ns: I64) -> None:
-    for row in range(len(channel)):
-        k = channel[row]
-        n[k] += 1
-        first_ns[k] = min(first_ns[k], log_ns[row])
-        last_ns[k] = max(last_ns[k], log_ns[row])

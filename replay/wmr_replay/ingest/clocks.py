@@ -17,7 +17,7 @@ from wmr_replay.ingest.sampling import N_WANTED
 from wmr_replay.ingest.steps import Steps
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
-_N_OFFSETS = 64
+_STRETCH, _N_OFFSETS = 256, 64
 _FAR_FROM_ZERO_NS = 3600 * NS_PER_S
 _LEAST_FORWARD = 3
 """One step in so many has to go forward; stamps in pairs are common."""
@@ -31,7 +31,7 @@ class Clock:
     name: ClockName
     reason: str = ""
     offsets_ns: list[float] = field(default_factory=list)
-    """Typical stamp − log time, block by block."""
+    """Typical stamp − log time, stretch by stretch."""
     steps: Steps = field(default_factory=Steps)
     zero_is_none: bool = False
     """A stamp of zero means that there is none: the first stamps are far from it."""
@@ -65,13 +65,13 @@ class Clock:
         """Stamps of one block's messages by this clock."""
         t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
         if len(t_ns):
-            self.offsets_ns.append(_typical_offset(t_ns, log_ns))
+            self.offsets_ns += _typical_offsets(t_ns, log_ns)
             self.steps.push(t_ns, log_ns)
         return t_ns
 
     @property
     def offset_s(self) -> float | None:
-        """Median of the blocks' median offsets against the log time."""
+        """Median of the stretches' median offsets against the log time."""
         return float(np.median(self.offsets_ns)) / NS_PER_S if self.offsets_ns else None
 
     def describe(self) -> str:
@@ -84,11 +84,14 @@ class Clock:
         return f"{text}, {short_time(self.offset_s)} off log time{drift}"
 
 
-def _typical_offset(t_ns: I64, log_ns: I64) -> float:
-    """Median of stamp − log time over a few messages of a block."""
-    few = slice(None, None, -(-len(t_ns) // _N_OFFSETS))
-    offsets = np.sort(t_ns[few] - log_ns[few])
-    return float(offsets[len(offsets) // 2])
+def _typical_offsets(t_ns: I64, log_ns: I64) -> list[float]:
+    """Medians of stamp − log time over a few messages of each stretch of a block."""
+    n = max(len(t_ns) // _STRETCH, 1)
+    length = len(t_ns) // n
+    few = slice(None, None, -(-length // _N_OFFSETS))
+    stamped, logged = (times[: n * length].reshape(n, length)[:, few] for times in (t_ns, log_ns))
+    offsets = np.sort(stamped - logged, axis=1)
+    return offsets[:, offsets.shape[1] // 2].astype(np.float64).tolist()  # type: ignore[no-any-return]
 
 
 def first_stamps(use: Use) -> tuple[I64, I64]:
@@ -97,8 +100,10 @@ def first_stamps(use: Use) -> tuple[I64, I64]:
     lengths = np.array([len(message) for message in messages], np.int64)
     data = np.frombuffer(b"".join(messages), np.uint8)
     decoder = Decoder(use.definition, use.binding)
-    columns = decoder.begin(data, np.cumsum(lengths) - lengths, lengths)
-    used = decoder.settle(columns)
+    columns = decoder.begin(len(lengths))
+    decoder.read(columns, data, np.cumsum(lengths) - lengths, lengths)
+    decoder.settle(columns)
+    used = columns.used
     log_ns = np.array([sample.log_ns for sample in use.samples], np.int64)
     return columns.stamp_ns[used][:N_WANTED], log_ns[used][:N_WANTED]
 

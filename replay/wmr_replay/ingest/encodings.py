@@ -23,8 +23,12 @@ if TYPE_CHECKING:
 class Program(Protocol):
     """One compiled pass over messages of one layout; whatever departs from it is left alone."""
 
-    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
-        """Fill in the messages that fit and are not ``used`` yet; how many they were."""
+    def run(
+        self, data: U8, starts: I64, lengths: I64, first: int, stamp_ns: I64, raw: F64, used: Bool
+    ) -> int:
+        """Fill in the messages that fit and are not ``used`` yet, message k in row ``first`` + k; how many
+        they were.
+        """
 
 
 class Definition(Protocol):

@@ -13,12 +13,14 @@ import numpy as np
 from wmr_replay.ingest.bindings import Recipe
 from wmr_replay.ingest.layout import Layout, Leaf
 from wmr_replay.ingest.lean import lean
+from wmr_replay.ingest.unaligned import load_f32, load_f64, load_u64
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _WORD = 8
 _FLOAT64, _FLOAT32, _UNSIGNED, _SIGNED, _VARINT, _ZIGZAG = range(6)
 _KINDS = {"f8": _FLOAT64, "f4": _FLOAT32, "varint": _VARINT, "zigzag": _ZIGZAG}
 _STAMP = -1
+_AT_ONCE = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +37,15 @@ class Program:
     factors: I64
     constants: F64
 
-    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
-        """Fill in the messages that share the layout and are not filled in yet; how many they were."""
-        words, doubles, singles = (_windows(data, dtype) for dtype in ("<u8", "<f8", "<f4"))
+    def run(
+        self, data: U8, starts: I64, lengths: I64, first: int, stamp_ns: I64, raw: F64, used: Bool
+    ) -> int:
+        """Fill in the messages that share the layout and are not filled in yet, from row ``first`` on; how
+        many they were.
+        """
         filled: int = _run(
-            data, words, doubles, singles, starts, lengths, self.length, self.skeleton,
-            self.steps, self.gains, self.factors, self.constants, np.empty((3, len(starts)), np.uint64),
-            stamp_ns, raw, used,
+            data, starts, lengths, first, self.length, self.skeleton, self.steps, self.gains, self.factors,
+            self.constants, np.empty((3, _AT_ONCE), np.uint64), stamp_ns, raw, used,
         )  # fmt: skip
         return filled
 
@@ -90,31 +94,28 @@ def _words(layout: Layout) -> Any:
     return np.array(words, np.uint64).reshape(-1, 3).T.copy()
 
 
-def _windows(data: U8, dtype: str) -> np.ndarray[Any, Any]:
-    """The number that starts at each byte."""
-    size = np.dtype(dtype).itemsize
-    return np.ndarray((max(len(data) - size + 1, 0),), dtype, data, strides=(1,))
-
-
 @lean
-def _agrees(words: Any, start: Any, skeleton: Any) -> Any:
+def _agrees(data: U8, start: Any, skeleton: Any) -> Any:
     offsets, masks, wanted = skeleton[0], skeleton[1], skeleton[2]
     wrong = np.uint64(0)
     for k in range(len(offsets)):
-        wrong |= (words[start + offsets[k]] & masks[k]) ^ wanted[k]
+        wrong |= (load_u64(data, start + offsets[k]) & masks[k]) ^ wanted[k]
     return wrong == 0
 
 
 @lean
-def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, used: Bool, found: Any) -> int:
-    """Rows of the messages that agree, and where they start, into ``found``; they are marked as used.
+def _select(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
+    data: U8, starts: I64, lengths: I64, part: Any, first: int, length: int, skeleton: Any, used: Bool,
+    found: Any,
+) -> int:  # fmt: skip
+    """Rows of the messages in ``part`` that agree, and where they start, into ``found``; they are now used.
 
     Both are unsigned, which spares the test whether an index counts from the end.
     """
     n = 0
-    for row in range(len(starts)):
-        start = np.uint64(starts[row])
-        if not used[row] and lengths[row] == length and _agrees(words, start, skeleton):
+    for k in range(part[0], part[1]):
+        start, row = np.uint64(starts[k]), np.uint64(first + k)
+        if not used[row] and lengths[k] == length and _agrees(data, start, skeleton):
             used[row] = True
             found[0, n], found[1, n] = row, start
             n += 1
@@ -122,11 +123,11 @@ def _select(words: Any, starts: I64, lengths: I64, length: int, skeleton: Any, u
 
 
 @lean
-def _read_fixed(words: Any, places: Any, step: Any, shift: int, n_bytes: int, signed: bool, out: I64) -> None:
+def _read_fixed(data: U8, places: Any, step: Any, shift: int, n_bytes: int, signed: bool, out: I64) -> None:
     """Whole numbers of fixed size, out of the words that hold them."""
     down, unused = np.uint64(shift), np.uint64(64 - 8 * n_bytes)
     for k in range(len(places)):
-        value = (words[places[k] + step] >> down) << unused
+        value = (load_u64(data, places[k] + step) >> down) << unused
         out[k] = np.int64(value) >> np.int64(unused) if signed else np.int64(value >> unused)
 
 
@@ -143,10 +144,14 @@ def _read_varints(data: U8, places: Any, step: Any, n_bytes: int, zigzag: bool, 
 
 
 @lean
-def _read_floats(window: Any, places: Any, step: Any, out: F64) -> None:
+def _read_floats(data: U8, places: Any, step: Any, double: bool, out: F64) -> None:
     """Floating-point numbers."""
-    for k in range(len(places)):
-        out[k] = window[places[k] + step]
+    if double:
+        for k in range(len(places)):
+            out[k] = load_f64(data, places[k] + step)
+    else:
+        for k in range(len(places)):
+            out[k] = load_f32(data, places[k] + step)
 
 
 @lean
@@ -162,35 +167,54 @@ def _add_ns(out: I64, rows: Any, numbers: Any, factor: int) -> None:
 
 
 @lean
-def _run(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
-    data: U8, words: Any, doubles: Any, singles: Any, starts: I64, lengths: I64, length: int, skeleton: Any,
-    steps: I64, gains: F64, factors: I64, constants: F64, scratch: Any, stamp_ns: I64, raw: F64, used: Bool,
-) -> int:  # fmt: skip
-    """The messages that agree, then their fields one after another: each is a short loop of its own."""
-    n = _select(words, starts, lengths, length, skeleton, used, scratch)
-    rows, places = scratch[0, :n], scratch[1, :n]
-    floats, integers = scratch[2, :n].view(np.float64), scratch[2, :n].view(np.int64)
-    for column in range(len(constants)):
-        for k in range(n):
-            raw[column, rows[k]] = constants[column]
+def _gather(  # noqa: PLR0913, PLR0917
+    data: U8,
+    rows: Any,
+    places: Any,
+    numbers: Any,
+    steps: I64,
+    gains: F64,
+    factors: I64,
+    stamp_ns: I64,
+    raw: F64,
+) -> None:
+    """The fields of a few messages one after another: each is a short loop of its own."""
+    floats, integers = numbers.view(np.float64), numbers.view(np.int64)
     for k in range(steps.shape[1]):
         kind, step, column = steps[0, k], np.uint64(steps[1, k]), steps[4, k]
-        if kind in (_FLOAT64, _FLOAT32):
-            if kind == _FLOAT64:
-                _read_floats(doubles, places, step, floats)
-            else:
-                _read_floats(singles, places, step, floats)
-            if column == _STAMP:
-                _add_ns(stamp_ns, rows, floats, factors[k])
-            else:
-                _add(raw[column], rows, floats, gains[k])
-            continue
-        if kind in (_UNSIGNED, _SIGNED):
-            _read_fixed(words, places, step, steps[2, k], steps[3, k], kind == _SIGNED, integers)
+        is_float = kind in (_FLOAT64, _FLOAT32)
+        if is_float:
+            _read_floats(data, places, step, kind == _FLOAT64, floats)
+        elif kind in (_UNSIGNED, _SIGNED):
+            _read_fixed(data, places, step, steps[2, k], steps[3, k], kind == _SIGNED, integers)
         else:
             _read_varints(data, places, step, steps[3, k], kind == _ZIGZAG, integers)
-        if column == _STAMP:
+        if is_float and column == _STAMP:
+            _add_ns(stamp_ns, rows, floats, factors[k])
+        elif is_float:
+            _add(raw[column], rows, floats, gains[k])
+        elif column == _STAMP:
             _add_ns(stamp_ns, rows, integers, factors[k])
         else:
             _add(raw[column], rows, integers, gains[k])
-    return n
+
+
+@lean
+def _run(  # noqa: PLR0913, PLR0917
+    data: U8, starts: I64, lengths: I64, first: int, length: int, skeleton: Any, steps: I64, gains: F64,
+    factors: I64, constants: F64, scratch: Any, stamp_ns: I64, raw: F64, used: Bool,
+) -> int:  # fmt: skip
+    """The messages that agree, a few at once, so that their bytes stay near."""
+    filled = 0
+    for start in range(0, len(starts), _AT_ONCE):
+        part = start, min(start + _AT_ONCE, len(starts))
+        n = _select(data, starts, lengths, part, first, length, skeleton, used, scratch)
+        rows, places = scratch[0, :n], scratch[1, :n]
+        for k in range(n):
+            stamp_ns[rows[k]] = 0
+        for column in range(len(constants)):
+            for k in range(n):
+                raw[column, rows[k]] = constants[column]
+        _gather(data, rows, places, scratch[2, :n], steps, gains, factors, stamp_ns, raw)
+        filled += n
+    return filled

@@ -105,21 +105,21 @@ class LogReader:
         ]
 
     def batches(self, *, everything: bool = False) -> Iterator[RawBatch]:
-        """Rows of the channels in use in file order, a batch for each chunk or stretch of plain records.
+        """Rows of the channels in use in file order, a batch for a few neighbouring chunks.
 
         With ``everything``, chunks that hold none of them are read too, for the census and the losses.
         """
         self.losses = self._frame_losses()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
         reading = Reading(self.plan.uses, self.clocks, self.parts, self.losses, self.limits)
-        self.census = reading.census
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
         for begun in work_ahead(self.parts.paths, spans, reading.begin):
-            batch, span = reading.push(begun), begun.span
+            batch, span = reading.push(begun), begun.last
             self.position_bytes = before[span.part] + span.data_offset + span.data_bytes
             yield batch
+        self.census = reading.census
         whole = len(spans) == len(self.survey.spans) and self.limits is None
         statistics = self.survey.statistics if whole else None
         reading.finish(None if statistics is None else sum(statistics.values()))

@@ -1,48 +1,56 @@
-"""One pass over a log: blocks in, batches of rows out, with an account of what was met on the way."""
+"""One pass over a log: groups of spans in, batches of rows out, and an account of what was met."""
 
-from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import BinaryIO
 
 import numpy as np
 
-from wmr_replay.ingest.between import within
 from wmr_replay.ingest.census import Census
 from wmr_replay.ingest.chunks import Span, load
 from wmr_replay.ingest.clocks import Clock
-from wmr_replay.ingest.decode import Columns, Decoded, Decoder
+from wmr_replay.ingest.decode import Decoded, Decoder
 from wmr_replay.ingest.detect import Use
+from wmr_replay.ingest.filling import Columns
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.parts import N_CHANNEL_IDS, Parts
-from wmr_replay.ingest.shares import Share, share_out
+from wmr_replay.ingest.shares import NO_LIMITS, Shares
 from wmr_replay.ingest.signals import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
-from wmr_replay.ingest.walk import Messages, walk
 from wmr_replay.ingest.workspace import Workspace
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, U8
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
+_TRUSTED_MESSAGES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
-    """A span on its way: its messages, and by role which of them are wanted and their columns so far.
-
-    The records themselves, ``n_bytes``, are gone; ``stop`` is where the walk over them ended.
-    """
+class Found:
+    """A span of ``n_bytes``: its messages within the limits; ``stop`` is where the walk over it ended."""
 
     span: Span
     problem: str
     n_bytes: int
+    n_messages: int
     stop: int
-    messages: Messages
-    n_used: int
-    shares: dict[str, Share]
-    columns: dict[str, Columns]
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A group of spans on its way: the wanted messages, and by role their columns. The records are gone."""
+
+    found: list[Found]
+    shares: Shares
+    columns: list[Columns]
+
+    @property
+    def last(self) -> Span:
+        """The last of the spans."""
+        return self.found[-1].span
 
 
 class Reading:
-    """``push(begun) -> RawBatch`` and ``finish()``, like every stage, with ``begin(file, span)`` before."""
+    """``push(begun) -> RawBatch`` and ``finish()``, like every stage, with ``begin(file, spans)`` before."""
 
     def __init__(
         self,
@@ -53,51 +61,73 @@ class Reading:
         limits: tuple[int, int] | None = None,
     ) -> None:
         self.uses, self.clocks, self.losses = uses, clocks, losses
-        self.parts, self.book, self.limits = parts, parts.survey.book, limits
+        self.parts, self.book = parts, parts.survey.book
         self.decoders = {role: Decoder(use.definition, use.binding) for role, use in uses.items()}
         self.role_of = np.full(N_CHANNEL_IDS, -1)
         self.role_of[[use.channel.id for use in uses.values()]] = range(len(uses))
-        self.census = Census()
+        self.limits_ns = NO_LIMITS if limits is None else np.array(limits, np.int64)
+        self.same_ids = np.arange(N_CHANNEL_IDS)
+        self.censuses = defaultdict[Workspace, Census](Census)
         self.n_used = 0
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
-    def begin(self, file: BinaryIO, span: Span, workspace: Workspace) -> Begun:
-        """Read a span, find its messages, decode what can be decoded at once; any thread may do it."""
-        block = load(file, span, workspace)
-        found = walk(block.data, n_expected=sum(span.counts.values()))
-        messages = self._chosen(found.messages, span)
-        n_used, each = share_out(messages, self.role_of, len(self.uses))
-        shares = dict(zip(self.uses, each, strict=True))
-        columns = {
-            role: self.decoders[role].begin(block.data, share.offset, share.length)
-            for role, share in shares.items()
-        }
-        return Begun(span, block.problem, len(block.data), found.stop, messages, n_used, shares, columns)
+    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> Begun:
+        """Read spans of a file, find their messages, decode what can be at once; any thread may do it."""
+        n_expected = self._n_expected(spans)
+        begun = Begun([], Shares(len(self.uses), max(n_expected, default=0)), self._columns(n_expected))
+        ids = self.parts.ids[spans[0].part]
+        ids = self.same_ids if ids is None else ids
+        census = self.censuses[workspace]
+        for span in spans:
+            block = load(file, span, workspace)
+            n, stop = begun.shares.add(block.data, ids, self.role_of, self.limits_ns, census)
+            begun.found.append(Found(span, block.problem, len(block.data), n, stop))
+            self._read(begun, block.data)
+        for decoder, columns in zip(self.decoders.values(), begun.columns, strict=True):
+            decoder.close(columns)
+        return begun
 
-    def _chosen(self, messages: Messages, span: Span) -> Messages:
-        """The messages within the limits, under the channels' common ids."""
-        ids, inside = self.parts.ids[span.part], within(messages.log_ns, self.limits)
-        if inside is not None and not inside.all():
-            messages = messages.take(inside)
-        return messages if ids is None else replace(messages, channel=ids[messages.channel])
+    def _n_expected(self, spans: Sequence[Span]) -> list[int]:
+        """How many messages of each role the index tells of, as far as its word is taken."""
+        counts = (sum(span.counts.get(use.channel.id, 0) for span in spans) for use in self.uses.values())
+        return [min(count, _TRUSTED_MESSAGES) for count in counts]
+
+    def _columns(self, n_expected: list[int]) -> list[Columns]:
+        return [decoder.begin(n) for decoder, n in zip(self.decoders.values(), n_expected, strict=True)]
+
+    def _read(self, begun: Begun, data: U8) -> None:
+        """Decode the block that was added last."""
+        counts = begun.shares.counts.tolist()
+        for role, decoder in enumerate(self.decoders.values()):
+            columns = begun.columns[role]
+            if counts[role] > columns.n:
+                decoder.read(columns, data, *begun.shares.places(role, columns.n, counts[role]))
+
+    @property
+    def census(self) -> Census:
+        """The messages that were read, of all channels."""
+        total = Census()
+        for census in self.censuses.values():
+            total.add(census)
+        return total
 
     def push(self, begun: Begun) -> RawBatch:
-        """The rows of one block, in the order of the file."""
-        self._judge(begun)
-        self.census.add(begun.messages)
-        rows = {role: self._rows(role, begun) for role in self.uses}
-        self.n_used += begun.n_used
+        """The rows of a group, in the order of the file."""
+        for found in begun.found:
+            self._judge(found)
+        rows = {role: self._rows(k, role, begun) for k, role in enumerate(self.uses)}
+        self.n_used += int(begun.shares.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
 
-    def _rows(self, role: str, begun: Begun) -> Rows:
-        share, decoded = begun.shares[role], self.decoders[role].finish(begun.columns[role])
-        t_ns, values, order = decoded.stamp_ns, decoded.values, share.order + self.n_used
-        publish_ns, log_ns = share.publish_ns, share.log_ns
+    def _rows(self, k: int, role: str, begun: Begun) -> Rows:
+        decoded, shares = self.decoders[role].finish(begun.columns[k]), begun.shares
+        t_ns, values, order = decoded.stamp_ns, decoded.values, shares.order(k) + self.n_used
+        publish_ns, log_ns = shares.publish_ns(k), shares.log_ns(k)
         if not decoded.all_used:
             self._count(role, decoded)
         kept = self.clocks[role].stamped(t_ns, decoded.used)
-        if not kept.all():
+        if not (decoded.all_used and kept is decoded.used):
             t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
         if role == "torque":
@@ -105,22 +135,24 @@ class Reading:
         return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
 
     def _count(self, role: str, decoded: Decoded) -> None:
-        n_undecodable = int(decoded.undecodable.sum())
-        self.undecodable[role] += n_undecodable
-        self.not_concerned[role] += int((~decoded.used).sum()) - n_undecodable
+        self.undecodable[role] += decoded.n_undecodable
+        self.not_concerned[role] += int((~decoded.used).sum()) - decoded.n_undecodable
 
-    def _judge(self, begun: Begun) -> None:
-        """Note what is wrong with a block."""
-        where, n_messages = self._where(begun.span), len(begun.messages)
-        if begun.problem and begun.span.whole:
+    def _judge(self, found: Found) -> None:
+        """Note what is wrong with a span."""
+        if not found.problem and found.stop == found.n_bytes:
+            return
+        where = self._where(found.span)
+        if found.problem and found.span.whole:
             self.losses.n_chunks_damaged += 1
-            self.losses.note(f"{where} is left out: {begun.problem}{_expected(begun.span)}")
-        elif begun.problem:
-            self.losses.note(f"{where}: {begun.problem}; {n_messages} messages of it were recovered")
-        elif begun.stop < begun.n_bytes:
+            self.losses.note(f"{where} is left out: {found.problem}{_expected(found.span)}")
+        elif found.problem:
+            self.losses.note(f"{where}: {found.problem}; {found.n_messages} messages of it were recovered")
+        else:
             self.losses.n_chunks_damaged += 1
             self.losses.note(
-                f"{where} is damaged {begun.stop} bytes in; the {n_messages} messages before that were used"
+                f"{where} is damaged {found.stop} bytes in; "
+                f"the {found.n_messages} messages before that were used"
             )
 
     def _where(self, span: Span) -> str:
@@ -133,10 +165,11 @@ class Reading:
             self.losses.n_undecodable += n
             if n:
                 self.losses.note(f"{self.uses[role].channel.topic}: {n} messages do not fit their schema")
-        for channel_id in sorted(self.census.tallies.keys() - self.book.channels.keys()):
-            n = self.census.tallies[channel_id].n
+        tallies = self.census.tallies
+        for channel_id in sorted(tallies.keys() - self.book.channels.keys()):
+            n = tallies[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
-        n_found = sum(tally.n for tally in self.census.tallies.values())
+        n_found = sum(tally.n for tally in tallies.values())
         if n_expected is not None and n_expected != n_found and not self.losses.any():
             self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
         if self.book.n_malformed:

@@ -11,6 +11,7 @@ from enum import IntEnum
 MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")
 """Opcode and content length, before every record."""
+_CHUNK = struct.Struct("<QQQI")
 
 
 class Opcode(IntEnum):
@@ -127,7 +128,7 @@ def parse_metadata(data: bytes) -> tuple[str, dict[str, str]]:
 def parse_chunk_head(data: bytes) -> ChunkHead:
     """The part of a Chunk record before its compressed records."""
     cursor = Cursor(data)
-    start_ns, end_ns, size, crc = cursor.uint(8), cursor.uint(8), cursor.uint(8), cursor.uint(4)
+    start_ns, end_ns, size, crc = _CHUNK.unpack(cursor.take(_CHUNK.size))
     compression, stored = cursor.text(), cursor.uint(8)
     return ChunkHead(start_ns, end_ns, size, crc, compression, stored, cursor.position)
 

@@ -1,4 +1,4 @@
-"""The steps between the stamps of a channel, in file order: duplicates, backward steps, gaps, jitter."""
+"""The steps between the stamps of a channel: duplicates, backward steps, gaps, jitter."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,7 +11,7 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 GAP_STEPS = 5
 """A step of more than so many usual ones is a gap."""
 _N, _DUPLICATE, _BACKWARD, _GAP, _REGULAR = range(5)
-_LAST, _LONGEST, _FURTHEST_BACK, _OFFSET_MIN, _OFFSET_MAX = range(5)
+_LAST, _LONGEST, _FURTHEST_BACK, _OFFSET_MIN, _OFFSET_MAX, _HIGHEST = range(6)
 _UNKNOWN = np.iinfo(np.int64).min
 
 
@@ -19,23 +19,28 @@ _UNKNOWN = np.iinfo(np.int64).min
 class Steps:
     """Counters of one channel, carried on from block to block.
 
+    Duplicates and backward steps are those of the file's order. Gaps and jitter are those of the order in
+    time, as far as sorting each block restores it: from one stamp that is later than all before to the next.
     ``usual_ns`` is the median step of the first block that has any; jitter is the root mean square departure
-    from it of the steps that are neither gaps nor backward.
+    from it of the steps that are no gaps.
     """
 
     counts: I64 = field(default_factory=lambda: np.zeros(5, np.int64))
     extremes: I64 = field(
-        default_factory=lambda: np.array([_UNKNOWN, 0, 0, np.iinfo(np.int64).max, _UNKNOWN])
+        default_factory=lambda: np.array([_UNKNOWN, 0, 0, np.iinfo(np.int64).max, _UNKNOWN, _UNKNOWN])
     )
     squares: F64 = field(default_factory=lambda: np.zeros(1))
     usual_ns: int = 0
 
     def push(self, t_ns: I64, log_ns: I64) -> None:
         """Stamps of one block, and the log times of the same messages."""
+        n_backward = self.n_backward
+        _follow(t_ns, log_ns, self.counts, self.extremes)
+        ordered = t_ns if self.n_backward == n_backward else np.sort(t_ns)
         if not self.usual_ns and len(t_ns) > 1:
-            steps = np.diff(t_ns)
+            steps = np.diff(ordered)
             self.usual_ns = int(np.median(steps[steps > 0])) if (steps > 0).any() else 0
-        _push(t_ns, log_ns, self.usual_ns, self.counts, self.extremes, self.squares)
+        _advance(ordered, self.usual_ns, self.counts, self.extremes, self.squares)
 
     @property
     def n_duplicate(self) -> int:
@@ -98,27 +103,39 @@ class Steps:
 
 
 @lean
-def _push(t_ns: I64, log_ns: I64, usual_ns: int, counts: I64, extremes: I64, squares: Any) -> None:
+def _follow(t_ns: I64, log_ns: I64, counts: I64, extremes: I64) -> None:
+    """Step by step in the file's order."""
     last = extremes[_LAST]
     for row in range(len(t_ns)):
         offset = t_ns[row] - log_ns[row]
         extremes[_OFFSET_MIN] = min(extremes[_OFFSET_MIN], offset)
         extremes[_OFFSET_MAX] = max(extremes[_OFFSET_MAX], offset)
-        step = t_ns[row] - last
-        if last == _UNKNOWN:
-            pass
-        elif step == 0:
+        if last != _UNKNOWN and t_ns[row] == last:
             counts[_DUPLICATE] += 1
-        elif step < 0:
+        elif last != _UNKNOWN and t_ns[row] < last:
             counts[_BACKWARD] += 1
-            extremes[_FURTHEST_BACK] = max(extremes[_FURTHEST_BACK], -step)
+            extremes[_FURTHEST_BACK] = max(extremes[_FURTHEST_BACK], last - t_ns[row])
+        last = t_ns[row]
+    counts[_N] += len(t_ns)
+    extremes[_LAST] = last
+
+
+@lean
+def _advance(ordered: I64, usual_ns: int, counts: I64, extremes: I64, squares: Any) -> None:
+    """Step by step in time, over what is later than everything before."""
+    highest = extremes[_HIGHEST]
+    for row in range(len(ordered)):
+        if ordered[row] <= highest:
+            continue
+        step = ordered[row] - highest
+        if highest == _UNKNOWN:
+            pass
+        elif usual_ns and step > GAP_STEPS * usual_ns:
+            extremes[_LONGEST] = max(extremes[_LONGEST], step)
+            counts[_GAP] += 1
         else:
             extremes[_LONGEST] = max(extremes[_LONGEST], step)
-            if usual_ns and step > GAP_STEPS * usual_ns:
-                counts[_GAP] += 1
-            else:
-                counts[_REGULAR] += 1
-                squares[0] += float(step - usual_ns) ** 2
-        last = t_ns[row]
-        counts[_N] += 1
-    extremes[_LAST] = last
+            counts[_REGULAR] += 1
+            squares[0] += float(step - usual_ns) ** 2
+        highest = ordered[row]
+    extremes[_HIGHEST] = highest

@@ -39,12 +39,14 @@ class Template:
     factors: I64
     constants: F64
 
-    def run(self, data: U8, starts: I64, lengths: I64, stamp_ns: I64, raw: F64, used: Bool) -> int:
-        """Fill in the messages that fit and are not filled in yet; how many they were."""
+    def run(
+        self, data: U8, starts: I64, lengths: I64, first: int, stamp_ns: I64, raw: F64, used: Bool
+    ) -> int:
+        """Fill in the messages that fit and are not filled in yet, from row ``first`` on; how many."""
         words = np.ndarray((max(len(data) - _WORD + 1, 0),), "<u8", data, strides=(1,))
         filled: int = _run(
-            data, words, starts, lengths, self.literals, self.first, self.sizes, self.kinds, self.steps,
-            self.gains, self.factors, self.constants, np.empty(len(self.kinds)),
+            data, words, starts, lengths, first, self.literals, self.first, self.sizes, self.kinds,
+            self.steps, self.gains, self.factors, self.constants, np.empty(len(self.kinds)),
             np.empty(len(self.kinds), np.int64), stamp_ns, raw, used,
         )  # fmt: skip
         return filled
@@ -145,23 +147,24 @@ def _read(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by o
 
 @lean
 def _run(  # noqa: PLR0913, PLR0917
-    data: U8, words: Any, starts: I64, lengths: I64, literals: Any, first: I64, sizes: I64, kinds: I64,
-    steps: I64, gains: F64, factors: I64, constants: F64, numbers: F64, wholes: I64, stamp_ns: I64, raw: F64,
-    used: Bool,
+    data: U8, words: Any, starts: I64, lengths: I64, first: int, literals: Any, begins: I64, sizes: I64,
+    kinds: I64, steps: I64, gains: F64, factors: I64, constants: F64, numbers: F64, wholes: I64,
+    stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
     filled = 0
-    for row in range(len(starts)):
-        start, stop = starts[row], starts[row] + lengths[row]
-        if used[row] or not _read(data, words, start, stop, literals, first, sizes, kinds, numbers, wholes):
+    for k in range(len(starts)):
+        row, start, stop = first + k, starts[k], starts[k] + lengths[k]
+        if used[row] or not _read(data, words, start, stop, literals, begins, sizes, kinds, numbers, wholes):
             continue
         used[row] = True
         filled += 1
+        stamp_ns[row] = 0
         for column in range(len(constants)):
             raw[column, row] = constants[column]
-        for k in range(steps.shape[1]):
-            value, column = steps[0, k], steps[1, k]
+        for i in range(steps.shape[1]):
+            value, column = steps[0, i], steps[1, i]
             if column == _STAMP:
-                stamp_ns[row] += wholes[value] * factors[k]
+                stamp_ns[row] += wholes[value] * factors[i]
             else:
-                raw[column, row] += gains[k] * numbers[value]
+                raw[column, row] += gains[i] * numbers[value]
     return filled

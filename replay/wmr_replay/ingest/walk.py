@@ -1,21 +1,21 @@
 """One compiled pass over the records of a chunk: where its messages are, with no object for any."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wmr_replay.ingest.lean import lean
 from wmr_replay.ingest.records import Opcode
-from wmr_schemas.arrays import I64, U8, Bool
+from wmr_replay.ingest.unaligned import load_i64, load_u16, load_u32
+from wmr_schemas.arrays import I64, U8
 
 HEAD_BYTES = 9
 MESSAGE_HEAD_BYTES = 22
-_SCHEMA, _CHANNEL, _MESSAGE = int(Opcode.SCHEMA), int(Opcode.CHANNEL), int(Opcode.MESSAGE)
+_SCHEMA, MESSAGE = int(Opcode.SCHEMA), int(Opcode.MESSAGE)
 _FIRST_PRIVATE = 0x80
 _N_OTHERS = 64
 """Schemas and channels of a chunk that are found in the first pass."""
-CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS, SEQUENCE = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +31,6 @@ class Messages:
 
     def __len__(self) -> int:
         return len(self.channel)
-
-    def take(self, index: Bool) -> "Messages":
-        """Some of them."""
-        return Messages(*(getattr(self, field.name)[index] for field in fields(self)))
 
     def counts(self) -> dict[int, int]:
         """How many of each channel."""
@@ -52,11 +48,21 @@ class Walk:
 
 
 @lean
-def _uint(data: Any, start: int, n_bytes: int) -> Any:
-    value = np.int64(0)
-    for k in range(n_bytes):
-        value |= np.int64(data[start + k]) << (8 * k)
-    return value
+def next_record(data: U8, position: int) -> Any:
+    """Opcode of the record at ``position``, where its content starts and stops; −1 if it is not whole.
+
+    A message that is too short for its own head is told as a record of opcode 0.
+    """
+    body = position + HEAD_BYTES
+    if body > len(data):
+        return 0, body, -1
+    length = load_i64(data, position + 1)
+    if length < 0 or length > len(data) - body:
+        return 0, body, -1
+    opcode = np.int64(data[position])
+    if opcode == MESSAGE and length < MESSAGE_HEAD_BYTES:
+        opcode = np.int64(0)
+    return opcode, body, body + length
 
 
 @lean
@@ -65,26 +71,25 @@ def _fill(data: U8, plain: bool, table: Any, others: Any) -> tuple[int, int, int
     position, row, other = 0, 0, 0
     while position + HEAD_BYTES <= len(data):
         opcode = data[position]
-        if plain and opcode < _FIRST_PRIVATE and (opcode < _SCHEMA or opcode > _MESSAGE):
+        if plain and opcode < _FIRST_PRIVATE and (opcode < _SCHEMA or opcode > MESSAGE):
             break
-        length = _uint(data, position + 1, 8)
-        body = position + HEAD_BYTES
-        if length < 0 or length > len(data) - body:
+        kind, body, stop = next_record(data, position)
+        if stop < 0:
             break
-        if opcode == _MESSAGE and length >= MESSAGE_HEAD_BYTES:
+        if kind == MESSAGE:
             if row < table.shape[1]:
-                table[0, row] = _uint(data, body, 2)
+                table[0, row] = load_u16(data, body)
                 table[1, row] = body + MESSAGE_HEAD_BYTES
-                table[2, row] = length - MESSAGE_HEAD_BYTES
-                table[3, row] = _uint(data, body + 6, 8)
-                table[4, row] = _uint(data, body + 14, 8)
-                table[5, row] = _uint(data, body + 2, 4)
+                table[2, row] = stop - body - MESSAGE_HEAD_BYTES
+                table[3, row] = load_i64(data, body + 6)
+                table[4, row] = load_i64(data, body + 14)
+                table[5, row] = load_u32(data, body + 2)
             row += 1
         else:
             if other < len(others):
                 others[other] = position
             other += 1
-        position = body + length
+        position = stop
     return row, other, position
 
 

@@ -3,6 +3,7 @@
 import polars as pl
 
 from wmr_replay.columns import Columns
+from wmr_schemas.arrays import I8
 from wmr_schemas.tables import SAMPLES, STATUS_DTYPE, polars_schema
 
 SCHEMA = polars_schema(SAMPLES)
@@ -22,5 +23,10 @@ def samples_frame(columns: Columns) -> pl.DataFrame:
             series.append(pl.Series(name, columns[name], nan_to_null=True))
         else:
             series.append(pl.Series(name, columns[name], dtype=dtype))
-    truth = pl.col("mode_true")
-    return pl.DataFrame(series).with_columns(pl.when(truth >= 0).then(truth).alias("mode_true"))
+    return pl.DataFrame(series).with_columns(known_truth(columns["mode_true"]))
+
+
+def known_truth(mode_true: I8) -> pl.Series:
+    """The true modes; −1 becomes null."""
+    truth = pl.Series("mode_true", mode_true)
+    return truth.set(truth < 0, None) if (mode_true < 0).any() else truth

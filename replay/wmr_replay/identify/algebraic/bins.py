@@ -57,42 +57,11 @@ def no_bins() -> Bins:
 
 
 @njit(cache=True)
-def drive(bins: Bins, rows: Measured, i: int) -> None:
-    """The impulse up to a row, from the efforts' mean over the interval that ends with it."""
-    t_ns = rows.t_ns[i]
-    if bins.stamps_ns[0] == NONE_NS:
-        bins.stamps_ns[:] = t_ns
-        bins.accepted[:] = rows.pose[:, i]
-        reopen(bins, t_ns)
-    step_s, left, right = (t_ns - bins.stamps_ns[1]) * 1e-9, rows.efforts[0, i], rows.efforts[1, i]
-    if np.isnan(left + right):
-        bins.impulse[2] += step_s
-    else:
-        bins.impulse[0] += (right + left) * step_s
-        bins.impulse[1] += (right - left) * step_s
-
-
-@njit(cache=True)
-def outlying(bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: float) -> bool:
-    """Whether a row is further from the last accepted one than noise (6 sd) and twice the present motion
-    explain.
-
-    After five such rows in a row the pose has jumped: the row is accepted, the open bin forgotten.
-    """
-    dt_s, pose, variances = (rows.t_ns[i] - bins.stamps_ns[3]) * 1e-9, rows.pose, rows.variances
-    reach_m = OUTLIER_SD * np.sqrt(2.0 * variances[0, i]) + (2.0 * abs(speed_mps) + MARGIN_MPS) * dt_s
-    reach_rad = OUTLIER_SD * np.sqrt(2.0 * variances[1, i]) + (2.0 * abs(turn_radps) + MARGIN_RADPS) * dt_s
-    far = bool(
-        abs(pose[0, i] - bins.accepted[0]) > reach_m
-        or abs(pose[1, i] - bins.accepted[1]) > reach_m
-        or abs(pose[2, i] - bins.accepted[2]) > reach_rad
-    )
-    bins.outliers[0] = bins.outliers[0] + 1 if far else 0
-    if bins.outliers[0] > MAX_OUTLIERS:
-        bins.outliers[0] = 0
-        bins.sums[:] = 0.0
-        return False
-    return far
+def begin_at(bins: Bins, rows: Measured, i: int) -> None:
+    """The very first row."""
+    bins.stamps_ns[:] = rows.t_ns[i]
+    bins.accepted[:] = rows.pose[:, i]
+    reopen(bins, rows.t_ns[i])
 
 
 @njit(cache=True)
@@ -103,35 +72,90 @@ def forget(bins: Bins, rows: Measured, i: int) -> None:
 
 
 @njit(cache=True)
-def add(bins: Bins, rows: Measured, i: int) -> None:
-    """One row into the open bin."""
-    sums, impulse, accepted, pose = bins.sums, bins.impulse, bins.accepted, rows.pose
-    position, yaw = rows.variances[0, i], rows.variances[1, i]
-    sums[COUNT] += 1.0
-    sums[T] += (rows.t_ns[i] - bins.stamps_ns[0]) * 1e-9
-    for c in range(3):
-        sums[POSE + c] += pose[c, i]
-        sums[IMPULSE + c] += impulse[c]
-        accepted[c] = pose[c, i]
-    sums[VARIANCES] += position
-    sums[VARIANCES + 1] += position
-    sums[VARIANCES + 2] += yaw
-    bins.stamps_ns[3] = rows.t_ns[i]
+def beyond(away: float, moved: float, variance: float) -> bool:
+    """Whether a distance is more than noise (6 sd of a difference) and motion explain."""
+    rest = away - moved
+    return bool(rest > 0.0 and rest * rest > 2.0 * OUTLIER_SD**2 * variance)
+
+
+@njit(cache=True)
+def fill(
+    bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: float, outliers: Bool
+) -> tuple[int, int]:
+    """Rows from i on into the open bin, until it is full, ends, or the pose jumps; row i does belong there.
+
+    Returns the first row not taken up, and the stamp expected of it: with a step as long as the shorter of
+    the last two. A bin in which that does not lie is full. The impulse up to a row comes from the efforts'
+    mean over the interval that ends with it. A row is outlying when it is further from the last accepted one
+    than noise and twice the present motion explain; after five such rows in a row the pose has jumped: the
+    row is accepted, and the bin begins anew with it.
+    """
+    sums, impulse, accepted, stamps = bins.sums, bins.impulse, bins.accepted, bins.stamps_ns
+    speed, turn = 2.0 * abs(speed_mps) + MARGIN_MPS, 2.0 * abs(turn_radps) + MARGIN_RADPS
+    start_ns, last_ns, end_ns, accepted_ns, n_far = (
+        stamps[0],
+        stamps[1],
+        stamps[2],
+        stamps[3],
+        bins.outliers[0],
+    )
+    along, around, silent_s = impulse[0], impulse[1], impulse[2]
+    x, y, yaw = accepted[0], accepted[1], accepted[2]
+    earlier_ns, step_ns, next_ns, first = 0, stamps[4], stamps[2] - 1, i
+    while (
+        i < len(rows.t_ns)
+        and rows.t_ns[i] < end_ns
+        and next_ns < end_ns
+        and (i == first or not rows.restarts[i])
+    ):
+        t_ns = rows.t_ns[i]
+        earlier_ns, step_ns = step_ns, t_ns - last_ns
+        next_ns = t_ns + min(earlier_ns, step_ns)
+        step_s, left, right = (t_ns - last_ns) * 1e-9, rows.efforts[0, i], rows.efforts[1, i]
+        if np.isnan(left + right):
+            silent_s += step_s
+        else:
+            along += (right + left) * step_s
+            around += (right - left) * step_s
+        last_ns = t_ns
+        dt_s, at_x, at_y, at_yaw = (
+            (t_ns - accepted_ns) * 1e-9,
+            rows.pose[0, i],
+            rows.pose[1, i],
+            rows.pose[2, i],
+        )
+        position, turning = rows.variances[0, i], rows.variances[1, i]
+        far = beyond(max(abs(at_x - x), abs(at_y - y)), speed * dt_s, position)
+        far = far or beyond(abs(at_yaw - yaw), turn * dt_s, turning)
+        n_far = n_far + 1 if far else 0
+        if n_far > MAX_OUTLIERS:
+            sums[:] = 0.0
+            n_far, far = 0, False
+        outliers[i] = far
+        i += 1
+        if not far:
+            x, y, yaw, accepted_ns = at_x, at_y, at_yaw, t_ns
+            sums[COUNT] += 1.0
+            sums[T] += (t_ns - start_ns) * 1e-9
+            sums[POSE] += x
+            sums[POSE + 1] += y
+            sums[POSE + 2] += yaw
+            sums[IMPULSE] += along
+            sums[IMPULSE + 1] += around
+            sums[IMPULSE + 2] += silent_s
+            sums[VARIANCES] += position
+            sums[VARIANCES + 2] += turning
+    sums[VARIANCES + 1] = sums[VARIANCES]
+    stamps[1], stamps[3], stamps[4], bins.outliers[0] = last_ns, accepted_ns, step_ns, n_far
+    impulse[0], impulse[1], impulse[2] = along, around, silent_s
+    accepted[0], accepted[1], accepted[2] = x, y, yaw
+    return i, next_ns
 
 
 @njit(cache=True)
 def opens_after(bins: Bins, t_ns: int) -> bool:
     """Whether a row belongs to a later bin than the open one."""
     return bool(t_ns >= bins.stamps_ns[2])
-
-
-@njit(cache=True)
-def foreseen(bins: Bins, t_ns: int) -> int:
-    """The next row's stamp, if its step is as long as the shorter of the last two; remembers this row."""
-    step_ns = t_ns - bins.stamps_ns[1]
-    next_ns = int(t_ns + min(step_ns, bins.stamps_ns[4]))
-    bins.stamps_ns[1], bins.stamps_ns[4] = t_ns, step_ns
-    return next_ns
 
 
 @njit(cache=True)

@@ -16,7 +16,7 @@ from wmr_replay.identify.algebraic.regression import (
     YAW_RATE,
     Step,
 )
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, I64
 
 MIN_PARENT_LOG, MIN_KEPT_LOG = -10.0, -12.0
 SAME_MEAN, SAME_VARIANCE = 0.04, 1.5
@@ -89,13 +89,13 @@ def impossible(all_: Hypotheses, i: int) -> bool:
 
 
 @njit(cache=True)
-def same(all_: Hypotheses, i: int, k: int) -> bool:
+def same(mean: F64, covariance: F64, mode: I64, i: int, k: int) -> bool:
     """Whether two hypotheses say the same now and henceforth."""
-    if all_.mode[i] != all_.mode[k]:
+    if mode[i] != mode[k]:
         return False
     for c in (V_LONG, YAW_RATE, ALPHA, OWN):
-        one, other = all_.covariance[i, c, c], all_.covariance[k, c, c]
-        difference = all_.mean[i, c] - all_.mean[k, c]
+        one, other = covariance[i, c, c], covariance[k, c, c]
+        difference = mean[i, c] - mean[k, c]
         if difference**2 > SAME_MEAN * one + 1e-12:
             return False
         if max(one, other) > SAME_VARIANCE * min(one, other) + 1e-12:
@@ -106,22 +106,26 @@ def same(all_: Hypotheses, i: int, k: int) -> bool:
 @njit(cache=True)
 def select(all_: Hypotheses, spare: Hypotheses) -> None:
     """The ``N_KEPT`` most probable, in that order; those that say the same become one."""
-    order = np.argsort(-all_.log_p[: all_.used[0]])
-    best, n = all_.log_p[order[0]], 0
+    log_p, mean, covariance, mode = all_.log_p, all_.mean, all_.covariance, all_.mode
+    order = np.argsort(-log_p[: all_.used[0]])
+    kept = np.empty(N_KEPT, np.int64)
+    best, n = log_p[order[0]], 0
     for i in order:
-        if n >= N_KEPT or all_.log_p[i] < best + MIN_KEPT_LOG:
+        if n >= N_KEPT or log_p[i] < best + MIN_KEPT_LOG:
             break
         if n > 0 and impossible(all_, i):
             continue
-        copy_row(all_, i, spare, n)
         twin = -1
         for k in range(n):
-            if same(spare, k, n):
-                twin = k
+            if same(mean, covariance, mode, kept[k], i):
+                twin = kept[k]
                 break
         if twin < 0:
+            kept[n] = i
             n += 1
         else:
-            spare.log_p[twin] += np.log1p(np.exp(spare.log_p[n] - spare.log_p[twin]))
+            log_p[twin] += np.log1p(np.exp(log_p[i] - log_p[twin]))
+    for k in range(n):
+        copy_row(all_, kept[k], spare, k)
     spare.used[0] = n
     copy_all(spare, all_)

@@ -68,9 +68,10 @@ def copy_row(source: Hypotheses, i: int, target: Hypotheses, k: int) -> None:
 @njit(cache=True)
 def copy_all(source: Hypotheses, target: Hypotheses) -> None:
     """All rows in use."""
-    for i in range(source.used[0]):
-        copy_row(source, i, target, i)
-    target.used[0] = source.used[0]
+    n = source.used[0]
+    target.mean[:n], target.covariance[:n] = source.mean[:n], source.covariance[:n]
+    target.log_p[:n], target.mode[:n] = source.log_p[:n], source.mode[:n]
+    target.used[0] = n
 
 
 @njit(cache=True)

@@ -8,30 +8,27 @@ from numba import njit
 from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
 from wmr_replay.identify.algebraic.bins import (
     COUNT,
+    NONE_NS,
     Bins,
     Measured,
-    add,
-    drive,
-    foreseen,
+    begin_at,
+    fill,
     forget,
     means,
     no_bins,
     opens_after,
-    outlying,
     reopen,
 )
 from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, jumped, new_filter, take_up
 from wmr_replay.identify.algebraic.regression import V_LONG, YAW_RATE
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.paper import PaperIdentifier, Rules
-from wmr_replay.identify.posterior import decide
+from wmr_replay.identify.posterior import Said, decide
 from wmr_replay.identify.terms import Terms
-from wmr_replay.identify.verdict import Evidence, Verdict
-from wmr_schemas.arrays import F64, Bool
+from wmr_replay.identify.verdict import OUTLIER, Evidence, Verdict
+from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.robot import RobotParameters
 
-POSE_JUMP, OUTLIER = 7, 8
-"""Outcomes, as positions in ``wmr_schemas.tables.Status``."""
 N_MODES = 3
 ALPHA, ALPHA_VARIANCE, N_COLUMNS = N_SAID, N_SAID + 1, N_SAID + 2
 
@@ -52,33 +49,46 @@ def close(bins: Bins, state: Filter, next_ns: int, beliefs: Beliefs, terms: Term
 
 
 @njit(cache=True)
-def follow(rows: Measured, bins: Bins, state: Filter, beliefs: Beliefs, terms: Terms) -> tuple[F64, Bool]:
+def note(state: Filter, place: int, out: F64) -> None:
+    """What is said now into a column of ``out`` (7, …)."""
+    for c in range(N_SAID):
+        out[c, place] = state.said[c]
+    out[ALPHA, place], out[ALPHA_VARIANCE, place] = state.gains[0, 0], state.gains[1, 0]
+
+
+@njit(cache=True)
+def follow(
+    rows: Measured, bins: Bins, state: Filter, beliefs: Beliefs, terms: Terms
+) -> tuple[F64, I64, Bool]:
     """Rows through the bins and the filter, which are carried on in place.
 
-    Returns what is said at each row, (7, n): probabilities, jump, warm, as in :class:`Filter`, α and its
-    variance; and which rows were outliers, (n,).
+    Returns what is said after each bin, and what was said before the first, (7, m): probabilities, jump,
+    warm, as in :class:`Filter`, α and its variance; which of these each row goes by, (n,); and which rows
+    were outliers, (n,).
     """
     n = rows.t_ns.shape[0]
-    out, outliers = np.empty((N_COLUMNS, n)), np.empty(n, np.bool_)
-    mean, gains, said = state.mean, state.gains, state.said
-    for i in range(n):
-        t_ns = rows.t_ns[i]
-        if opens_after(bins, t_ns):
-            close(bins, state, t_ns, beliefs, terms)
-        drive(bins, rows, i)
+    out, at, outliers = np.empty((N_COLUMNS, 2 * n + 1)), np.empty(n, np.int64), np.empty(n, np.bool_)
+    mean, m, i = state.mean, 0, 0
+    note(state, m, out)
+    if n and bins.stamps_ns[0] == NONE_NS:
+        begin_at(bins, rows, 0)
+    while i < n:
+        if opens_after(bins, rows.t_ns[i]):
+            close(bins, state, rows.t_ns[i], beliefs, terms)
+            m += 1
+            note(state, m, out)
         if rows.restarts[i]:
             forget(bins, rows, i)
             jumped(state, beliefs)
-        outliers[i] = outlying(bins, rows, i, mean[V_LONG], mean[YAW_RATE])
-        if not outliers[i]:
-            add(bins, rows, i)
-        next_ns = foreseen(bins, t_ns)
+        first = i
+        i, next_ns = fill(bins, rows, first, mean[V_LONG], mean[YAW_RATE], outliers)
+        at[first:i] = m
         if opens_after(bins, next_ns):
             close(bins, state, next_ns, beliefs, terms)
-        for c in range(N_SAID):
-            out[c, i] = said[c]
-        out[ALPHA, i], out[ALPHA_VARIANCE, i] = gains[0, 0], gains[1, 0]
-    return out, outliers
+            m += 1
+            note(state, m, out)
+            at[i - 1] = m
+    return out[:, : m + 1], at, outliers
 
 
 class AlgebraicIdentifier:
@@ -105,13 +115,14 @@ class AlgebraicIdentifier:
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time."""
         rows = Measured(evidence.t_ns, evidence.pose, evidence.efforts, evidence.variances, evidence.restarts)
-        said, outliers = follow(rows, self._bins, self._filter, self.beliefs, self._terms)
-        posterior = np.concatenate([said[:N_MODES], np.zeros((1, len(outliers)))])
-        posterior[:, said[WARM] == 0.0] = np.nan
-        fitted = said[ALPHA], np.sqrt(said[ALPHA_VARIANCE])
-        verdict = decide(
-            self._paper.push(evidence), evidence, posterior, fitted, self.settings.min_confidence, N_MODES
-        )
-        seen = (said[WARM] > 0.0) & (evidence.independence != NOT_INDEPENDENT)
-        outcome = np.where(seen & (said[JUMP] > 0.0), POSE_JUMP, verdict.outcome)
-        return verdict._replace(outcome=np.where(seen & outliers, OUTLIER, outcome).astype(np.int8))
+        said, at, outliers = follow(rows, self._bins, self._filter, self.beliefs, self._terms)
+        warm = said[WARM] > 0.0
+        posterior = np.concatenate([said[:N_MODES], np.zeros((1, len(warm)))])
+        posterior[:, ~warm] = np.nan
+        jumped = warm & (said[JUMP] > 0.0)
+        answers = Said(posterior, said[ALPHA], np.sqrt(said[ALPHA_VARIANCE]), jumped, at)
+        verdict = decide(self._paper.push(evidence), evidence, answers, self.settings.min_confidence, N_MODES)
+        if outliers.any():
+            seen = outliers & warm[at] & (evidence.independence != NOT_INDEPENDENT)
+            verdict.outcome[seen] = OUTLIER
+        return verdict

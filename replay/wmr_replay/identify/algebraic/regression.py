@@ -55,6 +55,13 @@ class Step(NamedTuple):
 
 
 @njit(cache=True)
+def add_row(out: F64, row: int, factor: float, source: int) -> None:
+    """``out[row] += factor · out[source]``."""
+    for j in range(out.shape[1]):
+        out[row, j] += factor * out[source, j]
+
+
+@njit(cache=True)
 def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
     """A of z⁺ = A (z, 1) into ``out`` (6, 10): the unknowns that move, the midpoint rule throughout."""
     dt_s = step.dt_s
@@ -68,7 +75,7 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
     out[V_LONG, ONE], out[YAW_RATE, ONE] = step.ahead_mps2 * dt_s, step.turning_radps2 * dt_s
     if mode == SKIDDING:
         skid(at, step, out)
-    out[YAW] += 0.5 * dt_s * out[YAW_RATE]
+    add_row(out, YAW, 0.5 * dt_s, YAW_RATE)
     out[YAW, YAW_RATE] += 0.5 * dt_s
     displace(mode, at, dt_s, out)
 
@@ -89,7 +96,7 @@ def skid(at: Reference, step: Step, out: F64) -> None:
     out[OWN, LOG_DECAY] = by_decay
     out[OWN, ONE] = reach_s * (step.aside_mps2 - linear) - by_decay * log_decay
     share = at.yaw_rate_radps * dt_s / 6.0
-    out[V_LONG] += share * out[OWN]
+    add_row(out, V_LONG, share, OWN)
     out[V_LONG, OWN] += share
 
 
@@ -101,12 +108,13 @@ def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
     half = 0.5 * dt_s
     for row, along, across in ((X, cos, -sin), (Y, sin, cos)):
         turned = at.v_long_mps * across - v_lat * along
-        out[row] += half * along * out[V_LONG] + half * turned * out[YAW]
+        add_row(out, row, half * along, V_LONG)
+        add_row(out, row, half * turned, YAW)
         out[row, V_LONG] += half * along
         out[row, YAW] += half * turned
         out[row, ONE] -= dt_s * turned * at.yaw_rad
         if mode == SKIDDING:
-            out[row] += half * across * out[OWN]
+            add_row(out, row, half * across, OWN)
             out[row, OWN] += half * across
 
 
@@ -169,13 +177,13 @@ def correct(mean: F64, covariance: F64, pose: F64, variances: F64, row: F64) -> 
     log_likelihood, chi_square = 0.0, 0.0
     for c in range(3):
         variance = covariance[c, c] + variances[c]
-        error = pose[c] - mean[c]
-        chi_square += error**2 / variance
-        log_likelihood -= 0.5 * (error**2 / variance + np.log(variance))
+        error, certainty = pose[c] - mean[c], 1.0 / variance
+        chi_square += error * error * certainty
+        log_likelihood -= 0.5 * (error * error * certainty + np.log(variance))
         for i in range(N_UNKNOWNS):
             row[i] = covariance[c, i]
         for i in range(N_UNKNOWNS):
-            gain = row[i] / variance
+            gain = row[i] * certainty
             mean[i] += gain * error
             for j in range(N_UNKNOWNS):
                 covariance[i, j] -= gain * row[j]

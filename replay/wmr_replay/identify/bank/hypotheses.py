@@ -6,12 +6,14 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.bank.states import (
+    IDEAL,
     LN_ALPHA,
     LN_BETA,
     LN_C,
     N_STATES,
     OMEGA,
     RHO,
+    SKIDDING,
     V_LAT,
     V_LONG,
 )
@@ -20,8 +22,10 @@ from wmr_schemas.arrays import F64, I64
 LEAST_LOG_WEIGHT = -14.0
 LEVEL_CHANGE = 1e-3
 """Probability, at each split, that the level of disturbance has changed to a neighbouring one."""
+N_CALM = 2
 LOAD_CHANGES_PER_S, LOAD_CHANGE = 1 / 3600, 0.3
 """How often a robot's load changes, and by how much: sd of the change of ln α and ln β."""
+NEVER_S = -1e9
 ALIKE_SD = 0.2
 ALIKE_VARIANCE = 1.5
 COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
@@ -29,8 +33,8 @@ COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
 
 class Population(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
-    modes (H,), levels of disturbance (H,), and how often each has slipped so far: (H, 2), in the form of a
-    share, and on slippery ground.
+    modes (H,), levels of disturbance (H,), how often each has slipped so far, (H, 2), in the form of a
+    share, and on slippery ground; and when, in s, its pose last jumped (H,).
     """
 
     mean: F64
@@ -39,6 +43,7 @@ class Population(NamedTuple):
     mode: I64
     level: I64
     slips: F64
+    jumped_s: F64
     size: I64
 
 
@@ -51,6 +56,7 @@ def make_population(room: int) -> Population:
         np.zeros(room, np.int64),
         np.zeros(room, np.int64),
         np.zeros((room, 2)),
+        np.full(room, NEVER_S),
         np.zeros(1, np.int64),
     )
 
@@ -64,6 +70,15 @@ def copy(people: Population, source: int, target: int) -> None:
     people.mode[target] = people.mode[source]
     people.level[target] = people.level[source]
     people.slips[target] = people.slips[source]
+    people.jumped_s[target] = people.jumped_s[source]
+
+
+@njit(cache=True)
+def log_prior_of_level(level: int) -> float:
+    """Levels are equally probable but for the lowest, each a tenth of the next: a log must show that it is
+    so calm.
+    """
+    return float(min(level - N_CALM, 0) * np.log(10.0))
 
 
 @njit(cache=True)
@@ -75,17 +90,18 @@ def vary_level(people: Population, n_levels: int) -> None:
         if 0 <= level < n_levels and child < people.mode.shape[0]:
             copy(people, best, child)
             people.level[child] = level
-            people.log_weight[child] += np.log(LEVEL_CHANGE)
+            calmer = log_prior_of_level(level) - log_prior_of_level(people.level[best])
+            people.log_weight[child] += np.log(LEVEL_CHANGE) + min(calmer, 0.0)
             people.size[0] += 1
 
 
 @njit(cache=True)
 def change_load(people: Population, interval_s: float) -> None:
     """The robot may have been loaded or unloaded: a child of the most probable hypothesis whose α is open
-    again.
+    again; not while that slips, for then only the traction left is seen, α times an unknown share.
     """
     best, child = int(np.argmax(people.log_weight[: people.size[0]])), people.size[0]
-    if child < people.mode.shape[0]:
+    if people.mode[best] in (IDEAL, SKIDDING) and child < people.mode.shape[0]:
         copy(people, best, child)
         people.log_weight[child] += np.log(LOAD_CHANGES_PER_S * interval_s)
         for a in (LN_ALPHA, LN_BETA):
@@ -96,8 +112,10 @@ def change_load(people: Population, interval_s: float) -> None:
 
 @njit(cache=True)
 def alike(people: Population, a: int, b: int) -> bool:
-    """Whether two hypotheses of one mode and one level have come to say the same."""
+    """Whether two hypotheses of one mode, one level and the same jumps have come to say the same."""
     if people.mode[a] != people.mode[b] or people.level[a] != people.level[b]:
+        return False
+    if people.jumped_s[a] != people.jumped_s[b]:
         return False
     for s in COMPARED:
         variance, other = people.covariance[a, s, s], people.covariance[b, s, s]

@@ -10,12 +10,13 @@ from wmr_replay.identify.bank.start import start_population
 from wmr_replay.identify.bank.states import make_prior, with_alpha
 from wmr_replay.identify.bank.steps import Drift, run_bins
 from wmr_replay.identify.paper import PaperIdentifier, Rules
-from wmr_replay.identify.posterior import decide
+from wmr_replay.identify.posterior import Said, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.verdict import Evidence, Verdict
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
 
+N_SAID, JUMP_PROBABLE = 7, 0.5
 ALPHA_KNOWN_WITHIN = 0.3
 """Without a nominal α the bank starts once the regression knows it this well."""
 
@@ -29,7 +30,7 @@ class BankSettings:
     split_s: float = 0.1
     switch_rate_per_s: float = 0.15
     start_bins: int = 30
-    velocity_diffusions: tuple[float, ...] = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+    velocity_diffusions: tuple[float, ...] = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
     """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
     alpha_diffusion_share: float = 0.01
     """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
@@ -63,7 +64,7 @@ class BankIdentifier:
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
         self._origin_ns = 0
-        self._said = np.full(6, np.nan)
+        self._said = np.full(N_SAID, np.nan)
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
@@ -71,19 +72,14 @@ class BankIdentifier:
         bins, done = into_bins(evidence, self._rows_per_bin, self._bin)
         said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
         self._said = said[:, -1]
-        rows = said[:, done]
-        alpha = np.exp(rows[4])
-        return decide(
-            paper,
-            evidence,
-            rows[:4],
-            (alpha, alpha * np.sqrt(rows[5])),
-            self.settings.min_confidence,
-            self._n_modes,
-        )
+        alpha = np.exp(said[4])
+        answers = Said(said[:4], alpha, alpha * np.sqrt(said[5]), said[6] >= JUMP_PROBABLE, done)
+        return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
 
     def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
-        """What the bank says after each bin: posterior, mean and variance of ln α; NaN before its start."""
+        """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
+        jumped; NaN before its start.
+        """
         if self._people.size[0]:
             return self._advance(bins)
         held = 0 if self._waiting is None else len(self._waiting.stamps)
@@ -91,14 +87,14 @@ class BankIdentifier:
         begin = self._first_start(held, len(waiting.stamps), paper, done)
         if begin is None:
             self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
-            return np.full((6, len(bins.stamps)), np.nan)
+            return np.full((N_SAID, len(bins.stamps)), np.nan)
         first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
         start_population(
             self._people, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
         )
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
-        before = np.full((6, len(bins.stamps) - len(rest.stamps)), np.nan)
+        before = np.full((N_SAID, len(bins.stamps) - len(rest.stamps)), np.nan)
         return np.concatenate([before, self._advance(rest)], axis=1)
 
     def _first_start(self, held: int, total: int, paper: Verdict, done: I64) -> int | None:

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from wmr_replay.identify.bank.bins import Bins
-from wmr_replay.identify.bank.hypotheses import Population
+from wmr_replay.identify.bank.hypotheses import Population, log_prior_of_level, normalise
 from wmr_replay.identify.bank.states import (
     BOTH,
     LN_ALPHA,
@@ -34,10 +34,11 @@ def start_population(people: Population, bins: Bins, prior: Prior, n_modes: int,
     for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):
         people.mean[h], people.covariance[h] = mean, covariance
         people.mode[h], people.level[h] = mode, level
-        people.log_weight[h] = -np.log(n_modes * n_levels)
+        people.log_weight[h] = log_prior_of_level(level)
         if mode not in (SKIDDING, BOTH):
             stop_skidding(people.mean[h], people.covariance[h])
     people.size[0] = n_modes * n_levels
+    normalise(people)
 
 
 def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:

@@ -7,6 +7,7 @@ from numba import njit
 
 from wmr_replay.identify.bank.bins import FORCE, RELEASED, TURN
 from wmr_replay.identify.bank.hypotheses import Population, change_load, normalise, thin, vary_level
+from wmr_replay.identify.bank.jumps import release_pose, share_that_jumped, suppose_jump, surprising
 from wmr_replay.identify.bank.predict import move, spread
 from wmr_replay.identify.bank.states import (
     BOTH,
@@ -31,8 +32,6 @@ from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 
 LONGEST_STEP_S = 0.05
-RELEASE_SD = 30.0
-"""Standard deviations of a bin's pose: a jump is taken out to within those of single rows."""
 MIN_LOG_WEIGHT = float(np.log(0.01))
 UNKNOWN_ACCELERATION_DIFFUSION = 0.5
 """(m/s²)²·s: what the velocities may do where no torque is known."""
@@ -99,14 +98,6 @@ def blend(newer: float, older: float, share: float) -> float:
 
 
 @njit(cache=True)
-def release_pose(people: Population, variances: F64) -> None:
-    """The pose has jumped: what was known of x, y and ψ holds no more, what was known of the motion does."""
-    for h in range(people.size[0]):
-        for c in range(3):
-            people.covariance[h, c, c] += RELEASE_SD**2 * variances[c]
-
-
-@njit(cache=True)
 def count_modes(people: Population, force: float, turn: float, out: F64) -> None:
     """The weights of the modes, (4,); slippery ground counts as slipping as far as a wheel's demand exceeds
     its cap.
@@ -146,8 +137,9 @@ def run_bins(
     terms: Terms,
     drift: Drift,
     rhythm: tuple[int, int, float, float, float],
-) -> tuple[F64, F64]:
-    """Every bin through the bank: posterior by mode (4, m) and mean and variance of ln α (2, m).
+) -> tuple[F64, F64, F64]:
+    """Every bin through the bank: posterior by mode (4, m), mean and variance of ln α (2, m), and the
+    probability that the pose has just jumped (1, m).
 
     ``last`` (4,) – time of the last bin in s, its effort sum and difference, time since the last split – is
     carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate, and the share of
@@ -155,7 +147,7 @@ def run_bins(
     """
     n_modes, most, split_s, rate, newer = rhythm
     m = seconds.shape[0]
-    posterior, ln_alpha = np.zeros((4, m)), np.zeros((2, m))
+    posterior, ln_alpha, jumped = np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m))
     work = np.empty((2 * N_MOVING, N_STATES))
     gain = np.empty(N_STATES)
     for k in range(m):
@@ -171,13 +163,20 @@ def run_bins(
             last[3] = 0.0
         advance(people, force, turn, step_s, prior, terms, drift, work)
         if values[RELEASED, k] > 0.0:
-            release_pose(people, values[3:6, k])
+            release_pose(people, values[3:6, k], seconds[k])
+        surprise = surprising(people, values[:3, k], values[3:6, k])
+        if surprise:
+            suppose_jump(people, step_s, seconds[k])
         for h in range(people.size[0]):
             people.log_weight[h] += absorb(
                 people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
             )
         normalise(people)
+        if surprise:
+            thin(people, most)
+            normalise(people)
         last[0], last[1], last[2] = seconds[k], values[FORCE, k], values[TURN, k]
         count_modes(people, force, turn, posterior[:, k])
         ln_alpha[0, k], ln_alpha[1, k] = moments_of_ln_alpha(people)
-    return posterior, ln_alpha
+        jumped[0, k] = share_that_jumped(people, seconds[k])
+    return posterior, ln_alpha, jumped
