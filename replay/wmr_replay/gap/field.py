@@ -22,8 +22,8 @@ LEAST_SPEED_MPS = 0.3
 DIFFERENCE = 1e-6
 """Step of every difference that stands for a slope."""
 LEAST_UNDECLARED = 1e-3
-"""Below it, an undeclared skid moves v_lat by its first order alone: what it does of second order would make a
-jump of the slope at 0.
+"""Below it, an undeclared skid moves v_lat by its first order alone: what it does of second order would make
+a jump of the slope at 0.
 """
 
 

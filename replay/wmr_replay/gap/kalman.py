@@ -18,6 +18,7 @@ from wmr_replay.gap.field import (
     D_LONG,
     D_YAW,
     DIFFERENCE,
+    N_MOTION,
     N_STATE,
     SKIDDING,
     SLIPPING,
@@ -202,7 +203,8 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
     n, p = len(data.rows), wanted_columns(wanted)
     deviance, innovations, log_variances = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
     states, sensitivities = np.zeros((n if keep else 0, N_STATE)), np.zeros((n if keep else 0, 3, p))
-    S, live, slopes = np.zeros((N_STATE, p)), first_live(wanted, p), np.zeros(p)
+    S, S_ahead, slopes = np.zeros((N_STATE, p)), np.zeros((N_MOTION, p)), np.zeros(p)
+    live = first_live(wanted)
     z, P = data.first.copy(), first_covariance(noise)
     F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
     ahead, moved = np.zeros(N_STATE), np.zeros(N_STATE)
@@ -215,7 +217,7 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
             undisturbed = moved.copy()
             fade(F, moved, row, noise)
             if keep:
-                carry(F, S, live)
+                carry(F, S, live, S_ahead)
                 push(S, live, z, undisturbed, k, data.rows, theta, base, wanted)
             z[:] = moved
             spread(F, P, scratch)
