@@ -22,8 +22,8 @@ LEAST_SPEED_MPS = 0.3
 DIFFERENCE = 1e-6
 """Step of every difference that stands for a slope."""
 LEAST_UNDECLARED = 1e-3
-"""Below it, an undeclared skid moves v_lat by its first order alone: what it does of second order would make a
-jump of the slope at 0.
+"""Below it, an undeclared skid moves v_lat by its first order alone: what it does of second order would make
+a jump of the slope at 0.
 """
 
 
@@ -122,17 +122,24 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
 
 
 @njit(cache=True)
-def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, float]:
-    """(dv_long/dt, dw/dt) in m/s², at the state ``z``."""
-    v, w, yaw_rate = z[V], z[W], z[W] / base.half_track_m
+def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
+    """What dv_long/dt makes of the sum of the efforts, and dw/dt of their difference."""
     kept = (1.0 - theta[Theta.PATCH] * row[Row.PATCH]) * (1.0 - theta[Theta.SLIP] * row[Row.SLIP])
     gain = (1.0 + theta[Theta.DRIVE_GAIN]) * kept
-    mode = row[Row.MODE]
-    slips = mode in (SLIPPING, BOTH)
+    slips = row[Row.MODE] in (SLIPPING, BOTH)
     ahead = base.alpha * gain / (1.0 + theta[Theta.MASS_RATIO])
     ahead *= (base.slip_share if slips else 1.0) / (1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD])
     turning = base.alpha_yaw * gain * (base.slip_share_yaw if slips else 1.0)
     turning /= 1.0 + theta[Theta.YAW_INERTIA]
+    return ahead, turning
+
+
+@njit(cache=True)
+def accelerations(
+    z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
+) -> tuple[float, float]:
+    """(dv_long/dt, dw/dt) in m/s², at the state ``z``; ``gains`` are the responses to the efforts."""
+    v, w, yaw_rate, (ahead, turning) = z[V], z[W], z[W] / base.half_track_m, gains
     u_right, u_left = row[Row.RIGHT], row[Row.LEFT]
     if theta[Theta.WHEEL_COULOMB] != 0.0 or theta[Theta.WHEEL_VISCOUS] != 0.0:
         right, left = v + w, v - w
@@ -150,9 +157,15 @@ def accelerations(z: F64, row: F64, theta: F64, base: Base) -> tuple[float, floa
         dw -= theta[Theta.SCRUB] * sign(w)
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * np.cos(z[YAW]) + theta[Theta.GRADE_Y] * np.sin(z[YAW])
-    if skids(mode, theta):
+    if skids(row[Row.MODE], theta):
         dv += z[V_LAT] * yaw_rate / 3.0
     return dv, dw
+
+
+@njit(cache=True)
+def kept_lateral(row: F64, base: Base) -> float:
+    """The share of v_lat left after a step without a skid."""
+    return float(np.exp(-row[Row.DT] * base.lateral_decay)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
 @njit(cache=True)
@@ -164,10 +177,11 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     if skids(row[Row.MODE], theta):
         rate = skid_rate(v, z[V_LAT], w, row, theta, base)
         push = -v * yaw_rate + z[D_LAT]
-        push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
+        if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
+            push += theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
         kept = np.exp(-rate * dt)
         return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
-    kept = np.exp(-dt * base.lateral_decay) if row[Row.LOOSE] == 0.0 else 0.0
+    kept = kept_lateral(row, base)
     v_lat = kept * z[V_LAT]
     if row[Row.MODE] == IDEAL and theta[Theta.UNDECLARED] > 0.0 and base.skid_rate_mps > 0.0:
         v_lat -= (1.0 - kept) * v * yaw_rate / skid_rate(v, 0.0, w, row, theta, base)
@@ -175,21 +189,29 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
 
 
 @njit(cache=True)
+def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
+    """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later."""
+    half = row[Row.DT] / 2
+    dv, dw = accelerations(z, gains, row, theta, base)
+    for i in range(N_STATE):
+        out[i] = z[i]
+    out[V] = z[V] + dv * half
+    out[W] = z[W] + dw * half
+    out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * half
+
+
+@njit(cache=True)
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
-    dt = row[Row.DT]
-    dv, dw = accelerations(z, row, theta, base)
-    out[:] = z
-    out[V] = z[V] + dv * dt / 2
-    out[W] = z[W] + dw * dt / 2
-    out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * dt / 2
-    dv, dw = accelerations(out, row, theta, base)
-    yaw = out[YAW]
+    dt, gains = row[Row.DT], responses(row, theta, base)
+    halfway(z, gains, row, theta, base, out)
+    dv, dw = accelerations(out, gains, row, theta, base)
+    cos, sin = np.cos(out[YAW]), np.sin(out[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2
-    out[X] = z[X] + (v * np.cos(yaw) - v_lat * np.sin(yaw)) * dt
-    out[Y] = z[Y] + (v * np.sin(yaw) + v_lat * np.cos(yaw)) * dt
+    out[X] = z[X] + (v * cos - v_lat * sin) * dt
+    out[Y] = z[Y] + (v * sin + v_lat * cos) * dt
     out[YAW] = z[YAW] + w / base.half_track_m * dt
     out[V] = z[V] + dv * dt
     out[W] = z[W] + dw * dt
@@ -199,7 +221,9 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
 @njit(cache=True)
 def measured(z: F64, theta: F64, out: F64) -> None:
     """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
+    out[0], out[1], out[2] = z[X], z[Y], z[YAW] + theta[Theta.HEADING]
+    if theta[Theta.ARM_X] == 0.0 and theta[Theta.ARM_Y] == 0.0:
+        return
     cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
     out[0] = z[X] + cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]
     out[1] = z[Y] + sin * theta[Theta.ARM_X] + cos * theta[Theta.ARM_Y]
-    out[2] = z[YAW] + theta[Theta.HEADING]

@@ -17,7 +17,7 @@ from wmr_replay.gap.field import (
     D_LAT,
     D_LONG,
     D_YAW,
-    DIFFERENCE,
+    N_MOTION,
     N_STATE,
     SKIDDING,
     SLIPPING,
@@ -40,6 +40,7 @@ from wmr_replay.gap.sensitivity import (
     settle,
     wanted_columns,
 )
+from wmr_replay.gap.slopes import jacobian, slopes_of_measurement
 from wmr_schemas.arrays import F64
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
@@ -81,30 +82,26 @@ class Passed(NamedTuple):
 
 
 @njit(cache=True)
-def jacobian(z: F64, row: F64, theta: F64, base: Base, ahead: F64, moved: F64, F: F64) -> None:
-    """``F`` (9, 9) ← ∂step/∂z, by differences from ``moved`` = step(z)."""
-    other = z.copy()
-    F[:, :2] = 0.0
-    F[0, 0], F[1, 1] = 1.0, 1.0
-    for j in range(2, N_STATE):
-        other[j] = z[j] + DIFFERENCE
-        step(other, row, theta, base, ahead)
-        for i in range(N_STATE):
-            F[i, j] = (ahead[i] - moved[i]) / DIFFERENCE
-        other[j] = z[j]
+def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
+    """What a step leaves of the disturbances of v_long and v_lat, of w's, and of a lateral velocity."""
+    kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
+    return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
 
 
 @njit(cache=True)
-def add_noise(P: F64, row: F64, previous_mode: float, noise: Diffusion) -> None:
+def add_noise(
+    P: F64, row: F64, previous_mode: float, noise: Diffusion, kept: tuple[float, float, float]
+) -> None:
     """Process noise of one step onto ``P``: exact for the Ornstein–Uhlenbeck states."""
     dt, mode = row[Row.DT], row[Row.MODE]
-    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.long_tau_s))
-    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.long_tau_s))
-    P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - np.exp(-2 * dt / noise.yaw_tau_s))
+    kept_long, kept_yaw, kept_lat = kept
+    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
+    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
+    P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
     if mode in (SKIDDING, BOTH):
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
     else:
-        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - np.exp(-2 * dt / noise.lat_tau_s))
+        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
     if row[Row.LOOSE] > 0.0:
         P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
         P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
@@ -118,50 +115,26 @@ def add_noise(P: F64, row: F64, previous_mode: float, noise: Diffusion) -> None:
 
 
 @njit(cache=True)
-def fade(F: F64, z: F64, row: F64, noise: Diffusion) -> None:
+def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
     """The disturbances die out over the step: their rows of ``F`` and of ``z``."""
-    dt = row[Row.DT]
-    for d, tau in ((D_LONG, noise.long_tau_s), (D_LAT, noise.long_tau_s), (D_YAW, noise.yaw_tau_s)):
-        kept = np.exp(-dt / tau)
-        z[d] *= kept
-        F[d, d] *= kept
+    for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
+        z[d] *= share
+        F[d, d] *= share
 
 
 @njit(cache=True)
-def spread(F: F64, P: F64, scratch: F64) -> None:
-    """``P`` ← F P Fᵀ; F is the identity but for its first six rows and the disturbances' diagonal."""
+def spread(F: F64, P: F64, out: F64) -> None:
+    """``out`` ← (F P)ᵀ, so that twice is F P Fᵀ; F is the identity in its first two columns and behind its
+    first six rows, but for the disturbances' diagonal.
+    """
     for i in range(N_STATE):
         for j in range(N_STATE):
-            total = 0.0
-            if i < 6:
-                for k in range(N_STATE):
-                    total += F[i, k] * P[k, j]
-            else:
-                total = F[i, i] * P[i, j]
-            scratch[i, j] = total
-    for i in range(N_STATE):
-        for j in range(i + 1):
-            total = 0.0
-            if j < 6:
-                for k in range(N_STATE):
-                    total += scratch[i, k] * F[j, k]
-            else:
-                total = scratch[i, j] * F[j, j]
-            P[i, j] = total
-            P[j, i] = total
-
-
-@njit(cache=True)
-def slopes_of_measurement(z: F64, theta: F64, H: F64, at: F64, other: F64) -> None:
-    """``H`` (3, 9) ← ∂measured/∂z; only x, y and yaw count."""
-    measured(z, theta, at)
-    keep = z.copy()
-    for j in range(3):
-        keep[j] = z[j] + DIFFERENCE
-        measured(keep, theta, other)
-        for i in range(3):
-            H[i, j] = (other[i] - at[i]) / DIFFERENCE
-        keep[j] = z[j]
+            total = F[i, i] * P[i, j]
+            if i < N_MOTION:
+                for m in range(2, N_STATE):
+                    if m != i:
+                        total += F[i, m] * P[m, j]
+            out[j, i] = total
 
 
 @njit(cache=True)
@@ -202,25 +175,30 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
     n, p = len(data.rows), wanted_columns(wanted)
     deviance, innovations, log_variances = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
     states, sensitivities = np.zeros((n if keep else 0, N_STATE)), np.zeros((n if keep else 0, 3, p))
-    S, live, slopes = np.zeros((N_STATE, p)), first_live(wanted, p), np.zeros(p)
+    S, S_ahead, slopes = np.zeros((N_STATE, p)), np.zeros((N_MOTION, p)), np.zeros(p)
+    live = first_live(wanted)
     z, P = data.first.copy(), first_covariance(noise)
     F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
-    ahead, moved = np.zeros(N_STATE), np.zeros(N_STATE)
-    H, at, other, gain = np.zeros((3, N_STATE)), np.zeros(3), np.zeros(3), np.zeros(N_STATE)
+    moved, undisturbed, middle = np.zeros(N_STATE), np.zeros(N_STATE), np.zeros(N_STATE)
+    kept, dt, H, at, gain = (0.0, 0.0, 0.0), np.nan, np.zeros((3, 3)), np.zeros(3), np.zeros(N_STATE)
     for k in range(n):
         row = data.rows[k]
         if k > 0:
+            if row[Row.DT] != dt:
+                dt = row[Row.DT]
+                kept = decays(dt, noise)
             step(z, row, theta, base, moved)
-            jacobian(z, row, theta, base, ahead, moved, F)
-            undisturbed = moved.copy()
-            fade(F, moved, row, noise)
+            jacobian(z, row, theta, base, moved, middle, F)
+            undisturbed[:] = moved
+            fade(F, moved, kept)
             if keep:
-                carry(F, S, live)
+                carry(F, S, live, S_ahead)
                 push(S, live, z, undisturbed, k, data.rows, theta, base, wanted)
             z[:] = moved
             spread(F, P, scratch)
-            add_noise(P, row, data.rows[k - 1, Row.MODE], noise)
-        slopes_of_measurement(z, theta, H, at, other)
+            spread(F, scratch, P)
+            add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept)
+        slopes_of_measurement(z, theta, H)
         for c in range(3):
             measured(z, theta, at)
             error = data.poses[k, c] - at[c]

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from wmr_replay.gap.field import DIFFERENCE, N_MOTION, N_STATE, Base, Row, Theta, measured, step
-from wmr_schemas.arrays import F64, I64, Bool
+from wmr_replay.gap.field import DIFFERENCE, N_MOTION, N_STATE, YAW, Base, Row, Theta, step
+from wmr_schemas.arrays import F64, I64
 
 
 class Wanted(NamedTuple):
@@ -31,97 +31,119 @@ def wanted_columns(wanted: Wanted) -> int:
 
 
 @njit(cache=True)
-def first_live(wanted: Wanted, p: int) -> Bool:
-    """Columns (p,) that may differ from 0; those of a cell do once its first row is reached."""
-    live = np.zeros(p, np.bool_)
-    live[: len(wanted.places) + len(wanted.efforts)] = True
-    return live
+def first_live(wanted: Wanted) -> I64:
+    """Ranges [a, b) (3, 2) of the columns that may differ from 0: places and efforts, and of either block of
+    cells those whose first row is reached.
+    """
+    known = len(wanted.places) + len(wanted.efforts)
+    return np.array([[0, known], [known, known], [known + wanted.n_cells, known + wanted.n_cells]])
 
 
 @njit(cache=True)
-def carry(F: F64, S: F64, live: Bool) -> None:
-    """S ← F S; F is the identity but for its first six rows and the disturbances' diagonal."""
-    column = np.zeros(N_STATE)
-    for j in range(S.shape[1]):
-        if live[j]:
-            column[:] = S[:, j]
-            for i in range(N_STATE):
-                total = 0.0
-                if i < N_MOTION:
-                    for m in range(N_STATE):
-                        total += F[i, m] * column[m]
-                else:
-                    total = F[i, i] * column[i]
-                S[i, j] = total
+def carry(F: F64, S: F64, live: I64, ahead: F64) -> None:
+    """S ← F S, by way of ``ahead`` (6, p); F is the identity in its first two columns and behind its first
+    six rows, but for the disturbances' diagonal.
+    """
+    for a, b in live:
+        for i in range(2):
+            add_others(S[i, a:b], F[i], i, S, a, b)
+        for i in range(2, N_MOTION):
+            scale(ahead[i, a:b], F[i, i], S[i, a:b])
+            add_others(ahead[i, a:b], F[i], i, S, a, b)
+        for i in range(2, N_MOTION):
+            scale(S[i, a:b], 1.0, ahead[i, a:b])
+        for i in range(N_MOTION, N_STATE):
+            scale(S[i, a:b], F[i, i], S[i, a:b])
+
+
+@njit(cache=True)
+def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
+    """``out`` += f S over columns [a, b), but for rows 0, 1 and ``i`` of S; most of ``f`` (9,) is 0."""
+    for m in range(2, N_STATE):
+        if m != i and f[m] != 0.0:
+            add(out, f[m], S[m, a:b])
+
+
+@njit(cache=True)
+def scale(out: F64, factor: float, x: F64) -> None:
+    """``out`` ← factor x."""
+    for j in range(len(out)):
+        out[j] = factor * x[j]
+
+
+@njit(cache=True)
+def add(out: F64, factor: float, x: F64) -> None:
+    """``out`` += factor x."""
+    for j in range(len(out)):
+        out[j] += factor * x[j]
 
 
 @njit(cache=True)
 def push(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
-    S: F64, live: Bool, z: F64, moved: F64, k: int, rows: F64, theta: F64, base: Base, wanted: Wanted
+    S: F64, live: I64, z: F64, moved: F64, k: int, rows: F64, theta: F64, base: Base, wanted: Wanted
 ) -> None:
     """S ← S + ∂step/∂parameter at the state ``z`` before row ``k``; ``moved`` is step(z)."""
     ahead, changed, row = np.zeros(N_STATE), theta.copy(), rows[k].copy()
     n_places, n_efforts = len(wanted.places), len(wanted.efforts)
     for j in range(n_places):
         place = wanted.places[j]
-        changed[place] = theta[place] + DIFFERENCE
-        step(z, row, changed, base, ahead)
-        changed[place] = theta[place]
-        add_difference(S, j, ahead, moved)
-    for j in range(n_efforts):
-        push_efforts(S, n_places + j, z, moved, row, wanted.efforts[j, k], theta, base, ahead)
-    if wanted.n_cells > 0:
-        j = n_places + n_efforts + wanted.cells[k]
-        live[j], live[j + wanted.n_cells] = True, True
-        mean = (rows[k, Row.LEFT] + rows[k, Row.RIGHT]) / 2
-        half = (rows[k, Row.RIGHT] - rows[k, Row.LEFT]) / 2
-        push_efforts(S, j, z, moved, row, np.array([-mean, -mean]), theta, base, ahead)
-        push_efforts(S, j + wanted.n_cells, z, moved, row, np.array([half, -half]), theta, base, ahead)
+        if place not in (Theta.HEADING, Theta.ARM_X, Theta.ARM_Y):
+            changed[place] = theta[place] + DIFFERENCE
+            step(z, row, changed, base, ahead)
+            changed[place] = theta[place]
+            for i in range(N_MOTION):
+                S[i, j] += (ahead[i] - moved[i]) / DIFFERENCE
+    if n_efforts > 0 or wanted.n_cells > 0:
+        left = slope_of_effort(Row.LEFT, z, moved, row, theta, base, ahead)
+        right = slope_of_effort(Row.RIGHT, z, moved, row, theta, base, ahead)
+        for j in range(n_efforts):
+            push_efforts(S, n_places + j, left, right, wanted.efforts[j, k, 0], wanted.efforts[j, k, 1])
+        if wanted.n_cells > 0:
+            j = n_places + n_efforts + wanted.cells[k]
+            live[1, 1], live[2, 1] = j + 1, j + wanted.n_cells + 1
+            mean, half = (row[Row.LEFT] + row[Row.RIGHT]) / 2, (row[Row.RIGHT] - row[Row.LEFT]) / 2
+            push_efforts(S, j, left, right, -mean, -mean)
+            push_efforts(S, j + wanted.n_cells, left, right, half, -half)
 
 
 @njit(cache=True)
-def push_efforts(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
-    S: F64, j: int, z: F64, moved: F64, row: F64, change: F64, theta: F64, base: Base, ahead: F64
-) -> None:
-    """Column ``j`` by a change (left, right) of the efforts; ``row`` is left as it was."""
-    if change[0] == 0.0 and change[1] == 0.0:
-        return
-    left, right = row[Row.LEFT], row[Row.RIGHT]
-    row[Row.LEFT] = left + DIFFERENCE * change[0]
-    row[Row.RIGHT] = right + DIFFERENCE * change[1]
+def slope_of_effort(side: int, z: F64, moved: F64, row: F64, theta: F64, base: Base, ahead: F64) -> F64:
+    """∂step/∂effort (6,) of one side; ``row`` is left as it was."""
+    effort = row[side]
+    row[side] = effort + DIFFERENCE
     step(z, row, theta, base, ahead)
-    row[Row.LEFT], row[Row.RIGHT] = left, right
-    add_difference(S, j, ahead, moved)
+    row[side] = effort
+    return (ahead[:N_MOTION] - moved[:N_MOTION]) / DIFFERENCE
 
 
 @njit(cache=True)
-def add_difference(S: F64, j: int, ahead: F64, moved: F64) -> None:
-    """Column ``j`` of S plus (ahead − moved)/DIFFERENCE."""
+def push_efforts(S: F64, j: int, left: F64, right: F64, by_left: float, by_right: float) -> None:
+    """Column ``j`` by a change of the efforts, from the slopes (6,) by either of them."""
     for i in range(N_MOTION):
-        S[i, j] += (ahead[i] - moved[i]) / DIFFERENCE
+        S[i, j] += left[i] * by_left + right[i] * by_right
 
 
 @njit(cache=True)
-def measured_slopes(slopes: F64, S: F64, live: Bool, h: F64, c: int, z: F64, theta: F64, places: I64) -> None:
+def measured_slopes(slopes: F64, S: F64, live: I64, h: F64, c: int, z: F64, theta: F64, places: I64) -> None:
     """``slopes`` (p,) ← H S + ∂h/∂θ of component ``c``."""
-    for j in range(S.shape[1]):
-        if live[j]:
-            slopes[j] = h[0] * S[0, j] + h[1] * S[1, j] + h[2] * S[2, j]
-    at, other, changed = np.zeros(3), np.zeros(3), theta.copy()
+    for a, b in live:
+        scale(slopes[a:b], h[0], S[0, a:b])
+        for i in range(1, 3):
+            add(slopes[a:b], h[i], S[i, a:b])
+    cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
     for j in range(len(places)):
-        if places[j] in (Theta.HEADING, Theta.ARM_X, Theta.ARM_Y):
-            measured(z, theta, at)
-            changed[places[j]] += DIFFERENCE
-            measured(z, changed, other)
-            changed[places[j]] = theta[places[j]]
-            slopes[j] += (other[c] - at[c]) / DIFFERENCE
+        if places[j] == Theta.ARM_X:
+            slopes[j] += (cos, sin, 0.0)[c]
+        elif places[j] == Theta.ARM_Y:
+            slopes[j] += (-sin, cos, 0.0)[c]
+        elif places[j] == Theta.HEADING and c == YAW:
+            slopes[j] += 1.0
 
 
 @njit(cache=True)
-def settle(S: F64, live: Bool, gain: F64, slopes: F64, whitened: F64, sd: float) -> None:
+def settle(S: F64, live: I64, gain: F64, slopes: F64, whitened: F64, sd: float) -> None:
     """S ← S − K slopes; the whitened slopes are left in ``whitened`` (p,)."""
-    for j in range(S.shape[1]):
-        if live[j]:
-            whitened[j] = slopes[j] / sd
-            for i in range(N_STATE):
-                S[i, j] -= gain[i] * slopes[j]
+    for a, b in live:
+        scale(whitened[a:b], 1.0 / sd, slopes[a:b])
+        for i in range(N_STATE):
+            add(S[i, a:b], -gain[i], slopes[a:b])

@@ -1,0 +1,81 @@
+"""The closed-form slopes of the gap analysis's step and measurement against differences of both."""
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from wmr_replay.gap.field import N_ROW, N_STATE, N_THETA, Base, Row, Theta, V, W, measured, step
+from wmr_replay.gap.slopes import jacobian, slopes_of_measurement
+
+SPEEDS_MPS = (0.0, 0.7)
+LARGEST = {Theta.ROLLING: 0.3, Theta.SCRUB: 0.3, Theta.WHEEL_COULOMB: 0.3, Theta.UNDECLARED: 2.0}
+POSITIVE = {Theta.UNDECLARED}
+
+
+def numbers(n, largest):
+    """``n`` numbers within ±``largest``."""
+    return st.lists(st.floats(-largest, largest), min_size=n, max_size=n).map(np.array)
+
+
+@st.composite
+def thetas(draw):
+    """Parameters of one to four effects."""
+    theta = np.zeros(N_THETA)
+    for place in draw(st.lists(st.sampled_from(Theta), max_size=4, unique=True)):
+        size = LARGEST.get(place, 0.4)
+        theta[place] = draw(st.floats(0.0 if place in POSITIVE else -size, size))
+    return theta
+
+
+@st.composite
+def rows(draw):
+    """A step's inputs, in any mode, with v_lat held or loose."""
+    row = np.zeros(N_ROW)
+    row[Row.DT] = draw(st.floats(0.005, 0.08))
+    row[[Row.LEFT, Row.RIGHT]] = draw(numbers(2, 3.0))
+    row[Row.MODE] = draw(st.sampled_from([0.0, 1.0, 2.0, 3.0]))
+    row[Row.LOAD : Row.LOOSE] = draw(st.floats(0.0, 1.0))
+    row[Row.LOOSE] = draw(st.sampled_from([0.0, 0.1]))
+    return row
+
+
+def bases(speed_mps, skid_rate_mps):
+    """A base model whose skids decay by the speed, or by a fixed one."""
+    return Base(0.28, 0.34, 0.25, skid_rate_mps, speed_mps, 0.25, 0.2, 5.0, 5.0)
+
+
+def differences(function, z, n, size=1e-4):
+    """Slopes (n, 9) of ``function(z, out)``: central differences of fourth order."""
+    slopes, out = np.zeros((n, N_STATE)), np.zeros(n)
+    for j in range(N_STATE):
+        for k, weight in ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12)):
+            moved = z.copy()
+            moved[j] += k * size
+            function(moved, out)
+            slopes[:, j] += weight / size * out
+    return slopes
+
+
+@settings(max_examples=300, deadline=None)
+@given(numbers(N_STATE, 2.0), rows(), thetas(), st.sampled_from(SPEEDS_MPS), st.sampled_from([0.0, 0.3, 8.0]))
+def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_rate_mps):
+    base = bases(speed_mps, skid_rate_mps)
+    moved, F = np.zeros(N_STATE), np.full((N_STATE, N_STATE), np.nan)
+    step(z, row, theta, base, moved)
+    mean = (z + moved) / 2
+    for v_lat in (z[5], 0.0):  # away from where the decay's speed stops being held at its least
+        assume(abs(np.sqrt(mean[V] ** 2 + v_lat**2 + mean[W] ** 2) - 0.3) > 1e-3)
+    assume(abs(z[V]) > 1e-3 and abs(mean[V]) > 1e-3)
+    jacobian(z, row, theta, base, moved, np.zeros(N_STATE), F)
+    expected = differences(lambda at, out: step(at, row, theta, base, out), z, N_STATE)
+    np.testing.assert_allclose(F, expected, rtol=1e-6, atol=2e-7)
+
+
+@given(numbers(N_STATE, 3.0), thetas(), numbers(2, 0.5))
+def test_the_slopes_of_a_measurement_are_those_of_the_measured_pose(z, theta, arm_m):
+    theta[[Theta.ARM_X, Theta.ARM_Y]] = arm_m
+    H = np.full((3, 3), np.nan)
+    slopes_of_measurement(z, theta, H)
+    expected = differences(lambda at, out: measured(at, theta, out), z, 3)
+    np.testing.assert_allclose(H, expected[:, :3], atol=1e-8)
+    np.testing.assert_allclose(expected[:, 3:], 0.0, atol=1e-8)
