@@ -46,4 +46,6 @@ def block_scores(problem: Problem, psi: F64, e: F64) -> F64:
     """Ψᵀe of each block of 2 s, (blocks, p)."""
     block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
     starts = np.flatnonzero(np.diff(block, prepend=-1))
-    return np.asarray(np.add.reduceat((psi * e.reshape(-1, 1)).reshape(len(block), 3, -1).sum(axis=1), starts))
+    return np.asarray(
+        np.add.reduceat((psi * e.reshape(-1, 1)).reshape(len(block), 3, -1).sum(axis=1), starts)
+    )

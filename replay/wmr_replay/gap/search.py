@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.relabel import unlike_slipping, without_rows, without_skid, without_slip
-from wmr_replay.gap.select import Selection, select
+from wmr_replay.gap.select import Selection, established, forward, select
 from wmr_replay.gap.significance import LEVEL
 from wmr_schemas.signals import Log, ModeTrack
 
@@ -37,33 +37,36 @@ def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) 
 def search_with_modes(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
-    """The identifier takes a missing effect for slip or skid, so what shows with the base model's modes, proven
-    or not, is a hint: with it the modes are identified anew, and the selection is made from the start. Slipping
-    that leaves other traction than the model's, and skidding most of the time, are tried as ideal. The most
-    likely answer with a proven effect stands, else the most likely.
+    """The identifier takes a missing effect for slip or skid, so what is significant with the base model's modes
+    is a hint: with it the modes are identified anew, and the selection is made from the start. Slipping that
+    leaves other traction than the model's, and skidding most of the time, are tried as ideal. The most likely
+    answer with a proven effect stands, else the most likely.
     """
     first = identified_modes(log, extension)
     problem = Problem.of(identified_drive(log, first))
     tell("naming", 0.2)
-    answers = [(problem, select(problem, extension, options))]
+    answers = [(problem, forward(problem, extension, options))]
     for hint in hints(log, extension, options, first, answers[0]):
         tell("naming", 0.4)
         track = identified_modes(log, hint)
         track = without_skid(track) if SKID in hint.effects else track
         problem = Problem.of(identified_drive(log, track))
-        answers.append((problem, select(problem, extension, options)))
+        answers.append((problem, forward(problem, extension, options)))
     tell("naming", 0.6)
-    problem, selection = likeliest(answers)
+    problem, selection = min(answers, key=likelihood)
     doubtful = unlike_slipping(problem, selection.fit)
     if np.any(doubtful):
         problem = problem.labelled(without_rows(problem.drive, doubtful))
-        answers.append((problem, select(problem, extension, options)))
-    return likeliest(answers)
+        answers.append((problem, forward(problem, extension, options)))
+    answers.sort(key=likelihood)
+    settled = ((problem, established(problem, selection, options)) for problem, selection in answers)
+    best = next(settled)
+    return next((answer for answer in chain([best], settled) if answer[1].found), best)
 
 
-def likeliest(answers: list[Answer]) -> Answer:
-    """The most likely answer with a proven effect, else the most likely."""
-    return min(answers, key=lambda answer: (not answer[1].found, answer[1].fit.deviance))
+def likelihood(answer: Answer) -> float:
+    """Less is more likely."""
+    return answer[1].fit.deviance
 
 
 def hints(
@@ -84,7 +87,7 @@ def hints(
 
 def provisional(log: Log, track: ModeTrack, extension: Extension, options: GapOptions) -> Selection:
     """What is significant with other modes."""
-    return select(Problem.of(identified_drive(log, track)), extension, options, provisional=True)
+    return forward(Problem.of(identified_drive(log, track)), extension, options, terms=False)
 
 
 def rivals(extension: Extension, selection: Selection) -> list[Extension]:

@@ -33,31 +33,38 @@ class Selection:
     refused: str = ""
 
 
-def select(
-    problem: Problem, extension: Extension, options: GapOptions, *, provisional: bool = False
-) -> Selection:
+def select(problem: Problem, extension: Extension, options: GapOptions) -> Selection:
     """Forward, one effect at a time, by significance; then each must be needed and proven beside the others,
-    and the drive lively enough for it. A provisional selection asks for significance only.
+    and the drive lively enough for it.
     """
+    return established(problem, forward(problem, extension, options), options)
+
+
+def forward(problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True) -> Selection:
+    """What is significant, one effect after the other; with ``terms`` also what only the dictionary describes."""
     base = current = fitted(problem, extension, None, 8)
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
     for _ in range(options.max_effects):
-        tried = best_of(problem, base, current, found, terms=not provisional)
+        tried = best_of(problem, base, current, found, terms=terms)
         stages.append(tried)
         if not tried or tried[0].failed:
             break
         others = tuple((a.lead.name, max(tried[0].score - a.score, 0.0)) for a in tried[1:] if a.score > 0)
         found.append(replace(tried[0], alternatives=others))
         current = tried[0].fit
-    if provisional:
-        return Selection(base, current, tuple(found), tuple(stages))
-    current, found = exchanged(problem, current, found, stages)
+    return Selection(base, current, tuple(found), tuple(stages))
+
+
+def established(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
+    """What of it passes the other gates."""
+    base, stages = selection.base, selection.stages
+    current, found = exchanged(problem, selection.fit, list(selection.found), stages)
     current, found = proven(problem, base, current, found, options)
     refused = next(filter(None, (calm_about(problem, current, f) for f in found)), "")
     if refused:
-        return Selection(base, base, (), tuple(stages), refused)
-    return Selection(base, current, tuple(found), tuple(stages))
+        return Selection(base, base, (), stages, refused)
+    return Selection(base, current, tuple(found), stages)
 
 
 def best_of(
@@ -102,9 +109,11 @@ def remainder(problem: Problem, base: Fit, current: Fit, tried: Tried, found: li
 
 
 def exchanged(
-    problem: Problem, current: Fit, found: list[Tried], stages: list[tuple[Tried, ...]]
+    problem: Problem, current: Fit, found: list[Tried], stages: tuple[tuple[Tried, ...], ...]
 ) -> tuple[Fit, list[Tried]]:
-    """Where an effect was found while others were still missing, its rivals are tried in its place beside them."""
+    """Where an effect was found while others were still missing, its rivals are tried in its place beside
+    them.
+    """
     for i, tried in enumerate(found[:-1]):
         names = [f.lead.name for f in found]
         rivals = [a for a in stages[i][1:3] if tried.score - a.score < RIVAL and a.lead.name not in names]
