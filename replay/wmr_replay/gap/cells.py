@@ -87,13 +87,15 @@ def best_patch(s: F64, G: F64, drive: Drive, cells: I64, n_cells: int) -> Lead:
     rows = np.searchsorted(cells, np.arange(n_cells))
     middle = np.minimum((rows + np.append(rows[1:], len(cells))) // 2, len(cells) - 1)
     centres = drive.pose[middle, :2]
+    dx, dy = (drive.pose[:, i, None] - centres[:, i] for i in range(2))
+    squared_m2 = dx**2 + dy**2
+    lengths = np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
     found = Lead("low_friction_patch", {}, -1.0, 1)
     for radius in RADII_M:
-        inside = np.hypot(*(drive.pose[:, None, :2] - centres[None]).transpose(2, 0, 1)) < radius
-        share = np.add.reduceat(inside.astype(np.float64), rows, axis=0)
-        share /= np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
+        inside = (squared_m2 < radius**2).astype(np.float64)
+        share = np.add.reduceat(inside, rows, axis=0) / lengths
         total = share.T @ s
-        size = np.maximum(np.einsum("ij,ik,kj->j", share, G, share, optimize=True), 1e-9)
+        size = np.maximum(np.sum(share * (G @ share), axis=0), 1e-9)
         loss = total / size
         gain = np.where((loss > 0.02) & (loss < 1.3), total**2 / size, 0.0)
         k = int(np.argmax(gain))
