@@ -36,9 +36,10 @@ class Patches:
         rows = np.searchsorted(cells, np.arange(n_cells))
         middle = np.minimum((rows + np.append(rows[1:], len(cells))) // 2, len(cells) - 1)
         centres = drive.pose[middle, :2]
-        apart = np.hypot(*(drive.pose[:, None, :2] - centres[None]).transpose(2, 0, 1))
+        dx, dy = (drive.pose[:, i, None] - centres[:, i] for i in range(2))
+        squared_m2 = dx**2 + dy**2
         counts = np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
-        shares = {r: np.add.reduceat((apart < r).astype(np.float64), rows, axis=0) / counts for r in RADII_M}
+        shares = {r: np.add.reduceat((squared_m2 < r**2).astype(np.float64), rows, axis=0) / counts for r in RADII_M}
         return cls(centres, shares)
 
 

@@ -43,17 +43,16 @@ class Theta(IntEnum):
     GRADE_X = 10
     GRADE_Y = 11
     COM_OFFSET = 12
-    COM_YAW = 13
-    HEADING = 14
-    ARM_X = 15
-    ARM_Y = 16
-    CORNERING = 17
-    UNDECLARED = 18
-    LOAD_STEP = 19
-    PATCH = 20
-    SLIP = 21
-    EXTRA_LONG = 22
-    EXTRA_YAW = 23
+    HEADING = 13
+    ARM_X = 14
+    ARM_Y = 15
+    CORNERING = 16
+    UNDECLARED = 17
+    LOAD_STEP = 18
+    PATCH = 19
+    SLIP = 20
+    EXTRA_LONG = 21
+    EXTRA_YAW = 22
 
 
 N_THETA = len(Theta)
@@ -96,19 +95,19 @@ class Base(NamedTuple):
     lateral_decay: float
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def sign(speed: float) -> float:
     """Sgn, softened about standstill."""
     return float(np.tanh(speed / SOFT_SIGN))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def skids(mode: float, theta: F64) -> bool:
     """Whether the tyres skid: declared by the mode, or an undeclared skid in what is called ideal."""
     return mode in (SKIDDING, BOTH) or (mode == IDEAL and theta[Theta.UNDECLARED] > LEAST_UNDECLARED)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄), times what the effects make of it."""
     speed = base.speed_mps
@@ -121,7 +120,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     return float(rate)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     """What dv_long/dt makes of the sum of the efforts, and dw/dt of their difference."""
     kept = (1.0 - theta[Theta.PATCH] * row[Row.PATCH]) * (1.0 - theta[Theta.SLIP] * row[Row.SLIP])
@@ -134,7 +133,7 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     return ahead, turning
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 ) -> tuple[float, float]:
@@ -150,7 +149,7 @@ def accelerations(
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
     dw = turning * (u_right - u_left) + z[D_YAW] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
     dw -= theta[Theta.YAW_DAMPING] * w
-    dw -= (base.com_yaw_per_m * theta[Theta.COM_OFFSET] + theta[Theta.COM_YAW]) * v * yaw_rate
+    dw -= base.com_yaw_per_m * theta[Theta.COM_OFFSET] * v * yaw_rate
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v)
     if theta[Theta.SCRUB] != 0.0:
@@ -162,13 +161,13 @@ def accelerations(
     return dv, dw
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def kept_lateral(row: F64, base: Base) -> float:
     """The share of v_lat left after a step without a skid."""
     return float(np.exp(-row[Row.DT] * base.lateral_decay)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what too small an
     undeclared skid to be followed makes of it.
@@ -188,7 +187,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     return float(v_lat)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", inline="always")
 def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later."""
     half = row[Row.DT] / 2
@@ -200,7 +199,7 @@ def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
     out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * half
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
     dt, gains = row[Row.DT], responses(row, theta, base)
@@ -218,7 +217,7 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     out[V_LAT] = lateral
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def measured(z: F64, theta: F64, out: F64) -> None:
     """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
     out[0], out[1], out[2] = z[X], z[Y], z[YAW] + theta[Theta.HEADING]

@@ -81,14 +81,14 @@ class Passed(NamedTuple):
     log_variances: F64
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
     """What a step leaves of the disturbances of v_long and v_lat, of w's, and of a lateral velocity."""
     kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
     return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def add_noise(
     P: F64, row: F64, previous_mode: float, noise: Diffusion, kept: tuple[float, float, float]
 ) -> None:
@@ -114,7 +114,7 @@ def add_noise(
         P[W, W] += SWITCH_SD_MPS**2
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
     """The disturbances die out over the step: their rows of ``F`` and of ``z``."""
     for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
@@ -122,22 +122,32 @@ def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
         F[d, d] *= share
 
 
-@njit(cache=True)
-def spread(F: F64, P: F64, out: F64) -> None:
-    """``out`` ← (F P)ᵀ, so that twice is F P Fᵀ; F is the identity in its first two columns and behind its
-    first six rows, but for the disturbances' diagonal.
+@njit(cache=True, error_model="numpy")
+def transform(F: F64, P: F64, out: F64) -> None:
+    """``out`` ← F P; F is the identity in its first two columns and behind its first six rows, but for the
+    disturbances' diagonal, and most of the rest is 0.
     """
     for i in range(N_STATE):
         for j in range(N_STATE):
-            total = F[i, i] * P[i, j]
-            if i < N_MOTION:
-                for m in range(2, N_STATE):
-                    if m != i:
-                        total += F[i, m] * P[m, j]
-            out[j, i] = total
+            out[i, j] = F[i, i] * P[i, j]
+        if i < N_MOTION:
+            for m in range(2, N_STATE):
+                if m != i and F[i, m] != 0.0:
+                    for j in range(N_STATE):
+                        out[i, j] += F[i, m] * P[m, j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
+def spread(F: F64, P: F64, scratch: F64) -> None:
+    """``P`` ← F P Fᵀ = F (F P)ᵀ."""
+    transform(F, P, scratch)
+    for i in range(N_STATE):
+        for j in range(i):
+            scratch[i, j], scratch[j, i] = scratch[j, i], scratch[i, j]
+    transform(F, scratch, P)
+
+
+@njit(cache=True, error_model="numpy")
 def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
     """One scalar measurement with slope ``h`` (3,) on x, y, yaw; leaves the gain; gives the innovation's
     variance.
@@ -156,7 +166,7 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
     return float(s)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def first_covariance(noise: Diffusion) -> F64:
     """(9, 9): half a metre, radian and metre per second; disturbances in their stationary distribution."""
     P = np.zeros((N_STATE, N_STATE))
@@ -169,7 +179,7 @@ def first_covariance(noise: Diffusion) -> F64:
     return P
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wanted, keep: bool) -> Passed:
     """One pass over the data. With ``keep`` false, states and sensitivities are left out."""
     n, p = len(data.rows), wanted_columns(wanted)
@@ -196,7 +206,6 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
                 push(S, live, z, undisturbed, k, data.rows, theta, base, wanted)
             z[:] = moved
             spread(F, P, scratch)
-            spread(F, scratch, P)
             add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept)
         slopes_of_measurement(z, theta, H)
         for c in range(3):

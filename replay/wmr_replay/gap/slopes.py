@@ -35,18 +35,18 @@ Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def steepness(speed: float) -> float:
     """Slope of the softened sign."""
     return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
     """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
     (ahead, turning), v, w = gains, z[V], z[W]
     yaw_rate = w / base.half_track_m
-    com_yaw = base.com_yaw_per_m * theta[Theta.COM_OFFSET] + theta[Theta.COM_YAW]
+    com_yaw = base.com_yaw_per_m * theta[Theta.COM_OFFSET]
     v_yaw, v_lateral = 0.0, 0.0
     v_v = -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
     v_w = 2 * theta[Theta.COM_OFFSET] * yaw_rate / base.half_track_m
@@ -67,14 +67,14 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
     """What q is in ∂rate/∂speed = −q rate speed, for any of the speeds; 0 where the rate's speed is held."""
     squared = v**2 + v_lat**2 + w**2
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> Five:
     """∂next_lateral/∂(yaw, v, w, v_lat, disturbance)."""
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
@@ -97,13 +97,13 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
     return reach * by_yaw, fall * v - reach * w / l, fall * w - reach * v / l, kept + fall * v_lat, reach
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", inline="always")
 def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
     """What changes of the state make of the accelerations of slopes ``a``."""
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, F: F64) -> None:
     """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` is overwritten."""
     dt, l, half, gains = row[Row.DT], base.half_track_m, row[Row.DT] / 2, responses(row, theta, base)
@@ -131,7 +131,7 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
             F[i, j] = e[i]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def slopes_of_measurement(z: F64, theta: F64, H: F64) -> None:
     """``H`` (3, 3) ← ∂measured/∂(x, y, yaw)."""
     cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
