@@ -97,9 +97,8 @@ def likeliest(problem: Problem, current: Fit, *, terms: bool) -> tuple[Lead, Fit
         other = ranked(problem, current, calm, terms=terms)[0]
         new = other.name not in [lead.name for lead in asked]
         asked += [other] if score_of(other) >= least and new else []
-    tries = []
-    for lead in (started(problem, current, lead) for lead in asked):
-        tries.append((lead, fitted(problem, joined(current, lead), current.noise, 4)))
+    leads = [started(problem, current, lead) for lead in asked]
+    tries = [(lead, fitted(problem, joined(current, lead), current.noise, 4)) for lead in leads]
     return min(tries, key=lambda pair: pair[1].deviance + cost_of(problem, *pair), default=None)
 
 
@@ -200,7 +199,9 @@ def cost_of(problem: Problem, lead: Lead, fit: Fit) -> float:
 
 
 def shown_parameters(problem: Problem, lead: Lead, fit: Fit) -> int:
-    """How many parameters the log can show: of a patch that is crossed once, its ends on the path and the loss."""
+    """How many parameters the log can show: of a patch that is crossed once, its ends on the path and the
+    loss.
+    """
     if lead.name != "low_friction_patch":
         return len(lead.parameters)
     inside = weight(lead.name, fit.extension.effects[lead.name], problem.drive) > 0.5

@@ -25,7 +25,9 @@ def time_cells(drive: Drive) -> tuple[I64, int]:
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Discs about places on the path: the share (cells, places) of each cell of time spent in each, by radius."""
+    """Discs about places on the path: the share (cells, places) of each cell of time spent in each, by
+    radius.
+    """
 
     centres: F64
     shares: dict[float, F64]
@@ -39,7 +41,9 @@ class Patches:
         dx, dy = (drive.pose[:, i, None] - centres[:, i] for i in range(2))
         squared_m2 = dx**2 + dy**2
         counts = np.maximum(np.diff(np.append(rows, len(cells))), 1)[:, None]
-        shares = {r: np.add.reduceat((squared_m2 < r**2).astype(np.float64), rows, axis=0) / counts for r in RADII_M}
+        shares = {
+            r: np.add.reduceat((squared_m2 < r**2).astype(np.float64), rows, axis=0) / counts for r in RADII_M
+        }
         return cls(centres, shares)
 
 

@@ -36,10 +36,11 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
     asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
     ratio = asked.get(channel, min(ahead, turning))
     both = channel not in asked and max(ahead, turning) >= LEAST_RATIO
-    if ratio >= (LEAST_OF_THE_OTHER if both else LEAST_RATIO):
+    needed = LEAST_OF_THE_OTHER if both else LEAST_RATIO
+    if ratio >= needed:
         return ""
     what = "longitudinal acceleration" if ratio == ahead else "turning"
     return (
         f"{name} would explain part of it, but the {what} that the torques ask for varies by only "
-        f"{ratio:.1f} times the disturbance (at least {LEAST_OF_THE_OTHER if both else LEAST_RATIO:g} are needed)"
+        f"{ratio:.1f} times the disturbance (at least {needed:g} are needed)"
     )

@@ -1,8 +1,9 @@
 """Placebo: would the library explain as much of logs in which nothing is missing?
 
-Such logs are the base model's with the disturbance that was fitted: their innovations are those that remain with
-the effect in the model, in blocks of 2 s with random signs (a wild bootstrap, Liu 1988, by blocks), so that
-what colours them stays. To first order the scores of a log are s = Ψᵀe, so no log has to be filtered again.
+Such logs are the base model's with the disturbance that was fitted: their innovations are those that remain
+with the effect in the model, in blocks of 2 s with random signs (a wild bootstrap, Liu 1988, by blocks), so
+that what colours them stays. To first order the scores of a log are s = Ψᵀe, so no log has to be filtered
+again.
 """
 
 import numpy as np
@@ -19,8 +20,8 @@ BLOCK_S = 2.0
 
 
 def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 0) -> float:
-    """Share of placebo logs of which the best candidate explains as much as the effect ``name`` explains of the
-    log itself; ``rest`` is the model without it, ``current`` the one with it.
+    """Share of placebo logs of which the best candidate explains as much as the effect ``name`` explains of
+    the log itself; ``rest`` is the model without it, ``current`` the one with it.
     """
     kind = TermColumns if name.startswith(UNNAMED_PREFIX) else Columns
     columns = kind.of(problem.drive, rest.extension)

@@ -87,8 +87,8 @@ def held_out_errors(problem: Problem, fit: Fit) -> WindowErrors:
 
 
 def refitted(problem: Problem, fit: Fit) -> Fit:
-    """The same effects fitted to another part of the log; when and where one acts stays, since the rows that show
-    it may all be held out.
+    """The same effects fitted to another part of the log; when and where one acts stays, since the rows
+    that show it may all be held out.
     """
     return gauss_newton(problem, fit.extension, fit.noise, 2, places=False)
 
@@ -118,8 +118,8 @@ def blocks_p(folds: list[Fold]) -> float:
 
 
 def moved_by(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:
-    """How far an effect moves the simulated path, m: root mean square over a window of ``seconds``, both paths
-    from their own fitted starts, in the window where it moves it most.
+    """How far an effect moves the simulated path, m: root mean square over a window of ``seconds``, both
+    paths from their own fitted starts, in the window where it moves it most.
     """
     drive = problem.drive
     windows = windows_of(drive, np.ones(len(drive), bool), seconds)

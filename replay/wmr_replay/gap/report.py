@@ -60,8 +60,8 @@ def report(problem: Problem, selection: Selection, model: BaseModel, options: Ga
         where=locate(
             drive, base.extension.rows(drive), at_floor.states, at_floor.innovations, base.noise, fit.noise
         ),
-        position=metric(errors, "position", "m"),
-        yaw=metric(errors, "yaw", "rad"),
+        position=metric(errors, "position", "m", options.seed),
+        yaw=metric(errors, "yaw", "rad", options.seed),
         modes=options.modes,
         base=model.source,
         unnameable=model.unnameable,
@@ -87,7 +87,7 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
         name = tried.lead.name
         form = form_of(name)
         parameters = {
-            key: Estimate(float(value), (float(value - w), float(value + w)), form.parameters[key])
+            key: Estimate(float(value), interval(problem.drive, name, key, value, w), form.parameters[key])
             for (owner, key), value, w in zip(fit.keys, fit.values, width, strict=True)
             if owner == name
         }
@@ -106,6 +106,18 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
             )
         )
     return tuple(effects)
+
+
+def interval(drive: Drive, name: str, key: str, value: float, width: float) -> tuple[float, float]:
+    """About the value; times and places no further than the log and its path go."""
+    low, high = float(value - width), float(value + width)
+    if not is_place(name, key):
+        return low, high
+    x_m, y_m = drive.pose[:, 0], drive.pose[:, 1]
+    across_m = float(np.hypot(np.ptp(x_m), np.ptp(y_m)))
+    spans = {"x_m": (x_m.min(), x_m.max()), "y_m": (y_m.min(), y_m.max()), "radius_m": (0.0, across_m)}
+    first, last = spans.get(key, (drive.t_s[0], drive.t_s[-1]))
+    return max(low, min(float(first), float(value))), min(high, max(float(last), float(value)))
 
 
 def place_variance(name: str, key: str) -> float:
@@ -153,7 +165,7 @@ def calm_note(problem: Problem, selection: Selection) -> str:
     )
 
 
-def metric(errors: list[tuple[WindowErrors, WindowErrors]], what: str, unit: str) -> GapMetric:
+def metric(errors: list[tuple[WindowErrors, WindowErrors]], what: str, unit: str, seed: int) -> GapMetric:
     """One of the two gaps, before and after."""
     (before, train_before), (after, train_after) = errors
     attribute = f"position_{unit}" if what == "position" else f"yaw_{unit}"
@@ -164,7 +176,7 @@ def metric(errors: list[tuple[WindowErrors, WindowErrors]], what: str, unit: str
         unit=unit,
         windows=len(b),
         train=TrainGap(rms(getattr(train_before, attribute)), rms(getattr(train_after, attribute))),
-        held_out=HeldOutGap(rms(b), rms(a), rms(floor), *paired(b, a)),
+        held_out=HeldOutGap(rms(b), rms(a), rms(floor), *paired(b, a, seed)),
     )
 
 
@@ -173,7 +185,7 @@ def rms(values: F64) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
-def paired(before: F64, after: F64) -> tuple[tuple[float, float], float]:
+def paired(before: F64, after: F64, seed: int) -> tuple[tuple[float, float], float]:
     """95 % interval of the reduction of the root mean square over windows, and Wilcoxon's one-sided p."""
     if len(before) < 3 or np.all(before == after):
         return (0.0, 0.0), 1.0
@@ -182,7 +194,13 @@ def paired(before: F64, after: F64) -> tuple[tuple[float, float], float]:
         return np.asarray(1 - np.sqrt(np.mean(a**2, axis=axis) / np.mean(b**2, axis=axis)))
 
     found = bootstrap(
-        (before, after), reduction, paired=True, vectorized=True, n_resamples=999, method="percentile", rng=0
+        (before, after),
+        reduction,
+        paired=True,
+        vectorized=True,
+        n_resamples=999,
+        method="percentile",
+        rng=seed,
     )
     interval = (float(found.confidence_interval.low), float(found.confidence_interval.high))
     return interval, float(wilcoxon(np.log(before) - np.log(after), alternative="greater").pvalue)

@@ -28,7 +28,7 @@ GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_sat
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What the library's sensitivities are to, in the order of their columns, and how they add up to leads."""
+    """What the library's sensitivities are to, in the order of their columns, and how they make leads."""
 
     drive: Drive
     extension: Extension

@@ -37,10 +37,10 @@ def search(log: Log, extension: Extension, options: GapOptions, tell: Progress) 
 def search_with_modes(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
-    """The identifier takes a missing effect for slip or skid, so what is significant with the base model's modes
-    is a hint: with it the modes are identified anew, and the selection is made from the start. Slipping that
-    leaves other traction than the model's, and skidding most of the time, are tried as ideal. The most likely
-    answer with a proven effect stands, else the most likely.
+    """The identifier takes a missing effect for slip or skid, so what is significant with the base model's
+    modes is a hint: with it the modes are identified anew, and the selection is made from the start.
+    Slipping that leaves other traction than the model's, and skidding most of the time, are tried as ideal.
+    The most likely answer with a proven effect stands, else the most likely.
     """
     first = identified_modes(log, extension)
     problem = Problem.of(identified_drive(log, first))
@@ -73,8 +73,8 @@ def hints(
     log: Log, extension: Extension, options: GapOptions, track: ModeTrack, answer: Answer
 ) -> list[Extension]:
     """What seems to be missing, to identify the modes with. A robot that skids most of the time has another
-    reason for it, of which the two likeliest are tried; where nothing shows and much is called slipping, a hint
-    comes from taking that for ideal.
+    reason for it, of which the two likeliest are tried; where nothing shows and much is called slipping, a
+    hint comes from taking that for ideal.
     """
     mode, found = answer[0].drive.mode, [suggestion(extension, answer[1])]
     if np.mean(mode % 2 == 1) > MUCH_SKID:

@@ -41,7 +41,9 @@ def select(problem: Problem, extension: Extension, options: GapOptions) -> Selec
 
 
 def forward(problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True) -> Selection:
-    """What is significant, one effect after the other; with ``terms`` also what only the dictionary describes."""
+    """What is significant, one effect after the other; with ``terms`` also what only the dictionary
+    describes.
+    """
     base = current = fitted(problem, extension, None, 8)
     found: list[Tried] = []
     stages: list[tuple[Tried, ...]] = []
@@ -95,8 +97,8 @@ def judged(
 
 
 def remainder(problem: Problem, base: Fit, current: Fit, tried: Tried, found: list[Tried]) -> float:
-    """What the wrong form of the effects found may leave for one that is like them: a share of their gain. What
-    acts in a time or place is held against their gain there.
+    """What the wrong form of the effects found may leave for one that is like them: a share of their gain.
+    What acts in a time or place is held against their gain there.
     """
     name = tried.lead.name
     if name in LOCAL:

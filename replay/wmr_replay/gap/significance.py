@@ -33,8 +33,9 @@ def likeness(problem: Problem, fit: Fit, name: str) -> float:
 
 
 def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size. Where the size is no distance from the base
-    model, the likelihood ratio stands alone; where the blocks that tell of it are few, the test is the plain one.
+    """Block-robust Wald test (blocks of 2 s) of the effect's size. Where the size is no distance from the
+    base model, the likelihood ratio stands alone; where the blocks that tell of it are few, the test is the
+    plain one.
     """
     if name in ("torque_saturation", "undeclared_skid"):
         return 0.0
