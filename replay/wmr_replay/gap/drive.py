@@ -40,6 +40,11 @@ class Drive:
         return len(self.t_s)
 
     @property
+    def identified(self) -> bool:
+        """Whether an identifier said the modes, which knows their changes less well than a label does."""
+        return self.margin > 1
+
+    @property
     def step_s(self) -> F64:
         """Length of each step (n,), the first one 0."""
         return np.diff(self.t_s, prepend=self.t_s[:1])

@@ -149,11 +149,13 @@ def beginnings(start: Diffusion | None) -> list[F64]:
     return [logs, np.concatenate([calm[:2], logs[2:]]), np.concatenate([logs[:2], calm[2:4], logs[4:]]), calm]
 
 
-def calmed(noise: Diffusion) -> Diffusion | None:
-    """The diffusion with disturbances that are large or slow made calm; None where there are none."""
+def calmed(noise: Diffusion, large: float = LARGE) -> Diffusion | None:
+    """The diffusion with disturbances that are large or slow made calm, None where there are none: with a
+    density at low frequency of ``large`` times that of calm ones.
+    """
     long_sd, long_tau, yaw_sd, yaw_tau, _ = np.exp(CALM)
-    long = noise.long_sd_mps2**2 * noise.long_tau_s > LARGE * long_sd**2 * long_tau
-    yaw = noise.yaw_sd_mps2**2 * noise.yaw_tau_s > LARGE * yaw_sd**2 * yaw_tau
+    long = noise.long_sd_mps2**2 * noise.long_tau_s > large * long_sd**2 * long_tau
+    yaw = noise.yaw_sd_mps2**2 * noise.yaw_tau_s > large * yaw_sd**2 * yaw_tau
     if long:
         noise = noise._replace(long_sd_mps2=float(long_sd), long_tau_s=float(long_tau))
     if yaw:

@@ -43,7 +43,7 @@ def windows_within(problem: Problem, chosen: Bool) -> list[tuple[int, int]]:
     slipping are left out: to simulate them would take its word for the loss of traction.
     """
     windows = windows_of(problem.drive, chosen)
-    if problem.drive.margin <= 1:
+    if not problem.drive.identified:
         return windows
     slips = problem.drive.mode >= 2
     return [(a, b) for a, b in windows if np.mean(slips[a:b]) < MOST_SLIP] or windows

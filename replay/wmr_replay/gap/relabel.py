@@ -5,7 +5,7 @@ effect.
 import numpy as np
 
 from wmr_replay.gap.drive import Drive
-from wmr_replay.gap.field import SLIPPING
+from wmr_replay.gap.field import SLIPPING, Base
 from wmr_replay.gap.problem import Problem, calmed
 from wmr_replay.gap.refit import Fit
 from wmr_replay.gap.sensitivity import NOTHING
@@ -45,7 +45,7 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     rows = np.zeros(len(drive), bool)
     if not runs:
         return rows
-    most = 1.0 - max(base.slip_share, base.slip_share_yaw) - LEAST_APART
+    most = most_loss(base)
     wholes, seconds = run_cells(drive, runs), second_cells(drive, runs)
     loss, sd = losses(problem, fit, wholes)
     unlike = loss + SDS * sd < most
@@ -54,6 +54,11 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     for k, (a, b) in enumerate(runs):
         rows[a:b] = unlike[2 * k + 1] and np.mean(slips[a:b]) < MOST_ALIKE
     return rows
+
+
+def most_loss(base: Base) -> float:
+    """The loss of traction up to which an interval is clearly not the base model's slipping."""
+    return 1.0 - max(base.slip_share, base.slip_share_yaw) - LEAST_APART
 
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:

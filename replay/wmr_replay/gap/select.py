@@ -10,16 +10,18 @@ from wmr_replay.gap.excitation import too_calm_for
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.placebo import placebo_p
-from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.problem import Problem, calmed
 from wmr_replay.gap.prove import moved_by, prove
 from wmr_replay.gap.refit import Fit
-from wmr_replay.gap.significance import LEVEL, likeness, touched
+from wmr_replay.gap.relabel import most_loss
+from wmr_replay.gap.significance import LEVEL, covariance, likeness, sizes_of, touched
 
 LIKE, LIKE_SHARE, AKIN_SHARE = 0.25, 0.15, 0.5
 AKIN = ({"actuator_lag", "input_delay"},)
 """Forms of one thing: most real lags lie between a lag of one pole and a delay."""
 MARGIN = 10.0
 RIVAL = 100.0
+SOMETHING_LEFT = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +74,12 @@ def established(problem: Problem, selection: Selection, options: GapOptions) -> 
 def best_of(
     problem: Problem, base: Fit, current: Fit, found: list[Tried], *, terms: bool
 ) -> tuple[Tried, ...]:
-    """The library's attempts, the first judged; the dictionary's where none of those is significant."""
+    """The library's attempts, the first judged; the dictionary's where none of those is significant and a
+    disturbance is left that something may explain.
+    """
     tried = judged(problem, base, current, attempts(problem, current, terms=False), found)
-    if terms and not (tried and tried[0].p_value <= LEVEL and tried[0].score > 0):
+    significant = tried and tried[0].p_value <= LEVEL and tried[0].score > 0
+    if terms and not significant and calmed(current.noise, SOMETHING_LEFT) is not None:
         others = judged(problem, base, current, attempts(problem, current, terms=True), found)
         if others and not others[0].failed:
             return others
@@ -166,6 +171,8 @@ def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: Gap
     tried = replace(tried, gain=gain)
     if gain < cost_of(problem, tried.lead, current) + MARGIN * (len(current.extension.effects) > 1):
         return replace(tried, failed="needless beside the others")
+    if like_slipping(problem, current, tried.lead.name):
+        return replace(tried, failed="no other than the model's own slipping")
     proof = prove(problem, rest, current)
     if not proof.holds:
         return replace(tried, proof=proof, failed="not proven on held-out windows")
@@ -173,6 +180,17 @@ def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: Gap
         return replace(tried, proof=proof, failed="no more than what logs with nothing missing would show")
     small = moved_by(problem, rest, current, options.tolerance_s) < options.tolerance_m
     return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
+
+
+def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a loss of traction may be slipping that an identifier did not call so: what it leaves is not
+    clearly more than the base model's slipping leaves.
+    """
+    if name not in LOCAL or not problem.drive.identified:
+        return False
+    (size,) = sizes_of(fit, name)
+    sd = float(np.sqrt(covariance(problem, fit)[0][size, size]))
+    return bool(fit.values[size] + 2 * sd > most_loss(fit.extension.base))
 
 
 def without(problem: Problem, base: Fit, current: Fit, name: str) -> Fit:
