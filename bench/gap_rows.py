@@ -106,8 +106,8 @@ def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], floa
     length of a bin.
     """
     traces = result.traces
-    t_s, loose = traces.t_s, 2 if result.modes == "identified" else 1
-    problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, margin=loose))
+    t_s, identified = traces.t_s, result.modes == "identified"
+    problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, identified=identified))
     folds = [(t_s - k * HELD_OUT_S) % PERIOD_S >= PERIOD_S - HELD_OUT_S for k in range(3)]
     rows = [window for fold in folds for window in windows_within(problem, fold)]
     bin_s = float(np.median(np.diff(t_s)))

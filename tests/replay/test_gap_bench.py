@@ -97,3 +97,14 @@ def test_the_page_is_filled_from_rows_and_keeps_its_text(bench):
     assert filled.endswith("after\n")
     assert "| single | slope | rtk | 7 | named | payload |\n" in filled
     assert "old" not in filled
+
+
+@pytest.mark.parametrize("modes", ["given", "identified"])
+def test_a_row_holds_the_true_models_error_over_the_windows_of_the_result(bench, modes):
+    cases, rows = bench("gap_cases"), bench("gap_rows")
+    case_set = cases.CaseSet("any", 0, (("viscous_drag",),), 1, modes=modes)
+    case = next(iter(cases.cases_of(case_set, 91_000)))
+    row = rows.row_of(rows.Task(case, "state"))
+    assert [effect["name"] for effect in row["effects"]] == ["viscous_drag"]
+    position = row["position"]
+    assert position["floor"] < position["true"] < 1.2 * position["after"] < position["before"]

@@ -69,6 +69,8 @@ HIDDEN = {
     "slope:grade_x_mps2=.3,grade_y_mps2=-.25": (90_003, "rtk"),
     "torque_imbalance:ratio=.15": (90_004, "mocap"),
     "rolling_resistance:c0_mps2=.25": (90_005, "mocap"),
+    "undeclared_skid:stiffness_ratio=.7": (90_006, "rtk"),
+    "slip_interval:start_s=30,end_s=38,loss=.5": (90_016, "mocap"),
 }
 
 
@@ -87,6 +89,22 @@ def test_a_hidden_effect_is_named_sized_and_proven_though_labels_are_wrong(analy
     held_out = result.position.held_out
     assert held_out.floor <= held_out.after < 0.8 * held_out.before
     assert held_out.reduction_ci95[0] > 0
+
+
+@pytest.mark.parametrize(
+    ("seed", "noise", "hide"),
+    [
+        (90_008, "rtk", ("torque_bias_differential:bias_nm=-.3", "com_offset:offset_m=.025")),
+        (90_009, "mocap", ("viscous_drag:c1_per_s=.2", "undeclared_skid:stiffness_ratio=.6")),
+        (90_010, "rtk", ("heading_misalignment:angle_rad=.06", "payload:mass_ratio=.4")),
+    ],
+)
+def test_two_effects_are_found_though_one_hides_the_other(analysed, seed, noise, hide):
+    result, truth = analysed(seed, noise, *hide, options=WRONG)
+    assert {effect.name for effect in result.effects} == set(truth)
+    for effect in result.effects:
+        for key, value in truth[effect.name].items():
+            assert effect.parameters[key].value == pytest.approx(value, rel=0.12)
 
 
 @pytest.mark.parametrize(("seed", "noise"), [(90_011, "mocap"), (90_012, "rtk"), (90_013, "poor")])
@@ -114,6 +132,15 @@ def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
     found = analysed(90_021, "rtk", "viscous_drag:c1_per_s=.25", modes="identified", options=options)
     assert [effect.name for effect in found.result.effects] == ["viscous_drag"]
     assert found.result.modes == "identified"
+
+
+@pytest.mark.parametrize(
+    ("seed", "hide"),
+    [(90_023, "heading_misalignment:angle_rad=.06"), (90_024, "undeclared_skid:stiffness_ratio=.6")],
+)
+def test_what_an_identifier_takes_for_skidding_is_named_all_the_same(analysed, seed, hide):
+    found = analysed(seed, "rtk", hide, modes="identified", options=("patrol", "--no-truth-topic"))
+    assert [effect.name for effect in found.result.effects] == list(found.truth)
 
 
 def test_labels_are_read_only_when_asked_for(tmp_path):

@@ -79,10 +79,11 @@ def hints(
     mode, found = answer[0].drive.mode, [suggestion(extension, answer[1])]
     if np.mean(mode % 2 == 1) > MUCH_SKID:
         other = provisional(log, without_skid(track), extension, options)
-        found = [suggestion(extension, other), *rivals(extension, other)]
+        found += [suggestion(extension, other), *rivals(extension, other)]
     elif not found[0].effects and np.mean(mode >= 2) > MUCH_SLIP:
         found = [suggestion(extension, provisional(log, without_slip(track), extension, options))]
-    return [hint for hint in found if hint.effects]
+    distinct = {tuple(hint.effects): hint for hint in reversed(found) if hint.effects}
+    return list(reversed(distinct.values()))
 
 
 def provisional(log: Log, track: ModeTrack, extension: Extension, options: GapOptions) -> Selection:
