@@ -11,11 +11,15 @@ from wmr_replay.engine import Engine
 from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_replay.memory import as_batch
 from wmr_replay.model_effects import ReplayModel
+from wmr_replay.regress.replayed import Asked, replay
+from wmr_replay.regress.results import Results
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, record, synthesise
+
+SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 
 
 class LogRows:
@@ -81,11 +85,24 @@ def servers():
 
 
 @pytest.fixture(scope="session")
+def log(tmp_path_factory) -> Path:
+    """12 s of random driving, for tests that only read it."""
+    path = tmp_path_factory.mktemp("log") / "drive.mcap"
+    record(synthesise("random", seed=5, duration_s=12, sensors=SENSORS), path)
+    return path
+
+
+@pytest.fixture(scope="session")
+def results(log) -> Results:
+    """What a replay of ``log`` gives with nothing asked for."""
+    return replay(log, Asked())
+
+
+@pytest.fixture(scope="session")
 def short_logs(tmp_path_factory):
     """A folder of three short logs with their side files, one of them in a folder below."""
     folder = tmp_path_factory.mktemp("logs")
     (folder / "below").mkdir()
-    sensors = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
     for seed, name in enumerate(("a.mcap", "b.mcap", "below/c.mcap")):
-        record(synthesise("random", seed=seed, duration_s=6, sensors=sensors), folder / name)
+        record(synthesise("random", seed=seed, duration_s=6, sensors=SENSORS), folder / name)
     return folder

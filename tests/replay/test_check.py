@@ -1,17 +1,12 @@
 """Replay as a regression test: a planted change is found, no change passes, nothing compared fails."""
 
-import contextlib
-import io
 import json
 import math
 import re
 import shlex
 import shutil
-import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 import polars as pl
@@ -20,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from wmr_replay.cli import main
 from wmr_replay.regress.criteria import Criterion, criteria_for, read_criteria
 from wmr_replay.regress.differences import compare_tables
 from wmr_replay.regress.replayed import Asked, replay, stored_request
@@ -38,35 +32,6 @@ from wmr_synth.suites.damage import DAMAGES
 
 SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 TOLERANCES = Tolerances()
-
-
-def command(*args, code=0):
-    """The command line in this process: a process of its own would import everything again."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["wmr-replay", *map(str, args)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        try:
-            main()
-            found = 0
-        except SystemExit as done:
-            found = done.code or 0
-    assert found == code, out.getvalue() + err.getvalue()
-    return SimpleNamespace(stdout=out.getvalue(), stderr=err.getvalue())
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("log") / "drive.mcap"
-    record(synthesise("random", seed=5, duration_s=12, sensors=SENSORS), path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def results(log) -> Results:
-    return replay(log, Asked())
 
 
 @pytest.fixture(scope="module")
@@ -323,7 +288,7 @@ def test_a_criterion_says_what_its_signs_say(value, bound):
         ("", "holds no criterion"),
     ],
 )
-def test_wrong_criteria_are_usage_errors_that_name_the_key(log, tmp_path, text, message):
+def test_wrong_criteria_are_usage_errors_that_name_the_key(command, log, tmp_path, text, message):
     (tmp_path / "criteria.toml").write_text(text)
     assert message in command("check", "--criteria", tmp_path / "criteria.toml", log, code=2).stderr
 
@@ -337,7 +302,9 @@ def plant(references: Path, column: str, row: int) -> None:
     changed.write_parquet(path)
 
 
-def test_a_planted_change_fails_is_reported_everywhere_and_can_be_accepted(log, references, tmp_path):
+def test_a_planted_change_fails_is_reported_everywhere_and_can_be_accepted(
+    command, log, references, tmp_path
+):
     plant(references, "c_d_mps2", 200)
     before = {path: path.read_bytes() for path in references.iterdir()}
     files = ("--diff", tmp_path / "diff.parquet", "--junit", tmp_path / "report.xml")
@@ -363,14 +330,14 @@ def test_a_planted_change_fails_is_reported_everywhere_and_can_be_accepted(log, 
     assert "drive: same" in command("check", references, log).stdout
 
 
-def test_no_change_passes_and_an_update_then_touches_nothing(log, references):
+def test_no_change_passes_and_an_update_then_touches_nothing(command, log, references):
     before = {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in references.iterdir()}
     assert "drive: same (601 samples" in command("check", references, log).stdout
     command("check", references, log, "--update")
     assert {path: (path.read_bytes(), path.stat().st_mtime_ns) for path in references.iterdir()} == before
 
 
-def test_the_outcome_as_json(log, references):
+def test_the_outcome_as_json(command, log, references):
     plant(references, "alpha", 300)
     outcome = json.loads(command("check", references, log, "--json", code=1).stdout)
     assert outcome["passed"] is False
@@ -383,7 +350,7 @@ def test_the_outcome_as_json(log, references):
     assert shlex.split(outcome["accept"])[-1] == "--update"
 
 
-def test_other_settings_are_another_answer_and_the_accepting_command_repeats_them(log, references):
+def test_other_settings_are_another_answer_and_the_accepting_command_repeats_them(command, log, references):
     done = command("check", references, log, "--window", "0.9", "--diff", references / "diff.txt", code=1)
     assert "delay_s" in (references / "diff.txt").read_text()
     accept = shlex.split(done.stdout.splitlines()[-1])
@@ -393,7 +360,7 @@ def test_other_settings_are_another_answer_and_the_accepting_command_repeats_the
     assert json.loads(read_results(references, "drive").summary["settings"][0])["window_s"] == 0.9
 
 
-def test_a_thinned_reference_is_smaller_compares_its_rows_and_stays_thin(log, tmp_path, stored):
+def test_a_thinned_reference_is_smaller_compares_its_rows_and_stays_thin(command, log, tmp_path, stored):
     references = tmp_path / "thin"
     command("check", references, log, "--update", "--every", 4)
     sizes = [(d / "drive.samples.parquet").stat().st_size for d in (references, stored)]
@@ -405,7 +372,7 @@ def test_a_thinned_reference_is_smaller_compares_its_rows_and_stays_thin(log, tm
     assert len(read_results(references, "drive").samples) == 151
 
 
-def test_what_lacks_its_counterpart_is_said(log, references, tmp_path):
+def test_what_lacks_its_counterpart_is_said(command, log, references, tmp_path):
     other = Path(shutil.copy(log, tmp_path / "other.mcap"))
     done = command("check", references, other, "--junit", tmp_path / "report.xml", code=1)
     assert "other: FAILED: it has no reference" in done.stdout
@@ -418,7 +385,7 @@ def test_what_lacks_its_counterpart_is_said(log, references, tmp_path):
     assert shlex.split(done.stdout.splitlines()[-1])[1:] == ["check", str(references), str(other), "--update"]
 
 
-def test_criteria_decide_with_and_without_references(log, references, tmp_path):
+def test_criteria_decide_with_and_without_references(command, log, references, tmp_path):
     criteria = tmp_path / "criteria.toml"
     criteria.write_text('accuracy = ">= .5"\n')
     assert "met: accuracy >= 0.5" in command("check", "--criteria", criteria, log).stdout
@@ -432,7 +399,7 @@ def test_criteria_decide_with_and_without_references(log, references, tmp_path):
     assert "no criterion applies" in command("check", "--criteria", criteria, log, code=1).stdout
 
 
-def test_an_unknown_value_meets_no_criterion(tmp_path):
+def test_an_unknown_value_meets_no_criterion(command, tmp_path):
     blind = tmp_path / "blind.mcap"
     record(synthesise("random", seed=5, duration_s=4, sensors=SENSORS), blind, truth=False)
     (tmp_path / "criteria.toml").write_text('accuracy = ">= 0"\n')
@@ -440,7 +407,9 @@ def test_an_unknown_value_meets_no_criterion(tmp_path):
     assert "NOT MET: accuracy >= 0 (is unknown)" in done.stdout
 
 
-def test_a_log_beyond_use_fails_with_its_own_code_and_does_not_stop_the_rest(log, references, tmp_path):
+def test_a_log_beyond_use_fails_with_its_own_code_and_does_not_stop_the_rest(
+    command, log, references, tmp_path
+):
     bad = tmp_path / "bad.mcap"
     bad.write_bytes(b"")
     done = command("check", references, bad, log, "--junit", tmp_path / "report.xml", code=3)
@@ -452,7 +421,7 @@ def test_a_log_beyond_use_fails_with_its_own_code_and_does_not_stop_the_rest(log
     command("check", references, bad, log, code=1)
 
 
-def test_wrong_usage_says_what_is_right(log, references, tmp_path):
+def test_wrong_usage_says_what_is_right(command, log, references, tmp_path):
     (tmp_path / "none").mkdir()
     assert "which logs?" in command("check", code=2).stderr
     assert "taken for the directory of the references" in command("check", references, code=2).stderr

@@ -1,55 +1,18 @@
 """Two results side by side: what differs, by how much, and both in one recording."""
 
-import contextlib
-import io
 import json
-import sys
 from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 import polars as pl
 import pytest
 from rerun.chunk import RrdReader
 
-from wmr_replay.cli import main
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results
 from wmr_replay.regress.sides import compare_sides
 from wmr_replay.run import run_log
 from wmr_replay.settings import Settings
-from wmr_synth import Sensors, record, synthesise
-
-SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
-
-
-def command(*args, code=0):
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["wmr-replay", *map(str, args)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        try:
-            main()
-            found = 0
-        except SystemExit as done:
-            found = done.code or 0
-    assert found == code, out.getvalue() + err.getvalue()
-    return SimpleNamespace(stdout=out.getvalue(), stderr=err.getvalue())
-
-
-@pytest.fixture(scope="module")
-def log(tmp_path_factory) -> Path:
-    path = tmp_path_factory.mktemp("log") / "drive.mcap"
-    record(synthesise("random", seed=5, duration_s=12, sensors=SENSORS), path)
-    return path
-
-
-@pytest.fixture(scope="module")
-def results(log) -> Results:
-    return replay(log, Asked())
 
 
 def test_planted_differences_are_measured(results):
@@ -81,7 +44,7 @@ def test_logs_of_other_days_are_matched_by_the_time_since_their_start(results):
     assert compare_sides(results, Results(away, results.segments, results.summary)).other_mode_share is None
 
 
-def test_one_log_with_two_settings(log, tmp_path):
+def test_one_log_with_two_settings(command, log, tmp_path):
     done = command("compare", log, "--set-b", "identifier=paper", "--out", tmp_path)
     document = json.loads((tmp_path / "drive.compare.json").read_text())
     one, other = (replay(log, Asked(Settings(identifier=name))) for name in ("bank", "paper"))
@@ -96,7 +59,7 @@ def test_one_log_with_two_settings(log, tmp_path):
     assert len(store) == 1
 
 
-def test_both_timelines_lie_in_one_recording(log, tmp_path):
+def test_both_timelines_lie_in_one_recording(command, log, tmp_path):
     command("compare", log, "--set-b", "window_s=.9", "--out", tmp_path)
     (recording,) = RrdReader(tmp_path / "drive.compare.rrd").recordings()
     entities = {str(chunk.entity_path) for chunk in RrdReader(tmp_path / "drive.compare.rrd").stream()}
@@ -106,7 +69,7 @@ def test_both_timelines_lie_in_one_recording(log, tmp_path):
     assert recording is not None
 
 
-def test_a_result_does_not_differ_from_itself(log, tmp_path):
+def test_a_result_does_not_differ_from_itself(command, log, tmp_path):
     for name in ("one", "two"):
         run_log(log, tmp_path / name, timeline=False)
     done = command("compare", tmp_path / "one", tmp_path / "two", "--out", tmp_path / "out", "--no-rrd")
@@ -115,7 +78,7 @@ def test_a_result_does_not_differ_from_itself(log, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["drive.compare.json"]
 
 
-def test_directories_of_results_are_paired_by_name(log, tmp_path):
+def test_directories_of_results_are_paired_by_name(command, log, tmp_path):
     for name, stems in (("one", ("x", "y")), ("two", ("y", "z"))):
         for stem in stems:
             copy = tmp_path / f"{stem}.mcap"
@@ -137,7 +100,7 @@ def test_directories_of_results_are_paired_by_name(log, tmp_path):
         (("{results}", "--set-b", "degree=3"), "holds results; settings are for logs"),
     ],
 )
-def test_wrong_usage_says_what_is_right(log, tmp_path_factory, tmp_path, arguments, message):
+def test_wrong_usage_says_what_is_right(command, log, tmp_path_factory, tmp_path, arguments, message):
     results = tmp_path_factory.getbasetemp() / "compared"
     run_log(log, results, timeline=False)
     given = [text.format(log=log, results=results) for text in arguments]

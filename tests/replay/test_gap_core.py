@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
 from wmr_replay.gap.drive import drive_of
@@ -185,6 +185,13 @@ NOISE = Diffusion(*OU_LONG, *OU_YAW, 1e-5, 0.2)
 @pytest.fixture(scope="module")
 def disturbed():
     return Problem.of(drive_of(driven(1, disturbed=True)))
+
+
+def test_the_root_density_is_that_of_the_autocorrelation():
+    """Q = ∫ s² exp(−|t|/τ) dt over all lags, by quadrature."""
+    for (sd, tau_s), density in zip((OU_LONG, OU_YAW), NOISE.densities_mps2_rthz, strict=True):
+        half = quad(lambda t, sd=sd, tau_s=tau_s: sd**2 * np.exp(-t / tau_s), 0, np.inf)[0]
+        assert density == pytest.approx(np.sqrt(2 * half))
 
 
 def test_innovations_of_the_true_model_are_white(disturbed):

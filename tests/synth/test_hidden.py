@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from wmr_replay.cli import main
 from wmr_schemas.effects import BEYOND, EFFECTS
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.messages import MODE_TOPIC
@@ -28,23 +27,6 @@ EVERY = list(EFFECTS | BEYOND)
 def metadata(path) -> dict[str, str]:
     with path.open("rb") as file:
         return {record.name: record.metadata for record in make_reader(file).iter_metadata()}["wmr_replay"]
-
-
-@pytest.fixture
-def synth(monkeypatch, capsys):
-    """Runs the command; exit code, standard output, standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["wmr-replay", "synth", *map(str, arguments)])
-        try:
-            main()
-            code = 0
-        except SystemExit as left:
-            code = int(left.code or 0)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden_and_has_ranges():

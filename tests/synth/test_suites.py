@@ -1,8 +1,6 @@
 """Suites: the same bytes wherever they are written, whole or absent, and a manifest that can be trusted."""
 
-import contextlib
 import hashlib
-import io
 import json
 import os
 import shutil
@@ -11,15 +9,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 
-from wmr_replay.cli import main
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_synth.suites import (
     MANIFEST,
@@ -67,23 +62,6 @@ def small(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("own") / "small.toml"
     path.write_text(SMALL)
     return path
-
-
-def command(*args, code=0):
-    """The command line in this process: a process of its own would import everything again."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        mock.patch.object(sys, "argv", ["wmr-replay", *map(str, args)]),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-    ):
-        try:
-            main()
-            found = 0
-        except SystemExit as done:
-            found = done.code or 0
-    assert found == code, out.getvalue() + err.getvalue()
-    return SimpleNamespace(stdout=out.getvalue(), stderr=err.getvalue())
 
 
 def contents(directory: Path) -> dict[str, str]:
@@ -196,7 +174,7 @@ def test_a_kill_leaves_no_manifest_and_the_next_run_clears_up(small, tmp_path):
     assert read_manifest(tmp_path) is not None
 
 
-def test_every_suite_is_listed_with_what_it_holds():
+def test_every_suite_is_listed_with_what_it_holds(command):
     listed = {row["name"]: row for row in json.loads(command("suite", "--list", "--json").stdout)}
     asked = "paper noise-sweep rates dropouts hidden-effects encodings damaged long".split()
     assert set(asked) <= set(listed) == set(SUITES)
@@ -331,14 +309,14 @@ def test_a_wrong_file_is_refused_with_the_place(tmp_path, text, message):
     assert message in str(refused.value)
 
 
-def test_the_command_says_what_to_do(tmp_path):
+def test_the_command_says_what_to_do(command, tmp_path):
     assert "did you mean noise-sweep" in command("suite", "noise-swep", "--out", tmp_path, code=2).stderr
     assert "wmr-replay suite paper --out logs/paper" in command("suite", "paper", code=2).stderr
     assert "--list" in command("suite", code=2).stderr
     assert "there is no manifest.json" in command("suite", "--verify", tmp_path, code=2).stderr
 
 
-def test_verify_tells_same_bytes_from_changed_ones(small, tmp_path):
+def test_verify_tells_same_bytes_from_changed_ones(command, small, tmp_path):
     command("suite", small, "--out", tmp_path / "logs", "--jobs", 1)
     outcome = json.loads(command("suite", "--verify", tmp_path / "logs", "--jobs", 1, "--json").stdout)
     assert set(outcome["logs"].values()) == {"same bytes"}

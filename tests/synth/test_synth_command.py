@@ -6,27 +6,9 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
-from wmr_replay.cli import main
 from wmr_synth import SCENARIOS
 
 QUICK = ("--duration", "2", "--rate", "50")
-
-
-@pytest.fixture
-def synth(monkeypatch, capsys):
-    """Runs the command; exit code, standard output, standard error."""
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["wmr-replay", "synth", *map(str, arguments)])
-        try:
-            main()
-            code = 0
-        except SystemExit as left:
-            code = int(left.code or 0)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_list_names_and_describes_every_scenario(synth):

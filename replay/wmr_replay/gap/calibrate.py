@@ -11,11 +11,11 @@ from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.problem import Problem, fit_noise
+from wmr_replay.gap.problem import Problem, fit_noise, noise_model
 from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.significance import covariance
 from wmr_schemas.errors import InvalidSignal
-from wmr_schemas.model_file import Model, NoiseModel
+from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
 
@@ -61,14 +61,7 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Model:
         sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}
         robot, sd = calibrated(robot, fit.extension, sds)
     assert noise is not None
-    long = noise.long_sd_mps2 * np.sqrt(2 * noise.long_tau_s)
-    yaw = noise.yaw_sd_mps2 * np.sqrt(2 * noise.yaw_tau_s)
-    densities = (float(long), float(long), float(yaw))
-    return Model(
-        robot=robot,
-        robot_sd=sd,
-        noise=NoiseModel(float(drive.noise_sd[0]), float(drive.noise_sd[2]), *densities),
-    )
+    return Model(robot=robot, robot_sd=sd, noise=noise_model(drive, noise))
 
 
 def calibrated(

@@ -59,6 +59,13 @@ class Diffusion(NamedTuple):
     lat_sd_mps: float
     lat_tau_s: float
 
+    @property
+    def densities_mps2_rthz(self) -> tuple[float, float]:
+        """Root density at low frequency ahead and in yaw, √Q = s √(2 τ), of correlation s² exp(−|t|/τ)."""
+        long = self.long_sd_mps2 * np.sqrt(2 * self.long_tau_s)
+        yaw = self.yaw_sd_mps2 * np.sqrt(2 * self.yaw_tau_s)
+        return float(long), float(yaw)
+
 
 class Data(NamedTuple):
     """Input rows (n, 10), poses (n, 3), their variances (n, 3), and the state of row 0 (9,), known poorly."""

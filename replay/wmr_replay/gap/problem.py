@@ -10,6 +10,7 @@ from wmr_replay.gap.field import N_STATE, V, W
 from wmr_replay.gap.kalman import Data, Diffusion, Passed, filter_pass
 from wmr_replay.gap.sensitivity import NOTHING, Wanted
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.model_file import NoiseModel
 from wmr_schemas.signals import ModeTrack
 
 PERIOD_S, HELD_OUT_S = 12.0, 4.0
@@ -86,6 +87,12 @@ def diffusion_of(logs: F64) -> Diffusion:
 def logs_of(noise: Diffusion) -> F64:
     """The inverse of :func:`diffusion_of`."""
     return np.asarray(np.log(noise[:5]))
+
+
+def noise_model(drive: Drive, noise: Diffusion) -> NoiseModel:
+    """Pose noise and disturbances as a model file holds them; the one ahead acts sideways too."""
+    long, yaw = noise.densities_mps2_rthz
+    return NoiseModel(float(drive.noise_sd[0]), float(drive.noise_sd[2]), long, long, yaw)
 
 
 def fit_noise(

@@ -14,7 +14,7 @@ from wmr_replay.gap.excitation import LEAST_RATIO, liveliness
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors
-from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.problem import Problem, noise_model
 from wmr_replay.gap.prove import held_out_errors, windows_within
 from wmr_replay.gap.result import (
     Alternative,
@@ -34,7 +34,7 @@ from wmr_replay.gap.traces import traces_of
 from wmr_replay.gap.where import locate
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.model_file import Effect, Model, NoiseModel
+from wmr_schemas.model_file import Effect, Model
 
 AMBIGUOUS_BIC = 10.0
 EDGE_SD_S, EDGE_SD_M = 0.3, 0.15
@@ -220,13 +220,6 @@ def extended_model(
     )
     return Model(
         robot=model.robot,
-        noise=noise_model(noise, drive.noise_sd),
+        noise=noise_model(drive, noise),
         effects=(*model.effects, *new),
     )
-
-
-def noise_model(noise: Diffusion, noise_sd: F64) -> NoiseModel:
-    """Pose noise, and the disturbances' density at low frequency, s √(2 τ)."""
-    long = noise.long_sd_mps2 * np.sqrt(2 * noise.long_tau_s)
-    yaw = noise.yaw_sd_mps2 * np.sqrt(2 * noise.yaw_tau_s)
-    return NoiseModel(float(noise_sd[0]), float(noise_sd[2]), float(long), float(long), float(yaw))

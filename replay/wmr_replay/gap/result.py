@@ -126,8 +126,8 @@ class Detectable:
 class Traces:
     """For pictures: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
     base and with the extended model (windows of 4 s, each from its own fitted start, NaN outside);
-    ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, m/s²
-    (longitudinal, lateral, l·yaw_acc); ``held_out`` (n,) 1 where the row was not fitted.
+    ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, longitudinal
+    [m/s²], a lateral velocity [m/s], l·yaw_acc [m/s²]; ``held_out`` (n,) 1 where the row was not fitted.
     """
 
     start_ns: int

@@ -32,19 +32,14 @@ def locate(drive: Drive, rows: F64, states: F64, errors: F64, base: Diffusion, e
 
 
 def ratios(base: Diffusion, extended: Diffusion) -> Mapping[str, float]:
-    """√(Q/Q_none) with Q = 2 s² τ, the disturbance's density at low frequency."""
+    """√(Q/Q_none), Q = 2 s² τ the disturbance's density at low frequency; sideways τ is the same in both."""
+    long, yaw = base.densities_mps2_rthz
+    long_left, yaw_left = extended.densities_mps2_rthz
     return {
-        "longitudinal": intensity(base.long_sd_mps2, base.long_tau_s)
-        / intensity(extended.long_sd_mps2, extended.long_tau_s),
+        "longitudinal": long / long_left,
         "lateral": base.lat_sd_mps / extended.lat_sd_mps,
-        "yaw": intensity(base.yaw_sd_mps2, base.yaw_tau_s)
-        / intensity(extended.yaw_sd_mps2, extended.yaw_tau_s),
+        "yaw": yaw / yaw_left,
     }
-
-
-def intensity(sd: float, tau_s: float) -> float:
-    """Root of the density, s √(2 τ)."""
-    return float(sd * np.sqrt(2 * tau_s))
 
 
 def in_body_frame(errors: F64, yaw_rad: F64) -> F64:

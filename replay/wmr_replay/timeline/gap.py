@@ -6,7 +6,8 @@
 ``/path/base``, ``/path/extended``                simulated in windows of 4 s, each from its own fitted start
 ``/path/regions``, ``/path/robot``                where most of the gap lies; the robot at the cursor
 ``/mode``, ``/part``                              contact mode; fitted, held out
-``/residual/C/M``                                 disturbance that model M needs on channel C in m/s²
+``/residual/C/M``                                 disturbance that model M needs on channel C: m/s²,
+                                                  sideways a velocity in m/s
 ``/gap/position/M``, ``/gap/yaw/M``               measured minus simulated, in mm and mrad
 ================================================  ===========================================================
 

@@ -20,7 +20,7 @@ PLOTS = (
     compared("Gap in yaw [mrad]", "/gap/yaw"),
     compared("Residual ahead [m/s²]", "/residual/longitudinal"),
     compared("Residual in l·yaw_acc [m/s²]", "/residual/yaw"),
-    compared("Residual sideways [m/s²]", "/residual/lateral"),
+    compared("Residual sideways [m/s]", "/residual/lateral"),
 )
 
 

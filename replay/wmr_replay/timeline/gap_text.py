@@ -10,8 +10,8 @@ HOW_TO_READ = """\
 windows of 4 s, each from its own fitted start: base model red, extended model blue. Yellow circles: where \
 most of the gap lies.
 
-**Gap**: measured minus simulated. **Residual**: the acceleration that a model leaves unexplained, as a \
-filter sees it.
+**Gap**: measured minus simulated. **Residual**: the acceleration (sideways: the velocity) that a model \
+leaves unexplained, as a filter sees it.
 """
 
 
