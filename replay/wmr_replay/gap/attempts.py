@@ -76,12 +76,12 @@ def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...
     promising = [started(problem, current, lead) for lead in leads[:MOST_FITTED] if lead.gain > LEAST_GAIN]
     quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in promising]
     quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, *pair))
-    total = sum(lead.tried for lead in leads)
+    families = len({lead.name for lead in leads})
     out = []
     for i, (lead, roughly) in enumerate(quick):
         fit = fitted(problem, placed(problem, roughly, lead.name), noise, 3, 1) if i < 2 else roughly
         if not begins_or_ends_with_the_log(problem, fit, lead.name):
-            out.append(tried_of(problem, current, lead, fit, total))
+            out.append(tried_of(problem, current, lead, fit, families))
     return decided(problem, tuple(sorted(out, key=lambda a: -a.score)))
 
 
@@ -117,11 +117,13 @@ def leads_of(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -
     return sorted(leads, key=score_of, reverse=True)
 
 
-def tried_of(problem: Problem, current: Fit, lead: Lead, fit: Fit, total: int) -> Tried:
-    """Gain, score and significance, the last corrected for the ``total`` hypotheses scanned."""
+def tried_of(problem: Problem, current: Fit, lead: Lead, fit: Fit, families: int) -> Tried:
+    """Gain, score and significance. The last is corrected for everything scanned: each of the ``families`` has
+    an equal share of the level, and within it each time and place (weighted Bonferroni).
+    """
     gain = current.deviance - fit.deviance
     by_ratio = chi2.sf(max(gain, 0.0), len(lead.parameters))
-    p_value = max(by_ratio, robust_p(problem, fit, lead.name)) * total
+    p_value = max(by_ratio, robust_p(problem, fit, lead.name)) * families * lead.tried
     return Tried(lead, fit, gain, gain - cost_of(problem, lead, fit), float(min(p_value, 1.0)))
 
 
