@@ -118,8 +118,8 @@ def leads_of(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -
 
 
 def tried_of(problem: Problem, current: Fit, lead: Lead, fit: Fit, families: int) -> Tried:
-    """Gain, score and significance. The last is corrected for everything scanned: each of the ``families`` has
-    an equal share of the level, and within it each time and place (weighted Bonferroni).
+    """Gain, score and significance. The last is corrected for everything scanned: each of the ``families``
+    has an equal share of the level, and within it each time and place (weighted Bonferroni).
     """
     gain = current.deviance - fit.deviance
     by_ratio = chi2.sf(max(gain, 0.0), len(lead.parameters))
