@@ -176,8 +176,8 @@ def placed(problem: Problem, fit: Fit, name: str) -> Extension:
         extension, deviance = here.extension, here.deviance
         for key, move in product(keys, (step, -step)):
             new = moved(extension, name, key, move)
-            while problem.deviance(new, noise) < deviance - CLEARLY:
-                extension, deviance = new, problem.deviance(new, noise)
+            while (new_deviance := problem.deviance(new, noise)) < deviance - CLEARLY:
+                extension, deviance = new, new_deviance
                 new = moved(extension, name, key, move)
         fit = replace(fit, extension=extension)
     return fit.extension

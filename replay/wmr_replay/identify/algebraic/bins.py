@@ -92,13 +92,8 @@ def fill(
     """
     sums, impulse, accepted, stamps = bins.sums, bins.impulse, bins.accepted, bins.stamps_ns
     speed, turn = 2.0 * abs(speed_mps) + MARGIN_MPS, 2.0 * abs(turn_radps) + MARGIN_RADPS
-    start_ns, last_ns, end_ns, accepted_ns, n_far = (
-        stamps[0],
-        stamps[1],
-        stamps[2],
-        stamps[3],
-        bins.outliers[0],
-    )
+    start_ns, last_ns, end_ns, accepted_ns = stamps[0], stamps[1], stamps[2], stamps[3]
+    n_far = bins.outliers[0]
     along, around, silent_s = impulse[0], impulse[1], impulse[2]
     x, y, yaw = accepted[0], accepted[1], accepted[2]
     earlier_ns, step_ns, next_ns, first = 0, stamps[4], stamps[2] - 1, i
@@ -118,12 +113,8 @@ def fill(
             along += (right + left) * step_s
             around += (right - left) * step_s
         last_ns = t_ns
-        dt_s, at_x, at_y, at_yaw = (
-            (t_ns - accepted_ns) * 1e-9,
-            rows.pose[0, i],
-            rows.pose[1, i],
-            rows.pose[2, i],
-        )
+        dt_s = (t_ns - accepted_ns) * 1e-9
+        at_x, at_y, at_yaw = rows.pose[0, i], rows.pose[1, i], rows.pose[2, i]
         position, turning = rows.variances[0, i], rows.variances[1, i]
         far = beyond(max(abs(at_x - x), abs(at_y - y)), speed * dt_s, position)
         far = far or beyond(abs(at_yaw - yaw), turn * dt_s, turning)
