@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap import GapOptions
-from wmr_replay.gap.analyse import base_model
+from wmr_replay.gap.analyse import analyse, base_model
 from wmr_replay.gap.attempts import fitted
+from wmr_replay.gap.base import base_of
 from wmr_replay.gap.drive import drive_of
+from wmr_replay.gap.modes import as_it_acts
 from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.relabel import unlike_slipping, without_skid, without_slip
+from wmr_replay.gap.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
 from wmr_replay.gap.scan import scan
+from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
 
@@ -91,7 +94,71 @@ def test_where_nothing_slips_nothing_is_unlike_slipping():
     assert not unlike_slipping(problem, fitted(problem, extension)).any()
 
 
-def test_modes_without_slip_or_skid_keep_the_other():
+def test_modes_without_skid_keep_slipping():
     track = ModeTrack(np.arange(4, dtype=np.int64), np.array([0, 1, 2, 3], np.int8))
-    assert without_slip(track).mode.tolist() == [0, 1, 0, 1]
     assert without_skid(track).mode.tolist() == [0, 0, 2, 2]
+
+
+def test_a_loss_of_traction_is_held_against_slipping_in_both_channels():
+    base = base_of(RobotParameters(alpha=0.5, half_track_m=0.3))._replace(slip_share=0.2, slip_share_yaw=0.4)
+    loss = np.array([[0.8, 0.6], [0.5, 0.55], [0.8, 0.1], [0.95, 0.95], [0.5, 0.6]])
+    covariance = np.tile(np.eye(2) * 0.02**2, (5, 1, 1))
+    assert leaves_more(base, loss, covariance).tolist() == [False, True, True, False, True]
+    assert not leaves_more(base, loss, covariance * 400).any()
+
+
+@pytest.mark.parametrize(("loss", "like"), [(0.4, False), (0.85, True)])
+def test_a_loss_that_is_found_may_be_slipping(loss, like):
+    log, truth = hidden_log(
+        "patrol", seed=90_106, hide=[f"slip_interval:start_s=30,end_s=40,loss={loss}"], noise="rtk"
+    )
+    problem, extension = problem_of(log, margin_s=SWITCH_S)
+    (effect,) = truth["effects"]
+    fit = fitted(problem, extension.with_effect("slip_interval", effect["parameters"]))
+    assert like_slipping(problem, fit, "slip_interval") is like
+    given, _ = problem_of(log)
+    assert not like_slipping(given, fit, "slip_interval")
+
+
+def test_torques_act_less_where_traction_is_lost():
+    log, _ = hidden_log("patrol", seed=90_107, noise="mocap")
+    seconds = (log.torque.t_ns - log.pose.t_ns[0]) / 1e9
+    inside, outside = (seconds > 31) & (seconds < 39), (seconds < 29) | (seconds > 41)
+    extension = base_model(log, None, GIVEN).extension
+    assert as_it_acts(log, extension) is log
+    lost = extension.with_effect("slip_interval", {"start_s": 30.0, "end_s": 40.0, "loss": 0.4})
+    acting = as_it_acts(log, lost).torque
+    np.testing.assert_allclose(acting.left_nm[inside], 0.6 * log.torque.left_nm[inside], rtol=1e-6)
+    np.testing.assert_allclose(acting.right_nm[outside], log.torque.right_nm[outside], rtol=1e-6, atol=1e-9)
+    loaded = extension.with_effect("load_step", {"mass_ratio": 0.25, "t0_s": 20.0})
+    acting = as_it_acts(log, loaded).torque
+    late = seconds > 23
+    total, difference = log.torque.left_nm + log.torque.right_nm, log.torque.right_nm - log.torque.left_nm
+    np.testing.assert_allclose(
+        (acting.left_nm + acting.right_nm)[late], total[late] / 1.25, rtol=1e-3, atol=1e-9
+    )
+    np.testing.assert_allclose(acting.right_nm - acting.left_nm, difference, atol=1e-9)
+
+
+def test_torques_act_less_in_a_place():
+    log, _ = hidden_log("patrol", seed=90_108, noise="mocap")
+    drive = drive_of(log)
+    x, y = drive.pose[len(drive) // 2, :2]
+    extension = base_model(log, None, GIVEN).extension
+    place = {"x_m": float(x), "y_m": float(y), "radius_m": 1.0, "loss": 0.5}
+    acting = as_it_acts(log, extension.with_effect("low_friction_patch", place)).torque
+    at = [np.interp(log.torque.t_ns, log.pose.t_ns, p) for p in (log.pose.x_m, log.pose.y_m)]
+    distance = np.hypot(at[0] - x, at[1] - y)
+    inside, outside = distance < 0.7, distance > 1.5
+    assert inside.sum() > 20
+    np.testing.assert_allclose(acting.left_nm[inside], 0.5 * log.torque.left_nm[inside], rtol=0.06)
+    np.testing.assert_allclose(acting.left_nm[outside], log.torque.left_nm[outside], rtol=1e-3)
+
+
+def test_a_slip_interval_that_the_identifier_calls_slipping_is_found():
+    log, _ = hidden_log(
+        "patrol", seed=90_109, hide=["slip_interval:start_s=28,end_s=37,loss=.45"], noise="rtk"
+    )
+    result = analyse(Log(log.pose, log.torque, None, log.robot))
+    assert [effect.name for effect in result.effects] == ["slip_interval"]
+    assert result.effects[0].parameters["loss"].value == pytest.approx(0.45, abs=0.12)

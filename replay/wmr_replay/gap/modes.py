@@ -1,23 +1,48 @@
 """Contact modes for the analysis, from the identifier with the model as far as it is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 
 from wmr_replay.engine import Engine
-from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.drive import drive_of
+from wmr_replay.gap.extension import WEIGHTS, Extension, weight
 from wmr_replay.memory import as_batch
 from wmr_replay.model_effects import replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.signals import Log, ModeTrack
 
 
 def identified_modes(log: Log, extension: Extension) -> ModeTrack:
     """What the bank makes of the log with the extended model; undecided rows count as ideal."""
+    log = as_it_acts(log, extension)
     effects = tuple(Effect(name, dict(parameters)) for name, parameters in extension.effects.items())
     engine = Engine(Settings(), replay_model(Model(effects=effects), log.robot))
     columns = [*engine.push(as_batch(Log(log.pose, log.torque, None, log.robot))), *engine.finish()]
     samples = pl.concat([samples_frame(c) for c in columns])
     mode = samples["mode"].to_numpy()
     return ModeTrack(samples["t_ns"].to_numpy().astype(np.int64), np.maximum(mode, 0).astype(np.int8))
+
+
+def as_it_acts(log: Log, extension: Extension) -> Log:
+    """Torques scaled where an effect in time or space takes traction away, or a load response ahead."""
+    acting = [(name, p) for name, p in extension.effects.items() if name in WEIGHTS]
+    if not acting or log.torque is None:
+        return log
+    drive, torque = drive_of(log), log.torque
+    ahead, turning = np.ones(len(drive)), np.ones(len(drive))
+    for name, p in acting:
+        acts = weight(name, p, drive)
+        if name == "load_step":
+            ahead /= 1 + p["mass_ratio"] * acts
+        else:
+            ahead *= 1 - p["loss"] * acts
+            turning *= 1 - p["loss"] * acts
+    seconds = (torque.t_ns - drive.start_ns) / NS_PER_S
+    mean, half = (torque.left_nm + torque.right_nm) / 2, (torque.right_nm - torque.left_nm) / 2
+    mean, half = mean * np.interp(seconds, drive.t_s, ahead), half * np.interp(seconds, drive.t_s, turning)
+    return replace(log, torque=replace(torque, left_nm=mean - half, right_nm=mean + half))

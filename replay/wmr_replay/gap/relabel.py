@@ -4,7 +4,9 @@ effect.
 
 import numpy as np
 
+from wmr_replay.gap.candidates import LOCAL
 from wmr_replay.gap.drive import Drive
+from wmr_replay.gap.extension import weight
 from wmr_replay.gap.field import SLIPPING, Base
 from wmr_replay.gap.problem import Problem, calmed
 from wmr_replay.gap.refit import Fit
@@ -12,14 +14,10 @@ from wmr_replay.gap.sensitivity import NOTHING
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.signals import ModeTrack
 
-EDGE_S, SHORTEST_S, PIECE_S = 0.4, 0.3, 1.0
-LEAST_APART, SDS, MOST_ALIKE = 0.12, 3.0, 1 / 3
-LEAST_INFORMATION = 1e-9
-
-
-def without_slip(track: ModeTrack) -> ModeTrack:
-    """The same, slipping taken for ideal."""
-    return ModeTrack(track.t_ns, (track.mode % 2).astype(np.int8))
+EDGE_S, SHORTEST_S = 0.4, 0.3
+LOSS_SD, FAR = 0.07, 9.0
+INSIDE = 0.9
+LEAST_INFORMATION = 1e-2
 
 
 def without_skid(track: ModeTrack) -> ModeTrack:
@@ -35,30 +33,42 @@ def without_rows(drive: Drive, rows: Bool) -> ModeTrack:
 
 def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     """The rows (n,) of intervals called slipping that leave clearly more traction than the base model's
-    slipping does, and in less than a third of their seconds as little.
-
-    The loss of α and α_yaw by least squares on the innovations of a filter that takes slipping for ideal and
-    disturbances for calm; .4 s about an interval's ends are left to themselves.
+    slipping does; .4 s about an interval's ends are left to themselves.
     """
-    drive, base = problem.drive, fit.extension.base
+    drive = problem.drive
     runs = slipping_runs(drive)
     rows = np.zeros(len(drive), bool)
-    if not runs:
-        return rows
-    most = most_loss(base)
-    wholes, seconds = run_cells(drive, runs), second_cells(drive, runs)
-    loss, sd = losses(problem, fit, wholes)
-    unlike = loss + SDS * sd < most
-    loss, sd = losses(problem, fit, seconds)
-    slips = (loss - sd > most)[seconds]
-    for k, (a, b) in enumerate(runs):
-        rows[a:b] = unlike[2 * k + 1] and np.mean(slips[a:b]) < MOST_ALIKE
+    if runs:
+        ideal = problem.labelled(without_rows(drive, drive.mode == SLIPPING))
+        gentler = leaves_more(fit.extension.base, *losses(ideal, fit, run_cells(drive, runs)))
+        for k, (a, b) in enumerate(runs):
+            rows[a:b] = gentler[2 * k + 1]
     return rows
 
 
-def most_loss(base: Base) -> float:
-    """The loss of traction up to which an interval is clearly not the base model's slipping."""
-    return 1.0 - max(base.slip_share, base.slip_share_yaw) - LEAST_APART
+def leaves_more(base: Base, loss: F64, covariance: F64) -> Bool:
+    """Whether losses (c, 2) of α and α_yaw with their covariance (c, 2, 2) are clearly below slipping's.
+
+    A distance d with dᵀ C⁻¹ d of 9 or more, C the covariance and what a quasi-steady loss leaves out.
+    """
+    slipping = 1.0 - np.array([base.slip_share, base.slip_share_yaw])
+    apart = slipping - loss
+    weighed = np.linalg.solve(covariance + np.eye(2) * LOSS_SD**2, apart[..., None])[..., 0]
+    clear = np.einsum("ci,ci->c", apart, weighed) > FAR
+    return np.asarray(clear & (weighed @ slipping > 0))
+
+
+def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a loss of traction in the model ``fit`` may be slipping that an identifier did not call so:
+    what it leaves is not clearly more than the base model's slipping leaves.
+    """
+    if name not in LOCAL or not problem.drive.identified:
+        return False
+    acts = weight(name, fit.extension.effects[name], problem.drive)
+    cells = np.where(acts > INSIDE, 1, np.where(acts > 1 - INSIDE, 2, 0))
+    further, covariance = losses(problem, fit, cells)
+    left = 1.0 - fit.extension.effects[name]["loss"]
+    return not leaves_more(fit.extension.base, 1.0 - left * (1.0 - further), left**2 * covariance)[1]
 
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:
@@ -77,39 +87,25 @@ def run_cells(drive: Drive, runs: list[tuple[int, int]]) -> I64:
     return cells
 
 
-def second_cells(drive: Drive, runs: list[tuple[int, int]]) -> I64:
-    """By row (n,): a number for each second inside of an interval, and one for the ends of all; 0
-    elsewhere.
-    """
-    cells, used = (run_cells(drive, runs) > 0).astype(np.int64), 1
-    for a, b in runs:
-        within = np.flatnonzero(inside(drive, a, b))
-        t_s = drive.t_s[within] - drive.t_s[within[0]]
-        cells[within] = used + 1 + (t_s / PIECE_S).astype(np.int64)
-        used = int(cells.max())
-    return cells
-
-
 def inside(drive: Drive, a: int, b: int) -> Bool:
     """The rows (n,) of an interval but for its ends."""
     return np.asarray((drive.t_s > drive.t_s[a] + EDGE_S) & (drive.t_s < drive.t_s[b - 1] - EDGE_S))
 
 
 def losses(problem: Problem, fit: Fit, cells: I64) -> tuple[F64, F64]:
-    """Loss of traction in each cell (c,), 0 as rolling and 1 none left, with its standard deviation; cell 0
-    is not known.
+    """Losses (c, 2) of α and α_yaw in each cell, 0 as the model and 1 none left, with covariance (c, 2, 2);
+    cell 0 has none.
+
+    Least squares on the innovations of a filter that takes disturbances for calm.
     """
-    ideal = problem.labelled(without_rows(problem.drive, problem.drive.mode == SLIPPING))
     n = int(cells.max()) + 1
     wanted = NOTHING._replace(cells=cells, n_cells=n)
-    passed = ideal.passed(fit.extension, calmed(fit.noise) or fit.noise, wanted, keep=True)
-    both = passed.sensitivities[:, :, 1:n] + passed.sensitivities[:, :, n + 1 :]
-    flat, e = both.reshape(-1, n - 1), passed.innovations.ravel()
-    G = flat.T @ flat
-    V = np.linalg.pinv(G, rcond=1e-10)
+    passed = problem.passed(fit.extension, calmed(fit.noise) or fit.noise, wanted, keep=True)
+    flat, e = passed.sensitivities.reshape(-1, 2 * n), passed.innovations.ravel()
+    G = flat.T @ flat + LEAST_INFORMATION * np.eye(2 * n)
+    V = np.linalg.inv(G)
     loss = V @ (flat.T @ e)
     left = np.square(e - flat @ loss).reshape(-1, 3).sum(axis=1)
-    scale = max(float(left[cells > 0].mean()) / 3, 1.0)
-    seen = np.diag(G) > LEAST_INFORMATION
-    sd = np.where(seen, np.sqrt(np.maximum(np.diag(V), 0.0) * scale), np.inf)
-    return np.concatenate([[0.0], loss]), np.concatenate([[np.inf], sd])
+    V *= max(float(left[cells > 0].mean()) / 3, 1.0)
+    pairs = np.arange(n)[:, None] + np.array([0, n])
+    return loss[pairs], V[pairs[:, :, None], pairs[:, None, :]]

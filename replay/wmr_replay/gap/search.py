@@ -12,12 +12,12 @@ from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.modes import identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.relabel import unlike_slipping, without_rows, without_skid, without_slip
+from wmr_replay.gap.relabel import like_slipping, unlike_slipping, without_rows, without_skid
 from wmr_replay.gap.select import Selection, established, forward, select
 from wmr_replay.gap.significance import LEVEL
 from wmr_schemas.signals import Log, ModeTrack
 
-MUCH_SLIP, MUCH_SKID = 0.12, 0.5
+MUCH_SKID = 0.5
 SKID = "undeclared_skid"
 RIVAL_SHARE = 0.5
 SWITCH_S = 0.3
@@ -39,29 +39,32 @@ def search_with_modes(
 ) -> tuple[Problem, Selection]:
     """The identifier takes a missing effect for slip or skid, so what is significant with the base model's
     modes is a hint: with it the modes are identified anew, and the selection is made from the start.
-    Slipping that leaves other traction than the model's, and skidding most of the time, are tried as ideal.
+    Slipping that leaves more traction than the model's, and skidding most of the time, are tried as ideal.
     The most likely answer with a proven effect stands, else the most likely.
     """
-    first = identified_modes(log, extension)
-    problem = Problem.of(identified_drive(log, first))
-    tell("naming", 0.2)
-    answers = [(problem, forward(problem, extension, options))]
-    for hint in hints(log, extension, options, first, answers[0]):
-        tell("naming", 0.4)
-        track = identified_modes(log, hint)
-        track = without_skid(track) if SKID in hint.effects else track
-        problem = Problem.of(identified_drive(log, track))
-        answers.append((problem, forward(problem, extension, options)))
-    tell("naming", 0.6)
-    problem, selection = min(answers, key=likelihood)
-    doubtful = unlike_slipping(problem, selection.fit)
-    if np.any(doubtful):
-        problem = problem.labelled(without_rows(problem.drive, doubtful))
-        answers.append((problem, forward(problem, extension, options)))
+    tell("naming", 0.1)
+    answers = [answer_with(extension, log, extension, options)]
+    given = hints(log, extension, options, answers[0])
+    for hint in given:
+        tell("naming", 0.3)
+        answers.append(answer_with(hint, log, extension, options))
+    tell("naming", 0.5)
+    hint = hint_of_slipping(*min(answers, key=likelihood), extension, options)
+    if set(hint.effects) not in [set(), *(set(other.effects) for other in given)]:
+        answers.append(answer_with(hint, log, extension, options))
+    tell("naming", 0.7)
     answers.sort(key=likelihood)
     settled = ((problem, established(problem, selection, options)) for problem, selection in answers)
     best = next(settled)
     return next((answer for answer in chain([best], settled) if answer[1].found), best)
+
+
+def answer_with(hint: Extension, log: Log, extension: Extension, options: GapOptions) -> Answer:
+    """What is significant with the modes that the identifier sees with the model ``hint``."""
+    track = identified_modes(log, hint)
+    track = without_skid(track) if SKID in hint.effects else track
+    problem = Problem.of(identified_drive(log, track))
+    return problem, forward(problem, extension, options)
 
 
 def likelihood(answer: Answer) -> float:
@@ -69,21 +72,31 @@ def likelihood(answer: Answer) -> float:
     return answer[1].fit.deviance
 
 
-def hints(
-    log: Log, extension: Extension, options: GapOptions, track: ModeTrack, answer: Answer
-) -> list[Extension]:
+def hints(log: Log, extension: Extension, options: GapOptions, answer: Answer) -> list[Extension]:
     """What seems to be missing, to identify the modes with. A robot that skids most of the time has another
-    reason for it, of which the two likeliest are tried; where nothing shows and much is called slipping, a
-    hint comes from taking that for ideal.
+    reason for it, of which the two likeliest are tried.
     """
-    mode, found = answer[0].drive.mode, [suggestion(extension, answer[1])]
-    if np.mean(mode % 2 == 1) > MUCH_SKID:
-        other = provisional(log, without_skid(track), extension, options)
+    drive, found = answer[0].drive, [suggestion(extension, answer[1])]
+    if drive.track is not None and np.mean(drive.mode % 2 == 1) > MUCH_SKID:
+        other = provisional(log, without_skid(drive.track), extension, options)
         found += [suggestion(extension, other), *rivals(extension, other)]
-    elif not found[0].effects and np.mean(mode >= 2) > MUCH_SLIP:
-        found = [suggestion(extension, provisional(log, without_slip(track), extension, options))]
     distinct = {tuple(hint.effects): hint for hint in reversed(found) if hint.effects}
     return list(reversed(distinct.values()))
+
+
+def hint_of_slipping(
+    problem: Problem, selection: Selection, extension: Extension, options: GapOptions
+) -> Extension:
+    """What is missing where slipping that leaves more traction than the model's is taken for ideal, but for a
+    loss of traction that may be slipping all the same.
+    """
+    doubtful = unlike_slipping(problem, selection.fit)
+    if not np.any(doubtful):
+        return extension
+    problem = problem.labelled(without_rows(problem.drive, doubtful))
+    fit = forward(problem, extension, options, terms=False).fit
+    effects = {k: v for k, v in fit.extension.effects.items() if not like_slipping(problem, fit, k)}
+    return replace(extension, effects=effects)
 
 
 def provisional(log: Log, track: ModeTrack, extension: Extension, options: GapOptions) -> Selection:

@@ -13,8 +13,8 @@ from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem, calmed
 from wmr_replay.gap.prove import moved_by, prove
 from wmr_replay.gap.refit import Fit
-from wmr_replay.gap.relabel import most_loss
-from wmr_replay.gap.significance import LEVEL, covariance, likeness, sizes_of, touched
+from wmr_replay.gap.relabel import like_slipping
+from wmr_replay.gap.significance import LEVEL, likeness, touched
 
 LIKE, LIKE_SHARE, AKIN_SHARE = 0.25, 0.15, 0.5
 AKIN = ({"actuator_lag", "input_delay"},)
@@ -180,17 +180,6 @@ def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: Gap
         return replace(tried, proof=proof, failed="no more than what logs with nothing missing would show")
     small = moved_by(problem, rest, current, options.tolerance_s) < options.tolerance_m
     return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
-
-
-def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether a loss of traction may be slipping that an identifier did not call so: what it leaves is not
-    clearly more than the base model's slipping leaves.
-    """
-    if name not in LOCAL or not problem.drive.identified:
-        return False
-    (size,) = sizes_of(fit, name)
-    sd = float(np.sqrt(covariance(problem, fit)[0][size, size]))
-    return bool(fit.values[size] + 2 * sd > most_loss(fit.extension.base))
 
 
 def without(problem: Problem, base: Fit, current: Fit, name: str) -> Fit:
