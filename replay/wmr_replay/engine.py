@@ -29,6 +29,7 @@ class Engine:
         self._chain: Chain | None = None
         self._stretch: list[AlignedBatch] = []
         self._start_ns = 0
+        self._first_pose_ns: int | None = None
 
     @property
     def tuning(self) -> Tuning | None:
@@ -52,7 +53,10 @@ class Engine:
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """Rows that the batch completes."""
-        return self._advance(self.aligner.push(self.model.corrected(batch)))
+        if self._first_pose_ns is None and len(batch.pose.t_ns):
+            self._first_pose_ns = int(batch.pose.t_ns[0])
+        corrected = self.model.corrected(batch, self._first_pose_ns or 0)
+        return self._advance(self.aligner.push(corrected))
 
     def finish(self) -> list[Columns]:
         """The rows that were waiting; a log that ends within its initial stretch is warming up throughout."""

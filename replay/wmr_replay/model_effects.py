@@ -34,12 +34,16 @@ class ReplayModel:
         """Time constant of the actuators, 0 without a lag."""
         return sum(e.parameters["time_constant_s"] for e in self.effects if e.name == "actuator_lag")
 
-    def corrected(self, batch: RawBatch) -> RawBatch:
-        """Torques as the model says that they act, poses as the model says that they are."""
+    def corrected(self, batch: RawBatch, start_ns: int) -> RawBatch:
+        """Torques as the model says that they act, poses as the model says that they are; ``start_ns`` is the
+        stamp of the log's first pose.
+        """
         if not self.effects:
             return batch
         return RawBatch(
-            change_pose(batch.pose, self.effects), change_torque(batch.torque, self.effects), batch.mode
+            change_pose(batch.pose, self.effects, start_ns),
+            change_torque(batch.torque, self.effects),
+            batch.mode,
         )
 
 
@@ -151,13 +155,17 @@ def change_torque(rows: Rows, effects: tuple[Effect, ...]) -> Rows:
     return Rows(t_ns, rows.order, values)
 
 
-def change_pose(rows: Rows, effects: tuple[Effect, ...]) -> Rows:
-    """The pose of N behind a misaligned heading (yaw + angle) and a lever arm (position + R(yaw) a)."""
+def change_pose(rows: Rows, effects: tuple[Effect, ...], start_ns: int) -> Rows:
+    """The pose of N behind a misaligned heading (yaw + angle), a drifting one (yaw + rate (t − start)) and a
+    lever arm (position + R(yaw) a).
+    """
     values = rows.values.copy()
     for effect in effects:
         p = effect.parameters
         if effect.name == "heading_misalignment":
             values[2] -= p["angle_rad"]
+        if effect.name == "yaw_drift":
+            values[2] -= p["rate_radps"] * (rows.t_ns - start_ns) / NS_PER_S
         if effect.name == "pose_lever_arm":
             cos, sin = np.cos(values[2]), np.sin(values[2])
             values[0] -= cos * p["x_m"] - sin * p["y_m"]

@@ -73,11 +73,13 @@ _FORMS = (
         "the skidding dynamics while the mode says ideal",
         {"stiffness_ratio": _RATIO},
     ),
+    EffectForm(
+        "yaw_drift", "measurement", "yaw + rate·t, t from the log's first pose", {"rate_radps": "rad/s"}
+    ),
 )
 
 EFFECTS: dict[str, EffectForm] = {form.name: form for form in _FORMS}
 BEYOND: dict[str, EffectForm] = {
-    "yaw_drift": EffectForm("yaw_drift", "measurement", "yaw + rate·t", {"rate_radps": "rad/s"}),
     "wheel_eccentricity": EffectForm(
         "wheel_eccentricity", "both", "½·amplitude·sin(wheel angle), each wheel", {"amplitude_mps2": "m/s²"}
     ),

@@ -39,9 +39,16 @@ class LogRows:
             parts.append(Rows(rows.t_ns[chosen], rows.order[chosen], rows.values[:, chosen]))
         return RawBatch(*parts)
 
-    def samples(self, settings: Settings | None = None, *, cuts=(), stop: int | None = None) -> pl.DataFrame:
+    def samples(
+        self,
+        settings: Settings | None = None,
+        *,
+        model: ReplayModel | None = None,
+        cuts=(),
+        stop: int | None = None,
+    ) -> pl.DataFrame:
         """The samples table of the first ``stop`` messages, pushed in pieces."""
-        engine = Engine(settings or Settings(), ReplayModel(self.robot))
+        engine = Engine(settings or Settings(), model or ReplayModel(self.robot))
         stop = self.n if stop is None else stop
         edges = [0, *sorted(c for c in cuts if c < stop), stop]
         columns = [c for a, b in pairwise(edges) for c in engine.push(self.batch(a, b))] + engine.finish()

@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wmr_replay.model_effects import replay_model
 from wmr_replay.settings import Settings
 from wmr_schemas import RobotParameters
+from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.tables import SAMPLES, polars_schema
 from wmr_synth import Sensors, synthesise
 
@@ -70,6 +72,16 @@ def test_batches_change_no_bit(logs, wholes, name, cuts):
 @cases
 def test_batches_of_one_message_change_no_bit(logs, wholes, name):
     assert logs[name].samples(CASES[name][1], cuts=range(logs[name].n)).equals(wholes[name])
+
+
+def test_a_drift_of_the_yaw_is_counted_from_the_first_pose_whatever_the_batches(logs, wholes):
+    rows, plain = logs["bank"], wholes["bank"]
+    model = replay_model(Model(effects=(Effect("yaw_drift", {"rate_radps": 0.01}),)), rows.robot)
+    samples = rows.samples(model=model)
+    assert rows.samples(model=model, cuts=range(0, rows.n, 7)).equals(samples)
+    seconds = (plain["t_ns"] - plain["t_ns"][0]).to_numpy() / 1e9
+    taken_out = (plain["yaw_rad"] - samples["yaw_rad"]).to_numpy()
+    np.testing.assert_allclose(np.sin(taken_out), np.sin(0.01 * seconds), atol=1e-9)
 
 
 def test_every_identifier_names_modes_on_the_cases_above(wholes):

@@ -211,7 +211,7 @@ def test_innovations_of_a_wrong_model_are_not(disturbed):
 
 
 @pytest.mark.parametrize(
-    "place", [Theta.VISCOUS, Theta.DRIVE_GAIN, Theta.GRADE_X, Theta.ARM_X, Theta.HEADING]
+    "place", [Theta.VISCOUS, Theta.DRIVE_GAIN, Theta.GRADE_X, Theta.ARM_X, Theta.HEADING, Theta.YAW_DRIFT]
 )
 def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, place):
     key = {
@@ -220,6 +220,7 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
         Theta.GRADE_X: ("slope", "grade_x_mps2"),
         Theta.ARM_X: ("pose_lever_arm", "x_m"),
         Theta.HEADING: ("heading_misalignment", "angle_rad"),
+        Theta.YAW_DRIFT: ("yaw_drift", "rate_radps"),
     }[place]
     passed = disturbed.passed(Extension(BASE), NOISE, NOTHING._replace(places=np.array([place])), keep=True)
     sides = []

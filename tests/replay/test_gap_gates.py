@@ -1,5 +1,7 @@
 """What the gap analysis does between a scan and a verdict: starts, modes taken anew, placebo, remainders."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -8,11 +10,14 @@ from wmr_replay.gap.analyse import analyse, base_model
 from wmr_replay.gap.attempts import fitted
 from wmr_replay.gap.base import base_of
 from wmr_replay.gap.drive import drive_of
+from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.modes import as_it_acts
 from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
+from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
 from wmr_replay.gap.scan import scan
+from wmr_replay.gap.search import Answer, suggestions
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
@@ -162,3 +167,81 @@ def test_a_slip_interval_that_the_identifier_calls_slipping_is_found():
     result = analyse(Log(log.pose, log.torque, None, log.robot))
     assert [effect.name for effect in result.effects] == ["slip_interval"]
     assert result.effects[0].parameters["loss"].value == pytest.approx(0.45, abs=0.12)
+
+
+def told(stages, effects, robot):
+    """A selection in which every attempt of the ``stages``, (name, score, p), was fitted to a size of .1."""
+    extension = Extension(base_of(robot))
+    made = tuple(
+        tuple(
+            SimpleNamespace(
+                lead=SimpleNamespace(name=name),
+                score=score,
+                p_value=p_value,
+                fit=SimpleNamespace(extension=extension.with_effect(name, {"size": 0.1})),
+            )
+            for name, score, p_value in stage
+        )
+        for stage in stages
+    )
+    for name in effects:
+        extension = extension.with_effect(name, {"size": 0.1})
+    return SimpleNamespace(stages=made, fit=SimpleNamespace(extension=extension)), Extension(base_of(robot))
+
+
+@pytest.mark.parametrize(
+    ("stages", "effects", "expected"),
+    [
+        ([[("payload", 20.0, 0.5)]], [], []),
+        ([[("payload", 90.0, 1e-9), ("drive_gain", 80.0, 1e-9)]], ["payload"], [["payload"]]),
+        (
+            [[("input_delay", 90.0, 1e-9), ("actuator_lag", 60.0, 1e-9)]],
+            ["input_delay"],
+            [["input_delay"], ["actuator_lag"]],
+        ),
+        ([[("input_delay", 90.0, 1e-9), ("actuator_lag", 20.0, 1e-9)]], ["input_delay"], [["input_delay"]]),
+        (
+            [[("input_delay", 90.0, 1e-9)], [("actuator_lag", 30.0, 1e-4)]],
+            ["input_delay"],
+            [["input_delay"]],
+        ),
+        (
+            [[("viscous_drag", 90.0, 1e-9)], [("scrub_torque", 30.0, 1e-4)]],
+            ["viscous_drag"],
+            [["viscous_drag", "scrub_torque"]],
+        ),
+        (
+            [[("undeclared_skid", 90.0, 1e-9), ("pose_lever_arm", 60.0, 1e-9), ("slope", 50.0, 1e-9)]],
+            ["undeclared_skid"],
+            [["undeclared_skid"], ["pose_lever_arm"], ["slope"]],
+        ),
+    ],
+)
+def test_hints_are_what_is_significant_and_its_near_rivals(stages, effects, expected):
+    selection, extension = told(stages, effects, RobotParameters(alpha=0.5, half_track_m=0.3))
+    problem = SimpleNamespace(drive=SimpleNamespace(identified=True))
+    assert [list(hint.effects) for hint in suggestions(problem, extension, selection)] == expected
+
+
+def test_skidding_taken_for_ideal_must_be_found_as_an_undeclared_skid():
+    def answer(hint, *found):
+        selection = SimpleNamespace(
+            found=[SimpleNamespace(lead=SimpleNamespace(name=name)) for name in found]
+        )
+        return Answer(None, selection, SimpleNamespace(effects={hint: {}}))
+
+    assert answer("payload", "payload").holds
+    assert answer("payload", "drive_gain").holds
+    assert not answer("payload").holds
+    assert answer("undeclared_skid", "payload", "undeclared_skid").holds
+    assert not answer("undeclared_skid", "payload").holds
+
+
+def test_a_model_out_of_all_bounds_is_infinitely_unlikely():
+    log, _ = hidden_log("patrol", seed=90_110, noise="rtk")
+    problem, extension = problem_of(log)
+    wild = extension.with_effect("viscous_drag", {"c1_per_s": -1e6})
+    noise = fitted(problem, extension).noise
+    with np.errstate(all="ignore"):
+        fit = gauss_newton(problem, wild, noise, 3)
+    assert fit.deviance == np.inf

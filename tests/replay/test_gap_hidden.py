@@ -72,6 +72,7 @@ HIDDEN = {
     "torque_imbalance:ratio=.15": (90_004, "mocap"),
     "rolling_resistance:c0_mps2=.25": (90_005, "mocap"),
     "undeclared_skid:stiffness_ratio=.7": (90_006, "rtk"),
+    "yaw_drift:rate_radps=.004": (90_007, "poor"),
     "slip_interval:start_s=30,end_s=38,loss=.5": (90_016, "mocap"),
 }
 
@@ -138,7 +139,11 @@ def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
 
 @pytest.mark.parametrize(
     ("seed", "hide"),
-    [(90_023, "heading_misalignment:angle_rad=.06"), (90_024, "undeclared_skid:stiffness_ratio=.6")],
+    [
+        (90_023, "heading_misalignment:angle_rad=.06"),
+        (90_024, "undeclared_skid:stiffness_ratio=.6"),
+        (90_025, "yaw_drift:rate_radps=-.005"),
+    ],
 )
 def test_what_an_identifier_takes_for_skidding_is_named_all_the_same(analysed, seed, hide):
     found = analysed(seed, "rtk", hide, modes="identified", options=("patrol", "--no-truth-topic"))

@@ -4,7 +4,20 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.gap.field import N_ROW, N_STATE, N_THETA, Base, Row, Theta, V, W, measured, step
+from wmr_replay.gap.field import (
+    N_ROW,
+    N_STATE,
+    N_THETA,
+    Base,
+    Row,
+    Theta,
+    V,
+    W,
+    halfway,
+    measured,
+    responses,
+    step,
+)
 from wmr_replay.gap.slopes import jacobian, slopes_of_measurement
 
 SPEEDS_MPS = (0.0, 0.7)
@@ -60,22 +73,23 @@ def differences(function, z, n, size=1e-4):
 @given(numbers(N_STATE, 2.0), rows(), thetas(), st.sampled_from(SPEEDS_MPS), st.sampled_from([0.0, 0.3, 8.0]))
 def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_rate_mps):
     base = bases(speed_mps, skid_rate_mps)
-    moved, F = np.zeros(N_STATE), np.full((N_STATE, N_STATE), np.nan)
+    moved, middle, F = np.zeros(N_STATE), np.zeros(N_STATE), np.full((N_STATE, N_STATE), np.nan)
     step(z, row, theta, base, moved)
     mean = (z + moved) / 2
     for v_lat in (z[5], 0.0):  # away from where the decay's speed stops being held at its least
         assume(abs(np.sqrt(mean[V] ** 2 + v_lat**2 + mean[W] ** 2) - 0.3) > 1e-3)
     assume(abs(z[V]) > 1e-3 and abs(mean[V]) > 1e-3)
-    jacobian(z, row, theta, base, moved, np.zeros(N_STATE), F)
+    halfway(z, responses(row, theta, base), row, theta, base, middle)
+    jacobian(z, row, theta, base, moved, middle, F)
     expected = differences(lambda at, out: step(at, row, theta, base, out), z, N_STATE)
     np.testing.assert_allclose(F, expected, rtol=1e-6, atol=2e-7)
 
 
-@given(numbers(N_STATE, 3.0), thetas(), numbers(2, 0.5))
-def test_the_slopes_of_a_measurement_are_those_of_the_measured_pose(z, theta, arm_m):
+@given(numbers(N_STATE, 3.0), rows(), thetas(), numbers(2, 0.5))
+def test_the_slopes_of_a_measurement_are_those_of_the_measured_pose(z, row, theta, arm_m):
     theta[[Theta.ARM_X, Theta.ARM_Y]] = arm_m
     H = np.full((3, 3), np.nan)
     slopes_of_measurement(z, theta, H)
-    expected = differences(lambda at, out: measured(at, theta, out), z, 3)
+    expected = differences(lambda at, out: measured(at, row, theta, out), z, 3)
     np.testing.assert_allclose(H, expected[:, :3], atol=1e-8)
     np.testing.assert_allclose(expected[:, 3:], 0.0, atol=1e-8)

@@ -138,12 +138,13 @@ def test_wheels_are_told_apart():
 
 
 def test_the_measured_pose_is_brought_back_to_the_axle():
-    rows = Rows(np.array([0]), np.array([0]), np.array([[1.0], [2.0], [np.pi / 2 + 0.1]]))
+    rows = Rows(np.array([5 * 10**9]), np.array([0]), np.array([[1.0], [2.0], [np.pi / 2 + 0.13]]))
     effects = (
         Effect("heading_misalignment", {"angle_rad": 0.1}),
+        Effect("yaw_drift", {"rate_radps": 0.01}),
         Effect("pose_lever_arm", {"x_m": 0.5, "y_m": 0.2}),
     )
-    assert change_pose(rows, effects).values[:, 0] == pytest.approx([1.2, 1.5, np.pi / 2])
+    assert change_pose(rows, effects, 2 * 10**9).values[:, 0] == pytest.approx([1.2, 1.5, np.pi / 2])
 
 
 def test_what_happens_in_time_or_space_is_left_to_the_identifier_and_said():

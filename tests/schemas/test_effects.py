@@ -29,6 +29,7 @@ DOCUMENTED = {
     "low_friction_patch": ("x_m", "y_m", "radius_m", "loss"),
     "slip_interval": ("start_s", "end_s", "loss"),
     "undeclared_skid": ("stiffness_ratio",),
+    "yaw_drift": ("rate_radps",),
 }
 UNIT_BY_SUFFIX = {
     "_mps2": "m/s²",
@@ -37,6 +38,7 @@ UNIT_BY_SUFFIX = {
     "_per_radps": "N·m/(rad/s)",
     "_nm": "N·m",
     "_rad": "rad",
+    "_radps": "rad/s",
     "_s": "s",
     "_m": "m",
 }

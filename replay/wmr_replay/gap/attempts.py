@@ -19,7 +19,7 @@ from wmr_replay.gap.significance import robust_p
 
 MOST_FITTED = 6
 CLOSE = 25.0
-LEAST_GAIN = 8.0
+LEAST_GAIN, PROMISING = 8.0, 0.3
 LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
 """A lead that promises less is not worth a fit; the first makes the diffusion calmer, and gains by that."""
 ONE_SIDE = 0.1
@@ -73,7 +73,9 @@ def attempts(problem: Problem, current: Fit, *, terms: bool) -> tuple[Tried, ...
     leads = ranked(problem, current, noise, terms=terms)
     if best.name not in [lead.name for lead in leads[:MOST_FITTED]]:
         leads = [best, *leads]
-    promising = [started(problem, current, lead) for lead in leads[:MOST_FITTED] if lead.gain > LEAST_GAIN]
+    least = PROMISING * max(score_of(lead) for lead in leads)
+    worthy = [lead for lead in leads[:MOST_FITTED] if lead.gain > LEAST_GAIN and score_of(lead) >= least]
+    promising = [started(problem, current, lead) for lead in worthy or leads[:1]]
     quick = [(lead, gauss_newton(problem, joined(current, lead), noise, 4)) for lead in promising]
     quick.sort(key=lambda pair: pair[1].deviance + cost_of(problem, *pair))
     families = len({lead.name for lead in leads})

@@ -53,6 +53,7 @@ LIBRARY: tuple[Candidate, ...] = (
     linear("slope", (T.GRADE_X, T.GRADE_Y), grade_x_mps2=1e-4, grade_y_mps2=1e-4),
     linear("com_offset", (T.COM_OFFSET,), offset_m=1e-4),
     linear("heading_misalignment", (T.HEADING,), least=-1.0, most=1.0, angle_rad=1e-4),
+    linear("yaw_drift", (T.YAW_DRIFT,), least=-1.0, most=1.0, rate_radps=1e-5),
     linear("pose_lever_arm", (T.ARM_X, T.ARM_Y), x_m=1e-4, y_m=1e-4),
     linear("cornering_stiffness", (T.CORNERING,), least=-0.95, most=20.0, ratio=1e-3),
     linear("torque_imbalance", (), least=-0.9, most=0.9, ratio=1e-4),

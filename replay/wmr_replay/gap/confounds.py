@@ -34,6 +34,7 @@ SEPARATED: tuple[tuple[frozenset[str], str], ...] = (
     (frozenset({"actuator_lag", "input_delay"}), _STEPS),
     (frozenset({"com_offset", "yaw_damping"}), _TURNING),
     (frozenset({"pose_lever_arm", "undeclared_skid"}), _TURNING),
+    (frozenset({"heading_misalignment", "yaw_drift"}), "drive for longer"),
     (frozenset({"heading_misalignment", "pose_lever_arm"}), "drive straight, then turn on the spot"),
     (frozenset({"low_friction_patch", "slip_interval"}), _TWICE),
     (frozenset({"load_step", "slip_interval"}), "go on driving for a while after the change"),

@@ -28,6 +28,7 @@ RELEVANT: Mapping[str, float] = {
     "input_delay": 0.15,
     "com_offset": 0.05,
     "heading_misalignment": 0.05,
+    "yaw_drift": 0.002,
 }
 """Sizes that matter to the people who drive robots; a log that would not show them says nothing."""
 

@@ -14,7 +14,7 @@ from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.problem import Problem
 
 LEAST_RATIO, LEAST_OF_THE_OTHER = 3.0, 2.0
-SEEN_ANYWAY = ("heading_misalignment",)
+SEEN_ANYWAY = ("heading_misalignment", "yaw_drift")
 
 
 def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:

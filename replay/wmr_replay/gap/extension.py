@@ -33,6 +33,7 @@ IN_THETA: dict[tuple[str, str], Theta] = {
     ("slope", "grade_y_mps2"): Theta.GRADE_Y,
     ("com_offset", "offset_m"): Theta.COM_OFFSET,
     ("heading_misalignment", "angle_rad"): Theta.HEADING,
+    ("yaw_drift", "rate_radps"): Theta.YAW_DRIFT,
     ("pose_lever_arm", "x_m"): Theta.ARM_X,
     ("pose_lever_arm", "y_m"): Theta.ARM_Y,
     ("cornering_stiffness", "ratio"): Theta.CORNERING,
@@ -102,10 +103,10 @@ class Extension:
         return InputEffects(**found)
 
     def rows(self, drive: Drive) -> F64:
-        """Input rows (n, 10) of :class:`~wmr_replay.gap.field.Row`."""
+        """Input rows (n, 11) of :class:`~wmr_replay.gap.field.Row`."""
         rows = np.zeros((len(drive), N_ROW))
         rows[:, Row.DT] = drive.step_s
-        rows[:, Row.MODE] = drive.mode
+        rows[:, Row.MODE], rows[:, Row.AGE] = drive.mode, drive.t_s
         undeclared = any(name == "undeclared_skid" for name, _ in self.acting)
         rows[:, Row.LOOSE] = LOOSE_MPS * drive.unsure(
             (drive.mode % 2 == 1) | (undeclared & (drive.mode == 0))

@@ -53,6 +53,7 @@ class Theta(IntEnum):
     SLIP = 20
     EXTRA_LONG = 21
     EXTRA_YAW = 22
+    YAW_DRIFT = 23
 
 
 N_THETA = len(Theta)
@@ -60,7 +61,7 @@ N_THETA = len(Theta)
 
 class Row(IntEnum):
     """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space,
-    and how loosely v_lat is held [m/s] about a change of mode.
+    how loosely v_lat is held [m/s] about a change of mode, and seconds since the log's first pose.
     """
 
     DT = 0
@@ -73,6 +74,7 @@ class Row(IntEnum):
     EXTRA_LONG = 7
     EXTRA_YAW = 8
     LOOSE = 9
+    AGE = 10
 
 
 N_ROW = len(Row)
@@ -202,13 +204,21 @@ def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 @njit(cache=True, error_model="numpy")
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
-    dt, gains = row[Row.DT], responses(row, theta, base)
-    halfway(z, gains, row, theta, base, out)
-    dv, dw = accelerations(out, gains, row, theta, base)
-    cos, sin = np.cos(out[YAW]), np.sin(out[YAW])
+    halfway(z, responses(row, theta, base), row, theta, base, out)
+    step_from(out, z, row, theta, base, out)
+
+
+@njit(cache=True, error_model="numpy")
+def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
+    """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
+    dt = row[Row.DT]
+    dv, dw = accelerations(middle, responses(row, theta, base), row, theta, base)
+    cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2
+    for i in range(N_MOTION, N_STATE):
+        out[i] = z[i]
     out[X] = z[X] + (v * cos - v_lat * sin) * dt
     out[Y] = z[Y] + (v * sin + v_lat * cos) * dt
     out[YAW] = z[YAW] + w / base.half_track_m * dt
@@ -218,9 +228,12 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def measured(z: F64, theta: F64, out: F64) -> None:
-    """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING."""
-    out[0], out[1], out[2] = z[X], z[Y], z[YAW] + theta[Theta.HEADING]
+def measured(z: F64, row: F64, theta: F64, out: F64) -> None:
+    """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING and
+    what has drifted since.
+    """
+    out[0], out[1] = z[X], z[Y]
+    out[2] = z[YAW] + theta[Theta.HEADING] + theta[Theta.YAW_DRIFT] * row[Row.AGE]
     if theta[Theta.ARM_X] == 0.0 and theta[Theta.ARM_Y] == 0.0:
         return
     cos, sin = np.cos(z[YAW]), np.sin(z[YAW])

@@ -28,8 +28,10 @@ from wmr_replay.gap.field import (
     W,
     X,
     Y,
+    halfway,
     measured,
-    step,
+    responses,
+    step_from,
 )
 from wmr_replay.gap.sensitivity import (
     Wanted,
@@ -68,7 +70,7 @@ class Diffusion(NamedTuple):
 
 
 class Data(NamedTuple):
-    """Input rows (n, 10), poses (n, 3), their variances (n, 3), and the state of row 0 (9,), known poorly."""
+    """Input rows (n, 11), poses (n, 3), their variances (n, 3), and the state of row 0 (9,), known poorly."""
 
     rows: F64
     poses: F64
@@ -162,12 +164,14 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
     for i in range(N_STATE):
         gain[i] = P[i, 0] * h[0] + P[i, 1] * h[1] + P[i, 2] * h[2]
     s = variance + h[0] * gain[0] + h[1] * gain[1] + h[2] * gain[2]
+    share = 1.0 / s
     for i in range(N_STATE):
+        lost = gain[i] * share
         for j in range(i + 1):
-            P[i, j] -= gain[i] * gain[j] / s
+            P[i, j] -= lost * gain[j]
             P[j, i] = P[i, j]
     for i in range(N_STATE):
-        gain[i] /= s
+        gain[i] *= share
         z[i] += gain[i] * error
         P[i, i] = max(P[i, i], 1e-16)
     return float(s)
@@ -204,7 +208,8 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
             if row[Row.DT] != dt:
                 dt = row[Row.DT]
                 kept = decays(dt, noise)
-            step(z, row, theta, base, moved)
+            halfway(z, responses(row, theta, base), row, theta, base, middle)
+            step_from(middle, z, row, theta, base, moved)
             jacobian(z, row, theta, base, moved, middle, F)
             undisturbed[:] = moved
             fade(F, moved, kept)
@@ -216,10 +221,10 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
             add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept)
         slopes_of_measurement(z, theta, H)
         for c in range(3):
-            measured(z, theta, at)
+            measured(z, row, theta, at)
             error = data.poses[k, c] - at[c]
             if keep:
-                measured_slopes(slopes, S, live, H[c], c, z, theta, wanted.places)
+                measured_slopes(slopes, S, live, H[c], c, z, row[Row.AGE], wanted.places)
             s = update(z, P, H[c], error, data.variances[k, c], gain)
             e = error / np.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, np.log(s)

@@ -36,7 +36,7 @@ def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64
         if k > 0:
             step(z, rows[k], theta, base, ahead)
             z[:] = ahead
-        measured(z, theta, at)
+        measured(z, rows[k], theta, at)
         for c in range(3):
             out[3 * k + c] = (poses[k, c] - at[c]) / scale[k, c]
 

@@ -81,7 +81,7 @@ def gauss_newton(
     keys = keys_of(extension, places=places)
     passed = problem.passed(extension, noise)
     deviance = float(passed.deviance[problem.train].sum())
-    for _ in range(steps if keys else 0):
+    for _ in range(steps if keys and np.isfinite(deviance) else 0):
         psi = sensitivities(problem, extension, noise, keys, passed.innovations)
         move = newton_step(psi[problem.train], passed.innovations[problem.train])
         values = np.array([extension.effects[name][key] for name, key in keys])
@@ -96,11 +96,13 @@ def gauss_newton(
         gained, extension, passed, deviance = deviance - new_deviance, tried, new, new_deviance
         if gained < ENOUGH:
             break
+    deviance = deviance if np.isfinite(deviance) else np.inf
     return Fit(problem, extension, noise, deviance, passed.innovations, passed.deviance)
 
 
 def newton_step(psi: F64, e: F64) -> F64:
-    """(ψᵀψ)⁻¹ ψᵀe; directions that the data do not see are left alone."""
+    """(ψᵀψ)⁻¹ ψᵀe; directions that the data do not see, or that lead out of all bounds, are left alone."""
+    psi = np.where(np.isfinite(psi), psi, 0.0)
     flat = psi.reshape(-1, psi.shape[2])
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
     solution, *_ = np.linalg.lstsq(flat / scale, clipped(e).ravel(), rcond=1e-6)

@@ -15,7 +15,8 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.signals import ModeTrack
 
 EDGE_S, SHORTEST_S = 0.4, 0.3
-LOSS_SD, FAR = 0.07, 9.0
+LOSS_SD, FAR = np.array([0.07, 0.15]), 6.0
+"""How far slipping's own losses of α and α_yaw lie from quasi-steady ones; how far is clear."""
 INSIDE = 0.9
 LEAST_INFORMATION = 1e-2
 
@@ -49,26 +50,28 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
 def leaves_more(base: Base, loss: F64, covariance: F64) -> Bool:
     """Whether losses (c, 2) of α and α_yaw with their covariance (c, 2, 2) are clearly below slipping's.
 
-    A distance d with dᵀ C⁻¹ d of 9 or more, C the covariance and what a quasi-steady loss leaves out.
+    A distance d with dᵀ C⁻¹ d of 6 or more, C the covariance and what quasi-steady losses leave out.
     """
     slipping = 1.0 - np.array([base.slip_share, base.slip_share_yaw])
     apart = slipping - loss
-    weighed = np.linalg.solve(covariance + np.eye(2) * LOSS_SD**2, apart[..., None])[..., 0]
+    weighed = np.linalg.solve(covariance + np.diag(LOSS_SD**2), apart[..., None])[..., 0]
     clear = np.einsum("ci,ci->c", apart, weighed) > FAR
     return np.asarray(clear & (weighed @ slipping > 0))
 
 
 def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether a loss of traction in the model ``fit`` may be slipping that an identifier did not call so:
-    what it leaves is not clearly more than the base model's slipping leaves.
+    what it leaves is not clearly more than the base model's slipping leaves, as it was fitted or by the
+    channels.
     """
     if name not in LOCAL or not problem.drive.identified:
         return False
+    base, loss = fit.extension.base, fit.extension.effects[name]["loss"]
     acts = weight(name, fit.extension.effects[name], problem.drive)
     cells = np.where(acts > INSIDE, 1, np.where(acts > 1 - INSIDE, 2, 0))
     further, covariance = losses(problem, fit, cells)
-    left = 1.0 - fit.extension.effects[name]["loss"]
-    return not leaves_more(fit.extension.base, 1.0 - left * (1.0 - further), left**2 * covariance)[1]
+    by_channel = leaves_more(base, 1.0 - (1.0 - loss) * (1.0 - further), (1.0 - loss) ** 2 * covariance)[1]
+    return not (by_channel and leaves_more(base, np.full((1, 2), loss), np.zeros((1, 2, 2)))[0])
 
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:

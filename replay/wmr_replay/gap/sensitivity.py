@@ -87,7 +87,7 @@ def push(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
     n_places, n_efforts = len(wanted.places), len(wanted.efforts)
     for j in range(n_places):
         place = wanted.places[j]
-        if place not in (Theta.HEADING, Theta.ARM_X, Theta.ARM_Y):
+        if place not in (Theta.HEADING, Theta.YAW_DRIFT, Theta.ARM_X, Theta.ARM_Y):
             changed[place] = theta[place] + DIFFERENCE
             step(z, row, changed, base, ahead)
             changed[place] = theta[place]
@@ -124,8 +124,10 @@ def push_efforts(S: F64, j: int, left: F64, right: F64, by_left: float, by_right
 
 
 @njit(cache=True, error_model="numpy")
-def measured_slopes(slopes: F64, S: F64, live: I64, h: F64, c: int, z: F64, theta: F64, places: I64) -> None:
-    """``slopes`` (p,) ← H S + ∂h/∂θ of component ``c``."""
+def measured_slopes(
+    slopes: F64, S: F64, live: I64, h: F64, c: int, z: F64, age_s: float, places: I64
+) -> None:
+    """``slopes`` (p,) ← H S + ∂h/∂θ of component ``c``, ``age_s`` after the first pose."""
     for a, b in live:
         scale(slopes[a:b], h[0], S[0, a:b])
         for i in range(1, 3):
@@ -138,6 +140,8 @@ def measured_slopes(slopes: F64, S: F64, live: I64, h: F64, c: int, z: F64, thet
             slopes[j] += (-sin, cos, 0.0)[c]
         elif places[j] == Theta.HEADING and c == YAW:
             slopes[j] += 1.0
+        elif places[j] == Theta.YAW_DRIFT and c == YAW:
+            slopes[j] += age_s
 
 
 @njit(cache=True, error_model="numpy")

@@ -20,7 +20,6 @@ from wmr_replay.gap.field import (
     W,
     X,
     Y,
-    halfway,
     kept_lateral,
     responses,
     sign,
@@ -105,14 +104,14 @@ def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float
 
 @njit(cache=True, error_model="numpy")
 def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, F: F64) -> None:
-    """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` is overwritten."""
+    """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there."""
     dt, l, half, gains = row[Row.DT], base.half_track_m, row[Row.DT] / 2, responses(row, theta, base)
-    halfway(z, gains, row, theta, base, middle)
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
     cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
-    for j in range(N_STATE):
+    F[:, X], F[:, Y] = UNIT[X], UNIT[Y]
+    for j in range(YAW, N_STATE):
         e = UNIT[j]
         yaw, v, w, v_lat = e[YAW], e[V], e[W], e[V_LAT]
         dv, dw = through(first, yaw, v, w, v_lat)
@@ -124,8 +123,8 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
         F[V_LAT, j] = lateral[0] * yaw + lateral[1] * v_2 + lateral[2] * w_2 + lateral[3] * v_lat
         F[V_LAT, j] += lateral[4] * e[D_LAT]
         across = (v_lat + F[V_LAT, j]) / 2
-        F[X, j] = (v_2 * cos - across * sin) * dt - (moved[Y] - z[Y]) * yaw_1 + e[X]
-        F[Y, j] = (v_2 * sin + across * cos) * dt + (moved[X] - z[X]) * yaw_1 + e[Y]
+        F[X, j] = (v_2 * cos - across * sin) * dt - (moved[Y] - z[Y]) * yaw_1
+        F[Y, j] = (v_2 * sin + across * cos) * dt + (moved[X] - z[X]) * yaw_1
         F[YAW, j], F[V, j], F[W, j] = yaw + w_2 / l * dt, v + dv * dt, w + dw * dt
         for i in range(N_MOTION, N_STATE):
             F[i, j] = e[i]

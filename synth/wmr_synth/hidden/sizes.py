@@ -94,7 +94,7 @@ SIZES: dict[str, Size] = {
         },
     ),
     "undeclared_skid": Size(_PLAIN, {"stiffness_ratio": Range(0.4, 1.2)}),
-    "yaw_drift": Size("the pose's yaw runs away", {"rate_radps": Range(0.002, 0.01, signed=True)}),
+    "yaw_drift": Size(_PLAIN, {"rate_radps": Range(0.002, 0.01, signed=True)}),
     "wheel_eccentricity": Size("½·A·sin(wheel angle) of each wheel", {"amplitude_mps2": Range(0.1, 0.3)}),
 }
 """By effect. A slip interval's ``end_s`` is drawn as a length; where a patch lies, ``world`` says."""
