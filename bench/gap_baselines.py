@@ -10,7 +10,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from gap_cases import NOISES, SETS, Case, cases_of
+from gap_cases import NOISES, SETS, SINGLES, Case, cases_of
 from gap_scores import score
 from gap_shooting import shot_names
 from gap_sindy import EXPRESSIBLE, SETTINGS, sindy_names
@@ -20,7 +20,7 @@ from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth.synthesis import START_NS
 
 Row = dict[str, Any]
-N_SINGLE, N_NOTHING = 78, 30
+N_SINGLE, N_NOTHING = len(SINGLES) * len(NOISES), 30
 
 
 def baseline_cases(seed: int) -> list[Case]:

@@ -11,13 +11,14 @@ from wmr_replay.gap.attempts import fitted
 from wmr_replay.gap.base import base_of
 from wmr_replay.gap.drive import drive_of
 from wmr_replay.gap.extension import Extension
+from wmr_replay.gap.hints import suggestions
 from wmr_replay.gap.modes import as_it_acts
 from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
 from wmr_replay.gap.scan import scan
-from wmr_replay.gap.search import Answer, suggestions
+from wmr_replay.gap.search import Answer
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
@@ -195,11 +196,10 @@ def told(stages, effects, robot):
         ([[("payload", 20.0, 0.5)]], [], []),
         ([[("payload", 90.0, 1e-9), ("drive_gain", 80.0, 1e-9)]], ["payload"], [["payload"]]),
         (
-            [[("input_delay", 90.0, 1e-9), ("actuator_lag", 60.0, 1e-9)]],
-            ["input_delay"],
-            [["input_delay"], ["actuator_lag"]],
+            [[("payload", 90.0, 1e-9)], [("undeclared_skid", 60.0, 1e-9)]],
+            ["payload", "undeclared_skid"],
+            [["payload"]],
         ),
-        ([[("input_delay", 90.0, 1e-9), ("actuator_lag", 20.0, 1e-9)]], ["input_delay"], [["input_delay"]]),
         (
             [[("input_delay", 90.0, 1e-9)], [("actuator_lag", 30.0, 1e-4)]],
             ["input_delay"],

@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.engine import Engine
-from wmr_replay.gap.drive import drive_of
+from wmr_replay.gap.drive import Drive, drive_of
 from wmr_replay.gap.extension import WEIGHTS, Extension, weight
 from wmr_replay.memory import as_batch
 from wmr_replay.model_effects import replay_model
@@ -15,6 +15,9 @@ from wmr_replay.tables import samples_frame
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.signals import Log, ModeTrack
+
+SWITCH_S = 0.3
+"""How well an identifier knows when a mode begins or ends."""
 
 
 def identified_modes(log: Log, extension: Extension) -> ModeTrack:
@@ -26,6 +29,11 @@ def identified_modes(log: Log, extension: Extension) -> ModeTrack:
     samples = pl.concat([samples_frame(c) for c in columns])
     mode = samples["mode"].to_numpy()
     return ModeTrack(samples["t_ns"].to_numpy().astype(np.int64), np.maximum(mode, 0).astype(np.int8))
+
+
+def identified_drive(log: Log, track: ModeTrack) -> Drive:
+    """The drive by modes that an identifier said, which knows their changes to ``SWITCH_S`` only."""
+    return drive_of(log, track, margin_s=SWITCH_S)
 
 
 def as_it_acts(log: Log, extension: Extension) -> Log:

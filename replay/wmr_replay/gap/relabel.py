@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.candidates import LOCAL
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.extension import weight
-from wmr_replay.gap.field import SLIPPING, Base
+from wmr_replay.gap.field import IDEAL, SLIPPING, Base
 from wmr_replay.gap.problem import Problem, calmed
 from wmr_replay.gap.refit import Fit
 from wmr_replay.gap.sensitivity import NOTHING
@@ -17,7 +17,7 @@ from wmr_schemas.signals import ModeTrack
 EDGE_S, SHORTEST_S = 0.4, 0.3
 LOSS_SD, FAR = np.array([0.07, 0.15]), 6.0
 """How far slipping's own losses of α and α_yaw lie from quasi-steady ones; how far is clear."""
-INSIDE = 0.9
+INSIDE, HALF = 0.9, 0.5
 LEAST_INFORMATION = 1e-2
 
 
@@ -26,10 +26,10 @@ def without_skid(track: ModeTrack) -> ModeTrack:
     return ModeTrack(track.t_ns, (track.mode - track.mode % 2).astype(np.int8))
 
 
-def without_rows(drive: Drive, rows: Bool) -> ModeTrack:
-    """The drive's modes, those of the ``rows`` (n,) taken for ideal."""
-    mode = np.where(rows, 0.0, drive.mode).astype(np.int8)
-    return ModeTrack(drive.start_ns + np.rint(drive.t_s * NS_PER_S).astype(np.int64), mode)
+def with_rows(drive: Drive, rows: Bool, mode: float) -> ModeTrack:
+    """The drive's modes, those of the ``rows`` (n,) taken for another one."""
+    changed = np.where(rows, mode, drive.mode).astype(np.int8)
+    return ModeTrack(drive.start_ns + np.rint(drive.t_s * NS_PER_S).astype(np.int64), changed)
 
 
 def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
@@ -40,7 +40,7 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     runs = slipping_runs(drive)
     rows = np.zeros(len(drive), bool)
     if runs:
-        ideal = problem.labelled(without_rows(drive, drive.mode == SLIPPING))
+        ideal = problem.labelled(with_rows(drive, drive.mode == SLIPPING, IDEAL))
         gentler = leaves_more(fit.extension.base, *losses(ideal, fit, run_cells(drive, runs)))
         for k, (a, b) in enumerate(runs):
             rows[a:b] = gentler[2 * k + 1]
@@ -72,6 +72,15 @@ def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     further, covariance = losses(problem, fit, cells)
     by_channel = leaves_more(base, 1.0 - (1.0 - loss) * (1.0 - further), (1.0 - loss) ** 2 * covariance)[1]
     return not (by_channel and leaves_more(base, np.full((1, 2), loss), np.zeros((1, 2, 2)))[0])
+
+
+def no_other_than_slipping(problem: Problem, fit: Fit) -> Bool:
+    """The rows (n,) in which a loss of traction in the model ``fit`` may be slipping, and acts."""
+    rows = np.zeros(len(problem.drive), bool)
+    for name, parameters in fit.extension.effects.items():
+        if like_slipping(problem, fit, name):
+            rows |= weight(name, parameters, problem.drive) > HALF
+    return rows
 
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:

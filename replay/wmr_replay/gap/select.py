@@ -19,7 +19,8 @@ from wmr_replay.gap.significance import LEVEL, likeness, touched
 LIKE, LIKE_SHARE, AKIN_SHARE = 0.25, 0.15, 0.5
 AKIN = ({"actuator_lag", "input_delay"},)
 """Forms of one thing: most real lags lie between a lag of one pole and a delay."""
-MARGIN = 10.0
+MARGIN, MARGIN_UNSURE = 10.0, 30.0
+"""What an effect must explain beside others; more where a wrong label would explain as much."""
 RIVAL = 100.0
 SOMETHING_LEFT = 2.0
 
@@ -169,7 +170,9 @@ def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: Gap
     rest = without(problem, base, current, tried.lead.name)
     gain = rest.deviance - current.deviance
     tried = replace(tried, gain=gain)
-    if gain < cost_of(problem, tried.lead, current) + MARGIN * (len(current.extension.effects) > 1):
+    unsure = problem.drive.identified and tried.lead.name in LOCAL
+    margin = 0.0 if len(current.extension.effects) == 1 else MARGIN_UNSURE if unsure else MARGIN
+    if gain < cost_of(problem, tried.lead, current) + margin:
         return replace(tried, failed="needless beside the others")
     if like_slipping(problem, current, tried.lead.name):
         return replace(tried, failed="no other than the model's own slipping")
