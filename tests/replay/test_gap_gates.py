@@ -12,7 +12,7 @@ from wmr_replay.gap.base import base_of
 from wmr_replay.gap.drive import drive_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.hints import suggestions
-from wmr_replay.gap.modes import as_it_acts
+from wmr_replay.gap.modes import as_it_acts, identified_modes, lasting_effects
 from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.refit import gauss_newton
@@ -245,3 +245,32 @@ def test_a_model_out_of_all_bounds_is_infinitely_unlikely():
     with np.errstate(all="ignore"):
         fit = gauss_newton(problem, wild, noise, 3)
     assert fit.deviance == np.inf
+
+
+def test_the_identifier_knows_the_base_models_effects_and_the_new_ones():
+    base = base_of(RobotParameters(alpha=0.5, half_track_m=0.3))
+    known = {
+        "viscous_drag": {"c1_per_s": 0.2},
+        "torque_saturation": {"limit_nm": 3.0},
+        "slip_interval": {"start_s": 1.0, "end_s": 2.0, "loss": 0.5},
+    }
+    extension = Extension(base, {"viscous_drag": {"c1_per_s": 0.1}}, 1.0, known)
+    extension = extension.with_effect("torque_saturation", {"limit_nm": 4.0})
+    extension = extension.with_effect("payload", {"mass_ratio": 0.3})
+    told = {effect.name: dict(effect.parameters) for effect in lasting_effects(extension)}
+    assert told == {
+        "viscous_drag": {"c1_per_s": pytest.approx(0.3)},
+        "torque_saturation": {"limit_nm": 3.0},
+        "payload": {"mass_ratio": 0.3},
+    }
+
+
+def test_modes_are_the_same_whether_an_effect_is_known_or_new():
+    log, truth = hidden_log("patrol", seed=90_111, hide=["viscous_drag:c1_per_s=.3"], noise="rtk")
+    base = base_model(log, None, GIVEN).extension
+    (effect,) = truth["effects"]
+    known = Extension(base.base, {}, base.wheel_radius_m, {effect["name"]: effect["parameters"]})
+    new = base.with_effect(effect["name"], effect["parameters"])
+    modes = [identified_modes(log, extension).mode for extension in (base, known, new)]
+    np.testing.assert_array_equal(modes[1], modes[2])
+    assert np.mean(modes[0] != modes[1]) > 0.1

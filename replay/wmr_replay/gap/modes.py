@@ -7,9 +7,9 @@ import polars as pl
 
 from wmr_replay.engine import Engine
 from wmr_replay.gap.drive import Drive, drive_of
-from wmr_replay.gap.extension import WEIGHTS, Extension, weight
+from wmr_replay.gap.extension import WEIGHTS, Extension, combined, weight
 from wmr_replay.memory import as_batch
-from wmr_replay.model_effects import replay_model
+from wmr_replay.model_effects import FOLLOWED, replay_model
 from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas.arrays import NS_PER_S
@@ -23,12 +23,22 @@ SWITCH_S = 0.3
 def identified_modes(log: Log, extension: Extension) -> ModeTrack:
     """What the bank makes of the log with the extended model; undecided rows count as ideal."""
     log = as_it_acts(log, extension)
-    effects = tuple(Effect(name, dict(parameters)) for name, parameters in extension.effects.items())
-    engine = Engine(Settings(), replay_model(Model(effects=effects), log.robot))
+    engine = Engine(Settings(), replay_model(Model(effects=lasting_effects(extension)), log.robot))
     columns = [*engine.push(as_batch(Log(log.pose, log.torque, None, log.robot))), *engine.finish()]
     samples = pl.concat([samples_frame(c) for c in columns])
     mode = samples["mode"].to_numpy()
     return ModeTrack(samples["t_ns"].to_numpy().astype(np.int64), np.maximum(mode, 0).astype(np.int8))
+
+
+def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
+    """Effects of the base model and new ones, but for those in time or space; two of a name add up."""
+    found: dict[str, dict[str, float]] = {}
+    for name, parameters in extension.acting:
+        if name not in FOLLOWED:
+            before = found.setdefault(name, {})
+            for key, value in parameters.items():
+                before[key] = combined(key, before.get(key), value)
+    return tuple(Effect(name, parameters) for name, parameters in found.items())
 
 
 def identified_drive(log: Log, track: ModeTrack) -> Drive:
@@ -38,7 +48,7 @@ def identified_drive(log: Log, track: ModeTrack) -> Drive:
 
 def as_it_acts(log: Log, extension: Extension) -> Log:
     """Torques scaled where an effect in time or space takes traction away, or a load response ahead."""
-    acting = [(name, p) for name, p in extension.effects.items() if name in WEIGHTS]
+    acting = [(name, p) for name, p in extension.acting if name in WEIGHTS]
     if not acting or log.torque is None:
         return log
     drive, torque = drive_of(log), log.torque
