@@ -46,7 +46,7 @@ def rivals(rows: Sequence[Row], scores: Rows) -> str:
 
 
 def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
-    """The page with its blocks made anew."""
+    """The page with its blocks made anew; that of the baselines stays where there are none."""
     makers = {
         "asked": tables.asked,
         "singles": tables.singles,
@@ -55,9 +55,10 @@ def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
         "reasons": tables.reasons,
         "coverage": tables.coverage,
         "failures": tables.failures,
-        "rivals": lambda found: rivals(baselines, found),
     }
-    return BLOCK.sub(lambda m: m[1] + makers[m[2]](scores) + m[4], page)
+    if baselines:
+        makers["rivals"] = lambda found: rivals(baselines, found)
+    return BLOCK.sub(lambda m: m[1] + makers[m[2]](scores) + m[4] if m[2] in makers else m[0], page)
 
 
 def latest(rows: Sequence[Row]) -> list[Row]:

@@ -126,6 +126,15 @@ def test_a_loss_that_is_found_may_be_slipping(loss, like):
     assert not like_slipping(given, fit, "slip_interval")
 
 
+def test_a_loss_beside_the_path_may_be_anything():
+    log, _ = hidden_log("patrol", seed=90_112, noise="rtk")
+    problem, extension = problem_of(log, margin_s=SWITCH_S)
+    place = {"x_m": 1e3, "y_m": 1e3, "radius_m": 0.5, "loss": 0.4}
+    fit = fitted(problem, extension)
+    beside = gauss_newton(problem, extension.with_effect("low_friction_patch", place), fit.noise, 0)
+    assert like_slipping(problem, beside, "low_friction_patch")
+
+
 def test_torques_act_less_where_traction_is_lost():
     log, _ = hidden_log("patrol", seed=90_107, noise="mocap")
     seconds = (log.torque.t_ns - log.pose.t_ns[0]) / 1e9

@@ -1,6 +1,6 @@
 """What seems to be missing, while the contact modes are still those of the base model."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.gap.attempts import fitted
-from wmr_replay.gap.candidates import LOCAL
+from wmr_replay.gap.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import IDEAL
 from wmr_replay.gap.modes import identified_drive
@@ -31,14 +31,18 @@ class Hints(NamedTuple):
     seen_in: tuple[Problem, Selection]
 
 
-def hints(log: Log, first: Problem, extension: Extension, options: GapOptions) -> Hints:
+def hints(
+    log: Log, first: Problem, plain: Callable[[], Selection], extension: Extension, options: GapOptions
+) -> Hints:
     """What seems to be missing: by modes without skidding where a robot is said to skid most of the time,
     else without slipping that leaves more traction than the model's, else as they are. Modes without skidding
-    speak for an undeclared one, so its near rivals are hints as well.
+    speak for an undeclared one, so its near rivals are hints as well. ``plain`` gives what is significant
+    with the modes as they are.
     """
-    for problem in chain(less_skid(log, first), less_slip(first, extension), [first], no_slip(first)):
-        selection = forward(problem, extension, options, terms=False)
-        found = suggestions(problem, extension, selection)
+    likely = chain(less_skid(log, first), less_slip(first, extension), [first])
+    for problem, local in chain(((problem, True) for problem in likely), no_slip(first)):
+        selection = plain() if problem is first else forward(problem, extension, options, terms=False)
+        found = suggestions(problem, extension, selection, local=local)
         if found:
             return Hints(found, (problem, selection))
     return Hints([], (problem, selection))
@@ -58,16 +62,20 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:
         yield problem.labelled(with_rows(problem.drive, doubtful, IDEAL))
 
 
-def no_slip(problem: Problem) -> Iterator[Problem]:
-    """Much slipping taken for ideal."""
+def no_slip(problem: Problem) -> Iterator[tuple[Problem, bool]]:
+    """Much slipping taken for ideal: there, a loss of traction in a time or place may be slipping."""
     slips = problem.drive.mode >= 2
     if np.mean(slips) > MUCH_SLIP:
-        yield problem.labelled(with_rows(problem.drive, slips, IDEAL))
+        yield problem.labelled(with_rows(problem.drive, slips, IDEAL)), False
 
 
-def suggestions(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
-    """What is significant in a selection, and what explains nearly as much as an undeclared skid."""
-    hint = suggestion(problem, extension, selection)
+def suggestions(
+    problem: Problem, extension: Extension, selection: Selection, *, local: bool = True
+) -> list[Extension]:
+    """What is significant in a selection, and what explains nearly as much as an undeclared skid; ``local``
+    says whether a loss of traction in a time or place can be told from slipping.
+    """
+    hint = suggestion(problem, extension, selection, local=local)
     found = [hint] if hint.effects else []
     if SKID in hint.effects:
         first, *others = selection.stages[0][:MOST_RIVALS]
@@ -77,14 +85,15 @@ def suggestions(problem: Problem, extension: Extension, selection: Selection) ->
     return found
 
 
-def suggestion(problem: Problem, extension: Extension, selection: Selection) -> Extension:
-    """What is significant in a selection, but for losses of traction that may be slipping, and an undeclared
-    skid beside something that explains more.
+def suggestion(problem: Problem, extension: Extension, selection: Selection, *, local: bool) -> Extension:
+    """What is significant in a selection and has a name, but for losses of traction that may be slipping,
+    and an undeclared skid beside something that explains more.
     """
-    fit = selection.fit
-    effects = {k: v for k, v in fit.extension.effects.items() if not like_slipping(problem, fit, k)}
+    fit, known = selection.fit, [name for name in BY_NAME if local or name not in LOCAL]
+    named = {k: v for k, v in fit.extension.effects.items() if k in known}
+    effects = {k: v for k, v in named.items() if not like_slipping(problem, fit, k)}
     for stage in selection.stages:
-        lasting = [tried for tried in stage if tried.lead.name not in LOCAL]
+        lasting = [tried for tried in stage if tried.lead.name in BY_NAME and tried.lead.name not in LOCAL]
         best = lasting[0] if lasting else None
         if best is None or best.p_value > LEVEL or best.score <= 0 or best.lead.name in effects:
             continue

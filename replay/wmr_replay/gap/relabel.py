@@ -41,7 +41,9 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     rows = np.zeros(len(drive), bool)
     if runs:
         ideal = problem.labelled(with_rows(drive, drive.mode == SLIPPING, IDEAL))
-        gentler = leaves_more(fit.extension.base, *losses(ideal, fit, run_cells(drive, runs)))
+        gentler = leaves_more(
+            fit.extension.base, *losses(ideal, fit, run_cells(drive, runs), 2 * len(runs) + 1)
+        )
         for k, (a, b) in enumerate(runs):
             rows[a:b] = gentler[2 * k + 1]
     return rows
@@ -69,7 +71,7 @@ def like_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     base, loss = fit.extension.base, fit.extension.effects[name]["loss"]
     acts = weight(name, fit.extension.effects[name], problem.drive)
     cells = np.where(acts > INSIDE, 1, np.where(acts > 1 - INSIDE, 2, 0))
-    further, covariance = losses(problem, fit, cells)
+    further, covariance = losses(problem, fit, cells, 3)
     by_channel = leaves_more(base, 1.0 - (1.0 - loss) * (1.0 - further), (1.0 - loss) ** 2 * covariance)[1]
     return not (by_channel and leaves_more(base, np.full((1, 2), loss), np.zeros((1, 2, 2)))[0])
 
@@ -104,20 +106,19 @@ def inside(drive: Drive, a: int, b: int) -> Bool:
     return np.asarray((drive.t_s > drive.t_s[a] + EDGE_S) & (drive.t_s < drive.t_s[b - 1] - EDGE_S))
 
 
-def losses(problem: Problem, fit: Fit, cells: I64) -> tuple[F64, F64]:
-    """Losses (c, 2) of α and α_yaw in each cell, 0 as the model and 1 none left, with covariance (c, 2, 2);
-    cell 0 has none.
+def losses(problem: Problem, fit: Fit, cells: I64, n: int) -> tuple[F64, F64]:
+    """Losses (n, 2) of α and α_yaw in each cell, 0 as the model and 1 none left, with covariance (n, 2, 2);
+    ``cells`` (rows,) are numbered below n, 0 counts as no cell.
 
     Least squares on the innovations of a filter that takes disturbances for calm.
     """
-    n = int(cells.max()) + 1
     wanted = NOTHING._replace(cells=cells, n_cells=n)
     passed = problem.passed(fit.extension, calmed(fit.noise) or fit.noise, wanted, keep=True)
     flat, e = passed.sensitivities.reshape(-1, 2 * n), passed.innovations.ravel()
     G = flat.T @ flat + LEAST_INFORMATION * np.eye(2 * n)
     V = np.linalg.inv(G)
     loss = V @ (flat.T @ e)
-    left = np.square(e - flat @ loss).reshape(-1, 3).sum(axis=1)
-    V *= max(float(left[cells > 0].mean()) / 3, 1.0)
+    left = np.square(e - flat @ loss).reshape(-1, 3).mean(axis=1)
+    V *= max(float(left @ (cells > 0)) / max(int(np.sum(cells > 0)), 1), 1.0)
     pairs = np.arange(n)[:, None] + np.array([0, n])
     return loss[pairs], V[pairs[:, :, None], pairs[:, None, :]]

@@ -1,6 +1,7 @@
 """The selection, and the contact modes that it is made with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ from wmr_replay.gap.candidates import LOCAL
 from wmr_replay.gap.drive import drive_of
 from wmr_replay.gap.extension import Extension
 from wmr_replay.gap.field import SLIPPING
-from wmr_replay.gap.hints import SKID, hints
+from wmr_replay.gap.hints import SKID, Hints, hints
 from wmr_replay.gap.modes import identified_drive, identified_modes
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.problem import Problem
@@ -56,17 +57,15 @@ def search_with_modes(
     likely answer with a proven effect stands; without one, what the base model's modes give, or why not.
     """
     first = Problem.of(identified_drive(log, identified_modes(log, extension)))
+    plain = cache(lambda: forward(first, extension, options))
     tell("naming", 0.2)
-    given = hints(log, first, extension, options)
+    given = hints(log, first, plain, extension, options)
     tell("naming", 0.4)
     answers = [answer_with(hint, log, extension, options) for hint in given.models]
-    if any(name in LOCAL for hint in given.models for name in hint.effects):
-        answers.append(slipping_called_so(Answer(*given.seen_in, given.models[0]), extension, options))
     answers.sort(key=lambda answer: answer.deviance)
     tell("naming", 0.7)
-    plain = (Answer(problem, forward(problem, extension, options), extension) for problem in [first])
     settled = []
-    for answer in chain(answers, plain):
+    for answer in chain(answers, without_hint(given, first, plain, extension, options)):
         settled.append(answer._replace(selection=established(*answer[:2], options)))
         if settled[-1].holds:
             break
@@ -82,6 +81,17 @@ def answer_with(hint: Extension, log: Log, extension: Extension, options: GapOpt
     problem = Problem.of(identified_drive(log, track))
     answer = Answer(problem, forward(problem, extension, options), hint)
     return slipping_called_so(answer, extension, options)
+
+
+def without_hint(
+    given: Hints, first: Problem, plain: Callable[[], Selection], extension: Extension, options: GapOptions
+) -> Iterator[Answer]:
+    """Where a loss of traction is a hint and the identifier will not see it, the answer that the hint comes
+    from; and what is significant with the base model's modes.
+    """
+    if any(name in LOCAL for hint in given.models for name in hint.effects):
+        yield slipping_called_so(Answer(*given.seen_in, given.models[0]), extension, options)
+    yield Answer(first, plain(), extension)
 
 
 def slipping_called_so(answer: Answer, extension: Extension, options: GapOptions) -> Answer:
