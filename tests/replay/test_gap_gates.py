@@ -17,8 +17,10 @@ from wmr_replay.gap.placebo import placebo_p
 from wmr_replay.gap.problem import Problem
 from wmr_replay.gap.refit import gauss_newton
 from wmr_replay.gap.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
+from wmr_replay.gap.report import joined
 from wmr_replay.gap.scan import scan
 from wmr_replay.gap.search import Answer
+from wmr_schemas.model_file import Effect
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
@@ -283,3 +285,21 @@ def test_modes_are_the_same_whether_an_effect_is_known_or_new():
     modes = [identified_modes(log, extension).mode for extension in (base, known, new)]
     np.testing.assert_array_equal(modes[1], modes[2])
     assert np.mean(modes[0] != modes[1]) > 0.1
+
+
+def test_an_effect_that_the_base_has_already_adds_up():
+    base = (
+        Effect("yaw_drift", {"rate_radps": -0.006}),
+        Effect("torque_saturation", {"limit_nm": 2.0}),
+        Effect("slip_interval", {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}),
+    )
+    new = (
+        Effect("yaw_drift", {"rate_radps": -0.0003}, {"rate_radps": 1e-5}),
+        Effect("torque_saturation", {"limit_nm": 3.0}),
+        Effect("slip_interval", {"start_s": 5.0, "end_s": 6.0, "loss": 0.4}),
+        Effect("payload", {"mass_ratio": 0.2}),
+    )
+    drift, limit, first, payload, second = joined(base, new)
+    assert drift == Effect("yaw_drift", {"rate_radps": pytest.approx(-0.0063)}, {"rate_radps": 1e-5})
+    assert limit == base[1]
+    assert (first, payload, second) == (base[2], new[3], new[2])

@@ -1,5 +1,7 @@
 """From a selection to everything that a result holds."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.stats import bootstrap, wilcoxon
 from scipy.stats import t as student
@@ -11,6 +13,7 @@ from wmr_replay.gap.detectable import minimum_detectable, unseen
 from wmr_replay.gap.dictionary import form_of
 from wmr_replay.gap.drive import Drive
 from wmr_replay.gap.excitation import LEAST_RATIO, liveliness
+from wmr_replay.gap.extension import WEIGHTS, combined
 from wmr_replay.gap.kalman import Diffusion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.predict import WINDOW_S, WindowErrors, window_errors
@@ -221,5 +224,22 @@ def extended_model(
     return Model(
         robot=model.robot,
         noise=noise_model(drive, noise),
-        effects=(*model.effects, *new),
+        effects=joined(model.effects, new),
     )
+
+
+def joined(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The effects of both. Of two of a name, what acts throughout adds up, as it does in the filter; a new
+    stiffness stands for the old one; what acts in a time or place stays by itself.
+    """
+    found, others = {effect.name: effect for effect in base}, []
+    for effect in new:
+        old = found.get(effect.name)
+        if old is not None and effect.name in WEIGHTS:
+            others.append(effect)
+        elif old is None or effect.name == "undeclared_skid":
+            found[effect.name] = effect
+        else:
+            sums = {key: combined(key, old.parameters.get(key), v) for key, v in effect.parameters.items()}
+            found[effect.name] = replace(effect, parameters=sums)
+    return (*found.values(), *others)
