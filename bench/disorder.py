@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import zstandard
 
-from wmr_replay.ingest.chunks import load
-from wmr_replay.ingest.records import HEAD, MAGIC, Opcode
-from wmr_replay.ingest.survey import survey
-from wmr_replay.ingest.walk import HEAD_BYTES, MESSAGE_HEAD_BYTES, walk
-from wmr_replay.ingest.workspace import Workspace
+from wmr_replay.ingest.mcap.chunks import load
+from wmr_replay.ingest.mcap.records import HEAD, MAGIC, Opcode
+from wmr_replay.ingest.mcap.survey import survey
+from wmr_replay.ingest.mcap.walk import HEAD_BYTES, MESSAGE_HEAD_BYTES, walk
+from wmr_replay.ingest.mcap.workspace import Workspace
 
 SEED = 0
 

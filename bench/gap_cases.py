@@ -11,9 +11,9 @@ import numpy as np
 
 from wmr_schemas.effects import BEYOND, EFFECTS
 from wmr_synth import Disturbance, Sensors, SimulatedLog, synthesise
+from wmr_synth.driving.patrol import drawn_robot
 from wmr_synth.hidden import DEFAULT_DISTURBANCE
 from wmr_synth.hidden.world import drawn_world
-from wmr_synth.patrol import drawn_robot
 from wmr_synth.sensors import NOISE_LEVELS
 
 NOISES = tuple(NOISE_LEVELS)

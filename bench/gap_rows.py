@@ -12,9 +12,9 @@ from gap_cases import SETS, Case
 from gap_truth import effects_of, true_errors
 
 from wmr_replay.gap import GapOptions, analyse
-from wmr_replay.gap.problem import HELD_OUT_S, PERIOD_S
-from wmr_replay.gap.prove import windows_within
-from wmr_replay.gap.result import FoundEffect, GapMetric, GapResult
+from wmr_replay.gap.estimation.problem import HELD_OUT_S, PERIOD_S
+from wmr_replay.gap.evidence.holdout import windows_within
+from wmr_replay.gap.result.result import FoundEffect, GapMetric, GapResult
 from wmr_schemas.signals import Log
 
 ROOT = Path(__file__).parents[1]

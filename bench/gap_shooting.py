@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from wmr_replay.gap.base import base_of
-from wmr_replay.gap.candidates import LIBRARY, UNIT_EFFORTS, Candidate
-from wmr_replay.gap.drive import Drive, drive_of
-from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.field import N_STATE
-from wmr_replay.gap.predict import residuals, starting_motion
+from wmr_replay.gap.estimation.binned_log import Drive, drive_of
+from wmr_replay.gap.estimation.path_error import residuals, starting_motion
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.model.dynamics import N_STATE
+from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64
 from wmr_schemas.signals import Log
 

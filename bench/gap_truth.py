@@ -1,7 +1,7 @@
 """The error of the true model: the hidden plant itself over each held-out window, without its disturbance.
 
-As ``wmr_replay.gap.predict`` does for a model, the initial motion of each window is fitted to its poses; what
-the plant has besides (σ, actuators, wheel angles) starts where it really was.
+As ``wmr_replay.gap.estimation.path_error`` does for a model, the initial motion of each window is fitted to
+its poses; what the plant has besides (σ, actuators, wheel angles) starts where it really was.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from wmr_synth.hidden import Disturbance, plant
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.parameters import Hidden, hidden_of
 from wmr_synth.hidden.simulate import grid
-from wmr_synth.plant import Coefficients, coefficients, jump
+from wmr_synth.plants.two_wheeled import Coefficients, coefficients, jump
 from wmr_synth.synthesis import START_NS
 
 MOTION = (plant.X, plant.Y, plant.YAW, plant.V_LONG, plant.TURN, plant.V_LAT)

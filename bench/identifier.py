@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from wmr_replay.memory import replay_log
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import CalibrationCollector, RunCollector, score_runs
+from wmr_replay.tables.in_memory import replay_log
 from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, synthesise

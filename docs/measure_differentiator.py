@@ -13,8 +13,8 @@ import numpy as np
 import polars as pl
 from measure_paper import filled
 
-from wmr_replay.memory import replay_log
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.settings import Settings
+from wmr_replay.tables.in_memory import replay_log
 from wmr_synth import Sensors, synthesise
 from wmr_synth.synthesis import SimulatedLog
 

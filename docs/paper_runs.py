@@ -7,8 +7,8 @@ from typing import Any
 
 import polars as pl
 
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.robot import PAPER_ROBOT
 from wmr_synth import SCENARIOS, record, synthesise
 

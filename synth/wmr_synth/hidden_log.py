@@ -5,9 +5,9 @@ from typing import Any
 
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
+from wmr_synth.driving.patrol import SMALL_ROBOT
 from wmr_synth.hidden.disturbance import DEFAULT_DISTURBANCE, Disturbance
 from wmr_synth.hidden.world import drawn_world
-from wmr_synth.patrol import SMALL_ROBOT
 from wmr_synth.sensors import NOISE_LEVELS, Sensors
 from wmr_synth.synthesis import find_scenario, synthesise
 

@@ -9,11 +9,11 @@ from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import ModeTrack
-from wmr_synth import patrol
-from wmr_synth.drivers import ClosedLoop, Waypoints, constant_effort
-from wmr_synth.plan import Plan, phases
+from wmr_synth.driving import patrol
+from wmr_synth.driving.drivers import ClosedLoop, Waypoints, constant_effort
+from wmr_synth.driving.plan import Plan, phases
+from wmr_synth.plants.traction import FrictionTrack
 from wmr_synth.sensors import Sensors
-from wmr_synth.traction import FrictionTrack
 
 IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING
 

@@ -12,16 +12,16 @@ from wmr_schemas.messages.codec import WheelAngles
 from wmr_schemas.model_file import Effect
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
-from wmr_synth.drivers import Commands
+from wmr_synth.driving.drivers import Commands
+from wmr_synth.driving.plan import Plan
 from wmr_synth.hidden.disturbance import DEFAULT_DISTURBANCE, Disturbance
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.world import World, describe_effects, move_in
-from wmr_synth.limited import simulate_limited, switches_of
-from wmr_synth.plan import Plan
+from wmr_synth.plants.limited_traction import simulate_limited, switches_of
+from wmr_synth.plants.simulate import Motion, simulate, union_of_sorted
+from wmr_synth.plants.traction import TYRE
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
-from wmr_synth.simulate import Motion, simulate, union_of_sorted
-from wmr_synth.traction import TYRE
 
 MIN_DURATION_S = 0.001
 MAX_MESSAGES = 50_000_000

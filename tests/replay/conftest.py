@@ -7,15 +7,15 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from wmr_replay.engine import Engine
-from wmr_replay.ingest.signals import RawBatch, Rows
-from wmr_replay.memory import as_batch
-from wmr_replay.model_effects import ReplayModel
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results
-from wmr_replay.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import PAPER_ROBOT
+from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, record, synthesise
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wmr_replay.gap.result import (
+from wmr_replay.gap.result.result import (
     Alternative,
     Detectable,
     Estimate,

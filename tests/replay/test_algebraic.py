@@ -14,8 +14,8 @@ from wmr_replay.identify import Evidence, Motion, make_rules, motion_of
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, believe
 from wmr_replay.identify.algebraic import regression as reg
 from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
+from wmr_replay.identify.interface import NO_TORQUE, NOT_EXCITED, POSE_NOT_INDEPENDENT
 from wmr_replay.identify.terms import Terms
-from wmr_replay.identify.verdict import NO_TORQUE, NOT_EXCITED, POSE_NOT_INDEPENDENT
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_synth import Sensors, synthesise
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from wmr_replay.align import Aligner, Reorder
 from wmr_replay.align.hold import hold_mean
-from wmr_replay.ingest.signals import RawBatch, Rows
+from wmr_schemas.batches import RawBatch, Rows
 
 MS = 1_000_000
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.identify.bank.bins import fill_bins, open_bin
-from wmr_replay.identify.bank.hypotheses import change_load, make_population, normalise, thin
-from wmr_replay.identify.bank.jumps import share_that_jumped, suppose_jump, surprising
-from wmr_replay.identify.bank.predict import move, spread
-from wmr_replay.identify.bank.states import (
+from wmr_replay.identify.filter_bank.bins import fill_bins, open_bin
+from wmr_replay.identify.filter_bank.hypotheses import change_load, make_population, normalise, thin
+from wmr_replay.identify.filter_bank.jumps import share_that_jumped, suppose_jump, surprising
+from wmr_replay.identify.filter_bank.predict import move, spread
+from wmr_replay.identify.filter_bank.states import (
     CAPPED,
     LN_ALPHA,
     LN_BETA,
@@ -26,14 +26,14 @@ from wmr_replay.identify.bank.states import (
     slip_shares,
     with_alpha,
 )
-from wmr_replay.identify.bank.switches import split
-from wmr_replay.identify.bank.update import absorb
+from wmr_replay.identify.filter_bank.switches import split
+from wmr_replay.identify.filter_bank.update import absorb
 from wmr_replay.identify.terms import Terms
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import Sensors, synthesise
-from wmr_synth.drivers import constant_effort
+from wmr_synth.driving.drivers import constant_effort
 from wmr_synth.scenarios import Plan, Scenario
 
 PRIOR = make_prior(PAPER_ROBOT)

@@ -4,12 +4,12 @@ import numpy as np
 import polars as pl
 import pytest
 
-from wmr_replay.identify.bank.states import CAPPED, LN_ALPHA, LN_BETA, N_STATES, RHO, make_prior
-from wmr_replay.identify.bank.traction import slipping_share, traction
+from wmr_replay.identify.filter_bank.states import CAPPED, LN_ALPHA, LN_BETA, N_STATES, RHO, make_prior
+from wmr_replay.identify.filter_bank.traction import slipping_share, traction
 from wmr_schemas import PAPER_ROBOT
 from wmr_synth import Sensors, synthesise
-from wmr_synth.plant import V_THETA, V_Y, coefficients
-from wmr_synth.traction import N_LIMITED, Tyre, advance, cap_of, derivative, settle, traction_of
+from wmr_synth.plants.traction import N_LIMITED, Tyre, advance, cap_of, derivative, settle, traction_of
+from wmr_synth.plants.two_wheeled import V_THETA, V_Y, coefficients
 
 PRIOR = make_prior(PAPER_ROBOT)
 SENSORS = Sensors(rate_hz=200.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.01)

@@ -21,8 +21,8 @@ from wmr_replay.fleet.pool import Died, Pool
 from wmr_replay.fleet.stores import Directory
 from wmr_replay.fleet.summary import totals
 from wmr_replay.fleet.worklist import find_logs
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.errors import InvalidSetting, LogUnusable
 from wmr_schemas.model_file import Model
 

@@ -15,13 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.criteria import Criterion, criteria_for, read_criteria
 from wmr_replay.regress.differences import compare_tables
 from wmr_replay.regress.replayed import Asked, replay, stored_request
 from wmr_replay.regress.results import Results, read_results, round_mantissa, write_reference
 from wmr_replay.regress.tolerance import TABLES, Tolerance, Tolerances, read_tolerances
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.model_file import Effect, Model

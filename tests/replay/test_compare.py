@@ -8,11 +8,11 @@ import polars as pl
 import pytest
 from rerun.chunk import RrdReader
 
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results
 from wmr_replay.regress.sides import compare_sides
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
 
 
 def test_planted_differences_are_measured(results):

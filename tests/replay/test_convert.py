@@ -9,9 +9,9 @@ import polars as pl
 import pytest
 from scipy.signal import savgol_filter
 
-from wmr_replay.convert import read_csv
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
+from wmr_replay.jobs.convert import read_csv
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.csv_map import CsvMap, read_csv_map
 from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_synth import write_mcap

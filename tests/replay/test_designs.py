@@ -8,12 +8,12 @@ import polars as pl
 import pytest
 
 from wmr_replay.differentiate import KernelSpec, uniform_taps
+from wmr_replay.differentiate.backends import in_blocks
 from wmr_replay.differentiate.joint import JointJudge, tune_jointly
-from wmr_replay.differentiate.roads import in_blocks
-from wmr_replay.engine import Engine
-from wmr_replay.model_effects import ReplayModel
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth import SCENARIOS, Sensors, record, synthesise
 

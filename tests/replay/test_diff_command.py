@@ -55,7 +55,7 @@ def test_a_picture_is_drawn_by_its_ending(ending, tmp_path):
 
 def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.delitem(sys.modules, "wmr_replay.cli.diff_plot", raising=False)
+    monkeypatch.delitem(sys.modules, "wmr_replay.cli.differentiator.plot", raising=False)
     with pytest.raises(InvalidSetting, match=r"matplotlib: pip install 'wmr-replay\[docs\]'"):
         run("--plot", tmp_path / "kernel.png")
 

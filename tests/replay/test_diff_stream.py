@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from wmr_replay.differentiate import GAP, OK, Derivatives, Differentiator, KernelSpec
-from wmr_replay.differentiate.roads import BlockRoad, DirectRoad
+from wmr_replay.differentiate.backends import BlockRoad, DirectRoad
 from wmr_replay.differentiate.stream import joined
 
 

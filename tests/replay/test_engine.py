@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.model_effects import replay_model
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.model_effects import replay_model
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import RobotParameters
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.tables import SAMPLES, polars_schema

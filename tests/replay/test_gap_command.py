@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import wmr_replay.gaprun.command as gap_command
+import wmr_replay.jobs.gap as gap_command
 from wmr_replay import cli
-from wmr_replay.gaprun.base import base_for
+from wmr_replay.jobs.base_model import base_for
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.gap_file import read_gap
 from wmr_schemas.model_file import Effect, Model, Provenance, model_to_toml, read_model

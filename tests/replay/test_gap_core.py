@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
-from wmr_replay.gap.drive import drive_of
-from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.field import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
-from wmr_replay.gap.inputs import InputEffects, TorqueHistory
-from wmr_replay.gap.kalman import Diffusion
-from wmr_replay.gap.leads import normal_equations
-from wmr_replay.gap.predict import window_errors, windows_of
-from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.sensitivity import NOTHING
+from wmr_replay.gap.estimation.binned_log import drive_of
+from wmr_replay.gap.estimation.filter import Diffusion
+from wmr_replay.gap.estimation.path_error import window_errors, windows_of
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.sensitivity import NOTHING
+from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.inputs import InputEffects, TorqueHistory
+from wmr_replay.gap.search.leads import normal_equations
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 

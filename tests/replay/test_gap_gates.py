@@ -7,19 +7,19 @@ import pytest
 
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import analyse, base_model
-from wmr_replay.gap.attempts import fitted
-from wmr_replay.gap.base import base_of
-from wmr_replay.gap.drive import drive_of
-from wmr_replay.gap.extension import Extension
-from wmr_replay.gap.hints import suggestions
-from wmr_replay.gap.modes import as_it_acts, identified_modes, lasting_effects
-from wmr_replay.gap.placebo import placebo_p
-from wmr_replay.gap.problem import Problem
-from wmr_replay.gap.refit import gauss_newton
-from wmr_replay.gap.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
-from wmr_replay.gap.report import joined
-from wmr_replay.gap.scan import scan
-from wmr_replay.gap.search import Answer
+from wmr_replay.gap.estimation.binned_log import drive_of
+from wmr_replay.gap.estimation.modes import as_it_acts, identified_modes, lasting_effects
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import gauss_newton
+from wmr_replay.gap.evidence.placebo import placebo_p
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.result.assemble import joined
+from wmr_replay.gap.search.attempts import fitted
+from wmr_replay.gap.search.hints import suggestions
+from wmr_replay.gap.search.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
+from wmr_replay.gap.search.scan import scan
+from wmr_replay.gap.search.with_modes import Answer
 from wmr_schemas.model_file import Effect
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack

@@ -12,7 +12,7 @@ import pytest
 from wmr_replay.cli import main
 from wmr_replay.gap import GapOptions, GapResult, analyse
 from wmr_replay.ingest.reader import NO_MAPPING, WHOLE
-from wmr_replay.whole import read_whole
+from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.messages import MODE_TOPIC
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.signals import Log

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap import GapOptions
-from wmr_replay.gap.result import Detectable, Estimate, Interval
-from wmr_replay.gaprun import document_of
+from wmr_replay.gap.result.result import Detectable, Estimate, Interval
+from wmr_replay.jobs.gap_document import document_of
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.gap_file import committed_schema, gap_to_json, read_gap
 from wmr_schemas.model_file import model_tables

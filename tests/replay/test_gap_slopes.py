@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.gap.field import (
+from wmr_replay.gap.model.dynamics import (
     N_ROW,
     N_STATE,
     N_THETA,
@@ -18,7 +18,7 @@ from wmr_replay.gap.field import (
     responses,
     step,
 )
-from wmr_replay.gap.slopes import jacobian, slopes_of_measurement
+from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 
 SPEEDS_MPS = (0.0, 0.7)
 LARGEST = {Theta.ROLLING: 0.3, Theta.SCRUB: 0.3, Theta.WHEEL_COULOMB: 0.3, Theta.UNDECLARED: 2.0}

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from wmr_replay.timeline.gap import write_gap_timeline
-from wmr_replay.timeline.gap_path import cut
-from wmr_replay.timeline.gap_text import gap_text
+from wmr_replay.timeline.gap.path import cut
+from wmr_replay.timeline.gap.text import gap_text
+from wmr_replay.timeline.gap.writer import write_gap_timeline
 
 
 @pytest.fixture(scope="module")

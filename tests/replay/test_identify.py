@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from wmr_replay.align import AlignedBatch
-from wmr_replay.chain import Chain
 from wmr_replay.identify import Evidence, make_rules, motion_of, wheel_slip
 from wmr_replay.identify.independence import (
     INDEPENDENT,
@@ -13,11 +12,12 @@ from wmr_replay.identify.independence import (
     fresh_independence,
     judge_independence,
 )
+from wmr_replay.identify.interface import IDEAL, SKIDDING, SLIPPING
 from wmr_replay.identify.motion import Motion
-from wmr_replay.identify.paper import PaperIdentifier, not_excluded
-from wmr_replay.identify.verdict import IDEAL, SKIDDING, SLIPPING
-from wmr_replay.model_effects import ReplayModel
-from wmr_replay.settings import Settings
+from wmr_replay.identify.thresholds.identifier import PaperIdentifier, not_excluded
+from wmr_replay.pipeline.chain import Chain
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import RobotParameters
 
 STEP_S = 0.01

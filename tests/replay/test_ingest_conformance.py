@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from wmr_replay.ingest.chunks import load
-from wmr_replay.ingest.survey import survey
-from wmr_replay.ingest.walk import walk
-from wmr_replay.ingest.workspace import Workspace
+from wmr_replay.ingest.mcap.chunks import load
+from wmr_replay.ingest.mcap.survey import survey
+from wmr_replay.ingest.mcap.walk import walk
+from wmr_replay.ingest.mcap.workspace import Workspace
 
 SUITE = Path(__file__).parents[2].parent / "shared" / "data" / "mcap_conformance"
 FILES = sorted(SUITE.glob("*.mcap"))

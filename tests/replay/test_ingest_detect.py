@@ -7,8 +7,8 @@ import pytest
 from mcap.writer import Writer
 
 from wmr_replay.ingest import open_log
-from wmr_replay.ingest.clocks import short_time
-from wmr_replay.ingest.joints import wheel_joints
+from wmr_replay.ingest.channels.clocks import short_time
+from wmr_replay.ingest.channels.joints import wheel_joints
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from wmr_replay.ingest import open_log, prefetch
-from wmr_replay.ingest.chunks import Span
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_schemas import PoseTrack, TorqueTrack
 from wmr_schemas.messages import ros2
 

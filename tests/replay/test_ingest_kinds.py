@@ -11,7 +11,7 @@ from mcap_ros2._dynamic import serialize_dynamic
 from scipy.spatial.transform import Rotation
 
 from wmr_replay.ingest import Between, open_log
-from wmr_replay.ingest.guessed import mapping_of
+from wmr_replay.ingest.channels.guessed import mapping_of
 from wmr_schemas import PoseTrack
 from wmr_schemas.errors import ChannelNotFound, InvalidSetting, LogUnusable
 from wmr_schemas.mapping_file import (

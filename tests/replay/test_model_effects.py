@@ -5,13 +5,13 @@ import polars as pl
 import pytest
 
 from wmr_replay.align import Lag
-from wmr_replay.engine import Engine
 from wmr_replay.identify.terms import Moving, extra_accelerations
-from wmr_replay.ingest.signals import RawBatch, Rows
-from wmr_replay.model_effects import change_pose, change_torque, replay_model
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import change_pose, change_torque, replay_model
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import RobotParameters
+from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.errors import InvalidSetting, InvalidTerm
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.terms import CHANNELS, COLUMNS, FACTORS, parse_term

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.analyse import base_model
-from wmr_replay.gap.drive import drive_of
+from wmr_replay.gap.estimation.binned_log import drive_of
+from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.predict import window_errors, windows_of
-from wmr_replay.memory import as_batch
-from wmr_replay.model_effects import FOLLOWED, replay_model
+from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
 from wmr_schemas.effects import EFFECTS
 from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
 from wmr_synth import Sensors, synthesise
+from wmr_synth.driving.patrol import SMALL_ROBOT
 from wmr_synth.hidden.world import model_world
-from wmr_synth.patrol import SMALL_ROBOT
 
 SIZES = {
     "payload": {"mass_ratio": 0.4},

@@ -9,9 +9,9 @@ import numpy as np
 import polars as pl
 import pytest
 
-from wmr_replay.engine import Engine
-from wmr_replay.model_effects import ReplayModel
-from wmr_replay.settings import Settings
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import samples_frame
 from wmr_schemas import Log, PoseTrack
 from wmr_schemas.arrays import NS_PER_S

@@ -12,7 +12,7 @@ import pytest
 from mcap.writer import Writer
 from polars.testing import assert_frame_equal
 
-from wmr_replay.run import run_log
+from wmr_replay.jobs.run import run_log
 from wmr_schemas import RobotParameters
 from wmr_schemas.errors import DamagedLog
 from wmr_schemas.mapping_file import LogMapping

@@ -5,7 +5,7 @@ import pytest
 
 from wmr_replay import whole
 from wmr_replay.ingest import Between
-from wmr_replay.whole import read_whole
+from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack

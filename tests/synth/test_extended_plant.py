@@ -8,13 +8,13 @@ from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import ModeTrack
-from wmr_synth.drivers import ClosedLoop, OpenLoop
+from wmr_synth.driving.drivers import ClosedLoop, OpenLoop
+from wmr_synth.driving.patrol import GAINS, SMALL_ROBOT, stop_go_reverse_turn
 from wmr_synth.hidden.disturbance import NO_DISTURBANCE, Disturbance
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.parameters import Hidden, hidden_of
 from wmr_synth.hidden.simulate import simulate_hidden
-from wmr_synth.patrol import GAINS, SMALL_ROBOT, stop_go_reverse_turn
-from wmr_synth.simulate import Motion, simulate
+from wmr_synth.plants.simulate import Motion, simulate
 
 ALPHA, ALPHA_YAW, L = SMALL_ROBOT.alpha, SMALL_ROBOT.alpha_yaw, SMALL_ROBOT.half_track_m
 

@@ -15,10 +15,10 @@ from wmr_schemas.messages import MODE_TOPIC
 from wmr_schemas.model_file import Effect, Model, NoiseModel, model_to_toml
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import hidden_log, synthesise
+from wmr_synth.driving.patrol import SMALL_ROBOT, drawn_robot
 from wmr_synth.hidden import SIZES, World, draw_effect, parse_hide
 from wmr_synth.hidden.measurement import MEASURED
 from wmr_synth.hidden.parameters import CHANGES
-from wmr_synth.patrol import SMALL_ROBOT, drawn_robot
 from wmr_synth.sensors import Sensors
 
 EVERY = list(EFFECTS | BEYOND)

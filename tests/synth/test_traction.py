@@ -10,10 +10,10 @@ from wmr_schemas import PAPER_ROBOT, ModeTrack
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth import SCENARIOS, Sensors, synthesise
-from wmr_synth.drivers import Commands, Gains
-from wmr_synth.limited import simulate_limited
-from wmr_synth.simulate import Motion
-from wmr_synth.traction import FrictionTrack
+from wmr_synth.driving.drivers import Commands, Gains
+from wmr_synth.plants.limited_traction import simulate_limited
+from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.traction import FrictionTrack
 
 ALPHA, MASS, RADIUS, WHEEL_INERTIA, STIFFNESS = 0.35**2 / 4.8, 1000.0, 0.35, 1.6, 1e4
 LENGTH_M, DAMPING, G = 0.1, 0.5, 9.81

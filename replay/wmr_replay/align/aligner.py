@@ -6,8 +6,8 @@ import numpy as np
 
 from wmr_replay.align.hold import hold_mean, last_before
 from wmr_replay.align.reorder import EARLIEST, Reorder, join, take
-from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.batches import RawBatch, Rows
 
 
 @dataclass(frozen=True, eq=False)

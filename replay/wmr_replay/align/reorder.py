@@ -8,8 +8,8 @@ read change nothing.
 
 import numpy as np
 
-from wmr_replay.ingest.signals import RawBatch, Rows
 from wmr_schemas.arrays import I64, Bool
+from wmr_schemas.batches import RawBatch, Rows
 
 EARLIEST = np.iinfo(np.int64).min
 

@@ -108,8 +108,8 @@ def sources(path: Path, settings: Sequence[str]) -> list[Source]:
 
 
 def parse_setting(text: str) -> tuple[str, Any]:
-    """``NAME=VALUE`` of :class:`~wmr_replay.settings.Settings`; the value as in TOML, or a word."""
-    from wmr_replay.settings import Settings
+    """``NAME=VALUE`` of :class:`~wmr_replay.pipeline.settings.Settings`; the value as in TOML, or a word."""
+    from wmr_replay.pipeline.settings import Settings
 
     name, equals, value = (part.strip() for part in text.partition("="))
     known = [f.name for f in fields(Settings)]

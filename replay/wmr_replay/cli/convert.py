@@ -31,7 +31,7 @@ def command(csv: Path, map_path: Path, out: Path, encoding: str) -> None:
       wmr-replay convert drive.csv --map columns.toml --out drive.mcap
       wmr-replay run drive.mcap
     """
-    from wmr_replay.convert import read_csv
+    from wmr_replay.jobs.convert import read_csv
     from wmr_schemas.csv_map import read_csv_map
     from wmr_synth import write_mcap
     from wmr_synth.atomic import replaced_together

@@ -9,8 +9,8 @@ from wmr_replay.cli.mapping import mapping_from_options, mapping_options
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
-    from wmr_replay.cli.diff_log import Effect
-    from wmr_replay.cli.diff_table import Design
+    from wmr_replay.cli.differentiator.log import Effect
+    from wmr_replay.cli.differentiator.table import Design
 
 POSITIVE = click.FloatRange(min=0, min_open=True)
 
@@ -87,8 +87,8 @@ def command(  # noqa: PLR0917
       wmr-replay diff --kappa 1 --mu 1 --plot kernel.png
       wmr-replay diff --log log.mcap --window 0.4 --max-delay 0.15
     """
-    from wmr_replay.cli.diff_log import effect_on
-    from wmr_replay.cli.diff_table import design_of, print_design
+    from wmr_replay.cli.differentiator.log import effect_on
+    from wmr_replay.cli.differentiator.table import design_of, print_design
     from wmr_replay.differentiate import KernelSpec
 
     if max_delay_s is not None and log is None:
@@ -116,7 +116,7 @@ def drawing(plot: Path) -> Any:
     if not plot.parent.is_dir():
         raise InvalidSetting(f"--plot {plot}: there is no directory {plot.parent}; create it first")
     try:
-        from wmr_replay.cli.diff_plot import draw
+        from wmr_replay.cli.differentiator.plot import draw
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "matplotlib":
             raise

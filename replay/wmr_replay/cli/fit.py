@@ -40,7 +40,7 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **mapping: A
     """
     from wmr_replay.cli.fit_report import print_fit
     from wmr_replay.cli.progress import share_progress
-    from wmr_replay.gaprun import fit_log
+    from wmr_replay.jobs.gap import fit_log
     from wmr_schemas.model_file import model_tables
 
     topic = topic_of(modes)

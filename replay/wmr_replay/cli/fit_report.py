@@ -10,7 +10,7 @@ from wmr_replay.cli.gap_report import console_of
 from wmr_replay.cli.gap_words import numbers, unit_of
 
 if TYPE_CHECKING:
-    from wmr_replay.gaprun import FitRun
+    from wmr_replay.jobs.gap import FitRun
     from wmr_schemas.model_file import Model
 
 NORMAL_95 = 1.96

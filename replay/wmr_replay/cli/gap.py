@@ -79,7 +79,7 @@ def command(  # noqa: PLR0917
     """
     from wmr_replay.cli.gap_report import print_gap
     from wmr_replay.cli.progress import share_progress
-    from wmr_replay.gaprun import gap_log
+    from wmr_replay.jobs.gap import gap_log
     from wmr_schemas.gap_file import gap_to_json
     from wmr_schemas.model_file import read_model
 
@@ -148,7 +148,7 @@ def verdicts_of(text: str) -> set[str]:
 
 def keep_base(log: Path, model_file: Path | None, out: Path | None) -> None:
     """Raises InvalidSetting where the extended model would take the place of the base model's file."""
-    from wmr_replay.run import default_directory
+    from wmr_replay.jobs.run import default_directory
 
     target = (out or default_directory(log)) / f"{log.stem}.model.toml"
     if model_file is not None and target.exists() and target.samefile(model_file):

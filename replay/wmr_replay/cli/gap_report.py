@@ -12,7 +12,7 @@ from rich.text import Text
 from wmr_replay.cli.gap_words import modes_in_words, next_steps, numbers, p_in_words, unit_of
 
 if TYPE_CHECKING:
-    from wmr_replay.gaprun import GapRun
+    from wmr_replay.jobs.gap import GapRun
     from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut
 
 WIDTH = 100

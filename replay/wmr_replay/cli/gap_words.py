@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from wmr_replay.gaprun import GapRun
+    from wmr_replay.jobs.gap import GapRun
 
 MODES = {"identified": "identified", "ideal": "ideal throughout, as asked"}
 LEAST_P = 1e-12

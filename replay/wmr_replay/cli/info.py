@@ -62,7 +62,7 @@ def command(log: "LogPath", as_json: bool, write_map: Path | None, **options: st
 
 def write_mapping(reader: "LogReader", said: "LogMapping", path: Path) -> None:
     """The mapping file of what was found, whole or not at all."""
-    from wmr_replay.ingest.guessed import mapping_of
+    from wmr_replay.ingest.channels.guessed import mapping_of
     from wmr_replay.tables import replace_file
     from wmr_schemas.mapping_file import mapping_toml
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from wmr_replay.ingest.source import LogPath
+    from wmr_replay.ingest.storage.source import LogPath
 
 
 class LogPlace(click.ParamType["LogPath"]):
@@ -19,7 +19,7 @@ class LogPlace(click.ParamType["LogPath"]):
         self, value: "str | LogPath", param: click.Parameter | None, ctx: click.Context | None
     ) -> "LogPath":
         """The place that the text means."""
-        from wmr_replay.ingest.source import log_path
+        from wmr_replay.ingest.storage.source import log_path
 
         return log_path(value) if isinstance(value, str) else value
 

@@ -11,7 +11,7 @@ from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import ANOMALIES
 
 if TYPE_CHECKING:
-    from wmr_replay.run import RunResult
+    from wmr_replay.jobs.run import RunResult
 
 
 def summary_json(row: Mapping[str, Any]) -> str:

@@ -51,7 +51,7 @@ def command(
     """
     from wmr_replay.cli.progress import byte_progress
     from wmr_replay.cli.report import print_summary, summary_json
-    from wmr_replay.run import run_log
+    from wmr_replay.jobs.run import run_log
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
     from wmr_schemas.model_file import read_model
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from wmr_replay.settings import Settings
+    from wmr_replay.pipeline.settings import Settings
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -66,7 +66,7 @@ NAMES = (
 
 
 def settings_options(command: F) -> F:
-    """Adds the options of :class:`~wmr_replay.settings.Settings` that people change."""
+    """Adds the options of :class:`~wmr_replay.pipeline.settings.Settings` that people change."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command
@@ -74,6 +74,6 @@ def settings_options(command: F) -> F:
 
 def settings_from_options(options: Mapping[str, Any]) -> "Settings":
     """The settings that the options say."""
-    from wmr_replay.settings import Settings
+    from wmr_replay.pipeline.settings import Settings
 
     return Settings(**{name: options[name] for name in NAMES})

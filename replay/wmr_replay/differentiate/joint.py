@@ -13,10 +13,10 @@ from math import ceil
 
 import numpy as np
 
+from wmr_replay.differentiate.backends import in_blocks
 from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.family import ORDERS, Family, Guesses
 from wmr_replay.differentiate.judge import MIN_ROWS, SEED, least_shares
-from wmr_replay.differentiate.roads import in_blocks
 from wmr_replay.differentiate.smoother import smooth
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting

@@ -8,9 +8,9 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from wmr_replay.differentiate.backends import make_road
 from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.design import KernelSpec
-from wmr_replay.differentiate.roads import make_road
 from wmr_replay.differentiate.windows import UNIFORM_TOLERANCE_NS, WindowRules, find_windows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSetting

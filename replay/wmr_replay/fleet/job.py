@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from wmr_replay.ingest import Between, LogPath, RemotePath, sha256_of
-from wmr_replay.ingest.bag import bag_files
-from wmr_replay.ingest.source import size_of
-from wmr_replay.settings import Settings
+from wmr_replay.ingest.storage.bag import bag_files
+from wmr_replay.ingest.storage.source import size_of
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import __version__
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.model_file import Model

@@ -11,7 +11,7 @@ from typing import Any
 from wmr_replay.fleet.lock import exclusive
 from wmr_replay.fleet.store import PARTITION, Store
 from wmr_replay.ingest import LogPath, RemotePath
-from wmr_replay.ingest.source import located, unreachable
+from wmr_replay.ingest.storage.source import located, unreachable
 from wmr_schemas.errors import LogUnusable
 
 

@@ -1,8 +1,8 @@
 """Where simulation and measurement disagree, what is missing, and how much smaller the gap is with it."""
 
 from wmr_replay.gap.analyse import analyse
-from wmr_replay.gap.calibrate import calibrate
+from wmr_replay.gap.estimation.calibrate import calibrate
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result import GapResult
+from wmr_replay.gap.result.result import GapResult
 
 __all__ = ["GapOptions", "GapResult", "analyse", "calibrate"]

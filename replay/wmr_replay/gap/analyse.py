@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from wmr_replay.gap.base import BaseModel
-from wmr_replay.gap.calibrate import calibrate_on_log
+from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.report import report
-from wmr_replay.gap.result import GapResult
-from wmr_replay.gap.search import Progress, search
+from wmr_replay.gap.result.assemble import report
+from wmr_replay.gap.result.result import GapResult
+from wmr_replay.gap.search.with_modes import Progress, search
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log

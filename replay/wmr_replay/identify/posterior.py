@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.verdict import (
+from wmr_replay.identify.interface import (
     NO_TORQUE,
     OK,
     POSE_JUMP,

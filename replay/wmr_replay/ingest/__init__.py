@@ -3,8 +3,8 @@
 from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.reader import LogReader, open_log, sha256_of
-from wmr_replay.ingest.signals import RawBatch, Rows
-from wmr_replay.ingest.source import LogPath, RemotePath, log_path, size_of
+from wmr_replay.ingest.storage.source import LogPath, RemotePath, log_path, size_of
+from wmr_schemas.batches import RawBatch, Rows
 
 __all__ = [
     "Between",

@@ -7,22 +7,22 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
-from wmr_replay.ingest.bag import bag_files, plain_file
 from wmr_replay.ingest.between import Between
-from wmr_replay.ingest.candidate import Candidate
 from wmr_replay.ingest.census import Census
-from wmr_replay.ingest.clocks import Clock
-from wmr_replay.ingest.detect import Plan, detect, not_found
-from wmr_replay.ingest.entrance import unreadable
+from wmr_replay.ingest.channels.candidate import Candidate
+from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.misfit import misfits
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.misfit import misfits
-from wmr_replay.ingest.parts import join_parts
-from wmr_replay.ingest.prefetch import work_ahead
+from wmr_replay.ingest.mcap.parts import join_parts
+from wmr_replay.ingest.mcap.selection import first_log_ns, wanted_spans
 from wmr_replay.ingest.reading import Reading
-from wmr_replay.ingest.remote import enter_identity, near_enough
-from wmr_replay.ingest.selection import first_log_ns, wanted_spans
-from wmr_replay.ingest.signals import RawBatch
-from wmr_replay.ingest.source import LogPath, RemotePath, size_of
+from wmr_replay.ingest.storage.bag import bag_files, plain_file
+from wmr_replay.ingest.storage.entrance import unreadable
+from wmr_replay.ingest.storage.prefetch import work_ahead
+from wmr_replay.ingest.storage.remote import enter_identity, near_enough
+from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
+from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
@@ -167,7 +167,7 @@ def open_log(
 
 def sha256_of(path: LogPath) -> str:
     """Hash of a log's files, one after another, in hexadecimal; of a URL's its identity, see
-    :func:`wmr_replay.ingest.remote.enter_identity`.
+    :func:`wmr_replay.ingest.storage.remote.enter_identity`.
     """
     digest = hashlib.sha256()
     for part in bag_files(path):

@@ -8,17 +8,17 @@ from typing import BinaryIO
 import numpy as np
 
 from wmr_replay.ingest.census import Census
-from wmr_replay.ingest.chunks import Span, load
-from wmr_replay.ingest.clocks import Clock
-from wmr_replay.ingest.decode import Decoded, Decoder
-from wmr_replay.ingest.detect import Use
-from wmr_replay.ingest.filling import Columns
+from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.detect import Use
+from wmr_replay.ingest.decoding.decode import Decoded, Decoder
+from wmr_replay.ingest.decoding.filling import Columns
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.parts import N_CHANNEL_IDS, Parts
-from wmr_replay.ingest.shares import NO_LIMITS, Shares
-from wmr_replay.ingest.signals import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
-from wmr_replay.ingest.workspace import Workspace
+from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.parts import N_CHANNEL_IDS, Parts
+from wmr_replay.ingest.mcap.shares import NO_LIMITS, Shares
+from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_schemas.arrays import F64, U8
+from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
 _TRUSTED_MESSAGES = 1 << 20

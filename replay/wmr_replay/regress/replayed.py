@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from wmr_replay.ingest import Between
+from wmr_replay.jobs.run import run_log
+from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.results import Results, read_results
-from wmr_replay.run import run_log
-from wmr_replay.settings import Settings
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_schemas.mapping_file import LogMapping, read_mapping
 from wmr_schemas.model_file import Model, read_model

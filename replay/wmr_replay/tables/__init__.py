@@ -1,11 +1,11 @@
 """The result tables: columns into polars, Parquet and the summary."""
 
 from wmr_replay.tables.calibration import CalibrationCollector
+from wmr_replay.tables.files import ParquetStream, replace_file, replace_files
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
 from wmr_replay.tables.segments import SegmentCollector
-from wmr_replay.tables.writer import ParquetStream, replace_file, replace_files
 
 __all__ = [
     "CalibrationCollector",

@@ -2,7 +2,7 @@
 
 import polars as pl
 
-from wmr_replay.columns import Columns
+from wmr_replay.pipeline.columns import Columns
 from wmr_schemas.arrays import I8
 from wmr_schemas.tables import SAMPLES, STATUS_DTYPE, polars_schema
 

@@ -1,8 +1,8 @@
 """The extended plant's equations, in robot conventions (REP 103), and their integration.
 
-The state keeps the order of ``wmr_synth.plant``, with other signs: (x, y, yaw, v_lat, v, w = l·yaw_rate,
-σ_diff, σ_sum, φ_right, φ_left), and behind it two states of each actuator. With v̄ the average speed, and
-torques τ_R, τ_L as they act:
+The state keeps the order of ``wmr_synth.plants.two_wheeled``, with other signs:
+(x, y, yaw, v_lat, v, w = l·yaw_rate, σ_diff, σ_sum, φ_right, φ_left), and behind it two states of each
+actuator. With v̄ the average speed, and torques τ_R, τ_L as they act:
 
     ẋ = v cos ψ − v_lat sin ψ     ẏ = v sin ψ + v_lat cos ψ     ψ̇ = w/l
     skidding   v̇_lat = −(2G_x/(ε m v̄)) v_lat − v w/l + a_lat
@@ -22,7 +22,7 @@ from numba import njit
 from wmr_schemas.arrays import F64
 from wmr_synth.hidden import forms
 from wmr_synth.hidden.parameters import Hidden
-from wmr_synth.plant import (
+from wmr_synth.plants.two_wheeled import (
     BOTH,
     IDEAL,
     PHI_1,

@@ -6,7 +6,7 @@ from numba import njit
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
-from wmr_synth.drivers import Commands, Gains
+from wmr_synth.driving.drivers import Commands, Gains
 from wmr_synth.hidden import plant
 from wmr_synth.hidden.disturbance import GRID_NS, Disturbance
 from wmr_synth.hidden.parameters import Hidden
@@ -21,8 +21,8 @@ from wmr_synth.hidden.plant import (
     V_LONG,
     YAW,
 )
-from wmr_synth.plant import Coefficients, X, Y, coefficients, jump
-from wmr_synth.simulate import Motion, efforts, union_of_sorted
+from wmr_synth.plants.simulate import Motion, efforts, union_of_sorted
+from wmr_synth.plants.two_wheeled import Coefficients, X, Y, coefficients, jump
 
 _LEFT, _RIGHT, _A_LONG, _TURN_ACC, _LEFT_RADPS, _RIGHT_RADPS = range(N_EXTENDED, N_EXTENDED + 6)
 

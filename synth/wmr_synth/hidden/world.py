@@ -11,16 +11,16 @@ from wmr_schemas.effects import EFFECTS
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
-from wmr_synth.drivers import Commands
+from wmr_synth.driving.drivers import Commands
+from wmr_synth.driving.plan import Plan
 from wmr_synth.hidden.disturbance import NO_DISTURBANCE, Disturbance, from_model
 from wmr_synth.hidden.measurement import MEASURED
 from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
 from wmr_synth.hidden.simulate import simulate_hidden
 from wmr_synth.hidden.sizes import SIZES, check_sizes, draw_effect
-from wmr_synth.plan import Plan
+from wmr_synth.plants.simulate import Motion
 from wmr_synth.sensors import stream
-from wmr_synth.simulate import Motion
 
 PATCH_SHARE = (0.2, 0.5)
 """A drawn patch lies where the robot drives with much torque, at a moment within these shares of the log."""

@@ -22,10 +22,10 @@ from wmr_replay.identify.algebraic.bins import (
 from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, jumped, new_filter, take_up
 from wmr_replay.identify.algebraic.regression import V_LONG, YAW_RATE
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.paper import PaperIdentifier, Rules
+from wmr_replay.identify.interface import OUTLIER, Evidence, Verdict
 from wmr_replay.identify.posterior import Said, decide
 from wmr_replay.identify.terms import Terms
-from wmr_replay.identify.verdict import OUTLIER, Evidence, Verdict
+from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.robot import RobotParameters
 

@@ -1,0 +1,1 @@
+"""What ``wmr-replay diff`` computes, tabulates and plots."""

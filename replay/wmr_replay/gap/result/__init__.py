@@ -1,0 +1,1 @@
+"""What a gap analysis says, put together from a selection."""

@@ -1,0 +1,26 @@
+"""The verdict in one sentence."""
+
+from wmr_replay.gap.result.result import FoundEffect, Verdict
+
+
+def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple[str, ...]) -> str:
+    """What a person wants to know first."""
+    said = " and ".join(described(effect) for effect in effects)
+    if verdict == "named":
+        return f"The model lacks {said}."
+    if verdict == "ambiguous":
+        return f"The model lacks {said}, or what looks the same on this log: {'; '.join(notes)}."
+    if verdict == "unnamed":
+        return f"The model lacks {said}, for which the library has no name."
+    if verdict == "not_enough_excitation":
+        return f"This log cannot tell: {'; '.join(notes)}."
+    return "Nothing is missing that this log could show."
+
+
+def described(effect: FoundEffect) -> str:
+    """An effect with its parameters, units and intervals."""
+    parts = []
+    for key, p in effect.parameters.items():
+        unit = f" {p.unit}" if p.unit not in ("", "1") else ""
+        parts.append(f"{key} {p.value:.3g}{unit} ({p.ci95[0]:.3g} to {p.ci95[1]:.3g})")
+    return f"{effect.name} ({', '.join(parts)})" if parts else effect.name

@@ -1,0 +1,1 @@
+"""Which effects may be missing: scan of the candidates, leads, selection, contact modes."""

@@ -1,5 +1,0 @@
-"""A bank of extended Kalman filters over sequences of contact modes, with α, stiffness and slip as states."""
-
-from wmr_replay.identify.bank.identifier import BankIdentifier, BankSettings
-
-__all__ = ["BankIdentifier", "BankSettings"]

@@ -1,0 +1,5 @@
+"""A bank of extended Kalman filters over sequences of contact modes, with α, stiffness and slip as states."""
+
+from wmr_replay.identify.filter_bank.identifier import BankIdentifier, BankSettings
+
+__all__ = ["BankIdentifier", "BankSettings"]

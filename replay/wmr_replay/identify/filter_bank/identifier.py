@@ -1,0 +1,127 @@
+"""The bank as a stage: rows go into bins, every bin advances all hypotheses, rows report the last bin."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
+from wmr_replay.identify.filter_bank.hypotheses import make_population
+from wmr_replay.identify.filter_bank.start import start_population
+from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
+from wmr_replay.identify.filter_bank.steps import Drift, run_bins
+from wmr_replay.identify.interface import Evidence, Verdict
+from wmr_replay.identify.posterior import Said, decide
+from wmr_replay.identify.terms import Terms
+from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.robot import RobotParameters
+
+N_SAID, JUMP_PROBABLE = 7, 0.5
+ALPHA_KNOWN_WITHIN = 0.3
+"""Without a nominal α the bank starts once the regression knows it this well."""
+
+
+@dataclass(frozen=True)
+class BankSettings:
+    """Size and rhythm of the bank, and how far the model is trusted."""
+
+    most_hypotheses: int = 40
+    bin_s: float = 0.02
+    split_s: float = 0.1
+    switch_rate_per_s: float = 0.15
+    start_bins: int = 30
+    velocity_diffusions: tuple[float, ...] = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+    """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
+    alpha_diffusion_share: float = 0.01
+    """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
+    rho_diffusion_per_s: float = 1e-3
+    cap_diffusion_per_s: float = 1e-2
+    min_confidence: float = 0.5
+
+
+class BankIdentifier:
+    """Stage: evidence in, verdicts out.
+
+    C_k, C_d and their thresholds come from the paper's scheme on the same rows, as do the reasons why
+    something cannot be seen; mode, posterior and α come from the bank.
+    """
+
+    def __init__(
+        self,
+        robot: RobotParameters,
+        rules: Rules,
+        step_s: float,
+        settings: BankSettings,
+        *,
+        both: bool = False,
+        terms: Terms = Terms(),  # noqa: B008 – immutable
+    ) -> None:
+        self.settings, self._paper = settings, PaperIdentifier(rules)
+        self._terms = terms
+        self._prior, self._n_modes = make_prior(robot), 4 if both else 3
+        self._people = make_population(settings.most_hypotheses * (self._n_modes + 2) + 4)
+        self._rows_per_bin = max(1, round(settings.bin_s / step_s))
+        self._bin, self._last = open_bin(), np.zeros(4)
+        self._waiting: Bins | None = None
+        self._origin_ns = 0
+        self._said = np.full(N_SAID, np.nan)
+
+    def push(self, evidence: Evidence) -> Verdict:
+        """Rows in strictly increasing time; NaN until the bank has started."""
+        paper = self._paper.push(evidence)
+        bins, done = into_bins(evidence, self._rows_per_bin, self._bin)
+        said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
+        self._said = said[:, -1]
+        alpha = np.exp(said[4])
+        answers = Said(said[:4], alpha, alpha * np.sqrt(said[5]), said[6] >= JUMP_PROBABLE, done)
+        return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
+
+    def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
+        """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
+        jumped; NaN before its start.
+        """
+        if self._people.size[0]:
+            return self._advance(bins)
+        held = 0 if self._waiting is None else len(self._waiting.stamps)
+        waiting = bins if self._waiting is None else self._waiting.then(bins)
+        begin = self._first_start(held, len(waiting.stamps), paper, done)
+        if begin is None:
+            self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
+            return np.full((N_SAID, len(bins.stamps)), np.nan)
+        first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
+        self._waiting, self._origin_ns = None, int(first.stamps[-1])
+        start_population(
+            self._people, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
+        )
+        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
+        before = np.full((N_SAID, len(bins.stamps) - len(rest.stamps)), np.nan)
+        return np.concatenate([before, self._advance(rest)], axis=1)
+
+    def _first_start(self, held: int, total: int, paper: Verdict, done: I64) -> int | None:
+        """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
+        least = self.settings.start_bins
+        if not np.isnan(self._prior.ln_alpha):
+            return least if total >= least else None
+        known = paper.alpha_sd <= ALPHA_KNOWN_WITHIN * paper.alpha
+        ready = known & (held + done >= least)
+        if not ready.any():
+            return None
+        row = int(np.argmax(ready))
+        self._prior = with_alpha(self._prior, float(paper.alpha[row]))
+        return held + int(done[row])
+
+    def _advance(self, bins: Bins) -> F64:
+        s = self.settings
+        drift = Drift(
+            np.array(s.velocity_diffusions),
+            s.alpha_diffusion_share,
+            s.rho_diffusion_per_s,
+            s.cap_diffusion_per_s,
+        )
+        newer = 0.5 * (1 + 1 / self._rows_per_bin)
+        rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
+        seconds = (bins.stamps - self._origin_ns) / NS_PER_S
+        said = run_bins(
+            self._people, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
+        )
+        return np.concatenate(said)

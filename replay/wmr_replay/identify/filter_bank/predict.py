@@ -1,0 +1,143 @@
+"""One step of a hypothesis through its mode's dynamics, mean and covariance."""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.filter_bank.states import (
+    BOTH,
+    LN_ALPHA,
+    LN_BETA,
+    LN_C,
+    N_MOVING,
+    N_STATES,
+    OMEGA,
+    PSI,
+    RHO,
+    SKIDDING,
+    V_LAT,
+    V_LONG,
+    Prior,
+    X,
+    Y,
+)
+from wmr_replay.identify.filter_bank.traction import traction
+from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
+from wmr_schemas.arrays import F64
+
+AVERAGE_SPEED_FLOOR_MPS = 0.3
+DEPENDS_ON = np.array(
+    [
+        [X, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
+        [Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
+        [PSI, OMEGA, LN_BETA, -1, -1, -1],
+        [V_LONG, V_LAT, OMEGA, LN_ALPHA, RHO, -1],
+        [V_LONG, V_LAT, OMEGA, LN_C, -1, -1],
+        [OMEGA, LN_BETA, RHO, -1, -1, -1],
+    ]
+)
+"""States on which each moving state depends: where the Jacobian is not zero."""
+
+
+@njit(cache=True)
+def lateral_step(
+    mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
+) -> float:
+    """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω + a, exact for v_long, ω and a as at
+    ``middle``.
+    """
+    v_long, omega, aside = middle
+    speed = prior.average_speed_mps
+    if np.isnan(speed):
+        turning = prior.half_track_m * mean[OMEGA]
+        speed = max(np.sqrt(mean[V_LONG] ** 2 + mean[V_LAT] ** 2 + turning**2), AVERAGE_SPEED_FLOOR_MPS)
+    rate = np.exp(mean[LN_C]) / speed
+    left = np.exp(-rate * dt)
+    reach = (1.0 - left) / rate
+    push = aside - v_long * omega
+    jacobian[V_LAT, V_LAT] = left
+    jacobian[V_LAT, V_LONG], jacobian[V_LAT, OMEGA] = -omega * reach, -v_long * reach
+    jacobian[V_LAT, LN_C] = -rate * dt * left * mean[V_LAT] + push * (dt * left - reach)
+    moved: float = mean[V_LAT] * left + push * reach
+    return moved
+
+
+@njit(cache=True)
+def move(
+    mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
+) -> None:
+    """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
+    Jacobian's moving rows.
+
+    dv_long/dt and dω/dt as in ``traction``, and s v_lat ω ahead; s = 1/3 in skidding, 1 − 2ρ/3 with both, 0
+    elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
+    step's middle.
+    """
+    skids = mode in (SKIDDING, BOTH)
+    by = traction(mean, mode, force, turn, prior)
+    v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
+    ahead, aside, turning = extra_accelerations(
+        Moving(v_long, v_lat, mean[PSI], omega, force, turn),
+        np.exp(mean[LN_ALPHA]),
+        np.exp(mean[LN_BETA]) * prior.half_track_m,
+        terms,
+    )
+    new_v, new_omega, new_lat = (
+        v_long + (by.ahead + ahead) * dt,
+        omega + (by.turning + turning) * dt,
+        0.0,
+    )
+    jacobian[:] = 0.0
+    for i in range(N_MOVING):
+        jacobian[i, i] = 1.0
+    jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = by.ahead_by_alpha * dt, by.turning_by_beta * dt
+    jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = by.ahead_by_own * dt, by.turning_by_own * dt
+    middle_omega = 0.5 * (omega + new_omega)
+    if skids:
+        new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega, aside), prior, jacobian)
+        coupling = (1.0 - 2.0 * mean[RHO] / 3.0 if mode == BOTH else 1.0 / 3.0) * dt
+        middle_lat = 0.5 * (v_lat + new_lat)
+        new_v += coupling * middle_lat * middle_omega
+        jacobian[V_LONG, V_LAT] = coupling * middle_omega
+        jacobian[V_LONG, OMEGA] = coupling * middle_lat
+        if mode == BOTH:
+            jacobian[V_LONG, RHO] -= 2.0 / 3.0 * dt * middle_lat * middle_omega
+    else:
+        jacobian[V_LAT, V_LAT] = 0.0
+        middle_lat = 0.0
+    middle_v = 0.5 * (v_long + new_v)
+    heading = mean[PSI] + 0.5 * middle_omega * dt
+    cos, sin = np.cos(heading), np.sin(heading)
+    along_x, along_y = middle_v * cos - middle_lat * sin, middle_v * sin + middle_lat * cos
+    mean[X] += dt * along_x
+    mean[Y] += dt * along_y
+    mean[PSI] += dt * middle_omega
+    mean[V_LONG], mean[V_LAT], mean[OMEGA] = new_v, new_lat, new_omega
+    jacobian[X, PSI], jacobian[Y, PSI] = -dt * along_y, dt * along_x
+    jacobian[X, V_LONG], jacobian[Y, V_LONG] = dt * cos, dt * sin
+    if skids:
+        jacobian[X, V_LAT], jacobian[Y, V_LAT] = -dt * sin, dt * cos
+    jacobian[X, OMEGA], jacobian[Y, OMEGA] = -0.5 * dt * dt * along_y, 0.5 * dt * dt * along_x
+    half_drive = 0.5 * dt * jacobian[V_LONG, LN_ALPHA]
+    jacobian[X, LN_ALPHA], jacobian[Y, LN_ALPHA] = cos * half_drive, sin * half_drive
+    jacobian[PSI, OMEGA], jacobian[PSI, LN_BETA] = dt, 0.5 * dt * jacobian[OMEGA, LN_BETA]
+
+
+@njit(cache=True)
+def spread(covariance: F64, jacobian: F64, work: F64) -> None:
+    """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 10) is scratch."""
+    for i in range(N_MOVING):
+        work[i] = 0.0
+        for k in DEPENDS_ON[i]:
+            if k >= 0:
+                factor = jacobian[i, k]
+                for j in range(N_STATES):
+                    work[i, j] += factor * covariance[k, j]
+    for i in range(N_MOVING):
+        for j in range(i, N_MOVING):
+            total = 0.0
+            for k in DEPENDS_ON[j]:
+                if k >= 0:
+                    total += work[i, k] * jacobian[j, k]
+            covariance[i, j] = covariance[j, i] = total
+        for j in range(N_MOVING, N_STATES):
+            covariance[i, j] = covariance[j, i] = work[i, j]

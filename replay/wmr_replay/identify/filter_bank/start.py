@@ -1,0 +1,80 @@
+"""Where the bank starts: a quadratic through the first bins, in every mode."""
+
+from itertools import product
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.bins import Bins
+from wmr_replay.identify.filter_bank.hypotheses import Population, log_prior_of_level, normalise
+from wmr_replay.identify.filter_bank.states import (
+    BOTH,
+    LN_ALPHA,
+    LN_BETA,
+    LN_C,
+    N_STATES,
+    OMEGA,
+    PSI,
+    RHO,
+    SKIDDING,
+    V_LAT,
+    V_LONG,
+    Prior,
+    X,
+    Y,
+)
+from wmr_replay.identify.filter_bank.switches import stop_skidding
+from wmr_schemas.arrays import F64, I64
+
+LEAST_SPEED_SD_MPS = 0.05
+
+
+def start_population(people: Population, bins: Bins, prior: Prior, n_modes: int, n_levels: int) -> None:
+    """Fill the population with one hypothesis for each mode and level, at the last of the bins."""
+    mean, covariance = first_state(bins.values, bins.stamps, prior)
+    for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):
+        people.mean[h], people.covariance[h] = mean, covariance
+        people.mode[h], people.level[h] = mode, level
+        people.log_weight[h] = log_prior_of_level(level)
+        if mode not in (SKIDDING, BOTH):
+            stop_skidding(people.mean[h], people.covariance[h])
+    people.size[0] = n_modes * n_levels
+    normalise(people)
+
+
+def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:
+    """Pose and velocity at the last bin by least squares of degree 2, with the parameters' prior."""
+    ages = (stamps - stamps[-1]) * 1e-9
+    design = np.stack([np.ones_like(ages), ages, ages**2], axis=1)
+    factor = np.linalg.inv(design.T @ design)
+    fit = factor @ design.T @ values[:3].T
+    position, yaw = float(values[3].mean()), float(values[5].mean())
+    g00, g01, g11 = factor[0, 0], factor[0, 1], factor[1, 1]
+    cos, sin = np.cos(fit[0, 2]), np.sin(fit[0, 2])
+    v_long, v_lat = fit[1, 0] * cos + fit[1, 1] * sin, fit[1, 1] * cos - fit[1, 0] * sin
+    mean, covariance = np.zeros(N_STATES), np.zeros((N_STATES, N_STATES))
+    mean[[X, Y, PSI]], mean[V_LONG], mean[V_LAT], mean[OMEGA] = fit[0], v_long, v_lat, fit[1, 2]
+    to_body = np.zeros((3, N_STATES))
+    for axis, (along, across) in enumerate(((cos, -sin), (sin, cos))):
+        to_body[:] = 0.0
+        to_body[0, axis], to_body[1, V_LONG], to_body[1, V_LAT] = 1.0, along, across
+        covariance += position * to_body[:2].T @ factor[:2, :2] @ to_body[:2]
+    turn = np.zeros((2, N_STATES))
+    turn[0, PSI], turn[0, V_LAT], turn[0, V_LONG], turn[1, OMEGA] = 1.0, -v_long, v_lat, 1.0
+    covariance += yaw * turn.T @ np.array([[g00, g01], [g01, g11]]) @ turn
+    covariance[[V_LONG, V_LAT, OMEGA], [V_LONG, V_LAT, OMEGA]] += LEAST_SPEED_SD_MPS**2
+    set_parameters(mean, covariance, prior)
+    return mean, covariance
+
+
+def set_parameters(mean: F64, covariance: F64, prior: Prior) -> None:
+    """The prior of ln α, ln β, ln c and ρ; ln β moves with ln α."""
+    mean[[LN_ALPHA, LN_BETA, LN_C, RHO]] = (
+        prior.ln_alpha,
+        np.nan_to_num(prior.ln_beta),
+        prior.ln_c,
+        prior.rho,
+    )
+    common = prior.ln_alpha_sd**2
+    covariance[LN_ALPHA, LN_ALPHA] = covariance[LN_ALPHA, LN_BETA] = covariance[LN_BETA, LN_ALPHA] = common
+    covariance[LN_BETA, LN_BETA] = common + prior.ln_beta_given_alpha_sd**2
+    covariance[LN_C, LN_C], covariance[RHO, RHO] = prior.ln_c_sd**2, prior.rho_sd**2

@@ -1,0 +1,141 @@
+"""Switches between modes: what a switch does to a hypothesis, and when one is supposed."""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.filter_bank.hypotheses import Population, copy
+from wmr_replay.identify.filter_bank.states import (
+    BOTH,
+    CAPPED,
+    IDEAL,
+    OMEGA,
+    PSI,
+    RHO,
+    SKIDDING,
+    SLIPPING,
+    V_LAT,
+    V_LONG,
+    Prior,
+)
+from wmr_replay.identify.filter_bank.traction import LEAST_DEMAND_MPS2, largest_demand, traction
+from wmr_schemas.arrays import F64
+
+SPLIT_LOG_WEIGHT = -9.0
+CAP_BELOW_DEMAND = (-0.5, 0.5)
+"""ln of what friction carries over what the wheel demands, where slipping is supposed to begin: mean, sd."""
+KIND_PRIOR = 1.0
+
+
+@njit(cache=True)
+def stop_skidding(mean: F64, covariance: F64) -> None:
+    """The state jump into a mode without lateral velocity, and the start of a skid: v_lat = 0 exactly."""
+    mean[V_LAT] = 0.0
+    covariance[V_LAT, :] = 0.0
+    covariance[:, V_LAT] = 0.0
+
+
+@njit(cache=True)
+def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
+    """A skid that ended at an uncertain instant leaves the position uncertain by v_lat · that time."""
+    across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
+    for a in range(2):
+        for b in range(2):
+            covariance[a, b] += across[a] * across[b] * (mean[V_LAT] * when_sd) ** 2
+
+
+@njit(cache=True)
+def enter(mean: F64, covariance: F64, before: int, mode: int, demand: float, prior: Prior) -> None:
+    """The mode's own parameter where it changes its meaning: ρ, or the cap, which a present slip exceeds."""
+    if (before == CAPPED) == (mode == CAPPED):
+        return
+    covariance[RHO, :] = 0.0
+    covariance[:, RHO] = 0.0
+    if mode == CAPPED:
+        mean[RHO], covariance[RHO, RHO] = np.log(demand) + CAP_BELOW_DEMAND[0], CAP_BELOW_DEMAND[1] ** 2
+    else:
+        mean[RHO], covariance[RHO, RHO] = prior.rho, prior.rho_sd**2
+
+
+@njit(cache=True)
+def switch(
+    mean: F64,
+    covariance: F64,
+    modes: tuple[int, int],
+    when_sd: float,
+    inputs: tuple[float, float],
+    prior: Prior,
+) -> None:
+    """The state's jump from one of the ``modes`` into the other, at an instant known within ``when_sd``."""
+    before, mode = modes
+    skidded, skids = before in (SKIDDING, BOTH), mode in (SKIDDING, BOTH)
+    if skidded and not skids:
+        spread_sideways(mean, covariance, when_sd)
+    if not (skidded and skids):
+        stop_skidding(mean, covariance)
+    if skids and not skidded:
+        covariance[V_LAT, V_LAT] += (mean[V_LONG] * mean[OMEGA] * when_sd) ** 2
+    was = traction(mean, before, inputs[0], inputs[1], prior)
+    enter(mean, covariance, before, mode, largest_demand(mean, inputs[0], inputs[1]), prior)
+    now = traction(mean, mode, inputs[0], inputs[1], prior)
+    covariance[V_LONG, V_LONG] += ((now.ahead - was.ahead) * when_sd) ** 2
+    covariance[OMEGA, OMEGA] += ((now.turning - was.turning) * when_sd) ** 2
+
+
+@njit(cache=True)
+def log_share_of_kind(slips: F64, capped: bool) -> float:
+    """How probable a slip of this kind is, after n_k of it among n: (n_k + a)/(n + 2a).
+
+    A robot's slips are mostly of one kind, but nobody knows of which.
+    """
+    return float(np.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR)))
+
+
+@njit(cache=True)
+def may_follow(before: int, mode: int, n_modes: int, can_cap: bool) -> bool:
+    """Whether a switch is worth a hypothesis: not from one kind of slipping into the other."""
+    if mode == CAPPED:
+        return can_cap
+    if mode == BOTH and n_modes < 4:
+        return False
+    return mode != before and not (mode == SLIPPING and before == CAPPED)
+
+
+@njit(cache=True)
+def split(
+    people: Population,
+    n_modes: int,
+    interval_s: float,
+    rate: float,
+    inputs: tuple[float, float],
+    prior: Prior,
+) -> None:
+    """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
+    mode.
+
+    The switch may lie anywhere in the interval: the velocity that the modes would have gained apart in a
+    uniformly distributed time goes into the child's covariance. A slip may be of either kind, where the
+    torques are large enough to tell.
+    """
+    switched = 1.0 - np.exp(-rate * interval_s)
+    when_sd = interval_s / np.sqrt(12.0)
+    each = np.log(switched / (n_modes - 1))
+    for parent in range(people.size[0]):
+        if people.log_weight[parent] < SPLIT_LOG_WEIGHT:
+            continue
+        before = people.mode[parent]
+        demand = largest_demand(people.mean[parent], inputs[0], inputs[1])
+        can_cap = before in (IDEAL, SKIDDING) and demand > LEAST_DEMAND_MPS2
+        for mode in (IDEAL, SKIDDING, SLIPPING, BOTH, CAPPED):
+            child = people.size[0]
+            if child == people.mode.shape[0] or not may_follow(before, mode, n_modes, can_cap):
+                continue
+            copy(people, parent, child)
+            people.mode[child] = mode
+            if can_cap and mode in (SLIPPING, CAPPED):
+                people.log_weight[child] += log_share_of_kind(people.slips[child], mode == CAPPED)
+            if mode in (SLIPPING, CAPPED):
+                people.slips[child, 1 if mode == CAPPED else 0] += 1.0
+            people.log_weight[child] += each
+            people.size[0] += 1
+            switch(people.mean[child], people.covariance[child], (before, mode), when_sd, inputs, prior)
+        people.log_weight[parent] += np.log1p(-switched)

@@ -1,0 +1,31 @@
+"""A measured pose into a hypothesis."""
+
+import numpy as np
+from numba import njit
+
+from wmr_replay.identify.filter_bank.states import N_STATES
+from wmr_schemas.arrays import F64
+
+OUTLIER_SD = 5.0
+
+
+@njit(cache=True)
+def absorb(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> float:
+    """Kalman update by x, y, ψ in turn; returns the log likelihood. ``gain`` (10,) is scratch.
+
+    An innovation beyond 5 sd counts as one of 5 sd with a variance to match: a wild pose loses its pull.
+    """
+    log_likelihood = 0.0
+    for c in range(3):
+        error = pose[c] - mean[c]
+        variance = max(covariance[c, c] + variances[c], (error / OUTLIER_SD) ** 2)
+        log_likelihood -= 0.5 * (error * error / variance + np.log(variance))
+        for i in range(N_STATES):
+            gain[i] = covariance[i, c]
+        for i in range(N_STATES):
+            share = gain[i] / variance
+            mean[i] += share * error
+            for j in range(i, N_STATES):
+                covariance[i, j] -= share * gain[j]
+                covariance[j, i] = covariance[i, j]
+    return log_likelihood

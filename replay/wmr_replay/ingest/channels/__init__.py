@@ -1,0 +1,1 @@
+"""Which channel serves as pose, torque or truth, in which frame and by which clock."""

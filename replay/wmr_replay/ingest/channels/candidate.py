@@ -1,0 +1,69 @@
+"""A channel that may serve: its schema, its first messages, and what can be made of them."""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+
+from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
+from wmr_replay.ingest.decoding.definitions import UnknownDefinition
+from wmr_replay.ingest.decoding.encodings import Definition, define
+from wmr_replay.ingest.decoding.layout import Undecodable
+from wmr_replay.ingest.mcap.records import Channel, Schema
+from wmr_replay.ingest.mcap.sampling import Sample
+
+
+class DoesNotServe(Exception):
+    """Why a channel does not serve."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A channel with its schema and its first messages."""
+
+    channel: Channel
+    schema: Schema | None
+    samples: tuple[Sample, ...]
+    n_messages: int = 0
+    """As far as the file's index and statistics tell; a lower bound otherwise."""
+
+    @property
+    def schema_name(self) -> str:
+        """The schema's name, for people."""
+        return self.schema.name if self.schema else "no schema"
+
+    @property
+    def short_name(self) -> str:
+        """The schema's name without its package."""
+        return re.split(r"[/.:]", self.schema.name)[-1] if self.schema else ""
+
+    def mentions(self, word: bytes) -> bool:
+        """Whether the word occurs in the schema or, for want of one, in a message: a cheap first test."""
+        if self.schema and word in self.schema.data:
+            return True
+        return self.channel.message_encoding == "json" and any(word in sample.data for sample in self.samples)
+
+    @cached_property
+    def definition(self) -> Definition:
+        """What its messages are made of. Raises DoesNotServe."""
+        if not self.samples:
+            raise DoesNotServe("no message")
+        try:
+            return define(self.channel, self.schema, [sample.data for sample in self.samples])
+        except UnknownDefinition as error:
+            raise DoesNotServe(str(error)) from None
+
+    def has(self, *paths: str) -> bool:
+        """Whether its messages have all of these fields."""
+        return all(self.definition.has(path.partition("[")[0]) for path in paths)
+
+    def try_out(self, binding: Binding) -> Recipe:
+        """What the binding takes from the first message that concerns it. Raises DoesNotServe."""
+        problem = ""
+        for sample in self.samples:
+            try:
+                return binding.recipe(self.definition.layout(sample.data))
+            except NotConcerned as reason:
+                problem = problem or str(reason)
+            except Undecodable as error:
+                problem = problem or f"its first messages do not fit its schema ({error})"
+        raise DoesNotServe(problem)

@@ -1,0 +1,152 @@
+"""Which channel is the pose, which the torques, which the truth, and why every other one is not.
+
+What the user named wins. Otherwise an external pose comes before odometry, canonical topics come first, and
+a joint state counts when it names a left and a right wheel.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
+from wmr_replay.ingest.channels.frames import Frames
+from wmr_replay.ingest.channels.roles import (
+    POSE_SCHEMAS,
+    UNRELATED,
+    Rank,
+    is_odometry,
+    pose_role,
+    torque_role,
+    truth_role,
+)
+from wmr_replay.ingest.decoding.bindings import Binding
+from wmr_replay.ingest.decoding.encodings import Definition
+from wmr_replay.ingest.mcap.records import Channel
+from wmr_replay.ingest.mcap.sampling import Sample
+from wmr_replay.ingest.storage.source import LogPath
+from wmr_schemas.errors import ChannelNotFound
+from wmr_schemas.mapping_file import Clock as ClockWish
+from wmr_schemas.mapping_file import LogMapping
+
+Test = Callable[[Candidate, LogMapping, Frames], tuple[Binding, Rank]]
+ROLES: dict[str, Test] = {"pose": pose_role, "torque": torque_role, "truth": truth_role}
+WANTED = {
+    "pose": f"pose ({', '.join(POSE_SCHEMAS)})",
+    "torque": "wheel torques (a JointState or DynamicJointState with a left and a right wheel joint)",
+    "truth": "true contact mode (ContactMode)",
+}
+
+
+@dataclass(frozen=True)
+class Use:
+    """A channel in use, and how its messages are read."""
+
+    channel: Channel
+    schema_name: str
+    definition: Definition
+    binding: Binding
+    samples: tuple[Sample, ...]
+    clock: ClockWish | None = None
+
+
+@dataclass
+class Plan:
+    """The channels in use by role (``pose``, ``torque``, ``truth``); for every other id why not."""
+
+    uses: dict[str, Use] = field(default_factory=dict)
+    why_not: dict[int, str] = field(default_factory=dict)
+    pose_is_odometry: bool = False
+    frames: Frames = field(default_factory=Frames)
+
+    @property
+    def pose(self) -> Channel | None:
+        """The pose channel."""
+        return self.channel("pose")
+
+    @property
+    def torque(self) -> Channel | None:
+        """The torque channel."""
+        return self.channel("torque")
+
+    @property
+    def truth(self) -> Channel | None:
+        """The channel with the true mode."""
+        return self.channel("truth")
+
+    def channel(self, role: str) -> Channel | None:
+        """The channel in that role."""
+        return self.uses[role].channel if role in self.uses else None
+
+    def role(self, channel_id: int) -> str | None:
+        """The role of a channel."""
+        return next((role for role, use in self.uses.items() if use.channel.id == channel_id), None)
+
+    def as_dict(self) -> dict[str, dict[str, object]]:
+        """The channels in use by role, for the record."""
+        return {
+            role: {"id": use.channel.id, "topic": use.channel.topic, "schema": use.schema_name}
+            for role, use in self.uses.items()
+        }
+
+
+def detect(path: LogPath, found: list[Candidate], mapping: LogMapping) -> Plan:
+    """Assign the roles. Raises ChannelNotFound when something that the user named does not serve."""
+    plan = Plan(frames=Frames.of(found))
+    topics = {"pose": mapping.pose_topic, "torque": mapping.torque_topic, "truth": mapping.truth_topic}
+    joints = ", ".join((*mapping.left_joints, *mapping.right_joints))
+    for role, topic in topics.items():
+        free = [candidate for candidate in found if plan.role(candidate.channel.id) is None]
+        ranked = _rank(plan, role, free, mapping, topic)
+        if ranked:
+            _choose(plan, role, ranked, mapping)
+        elif topic or (joints and role == "torque"):
+            raise not_found(
+                path, role, found, plan, f" on topic {topic}" if topic else f" with joints {joints}"
+            )
+    return plan
+
+
+def _rank(
+    plan: Plan, role: str, free: list[Candidate], mapping: LogMapping, topic: str | None
+) -> list[tuple[Rank, int, Candidate, Binding]]:
+    """Those that serve, best first; for the others the reason goes into the plan."""
+    ranked = []
+    unnamed = replace(mapping, pose_topic=None, torque_topic=None, truth_topic=None)
+    for candidate in free:
+        named = topic == candidate.channel.topic
+        try:
+            binding, rank = ROLES[role](candidate, mapping if named else unnamed, plan.frames)
+        except DoesNotServe as reason:
+            if str(reason) != UNRELATED:
+                plan.why_not[candidate.channel.id] = str(reason)
+            plan.why_not.setdefault(candidate.channel.id, UNRELATED)
+        else:
+            plan.why_not[candidate.channel.id] = f"would serve as {role}, but {topic} was named"
+            if named or topic is None:
+                ranked.append((rank, candidate.channel.id, candidate, binding))
+    return sorted(ranked, key=lambda entry: entry[:2])
+
+
+def _choose(
+    plan: Plan, role: str, ranked: list[tuple[Rank, int, Candidate, Binding]], mapping: LogMapping
+) -> None:
+    _, chosen_id, best, binding = ranked[0]
+    for _, channel_id, _, _ in ranked[1:]:
+        plan.why_not[channel_id] = f"{best.channel.topic} comes first as {role}"
+    own = {"pose": mapping.pose.clock, "torque": mapping.torque.clock, "truth": mapping.truth.clock}[role]
+    plan.uses[role] = Use(
+        best.channel, best.schema_name, best.definition, binding, best.samples, own or mapping.clock
+    )
+    plan.why_not.pop(chosen_id)
+    if role == "pose":
+        plan.pose_is_odometry = is_odometry(best, binding)
+
+
+def not_found(
+    path: LogPath, role: str, found: list[Candidate], plan: Plan, named: str = ""
+) -> ChannelNotFound:
+    """The error that says what was looked for, what there is instead, and what to do."""
+    ids = [candidate.channel.id for candidate in found]
+    reasons = [plan.why_not.get(k) or f"in use as {plan.role(k)}" for k in ids]
+    available = [(c.channel.topic, c.schema_name, why) for c, why in zip(found, reasons, strict=True)]
+    advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
+    return ChannelNotFound(WANTED[role] + named, path, available, advice)

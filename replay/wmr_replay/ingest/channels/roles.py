@@ -1,0 +1,153 @@
+"""Whether a channel can serve as pose, torque or truth, by schema and content, and how well."""
+
+import re
+
+from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
+from wmr_replay.ingest.channels.frames import TRANSFORM_SCHEMAS, Frames
+from wmr_replay.ingest.channels.torques import FieldTorqueBinding, InterfaceBinding, TorqueBinding, Wheels
+from wmr_replay.ingest.channels.transforms import TransformBinding
+from wmr_replay.ingest.decoding.bindings import (
+    Binding,
+    ModeBinding,
+    PlacedBinding,
+    PlanarPoseBinding,
+    PoseBinding,
+)
+from wmr_replay.ingest.decoding.encodings import Definition
+from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.messages import MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC
+
+POSE_SCHEMAS = ("PoseStamped", "PoseInFrame", "TransformStamped", "PoseWithCovarianceStamped", "Odometry")
+"""In the order of preference."""
+_POSE_FORMS = (
+    ("pose.position", "pose.orientation"),
+    ("pose.pose.position", "pose.pose.orientation"),
+    ("transform.translation", "transform.rotation"),
+    ("position", "orientation"),
+    ("translation", "rotation"),
+)
+_STAMPS = ("header.stamp", "timestamp", "stamp", "header.timestamp", "time")
+_SECONDS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"), ("secs", "nsecs"))
+_NO_MEASUREMENT = re.compile(
+    r"goal|initial_?pose|target|setpoint|command|cmd|desired|reference|plan|waypoint", re.I
+)
+UNRELATED = "no pose, joint state or contact mode"
+_OTHER_USES = {
+    "Twist": "velocities, no pose",
+    "TwistStamped": "velocities, no pose",
+    "Imu": "rates and accelerations, no pose",
+    "NavSatFix": "a position without a heading",
+}
+
+Rank = tuple[int, ...]
+"""The smallest serves best."""
+
+
+def stamp_paths(definition: Definition) -> tuple[str, str] | None:
+    """Where the messages carry their own time."""
+    for stem in _STAMPS:
+        for names in _SECONDS:
+            paths = f"{stem}.{names[0]}", f"{stem}.{names[1]}"
+            if all(definition.has(path) for path in paths):
+                return paths
+    return None
+
+
+def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
+    """Whether the pose may well have been integrated from wheel speeds, by its name."""
+    if isinstance(binding, TransformBinding):
+        return "odom" in binding.edge[0].lower()
+    return candidate.short_name == "Odometry" or "odom" in candidate.channel.topic.lower()
+
+
+def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
+    """Position and orientation; external before odometry, then the canonical topic, then the schema."""
+    topic, name, said = candidate.channel.topic, candidate.short_name, mapping.pose
+    if mapping.pose_topic is None:
+        schemaless = candidate.schema is None and candidate.mentions(b"orientation")
+        if name not in (*POSE_SCHEMAS, *TRANSFORM_SCHEMAS) and not schemaless:
+            raise DoesNotServe(_OTHER_USES.get(name, UNRELATED))
+        if _NO_MEASUREMENT.search(topic):
+            raise DoesNotServe("by its topic a wanted pose, not a measured one")
+    binding = _pose_binding(candidate, mapping, frames)
+    candidate.try_out(binding)
+    kind = POSE_SCHEMAS.index(name) if name in POSE_SCHEMAS else len(POSE_SCHEMAS)
+    rank = is_odometry(candidate, binding), topic != POSE_TOPIC, kind, -candidate.n_messages
+    if said.yaw_offset_rad or any(said.lever_arm_m):
+        binding = PlacedBinding(binding, said.yaw_offset_rad, said.lever_arm_m)
+    return binding, rank
+
+
+def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> Binding:
+    """The fields that the mapping names, else a transform, else the first known form."""
+    said, definition = mapping.pose, candidate.definition
+    stamp = stamp_paths(definition)
+    if said.x and said.y and said.yaw:
+        _check_fields(candidate, said.x, said.y, said.yaw)
+        return PlanarPoseBinding(said.x, said.y, said.yaw, stamp)
+    if candidate.short_name in TRANSFORM_SCHEMAS and not said.position:
+        alone = candidate.short_name in {"TransformStamped", "FrameTransform"}
+        return frames.binding(candidate.channel.id, said.parent, said.child, alone=alone)
+    forms = [(said.position, said.orientation)] if said.position and said.orientation else _POSE_FORMS
+    form = next((f for f in forms if candidate.has(f"{f[0]}.x", f"{f[1]}.w")), None)
+    if form is None:
+        raise DoesNotServe("no position with an orientation")
+    return PoseBinding(*form, stamp)
+
+
+def _check_fields(candidate: Candidate, *paths: str) -> None:
+    for path in paths:
+        if not candidate.has(path):
+            raise DoesNotServe(f"no field {path}")
+
+
+def torque_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
+    """Joint states that name wheels; those with efforts first, then the canonical topic."""
+    if mapping.torque_topic is None and not _may_have_torques(candidate):
+        raise DoesNotServe(UNRELATED)
+    binding = _torque_binding(candidate, mapping)
+    recipe = candidate.try_out(binding)
+    return binding, (
+        not recipe.columns[0].terms,
+        candidate.channel.topic != TORQUE_TOPIC,
+        -candidate.n_messages,
+    )
+
+
+def _may_have_torques(candidate: Candidate) -> bool:
+    return candidate.mentions(b"effort") or candidate.short_name == "DynamicJointState"
+
+
+def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
+    said, stamp = mapping.torque, stamp_paths(candidate.definition)
+    gain = said.torque_constant_nm_per_a * said.gear_ratio
+    slower = said.gear_ratio if said.speeds_before_gear else 1.0
+    signs = said.left_sign, said.right_sign
+    wheels = Wheels(
+        mapping.left_joints,
+        mapping.right_joints,
+        (signs[0] * gain, signs[1] * gain),
+        (signs[0] / slower, signs[1] / slower),
+    )
+    if said.left_fields and said.right_fields:
+        speeds = said.left_speed_fields, said.right_speed_fields
+        _check_fields(candidate, *said.left_fields, *said.right_fields, *speeds[0], *speeds[1])
+        return FieldTorqueBinding(stamp, (said.left_fields, said.right_fields), speeds, wheels)
+    if candidate.has("joint_names", "interface_values"):
+        return InterfaceBinding(stamp, wheels, said.efforts or "effort", said.speeds or "velocity")
+    names, efforts, speed = said.names or "name", said.efforts or "effort", said.speeds or "velocity"
+    if not candidate.has(names, efforts):
+        named = mapping.torque_topic is not None
+        raise DoesNotServe(f"no field {names} with a field {efforts}" if named else UNRELATED)
+    return TorqueBinding(stamp, wheels, names, efforts, speed)
+
+
+def truth_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
+    """A contact mode; the canonical topic first."""
+    path = mapping.truth.path
+    if mapping.truth_topic is None and not candidate.short_name.endswith("ContactMode"):
+        raise DoesNotServe(UNRELATED)
+    _check_fields(candidate, path)
+    binding = ModeBinding(stamp_paths(candidate.definition), path)
+    candidate.try_out(binding)
+    return binding, (candidate.channel.topic != MODE_TOPIC, -candidate.n_messages)

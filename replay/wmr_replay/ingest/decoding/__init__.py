@@ -1,0 +1,1 @@
+"""Message encodings to columns: definitions, layouts, and compiled passes over messages built alike."""

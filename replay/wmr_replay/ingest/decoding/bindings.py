@@ -1,0 +1,185 @@
+"""What a signal takes from a message: which fields, and what becomes of them.
+
+A binding looks at the layout of an exemplar and answers with a :class:`Recipe`, sums of fields that hold
+for every message of that layout, or with :class:`NotConcerned`, such as a joint state without wheels.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from wmr_replay.ingest.decoding.layout import Layout, Leaf, Undecodable
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled.lean import lean
+
+
+@dataclass(frozen=True)
+class Column:
+    """constant + Σ gain·leaf."""
+
+    terms: tuple[tuple[Leaf, float], ...] = ()
+    constant: float = 0.0
+
+
+class NotConcerned(Exception):
+    """Such messages hold nothing for the signal, and why."""
+
+
+UNKNOWN = Column(constant=float("nan"))
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """The stamp, Σ factor·leaf in ns (empty: the message has none), and the raw columns."""
+
+    stamp: tuple[tuple[Leaf, int], ...]
+    columns: tuple[Column, ...]
+
+
+class Binding(Protocol):
+    """A signal's claim on the messages of a channel."""
+
+    @property
+    def stamp(self) -> tuple[str, str] | None:
+        """Paths of the stamp's seconds and nanoseconds."""
+
+    @property
+    def n_raw(self) -> int:
+        """How many raw columns its recipes have."""
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """The fields to gather. Raises NotConcerned, or Undecodable when a field is missing."""
+
+    def values(self, raw: F64) -> F64:
+        """Raw columns (n_raw, n) to the signal's columns (k, n)."""
+
+
+def stamp_terms(layout: Layout, stamp: tuple[str, str] | None) -> tuple[tuple[Leaf, int], ...]:
+    """Seconds and nanoseconds of the header's stamp, as far as the message has them."""
+    if stamp is None:
+        return ()
+    found = ((layout.leaf(path), factor) for path, factor in zip(stamp, (1_000_000_000, 1), strict=True))
+    return tuple((leaf, factor) for leaf, factor in found if leaf is not None)
+
+
+def one(layout: Layout, path: str) -> Column:
+    """A column that is one field. Raises Undecodable when it is missing and not merely zero."""
+    leaf = layout.leaf(path)
+    if leaf is not None:
+        return Column(((leaf, 1.0),))
+    if layout.absent_is_zero:
+        return Column()
+    raise Undecodable(f"{path} is missing")
+
+
+@dataclass(frozen=True)
+class PoseBinding:
+    """Position and orientation, at dotted paths; values x, y, yaw."""
+
+    position: str
+    orientation: str
+    stamp: tuple[str, str] | None
+    n_raw: int = 6
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """x, y and the quaternion x, y, z, w."""
+        paths = [f"{self.position}.{axis}" for axis in "xy"] + [
+            f"{self.orientation}.{axis}" for axis in "xyzw"
+        ]
+        return Recipe(stamp_terms(layout, self.stamp), tuple(one(layout, path) for path in paths))
+
+    def values(self, raw: F64) -> F64:
+        """x, y and the quaternion's yaw."""
+        values = np.empty((3, raw.shape[1]))
+        values[:2], values[2] = raw[:2], yaw_of(raw[2:])
+        return values
+
+
+@dataclass(frozen=True)
+class PlanarPoseBinding:
+    """x, y and yaw at dotted paths, as numbers."""
+
+    x: str
+    y: str
+    yaw: str
+    stamp: tuple[str, str] | None
+    n_raw: int = 3
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """The three fields."""
+        columns = tuple(one(layout, path) for path in (self.x, self.y, self.yaw))
+        return Recipe(stamp_terms(layout, self.stamp), columns)
+
+    def values(self, raw: F64) -> F64:
+        """As they are."""
+        return raw
+
+
+@dataclass(frozen=True)
+class PlacedBinding:
+    """A pose of some point of the robot, moved to the midpoint of the driving axle.
+
+    yaw = measured − yaw_offset; position = measured − R(yaw)·lever arm, the measured point's place in the
+    robot's frame (x forward, y left).
+    """
+
+    pose: Binding
+    yaw_offset_rad: float
+    lever_arm_m: tuple[float, float]
+
+    @property
+    def stamp(self) -> tuple[str, str] | None:
+        """That of the pose."""
+        return self.pose.stamp
+
+    @property
+    def n_raw(self) -> int:
+        """That of the pose."""
+        return self.pose.n_raw
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """That of the pose."""
+        return self.pose.recipe(layout)
+
+    def values(self, raw: F64) -> F64:
+        """x, y, yaw of the axle's midpoint."""
+        x, y, measured = self.pose.values(raw)
+        yaw, (ahead, left) = measured - self.yaw_offset_rad, self.lever_arm_m
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        return np.stack((x - ahead * cos + left * sin, y - ahead * sin - left * cos, yaw))
+
+
+def yaw_of(quaternion: F64) -> F64:
+    """Yaw = atan2(2(wz + xy), w² + x² − y² − z²) of (4, n), for any norm of the quaternion but 0 (NaN)."""
+    sides = np.empty((2, quaternion.shape[1]))
+    _sides(quaternion[0], quaternion[1], quaternion[2], quaternion[3], sides)
+    yaw: F64 = np.arctan2(*sides)
+    return yaw
+
+
+@lean
+def _sides(x: F64, y: F64, z: F64, w: F64, sides: F64) -> None:
+    """Opposite and adjacent side of the yaw."""
+    for k in range(len(x)):
+        a, b, c, d = w[k] * w[k], x[k] * x[k], y[k] * y[k], z[k] * z[k]
+        known = a + b + c + d != 0
+        sides[0, k] = 2 * (w[k] * z[k] + x[k] * y[k])
+        sides[1, k] = a + b - c - d if known else np.nan
+
+
+@dataclass(frozen=True)
+class ModeBinding:
+    """The true contact mode."""
+
+    stamp: tuple[str, str] | None
+    field: str = "mode"
+    n_raw: int = 1
+
+    def recipe(self, layout: Layout) -> Recipe:
+        """The field."""
+        return Recipe(stamp_terms(layout, self.stamp), (one(layout, self.field),))
+
+    def values(self, raw: F64) -> F64:
+        """As it is."""
+        return raw

@@ -1,0 +1,140 @@
+"""From encoding and schema to a definition: what messages are made of, and how to read them in columns."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Protocol
+
+from wmr_replay.ingest.decoding.binary import BinarySource
+from wmr_replay.ingest.decoding.bindings import Recipe
+from wmr_replay.ingest.decoding.cdr import cdr_layout, ros1_layout
+from wmr_replay.ingest.decoding.definitions import Node, UnknownDefinition, parse_definition
+from wmr_replay.ingest.decoding.fused import compile_program
+from wmr_replay.ingest.decoding.jsonrows import JsonSource, json_layout
+from wmr_replay.ingest.decoding.layout import Layout, Source, Undecodable
+from wmr_replay.ingest.decoding.protobuf import has_field, parse_descriptor, protobuf_layout
+from wmr_replay.ingest.decoding.template import compile_template
+from wmr_replay.ingest.mcap.records import Channel, Schema
+from wmr_schemas.arrays import F64, I64, U8, Bool
+
+if TYPE_CHECKING:
+    from google.protobuf.descriptor import Descriptor
+
+
+class Program(Protocol):
+    """One compiled pass over messages of one layout; whatever departs from it is left alone."""
+
+    def run(
+        self, data: U8, starts: I64, lengths: I64, first: int, stamp_ns: I64, raw: F64, used: Bool
+    ) -> int:
+        """Fill in the messages that fit and are not ``used`` yet, message k in row ``first`` + k; how many
+        they were.
+        """
+
+
+class Definition(Protocol):
+    """What the messages of a channel are made of."""
+
+    def has(self, path: str) -> bool:
+        """Whether there is a field at a dotted path, set or not."""
+
+    def layout(self, message: bytes) -> Layout:
+        """The layout of one message. Raises Undecodable."""
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Messages of a block, ready to be read in columns."""
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """The quick way to read messages of that layout, where there is one."""
+
+
+class RosDefinition:
+    """ROS messages: ROS 2's CDR or ROS 1's wire form."""
+
+    def __init__(self, node: Node, walk: Callable[[Node, bytes], Layout]) -> None:
+        self.node, self.walk = node, walk
+
+    def has(self, path: str) -> bool:
+        """Whether the definition has such a field."""
+        return self.node.has(path)
+
+    def layout(self, message: bytes) -> Layout:
+        """Walk one message."""
+        return self.walk(self.node, message)
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Columns by byte offset."""
+        return BinarySource(data, starts, lengths)
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Words compared, numbers gathered."""
+        return compile_program(layout, recipe)
+
+
+class ProtobufDefinition:
+    """Protobuf messages."""
+
+    def __init__(self, descriptor: "Descriptor") -> None:
+        self.descriptor = descriptor
+
+    def has(self, path: str) -> bool:
+        """Whether the descriptor has such a field."""
+        return has_field(self.descriptor, path)
+
+    def layout(self, message: bytes) -> Layout:
+        """Walk one message."""
+        return protobuf_layout(self.descriptor, message)
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Columns by byte offset."""
+        return BinarySource(data, starts, lengths)
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Words compared, numbers gathered."""
+        return compile_program(layout, recipe)
+
+
+class JsonDefinition:
+    """JSON messages: what the first of them holds."""
+
+    def __init__(self, samples: Sequence[bytes]) -> None:
+        self.fields: set[str] = set()
+        for sample in samples:
+            with suppress(Undecodable):
+                layout = json_layout(sample)
+                self.fields |= layout.leaves.keys() | layout.texts.keys() | layout.counts.keys()
+        if not self.fields:
+            raise UnknownDefinition("its first messages are not JSON objects")
+
+    def has(self, path: str) -> bool:
+        """Whether one of the first messages has such a field."""
+        return path in self.fields
+
+    def layout(self, message: bytes) -> Layout:
+        """Parse one message."""
+        return json_layout(message)
+
+    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
+        """Columns by the ordinal of a value."""
+        return JsonSource(data, starts, lengths)
+
+    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
+        """Text compared, numbers read in place."""
+        return compile_template(layout, recipe)
+
+
+_ROS: dict[str, Callable[[Node, bytes], Layout]] = {"cdr": cdr_layout, "ros1": ros1_layout}
+
+
+def define(channel: Channel, schema: Schema | None, samples: Sequence[bytes]) -> Definition:
+    """The definition of a channel's messages. Raises UnknownDefinition with the reason."""
+    encoding = channel.message_encoding
+    if encoding == "json":
+        return JsonDefinition(samples)
+    if encoding not in {"protobuf", *_ROS}:
+        raise UnknownDefinition(f"message encoding {encoding!r} is not read")
+    if schema is None:
+        raise UnknownDefinition("it has no schema")
+    if encoding == "protobuf":
+        return ProtobufDefinition(parse_descriptor(schema.name, schema.data))
+    text = schema.data.decode(errors="replace")
+    return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding])

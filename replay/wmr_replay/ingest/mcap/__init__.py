@@ -1,0 +1,1 @@
+"""The MCAP container: records, chunks, index, and the messages inside them."""

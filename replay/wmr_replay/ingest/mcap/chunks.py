@@ -1,0 +1,162 @@
+"""From a stretch of the file to the bytes of its records: reading, decompressing, checking.
+
+A chunk's header is not trusted: nothing is allocated on its word alone. What cannot be read yields no bytes
+and a reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import BinaryIO
+
+import numpy as np
+
+from wmr_replay.ingest.mcap.records import HEAD, ChunkHead, Malformed, Opcode, parse_chunk_head
+from wmr_replay.ingest.mcap.workspace import Workspace, crc32
+from wmr_schemas.arrays import U8
+
+MAX_CHUNK_BYTES = 2 << 30
+"""No writer makes chunks of this size; a header that claims more is damaged."""
+_TRUSTED_BYTES = 64 << 20
+"""Up to this size a chunk's word is taken when its frame does not say how much it holds."""
+_PIECE_BYTES = 1 << 20
+NO_BYTES: U8 = np.frombuffer(b"", np.uint8)
+Buffer = bytes | memoryview
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the file that holds messages: a chunk (with its head), or records outside any chunk.
+
+    ``counts``: messages by channel id, empty where neither the file's index nor a walk told them.
+    ``whole``: the file does not end in the middle of it.
+    """
+
+    offset: int
+    data_offset: int
+    data_bytes: int
+    head: ChunkHead | None = None
+    counts: dict[int, int] = field(default_factory=dict)
+    whole: bool = True
+    times_ns: tuple[int, int] | None = None
+    """Earliest and latest log time, where known."""
+    part: int = 0
+    """Which of the log's files it stands in."""
+    by_index: bool = False
+    """Its head is what the file's index says, without checksum; the chunk's own is read with it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """The records of a span; ``problem`` says why there are none, or why some may be missing.
+
+    ``data`` hold until the same workspace opens the next span.
+    """
+
+    span: Span
+    data: U8
+    problem: str = ""
+
+
+class Unreadable(Exception):
+    """A chunk that yields no records, and why."""
+
+
+def load(file: BinaryIO, span: Span, workspace: Workspace) -> Block:
+    """Read, decompress and check one span."""
+    if span.by_index and span.head is not None:
+        return load_by_index(file, span, span.head, workspace)
+    file.seek(span.data_offset)
+    stored = file.read(span.data_bytes)
+    if span.head is None:
+        return Block(span, np.frombuffer(stored, np.uint8))
+    try:
+        records = open_chunk(span.head, stored, workspace, whole=span.whole)
+    except Unreadable as error:
+        return Block(span, NO_BYTES, str(error))
+    data = np.frombuffer(memoryview(records).toreadonly(), np.uint8)
+    return Block(span, data, "" if span.whole else "the file ends inside it")
+
+
+def load_by_index(file: BinaryIO, span: Span, claimed: ChunkHead, workspace: Workspace) -> Block:
+    """Read a whole chunk record in one go, and believe its own head if it is the one that the index tells."""
+    file.seek(span.offset)
+    record = file.read(HEAD.size + claimed.head_bytes + span.data_bytes)
+    try:
+        if record[: HEAD.size] != HEAD.pack(Opcode.CHUNK, len(record) - HEAD.size):
+            raise Unreadable("there is no such chunk where the index says")
+        head = parse_chunk_head(record[HEAD.size : HEAD.size + claimed.head_bytes])
+        if replace(head, uncompressed_crc=0) != claimed:
+            raise Unreadable("its head is not what the index says")
+        records = open_chunk(head, record[HEAD.size + head.head_bytes :], workspace, whole=True)
+    except (Unreadable, Malformed) as error:
+        return Block(span, NO_BYTES, str(error))
+    return Block(span, np.frombuffer(memoryview(records).toreadonly(), np.uint8))
+
+
+def open_chunk(head: ChunkHead, stored: bytes, workspace: Workspace, *, whole: bool) -> Buffer:
+    """Decompress a chunk's records and check them. Raises Unreadable."""
+    size = head.uncompressed_bytes
+    if size > MAX_CHUNK_BYTES:
+        raise Unreadable(f"its header claims {size} bytes")
+    codec = _CODECS.get(head.compression)
+    if codec is None:
+        raise Unreadable(f"unknown compression {head.compression[:40]!r}")
+    try:
+        records = codec(stored, size, whole, workspace)
+    except (MemoryError, ValueError, RuntimeError) as error:
+        raise Unreadable(f"{head.compression or 'plain'} data are damaged ({error})") from None
+    if not whole:
+        records = records[:size]
+        if len(records) < size:
+            return records
+    if len(records) != size:
+        raise Unreadable(f"holds {len(records)} bytes where its header claims {size}")
+    if head.uncompressed_crc and crc32(records) != head.uncompressed_crc:
+        raise Unreadable("its checksum does not match")
+    return records
+
+
+def _plain(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    return stored[: size + 1]
+
+
+def _zstd(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    import zstandard  # noqa: PLC0415 – only logs that use it pay for it
+
+    try:
+        claimed = zstandard.frame_content_size(stored) if whole else -1
+        if claimed not in {-1, size}:
+            raise ValueError(f"the frame claims {claimed} bytes, the chunk {size}")
+        stream = workspace.zstd.stream_reader(stored)
+        if size > _TRUSTED_BYTES:
+            return _read_at_most(stream, size)
+        room = workspace.room(size + 1)
+        return room[: stream.readinto(room)]
+    except zstandard.ZstdError as error:
+        raise ValueError(error) from None
+
+
+def _read_at_most(stream: BinaryIO, size: int) -> Buffer:
+    """The stream's content, one byte more than ``size`` at most; grows with it, not with the claim."""
+    out = bytearray()
+    while len(out) <= size and (piece := stream.read(min(_PIECE_BYTES, size + 1 - len(out)))):
+        out += piece
+    return memoryview(out)
+
+
+def _lz4(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
+
+    if not stored:
+        return b""
+    stream, piece_bytes = LZ4FrameDecompressor(), size + 1 if size <= _TRUSTED_BYTES else _PIECE_BYTES
+    try:
+        out = stream.decompress(stored, max_length=piece_bytes)
+        while len(out) <= size and not stream.eof and not stream.needs_input:
+            out += stream.decompress(b"", max_length=piece_bytes)
+    except EOFError as error:
+        raise ValueError(error) from None
+    return bytes(out)
+
+
+_CODECS: dict[str, Callable[[bytes, int, bool, Workspace], Buffer]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}

@@ -1,0 +1,113 @@
+"""The files of a log: each surveyed and sampled for itself, then joined as if they were one.
+
+Files of one recording number their channels as they please. Channels of equal topic, schema and encoding are
+one channel; within a file they stay apart.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wmr_replay.ingest.mcap.catalogue import Book
+from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.indexed import surveyed
+from wmr_replay.ingest.mcap.records import Channel
+from wmr_replay.ingest.mcap.sampling import Sample, Sampler
+from wmr_replay.ingest.mcap.survey import Survey
+from wmr_replay.ingest.storage.source import LogPath
+from wmr_schemas.arrays import I64
+
+N_CHANNEL_IDS = 1 << 16
+Identity = tuple[str, str, str, int]
+"""Topic, schema name, message encoding, and a number for channels that share all three."""
+
+
+@dataclass
+class Parts:
+    """The files; their spans, channels, metadata and problems as one :class:`Survey`; samples by channel.
+
+    ``ids[k]`` gives the common id of each channel id of file k, or None where it is the same.
+    """
+
+    paths: list[LogPath]
+    survey: Survey
+    ids: list[I64 | None]
+    samples: dict[int, list[Sample]] = field(default_factory=dict)
+    n_messages: dict[int, int] = field(default_factory=dict)
+
+
+def join_parts(paths: list[LogPath]) -> Parts:
+    """Survey and sample the files."""
+    surveys = [surveyed(path) for path in paths]
+    samplers = [Sampler(found) for found in surveys]
+    for path, sampler in zip(paths, samplers, strict=True):
+        sampler.run(path)
+    if len(paths) == 1:
+        known = surveys[0].book.channels
+        samples, counts = samplers[0].samples, {k: samplers[0].n_messages(k) for k in known}
+        return Parts(paths, surveys[0], [None], samples, counts)
+    return _Joiner(paths).run(surveys, samplers)
+
+
+class _Joiner:
+    def __init__(self, paths: list[LogPath]) -> None:
+        self.known: dict[Identity, int] = {}
+        self.parts = Parts(paths, Survey(0), [])
+
+    def run(self, surveys: list[Survey], samplers: list[Sampler]) -> Parts:
+        for k, (found, sampler) in enumerate(zip(surveys, samplers, strict=True)):
+            ids = self._common_ids(found.book)
+            self.parts.ids.append(ids)
+            self._add(k, found, ids)
+            for channel_id in found.book.channels:
+                common = int(ids[channel_id])
+                self.parts.samples.setdefault(common, []).extend(sampler.samples.get(channel_id, ()))
+                more = sampler.n_messages(channel_id)
+                self.parts.n_messages[common] = self.parts.n_messages.get(common, 0) + more
+        return self.parts
+
+    def _common_ids(self, book: Book) -> I64:
+        """The common id of each of the file's; new channels keep theirs where it is free."""
+        ids, met = np.arange(N_CHANNEL_IDS), Counter[tuple[str, str, str]]()
+        joined = self.parts.survey.book
+        for channel_id, channel in sorted(book.channels.items()):
+            schema = book.schemas.get(channel.schema_id)
+            what = channel.topic, schema.name if schema else "", channel.message_encoding
+            identity = (*what, met[what])
+            met[what] += 1
+            if identity not in self.known:
+                common = _free(channel_id, joined.channels)
+                self.known[identity] = common
+                joined.channels[common] = replace(channel, id=common, schema_id=common)
+                if schema is not None:
+                    joined.schemas[common] = replace(schema, id=common)
+            ids[channel_id] = self.known[identity]
+        return ids
+
+    def _add(self, k: int, found: Survey, ids: I64) -> None:
+        """A file's spans, metadata and problems."""
+        whole, name = self.parts.survey, self.parts.paths[k].name
+        whole.size_bytes += found.size_bytes
+        whole.profile, whole.library = whole.profile or found.profile, whole.library or found.library
+        whole.metadata = found.metadata | whole.metadata
+        whole.spans += [_moved(span, k, ids) for span in found.spans]
+        whole.truncated |= found.truncated
+        whole.n_chunks_damaged += found.n_chunks_damaged
+        whole.notes += [f"{name}: {note}" for note in found.notes]
+        whole.book.n_malformed += found.book.n_malformed
+        if found.statistics is None or (k and whole.statistics is None):
+            whole.statistics = None
+            return
+        counts = Counter({int(ids[channel_id]): n for channel_id, n in found.statistics.items()})
+        whole.statistics = dict(Counter(whole.statistics or {}) + counts)
+
+
+def _moved(span: Span, part: int, ids: I64) -> Span:
+    counts = {int(ids[channel_id]): n for channel_id, n in span.counts.items()}
+    return replace(span, part=part, counts=counts)
+
+
+def _free(wanted: int, taken: dict[int, Channel]) -> int:
+    """``wanted``, or the first id that no channel has."""
+    return wanted if wanted not in taken else next(k for k in range(1, N_CHANNEL_IDS) if k not in taken)

@@ -1,0 +1,79 @@
+"""The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.survey import Survey
+from wmr_replay.ingest.mcap.walk import Messages, walk
+from wmr_replay.ingest.mcap.workspace import Workspace
+from wmr_replay.ingest.storage.source import LogPath
+from wmr_schemas.arrays import U8
+
+N_WANTED, _N_WANTED_LATER = 20, 2
+"""Messages of a channel that are worth opening another chunk for: within the log's first bytes, and later."""
+_FIRST_BYTES = 8 << 20
+_N_KEPT = 32
+_KEPT_BYTES = 1 << 18
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One message of a channel."""
+
+    data: bytes
+    log_ns: int
+    publish_ns: int
+
+
+class Sampler:
+    """Opens a span only while something that it may hold is missing."""
+
+    def __init__(self, survey: Survey) -> None:
+        self.survey, self.book = survey, survey.book
+        self.samples: dict[int, list[Sample]] = {}
+        self.seen: dict[int, int] = {}
+        self.n_bytes = 0
+
+    def run(self, path: LogPath) -> None:
+        """Collect the samples; the survey's book then knows every channel that has a message."""
+        workspace = Workspace()
+        with path.open("rb") as file:
+            for span in self.survey.spans:
+                if self._needs(span):
+                    self._take(load(file, span, workspace).data)
+
+    def n_messages(self, channel_id: int) -> int:
+        """Messages of a channel, as far as known without reading them all."""
+        indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
+        return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
+
+    def _needs(self, span: Span) -> bool:
+        in_file = self.survey.statistics or {}
+        expected = span.counts or in_file
+        return not expected or any(
+            self._lacks(channel_id, max(n, in_file.get(channel_id, N_WANTED)))
+            for channel_id, n in expected.items()
+        )
+
+    def _lacks(self, channel_id: int, n_messages: int) -> bool:
+        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
+        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(wanted, n_messages)
+
+    def _take(self, data: U8) -> None:
+        self.n_bytes += len(data)
+        found = walk(data)
+        self.book.enter(data, found.others)
+        for channel_id, count in found.messages.counts().items():
+            self._keep(data, found.messages, channel_id)
+            self.seen[channel_id] = self.seen.get(channel_id, 0) + count
+
+    def _keep(self, data: U8, messages: Messages, channel_id: int) -> None:
+        kept = self.samples.setdefault(channel_id, [])
+        for row in np.flatnonzero(messages.channel == channel_id)[: _N_KEPT - len(kept)].tolist():
+            start, length = int(messages.offset[row]), int(messages.length[row])
+            if kept and length * len(kept) > _KEPT_BYTES:
+                return
+            content = data[start : start + length].tobytes()
+            kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))

@@ -1,0 +1,98 @@
+"""Reading ahead: the next blocks are made ready by other threads while the present one is used."""
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from threading import local
+from typing import BinaryIO, TypeVar
+
+from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.workspace import Workspace
+from wmr_replay.ingest.storage.source import LogPath
+
+N_THREADS = 2
+_N_AHEAD = 2
+_GROUP_BYTES, _GROUP_MESSAGES = 8 << 20, 1 << 14
+"""Spans are handed over together and become one batch: what Python does, it does once for all of them. More
+messages than that take memory behind ingest, and save no time.
+"""
+_SMALL_MESSAGE_BYTES = 128
+
+T = TypeVar("T")
+
+
+def work_ahead(
+    paths: Sequence[LogPath], spans: Sequence[Span], work: Callable[[BinaryIO, list[Span], Workspace], T]
+) -> Iterator[T]:
+    """``work(file, group, workspace)`` for all spans, by groups in order; at most two groups wait."""
+    own = _Own(paths)
+
+    def task(group: list[Span]) -> T:
+        return work(own.file(group[0].part), group, own.workspace)
+
+    with ThreadPoolExecutor(N_THREADS, "read-ahead") as workers:
+        waiting: deque[Future[T]] = deque()
+        try:
+            for group in groups(spans):
+                waiting.append(workers.submit(task, group))
+                if len(waiting) > _N_AHEAD:
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for future in waiting:
+                future.cancel()
+            workers.shutdown()
+            own.close()
+
+
+def groups(spans: Sequence[Span]) -> Iterator[list[Span]]:
+    """Neighbouring spans of a file, as many as keep within both bounds together, or a larger one alone."""
+    group: list[Span] = []
+    n_bytes, n_messages = 0, 0
+    for span in spans:
+        size, count = extent(span)
+        full = n_bytes + size > _GROUP_BYTES or n_messages + count > _GROUP_MESSAGES
+        if group and (full or span.part != group[0].part):
+            yield group
+            group, n_bytes, n_messages = [], 0, 0
+        group.append(span)
+        n_bytes, n_messages = n_bytes + size, n_messages + count
+    if group:
+        yield group
+
+
+def extent(span: Span) -> tuple[int, int]:
+    """Bytes of records, and messages; where nobody counted them, as many as small ones would be."""
+    size = span.head.uncompressed_bytes if span.head else span.data_bytes
+    return size, sum(span.counts.values()) or size // _SMALL_MESSAGE_BYTES
+
+
+class _Own:
+    """What each thread has for itself: one of the log's files at a time, and a workspace."""
+
+    def __init__(self, paths: Sequence[LogPath]) -> None:
+        self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
+
+    @property
+    def workspace(self) -> Workspace:
+        """The calling thread's."""
+        if not hasattr(self._own, "workspace"):
+            self._own.workspace = Workspace()
+        workspace: Workspace = self._own.workspace
+        return workspace
+
+    def file(self, part: int) -> BinaryIO:
+        """The calling thread's."""
+        if getattr(self._own, "part", None) != part:
+            if hasattr(self._own, "file"):
+                self._own.file.close()
+            self._own.part, self._own.file = part, self._paths[part].open("rb")
+            self._opened.append(self._own.file)
+        file: BinaryIO = self._own.file
+        return file
+
+    def close(self) -> None:
+        """Close every thread's."""
+        for file in self._opened:
+            file.close()

@@ -1,0 +1,139 @@
+"""A log whole: its signals as checked tracks in memory, in the order of their stamps, each stamp once."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from wmr_replay.ingest import Between, LogReader, Rows, open_log, sha256_of
+from wmr_replay.ingest.channels.detect import not_found
+from wmr_schemas.arrays import Bool
+from wmr_schemas.errors import ChannelNotFound, LogUnusable
+from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+
+MOST_ROWS = 10_000_000
+"""Rows of pose and torque that are held, at 240 bytes each while they are read and sorted: 2.4 GB at most."""
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the share that is done, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class WholeLog:
+    """A log in memory, the hash of its file, and what was noticed on the way in."""
+
+    log: Log
+    sha256: str
+    notes: tuple[str, ...]
+
+
+def read_whole(
+    path: Path,
+    mapping: LogMapping,
+    between: Between,
+    mode_topic: str | None = None,
+    progress: Progress | None = None,
+) -> WholeLog:
+    """Read ``path`` with pose and torque, and with the contact mode on ``mode_topic`` where one is named.
+
+    No other mode channel is decoded, whatever the log holds. Rows that repeat a stamp or hold no finite pose
+    are left out and counted. Raises LogUnusable without a pose or a wheel torque, or beyond ``MOST_ROWS``.
+    """
+    reader = open_with_modes(path, mapping, between, mode_topic)
+    if reader.plan.torque is None:
+        raise not_found(path, "torque", reader.candidates, reader.plan)
+    pose, torque, mode = read_rows(reader, progress)
+    finite = np.asarray(np.isfinite(pose.values).all(axis=0))
+    pose, pose_note = once_each(pose, finite, "pose")
+    torque, torque_note = once_each(torque, np.ones(len(torque), bool), "torque")
+    known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
+    mode, mode_note = once_each(mode, known, "mode")
+    check_content(path, pose, torque, mode, mode_topic)
+    log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
+    found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]
+    return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
+
+
+def open_with_modes(path: Path, mapping: LogMapping, between: Between, mode_topic: str | None) -> LogReader:
+    """The reader, with a mode channel if the user named one, and with none otherwise."""
+    try:
+        reader = open_log(path, replace(mapping, truth_topic=mode_topic), between=between)
+    except ChannelNotFound as error:
+        if mode_topic is None or mode_topic not in error.wanted:
+            raise
+        advice = "Name the topic of a contact mode with --modes topic:TOPIC, or leave --modes out."
+        raise ChannelNotFound(error.wanted, path, error.available, advice) from None
+    if mode_topic is None:
+        reader.plan.uses.pop("truth", None)
+    return reader
+
+
+def read_rows(reader: LogReader, progress: Progress | None) -> tuple[Rows, Rows, Rows]:
+    """Every row of pose, torque and mode, in file order."""
+    batches, n_rows = [], 0
+    for batch in reader.batches():
+        batches.append(batch)
+        n_rows += len(batch.pose) + len(batch.torque)
+        if n_rows > MOST_ROWS:
+            raise LogUnusable(
+                reader.path,
+                f"it holds more than the {MOST_ROWS:,} rows that are analysed at one time",
+                "Take a part of it with --start and --end.",
+            )
+        if progress is not None:
+            progress("reading", reader.position_bytes / max(reader.size_bytes, 1))
+    pose, torque, mode = (
+        joined([getattr(batch, name) for batch in batches], n_columns)
+        for name, n_columns in (("pose", 3), ("torque", 4), ("mode", 1))
+    )
+    return pose, torque, mode
+
+
+def joined(pieces: list[Rows], n_columns: int) -> Rows:
+    """Rows one after the other."""
+    pieces = [Rows.empty(n_columns), *pieces]
+    return Rows(
+        np.concatenate([rows.t_ns for rows in pieces]),
+        np.concatenate([rows.order for rows in pieces]),
+        np.concatenate([rows.values for rows in pieces], axis=1),
+    )
+
+
+def once_each(rows: Rows, usable: Bool, name: str) -> tuple[Rows, str]:
+    """The usable rows by stamp, of equal stamps the first in the file; and what was left out, in words."""
+    chosen = np.flatnonzero(usable)
+    chosen = chosen[np.lexsort((rows.order[chosen], rows.t_ns[chosen]))]
+    first = np.diff(rows.t_ns[chosen], prepend=np.iinfo(np.int64).min) != 0
+    kept = chosen[first]
+    left_out = (int((~usable).sum()), "hold no usable value"), (int((~first).sum()), "repeat a stamp")
+    said = [f"{n} {name} rows {why}" for n, why in left_out if n]
+    note = f"{' and '.join(said)}; they are left out" if said else ""
+    return Rows(rows.t_ns[kept], rows.order[kept], rows.values[:, kept]), note
+
+
+def check_content(path: Path, pose: Rows, torque: Rows, mode: Rows, mode_topic: str | None) -> None:
+    """Raises LogUnusable where a signal has a channel but no row that says anything."""
+    advice = f"`wmr-replay info {path}` says what the log holds; --start and --end choose the part."
+    if len(pose) < 2:
+        raise LogUnusable(path, f"{len(pose)} usable poses in it", advice)
+    if not np.isfinite(torque.values[:2]).all(axis=0).any():
+        raise LogUnusable(path, "no row has an effort for both wheels: nothing drives a simulation", advice)
+    if mode_topic is not None and not len(mode):
+        raise LogUnusable(path, f"no contact mode (0 to 3) on {mode_topic}", advice)
+
+
+def pose_track(rows: Rows) -> PoseTrack:
+    """The pose, checked."""
+    return PoseTrack(rows.t_ns, *rows.values)
+
+
+def torque_track(rows: Rows) -> TorqueTrack:
+    """The torques, checked; an effort that is not finite is unknown."""
+    return TorqueTrack(rows.t_ns, *np.where(np.isfinite(rows.values), rows.values, np.nan))
+
+
+def mode_track(rows: Rows) -> ModeTrack | None:
+    """The contact mode, checked; None without one."""
+    return ModeTrack(rows.t_ns, rows.values[0].astype(np.int8)) if len(rows) else None

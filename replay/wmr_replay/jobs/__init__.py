@@ -1,0 +1,1 @@
+"""A log in, files out: run, gap, fit, convert."""

@@ -1,0 +1,40 @@
+"""A gap analysis as ``gap.json`` holds it: checked against the file's types, NaN and infinities as null."""
+
+from dataclasses import asdict
+
+import msgspec
+
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.result import GapResult
+from wmr_schemas import __version__
+from wmr_schemas.gap_file import GapFile
+from wmr_schemas.model_file import model_tables
+
+
+def document_of(result: GapResult, options: GapOptions, log: str, log_sha256: str) -> GapFile:
+    """The file's contents. Raises msgspec.ValidationError for a result that no file may hold."""
+    same = ("verdict", "sentence", "modes", "base", "unnameable", "notes", "seed")
+    contents = {name: getattr(result, name) for name in same} | {
+        "effects": [asdict(effect) for effect in result.effects],
+        "where": asdict(result.where),
+        "gap": asdict(result.position) | {"yaw": asdict(result.yaw)},
+        "minimum_detectable": {name: asdict(least) for name, least in result.minimum_detectable.items()},
+        "model": model_tables(result.model),
+        "log": log,
+        "log_sha256": log_sha256,
+        "settings": {
+            "tolerance_m": options.tolerance_m,
+            "tolerance_s": options.tolerance_s,
+            "max_effects": options.max_effects,
+        },
+        "version": __version__,
+    }
+    return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)
+
+
+def plain(value: object) -> object:
+    """A number of numpy as one of Python."""
+    item = getattr(value, "item", None)
+    if item is None:
+        raise NotImplementedError(f"{type(value).__name__} has no place in gap.json")
+    return item()

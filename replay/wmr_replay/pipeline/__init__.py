@@ -1,0 +1,1 @@
+"""The stages of a replay in their order, in memory: align, differentiate, identify."""

@@ -1,0 +1,92 @@
+"""The engine: raw batches in, rows of the samples table out, causal and independent of the batches.
+
+align → (initial stretch) → differentiate → identify. Rows of the initial stretch are given as warming up:
+what is learnt from the stretch must not reach back into it.
+"""
+
+import numpy as np
+
+from wmr_replay.align import AlignedBatch, Aligner, Lag
+from wmr_replay.pipeline.chain import Chain, Tuning
+from wmr_replay.pipeline.columns import Columns, concatenate, part, unknown
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
+from wmr_schemas.arrays import I64, NS_PER_S
+from wmr_schemas.batches import RawBatch
+
+MIN_STRETCH_ROWS = 20
+
+
+class Engine:
+    """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
+    order.
+    """
+
+    def __init__(self, settings: Settings, model: ReplayModel) -> None:
+        self.settings, self.model = settings, model
+        self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
+        self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
+        self._chain: Chain | None = None
+        self._stretch: list[AlignedBatch] = []
+        self._start_ns = 0
+        self._first_pose_ns: int | None = None
+
+    @property
+    def tuning(self) -> Tuning | None:
+        """What the log's first stretches have decided so far."""
+        return self._chain.tuning if self._chain else None
+
+    @property
+    def n_gaps(self) -> int:
+        """Holes in the pose so far."""
+        return self._chain.n_gaps if self._chain else 0
+
+    @property
+    def n_pose_jumps(self) -> int:
+        """Jumps of the pose so far."""
+        return self._chain.repair.n_jumps if self._chain else 0
+
+    @property
+    def n_outliers(self) -> int:
+        """Pose rows set aside so far."""
+        return self._chain.repair.n_outliers if self._chain else 0
+
+    def push(self, batch: RawBatch) -> list[Columns]:
+        """Rows that the batch completes."""
+        if self._first_pose_ns is None and len(batch.pose.t_ns):
+            self._first_pose_ns = int(batch.pose.t_ns[0])
+        corrected = self.model.corrected(batch, self._first_pose_ns or 0)
+        return self._advance(self.aligner.push(corrected))
+
+    def finish(self) -> list[Columns]:
+        """The rows that were waiting; a log that ends within its initial stretch is warming up throughout."""
+        done = self._advance(self.aligner.finish())
+        rest = [unknown(self._start_ns, rows, self.settings.all_modes) for rows in self._stretch]
+        self._stretch = []
+        return done + rest
+
+    def _advance(self, rows: AlignedBatch) -> list[Columns]:
+        if not len(rows):
+            return []
+        if self._lag is not None:
+            rows.inputs[:2] = self._lag.push(rows.t_ns, rows.inputs[:2])
+        if self._chain is not None:
+            return self._chain.push(rows)
+        held = concatenate([*self._stretch, rows])
+        n_stretch = self._stretch_length(held.t_ns)
+        if len(held) <= n_stretch:
+            self._start_ns, self._stretch = int(held.t_ns[0]), [held]
+            return []
+        self._stretch = []
+        return self._begin(part(held, slice(n_stretch)), part(held, slice(n_stretch, None)))
+
+    def _stretch_length(self, t_ns: I64) -> int:
+        """Rows of the initial stretch, as far as it has come."""
+        by_time = int(np.searchsorted(t_ns, t_ns[0] + round(self.settings.initial_stretch_s * NS_PER_S)))
+        return max(by_time, MIN_STRETCH_ROWS)
+
+    def _begin(self, stretch: AlignedBatch, rest: AlignedBatch) -> list[Columns]:
+        """Tune on the stretch and send it through for the stages' memory; its own rows say nothing."""
+        self._chain = Chain(self.settings, self.model, stretch)
+        self._chain.push(stretch)
+        return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), *self._chain.push(rest)]

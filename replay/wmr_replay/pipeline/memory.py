@@ -1,0 +1,40 @@
+"""Replaying signals that are in memory already: the same engine, no file."""
+
+import numpy as np
+
+from wmr_replay.pipeline.columns import Columns
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
+from wmr_schemas.arrays import F64, I64
+from wmr_schemas.batches import RawBatch, Rows
+from wmr_schemas.signals import Log
+
+
+def as_batch(log: Log) -> RawBatch:
+    """A log's signals in the order in which a recorder would have written them: by stamp, the pose first."""
+    pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
+    signals: list[tuple[I64, F64]] = [(log.pose.t_ns, pose)]
+    none = np.empty(0, np.int64)
+    if log.torque is None:
+        signals.append((none, np.empty((4, 0))))
+    else:
+        t = log.torque
+        signals.append((t.t_ns, np.stack([t.left_nm, t.right_nm, t.left_radps, t.right_radps])))
+    if log.mode is None:
+        signals.append((none, np.empty((1, 0))))
+    else:
+        signals.append((log.mode.t_ns, log.mode.mode[None].astype(np.float64)))
+    stamps = np.concatenate([t_ns for t_ns, _ in signals])
+    order = np.empty(len(stamps), np.int64)
+    order[np.argsort(stamps, kind="stable")] = np.arange(len(stamps))
+    orders = np.split(order, np.cumsum([len(t_ns) for t_ns, _ in signals])[:-1])
+    return RawBatch(*(Rows(t_ns, o, values) for (t_ns, values), o in zip(signals, orders, strict=True)))
+
+
+def replay_columns(
+    log: Log, settings: Settings | None = None, model: ReplayModel | None = None
+) -> list[Columns]:
+    """Columns of the samples table of a log in memory, by ``model`` or its own nominal parameters."""
+    engine = Engine(settings or Settings(), model or ReplayModel(log.robot))
+    return [*engine.push(as_batch(log)), *engine.finish()]

@@ -1,0 +1,119 @@
+"""The summary: one row, gathered while the samples stream by."""
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import polars as pl
+
+from wmr_replay.align.aligner import AlignmentCounts
+from wmr_replay.tables import (
+    CalibrationCollector,
+    ModeRuns,
+    RunCollector,
+    Score,
+    SegmentCollector,
+    score_runs,
+)
+from wmr_replay.tables.verdict import verdict_sentence
+from wmr_schemas import __version__
+from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.tables import SUMMARY, Status, polars_schema
+
+
+@dataclass
+class Tally:
+    """What the summary needs of the samples, gathered batch by batch."""
+
+    runs: RunCollector = field(default_factory=RunCollector)
+    segments: SegmentCollector = field(default_factory=SegmentCollector)
+    calibration: CalibrationCollector = field(default_factory=CalibrationCollector)
+    statuses: Counter[str] = field(default_factory=Counter)
+    first_ns: int | None = None
+    last_ns: int = 0
+    alpha: tuple[float, float] | None = None
+
+    def push(self, samples: pl.DataFrame) -> None:
+        """Take a batch of the samples table in."""
+        if not len(samples):
+            return
+        self.runs.push(samples)
+        self.segments.push(samples)
+        self.calibration.push(samples)
+        self.statuses.update(dict(samples.group_by(pl.col("status").cast(pl.String)).len().rows()))
+        self.first_ns = samples["t_ns"][0] if self.first_ns is None else self.first_ns
+        self.last_ns = samples["t_ns"][-1]
+        known = (
+            samples.select(pl.col("alpha", "alpha_sd").drop_nulls().last())
+            if samples["alpha"].count()
+            else None
+        )
+        self.alpha = known.row(0) if known is not None else self.alpha
+
+    @property
+    def duration_s(self) -> float:
+        """Last minus first pose stamp."""
+        return 0.0 if self.first_ns is None else (self.last_ns - self.first_ns) / 1e9
+
+    def status_shares(self) -> dict[str, float]:
+        """Shares of the rows after warm-up by status."""
+        warm = {name: n for name, n in self.statuses.items() if name != Status.WARMING_UP.value}
+        return {name: n / sum(warm.values()) for name, n in warm.items()}
+
+
+@dataclass(frozen=True)
+class LogFacts:
+    """What is known of the log besides its samples."""
+
+    log: str
+    log_sha256: str | None
+    settings: dict[str, Any]
+    rate_hz: float | None
+    counts: AlignmentCounts
+    losses: dict[str, int | bool]
+    n_gaps: int
+    n_pose_jumps: int
+    n_outliers: int
+    notes: Sequence[str]
+    robot: RobotParameters
+    alpha_true: float | None
+
+
+def mode_shares(runs: ModeRuns) -> dict[str, float]:
+    """Shares of the rows after warm-up by mode label; empty without such rows."""
+    warm = ~runs.warming
+    total = int(runs.n_rows[warm].sum())
+    modes = (*MODES, ContactMode.UNDECIDED)
+    return (
+        {m.label: float(runs.n_rows[warm & (runs.mode == m)].sum()) / total for m in modes} if total else {}
+    )
+
+
+def summary_row(facts: LogFacts, tally: Tally, runs: ModeRuns) -> dict[str, Any]:
+    """The row of the summary table, every column by name."""
+    shares = mode_shares(runs)
+    alpha, alpha_sd = tally.alpha or (None, None)
+    row: dict[str, Any] = dict.fromkeys(polars_schema(SUMMARY))
+    row |= {"log": facts.log, "log_sha256": facts.log_sha256, "version": __version__}
+    row |= {"settings": json.dumps(facts.settings, sort_keys=True), "notes": json.dumps(list(facts.notes))}
+    row |= {"duration_s": tally.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
+    row |= {"n_pose_jumps": facts.n_pose_jumps, "n_outliers": facts.n_outliers}
+    row |= asdict(facts.counts) | facts.losses | {f"share_{label}": share for label, share in shares.items()}
+    row |= {"alpha": alpha, "alpha_sd": alpha_sd} | asdict(score_runs(runs))
+    row |= {"brier": tally.calibration.brier, "ece": tally.calibration.ece}
+    if alpha is not None and facts.alpha_true:
+        row["alpha_error"] = alpha / facts.alpha_true - 1
+    torque = facts.counts.n_torque > int(facts.losses.get("n_torque_empty", 0))
+    row["verdict"] = verdict_sentence(shares, tally.status_shares(), torque, tally.alpha, facts.robot)
+    return row
+
+
+def summary_frame(row: dict[str, Any]) -> pl.DataFrame:
+    """The row as a table."""
+    return pl.DataFrame([row], schema=polars_schema(SUMMARY))
+
+
+__all__ = ["LogFacts", "Score", "Tally", "mode_shares", "summary_frame", "summary_row"]

@@ -1,0 +1,1 @@
+"""A gap analysis as a Rerun recording."""

@@ -1,0 +1,48 @@
+"""The text panel of a gap recording: the verdict, the effects as a table, how to read the rest."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from wmr_replay.gap.result.result import FoundEffect, GapMetric, GapResult
+
+HOW_TO_READ = """\
+**Path**: measured thin and white, its held-out part shaded; simulated from the log's own torques over \
+windows of 4 s, each from its own fitted start: base model red, extended model blue. Yellow circles: where \
+most of the gap lies.
+
+**Gap**: measured minus simulated. **Residual**: the acceleration (sideways: the velocity) that a model \
+leaves unexplained, as a filter sees it.
+"""
+
+
+def gap_text(result: "GapResult", log_name: str) -> str:
+    """Markdown for the text panel."""
+    blocks = [f"## {log_name}", f"**{result.sentence.strip()}**"]
+    if result.effects:
+        head = "| effect | parameter | 95 % interval |\n| --- | --- | --- |"
+        blocks.append("\n".join([head, *(row for effect in result.effects for row in effect_rows(effect))]))
+    rows = (gap_row("position", result.position, "mm"), gap_row("yaw", result.yaw, "mrad"))
+    head = "| held-out gap | before | after | floor |\n| --- | --- | --- | --- |"
+    blocks += ["\n".join([head, *rows]), HOW_TO_READ]
+    return "\n\n".join(blocks)
+
+
+def effect_rows(effect: "FoundEffect") -> list[str]:
+    """One line for each parameter."""
+    return [
+        f"| {effect.name if k == 0 else ''} | {key} = {p.value:.4g} {unit(p.unit)} "
+        f"| {p.ci95[0]:.4g} … {p.ci95[1]:.4g} |"
+        for k, (key, p) in enumerate(effect.parameters.items())
+    ]
+
+
+def gap_row(name: str, gap: "GapMetric", shown_unit: str) -> str:
+    """The held-out gap in thousandths of its unit."""
+    held = gap.held_out
+    shown = " | ".join(f"{1e3 * value:.3g} {shown_unit}" for value in (held.before, held.after, held.floor))
+    return f"| {name} | {shown} |"
+
+
+def unit(text: str) -> str:
+    """The unit behind a number; a ratio has none."""
+    return "" if text == "1" else text

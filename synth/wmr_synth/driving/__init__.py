@@ -1,0 +1,1 @@
+"""Who drives, and what happens on the way: drivers, patrol, plan."""

@@ -1,0 +1,1 @@
+"""Simulated robots: equations of motion and the compiled loops that integrate them."""

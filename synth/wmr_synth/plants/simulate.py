@@ -1,0 +1,166 @@
+"""The compiled loop: plant, driver and mode switches on one grid of instants."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import ModeTrack
+from wmr_synth.driving.drivers import Commands, Gains
+from wmr_synth.plants import two_wheeled as plant
+from wmr_synth.plants.two_wheeled import (
+    N_STATES,
+    PHI_1,
+    PHI_2,
+    SIGMA_1,
+    SIGMA_2,
+    THETA,
+    V_THETA,
+    V_X,
+    V_Y,
+    Coefficients,
+    X,
+    Y,
+)
+
+_LEFT, _RIGHT, _A_LONG, _YAW_ACC = N_STATES, N_STATES + 1, N_STATES + 2, N_STATES + 3
+_N_RECORDED = N_STATES + 4
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The true motion at ``t_ns`` (n,), in robot conventions; efforts and mode as in force from then on."""
+
+    t_ns: I64
+    x_m: F64
+    y_m: F64
+    yaw_rad: F64
+    v_long_mps: F64
+    v_lat_mps: F64
+    yaw_rate_radps: F64
+    a_long_mps2: F64
+    yaw_acc_radps2: F64
+    sigma_sum_mps: F64
+    sigma_diff_mps: F64
+    effort_left_nm: F64
+    effort_right_nm: F64
+    left_rad: F64
+    right_rad: F64
+    left_radps: F64
+    right_radps: F64
+    mode: I8
+
+    def at(self, t_ns: I64) -> "Motion":
+        """The rows at ``t_ns``, each of which is an instant of the motion."""
+        if len(t_ns) == len(self.t_ns):
+            return self
+        return self.take(np.searchsorted(self.t_ns, t_ns))
+
+    def take(self, rows: I64 | Bool | slice) -> "Motion":
+        """Some of the rows."""
+        return Motion(**{name: column[rows] for name, column in vars(self).items()})
+
+
+def union_of_sorted(*tracks: I64) -> I64:
+    """Every instant of the sorted tracks once, in order."""
+    t_ns = np.sort(np.concatenate(tracks), kind="stable")
+    union: I64 = t_ns[np.concatenate([[True], np.diff(t_ns) > 0])]
+    return union
+
+
+def simulate(
+    robot: RobotParameters,
+    modes: ModeTrack,
+    commands: Commands,
+    torque_ns: I64,
+    pose_ns: I64,
+    start: tuple[float, float],
+) -> Motion:
+    """The motion at all torque, pose and switch instants, starting at the origin with (v_long, yaw_rate).
+
+    All instants are nanoseconds since the start. A torque holds from its instant to the next one; before the
+    first it is 0. Raises InvalidSetting when the robot lacks parameters that the modes need.
+    """
+    c = plant.coefficients(robot, set(np.unique(modes.mode).tolist()))
+    t_ns = union_of_sorted(pose_ns, torque_ns, modes.t_ns)
+    mode = modes.mode[np.searchsorted(modes.t_ns, t_ns, side="right") - 1]
+    state = np.zeros(N_STATES)
+    state[THETA] = -np.pi / 2
+    state[V_Y], state[V_THETA] = start[0], start[1] * c.half_track_m
+    columns = (commands.left_nm, commands.right_nm, commands.v_long_mps, commands.yaw_rate_radps)
+    wanted = np.ascontiguousarray(np.stack(columns, axis=1))
+    is_torque = np.zeros(len(t_ns), bool)
+    is_torque[np.searchsorted(t_ns, torque_ns)] = True
+    record = run(t_ns, mode, is_torque, wanted, commands.gains, c, state)
+    return to_robot_conventions(t_ns, mode, record, c)
+
+
+@njit(cache=True)
+def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coefficients, state: F64) -> F64:
+    """The state, the efforts (left, right) and v̇_y, θ̈ at every instant: (14, n)."""
+    n = len(t_ns)
+    record = np.empty((_N_RECORDED, n))
+    work = np.empty((5, N_STATES))
+    integral = np.zeros(2)
+    left = right = 0.0
+    k, previous_ns = 0, t_ns[0]
+    for i in range(n):
+        if i == 0 or mode[i] != mode[i - 1]:
+            plant.jump(mode[i], state)
+        if is_torque[i]:
+            dt = (t_ns[i] - previous_ns) / NS_PER_S
+            left, right = efforts(wanted[k], state, gains, c, integral, dt)
+            previous_ns = t_ns[i]
+            k += 1
+        plant.derivative(mode[i], state, -right, -left, c, work[0])
+        record[:N_STATES, i] = state
+        record[_LEFT, i], record[_RIGHT, i] = left, right
+        record[_A_LONG, i], record[_YAW_ACC, i] = work[0, V_Y], work[0, V_THETA] / c.half_track_m
+        if i + 1 < n:
+            plant.advance(mode[i], state, -right, -left, (t_ns[i + 1] - t_ns[i]) / NS_PER_S, c, work)
+    return record
+
+
+@njit(cache=True)
+def efforts(
+    wanted: F64, state: F64, gains: Gains, c: Coefficients, integral: F64, dt: float
+) -> tuple[float, float]:
+    """The efforts (left, right) in N·m: feedforward plus PI, within the limit; updates ``integral``."""
+    error_sum = wanted[2] - state[V_Y]
+    error_diff = wanted[3] * c.half_track_m - state[V_THETA]
+    total = (gains.proportional_per_s * error_sum + gains.integral_per_s2 * integral[0]) / c.alpha
+    difference = (gains.proportional_per_s * error_diff + gains.integral_per_s2 * integral[1]) / c.alpha_yaw
+    left = wanted[0] + 0.5 * (total - difference)
+    right = wanted[1] + 0.5 * (total + difference)
+    if abs(left) <= gains.limit_nm and abs(right) <= gains.limit_nm:
+        integral[0] += error_sum * dt
+        integral[1] += error_diff * dt
+    return max(-gains.limit_nm, min(gains.limit_nm, left)), max(-gains.limit_nm, min(gains.limit_nm, right))
+
+
+def to_robot_conventions(t_ns: I64, mode: I8, record: F64, c: Coefficients) -> Motion:
+    """REP 103: yaw = θ + π/2, v_lat = −v_x, left positive; efforts and wheel speeds forward positive."""
+    v_y, v_theta = record[V_Y], record[V_THETA]
+    sigma_1, sigma_2 = record[SIGMA_1], record[SIGMA_2]
+    return Motion(
+        t_ns=t_ns,
+        x_m=record[X],
+        y_m=record[Y],
+        yaw_rad=record[THETA] + np.pi / 2,
+        v_long_mps=v_y,
+        v_lat_mps=0.0 - record[V_X],
+        yaw_rate_radps=v_theta / c.half_track_m,
+        a_long_mps2=record[_A_LONG],
+        yaw_acc_radps2=record[_YAW_ACC],
+        sigma_sum_mps=0.0 - sigma_2,
+        sigma_diff_mps=0.0 - sigma_1,
+        effort_left_nm=record[_LEFT],
+        effort_right_nm=record[_RIGHT],
+        left_rad=0.0 - record[PHI_2],
+        right_rad=0.0 - record[PHI_1],
+        left_radps=(v_y - v_theta - 1.5 * (sigma_2 - sigma_1)) / c.wheel_radius_m,
+        right_radps=(v_y + v_theta - 1.5 * (sigma_1 + sigma_2)) / c.wheel_radius_m,
+        mode=mode,
+    )
