@@ -20,7 +20,8 @@ from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, STATUS_MEANING, SUMMARY, TRUTH, Column
+from wmr_schemas.status import STATUS_MEANING
+from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
 from wmr_synth.hidden.sizes import SIZES, describe_range
 
 DOCS = Path(__file__).parent
@@ -67,7 +68,7 @@ def modes() -> str:
 
 def statuses() -> str:
     """The outcomes of a row."""
-    return table(("status", "meaning"), ((code(s.value), meaning) for s, meaning in STATUS_MEANING.items()))
+    return table(("status", "meaning"), ((code(s.label), meaning) for s, meaning in STATUS_MEANING.items()))
 
 
 def effects() -> str:

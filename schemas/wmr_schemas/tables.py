@@ -4,40 +4,13 @@ The documentation pages are made from these lists, and a test holds every writte
 """
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import polars as pl
 
 from wmr_schemas.modes import MODES
+from wmr_schemas.status import Status
 
-
-class Status(StrEnum):
-    """Why a row of ``samples`` says what it says: ``ok``, or what stands in its way."""
-
-    OK = "ok"
-    WARMING_UP = "warming_up"
-    GAP = "gap"
-    NO_TORQUE = "no_torque"
-    NOT_EXCITED = "not_excited"
-    NOT_TURNING = "not_turning"
-    POSE_NOT_INDEPENDENT = "pose_not_independent"
-    POSE_JUMP = "pose_jump"
-    OUTLIER = "outlier"
-
-
-STATUSES = tuple(Status)
-STATUS_DTYPE = pl.Enum([status.value for status in STATUSES])
-STATUS_MEANING = {
-    Status.OK: "the row's mode is an estimate like any other",
-    Status.WARMING_UP: "the first window is not full yet",
-    Status.GAP: "a hole in the pose restarted the window, which is not full again",
-    Status.NO_TORQUE: "no torque in force: ideal and slipping cannot be told apart",
-    Status.NOT_EXCITED: "torques too small: ideal and slipping give the same motion",
-    Status.NOT_TURNING: "no turning at speed: once it has decayed, a skid leaves no trace",
-    Status.POSE_NOT_INDEPENDENT: "the pose was integrated from wheel speeds: skidding cannot be seen in it",
-    Status.POSE_JUMP: "the pose jumped further than the robot can move; the window restarted",
-    Status.OUTLIER: "the pose sample was set aside as an outlier",
-}
+STATUS_DTYPE = pl.Enum([status.label for status in Status])
 
 
 @dataclass(frozen=True)

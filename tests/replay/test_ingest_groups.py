@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
-from wmr_replay.ingest import open_log, prefetch
+from wmr_replay.ingest import open_log
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.storage import prefetch
 from wmr_schemas import PoseTrack, TorqueTrack
 from wmr_schemas.messages import ros2
 

@@ -12,7 +12,8 @@ from mcap.writer import CompressionType, Writer
 from wmr_replay.cli.run import command
 from wmr_replay.fleet.batch import run_batch
 from wmr_replay.fleet.job import Orders
-from wmr_replay.ingest import Between, log_path, open_log, sha256_of, source
+from wmr_replay.ingest import Between, log_path, open_log, sha256_of
+from wmr_replay.ingest.storage import source
 from wmr_replay.jobs.run import run_log
 from wmr_schemas.errors import LogUnusable, MissingExtra
 from wmr_synth import Sensors, record, synthesise

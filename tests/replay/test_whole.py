@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wmr_replay import whole
+from wmr_replay.ingest import tracks as whole
 from wmr_replay.ingest import Between
 from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.errors import ChannelNotFound, LogUnusable

@@ -2,7 +2,7 @@
 
 import pytest
 
-from wmr_schemas.modes import ALL_MODES_SET, MODES, ContactMode
+from wmr_schemas.modes import MODES, ContactMode, ModeSet
 
 
 def test_numbers_and_labels_are_those_of_the_canonical_log() -> None:
@@ -26,4 +26,4 @@ def test_an_undecided_mode_has_no_bit() -> None:
 
 def test_nothing_excluded_are_the_three_modes_of_the_paper() -> None:
     paper = (ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING)
-    assert sum(mode.bit for mode in paper) == ALL_MODES_SET
+    assert sum(mode.bit for mode in paper) == ModeSet.ALL_SINGLE

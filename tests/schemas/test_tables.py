@@ -6,7 +6,8 @@ import polars as pl
 import pytest
 
 from wmr_schemas import tables
-from wmr_schemas.tables import Column, Status, polars_schema
+from wmr_schemas.status import STATUS_MEANING, Status
+from wmr_schemas.tables import Column, polars_schema
 from wmr_synth.truth import TRUTH_SCHEMA
 
 DOCUMENTED_SAMPLES = """
@@ -45,7 +46,7 @@ def test_samples_hold_the_documented_columns_in_order() -> None:
 
 def test_sample_columns_are_float64_unless_documented_otherwise() -> None:
     others = {column.name: column.dtype for column in tables.SAMPLES if column.dtype != pl.Float64}
-    assert others == {**NOT_FLOAT, "status": pl.Enum([status.value for status in Status])}
+    assert others == {**NOT_FLOAT, "status": pl.Enum([status.label for status in Status])}
 
 
 def test_segments_hold_the_documented_columns() -> None:
@@ -68,12 +69,12 @@ def test_the_simulator_writes_the_documented_side_file() -> None:
 
 def test_statuses_are_the_documented_ones_in_their_order() -> None:
     documented = "ok warming_up gap no_torque not_excited not_turning pose_not_independent pose_jump outlier"
-    assert [status.value for status in Status] == documented.split()
+    assert [status.label for status in Status] == documented.split()
     assert list(tables.STATUS_DTYPE.categories) == documented.split()
 
 
 def test_every_status_is_explained() -> None:
-    assert list(tables.STATUS_MEANING) == list(Status)
+    assert list(STATUS_MEANING) == list(Status)
 
 
 @pytest.mark.parametrize("columns", ALL_TABLES.values(), ids=ALL_TABLES.keys())

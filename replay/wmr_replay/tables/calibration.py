@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 
 from wmr_schemas.modes import MODES
-from wmr_schemas.tables import Status
+from wmr_schemas.status import Status
 
 N_BINS = 10
 POSTERIOR = tuple(f"p_{mode.label}" for mode in MODES)
@@ -22,7 +22,7 @@ class CalibrationCollector:
         judged = samples.filter(
             pl.col("mode_true").is_not_null(),
             pl.col("p_ideal").is_not_null(),
-            pl.col("status") != Status.WARMING_UP.value,
+            pl.col("status") != Status.WARMING_UP.label,
         )
         if not len(judged):
             return

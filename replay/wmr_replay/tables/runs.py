@@ -6,7 +6,7 @@ import numpy as np
 import polars as pl
 
 from wmr_schemas.arrays import I8, I64, Bool
-from wmr_schemas.tables import Status
+from wmr_schemas.status import Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class RunCollector:
         if not len(samples):
             return
         self._end_ns = samples["t_ns"][-1]
-        warming = (pl.col("status") == Status.WARMING_UP.value).alias("warming")
+        warming = (pl.col("status") == Status.WARMING_UP.label).alias("warming")
         rows = samples.select(
             "t_ns", pl.lit(1, pl.Int64).alias("n"), pl.col("mode_true").fill_null(-1), "mode", warming
         )

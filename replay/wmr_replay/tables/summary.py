@@ -21,7 +21,8 @@ from wmr_replay.tables.verdict import verdict_sentence
 from wmr_schemas import __version__
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tables import SUMMARY, Status, polars_schema
+from wmr_schemas.status import Status
+from wmr_schemas.tables import SUMMARY, polars_schema
 
 
 @dataclass
@@ -60,7 +61,7 @@ class Tally:
 
     def status_shares(self) -> dict[str, float]:
         """Shares of the rows after warm-up by status."""
-        warm = {name: n for name, n in self.statuses.items() if name != Status.WARMING_UP.value}
+        warm = {name: n for name, n in self.statuses.items() if name != Status.WARMING_UP.label}
         return {name: n / sum(warm.values()) for name, n in warm.items()}
 
 

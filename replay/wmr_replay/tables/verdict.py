@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.tables import Status
+from wmr_schemas.status import Status
 
 WORTH_SAYING = 0.05
 
@@ -56,7 +56,7 @@ def undecided_sentences(undecided: float, statuses: Mapping[str, float], torque:
     if undecided < WORTH_SAYING:
         return []
     reasons = [
-        REASONS[s] for s in REASONS if s != Status.WARMING_UP and statuses.get(s.value, 0.0) >= WORTH_SAYING
+        REASONS[s] for s in REASONS if s != Status.WARMING_UP and statuses.get(s.label, 0.0) >= WORTH_SAYING
     ]
     if not torque and REASONS[Status.NO_TORQUE] not in reasons:
         reasons.append(REASONS[Status.NO_TORQUE])

@@ -3,7 +3,7 @@
 from typing import TypeAlias
 
 from wmr_schemas.modes import ContactMode
-from wmr_schemas.tables import Status
+from wmr_schemas.status import Status
 
 Colour: TypeAlias = tuple[int, int, int]
 

@@ -36,7 +36,7 @@ LANES: tuple[Lane, ...] = (
     Lane(
         "/status",
         pl.col("status").cast(pl.String).str.replace_all("_", " "),
-        {status.value.replace("_", " "): colour for status, colour in STATUS_COLOURS.items()},
+        {status.label.replace("_", " "): colour for status, colour in STATUS_COLOURS.items()},
     ),
 )
 

@@ -1,4 +1,4 @@
-"""∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.field`."""
+"""∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.dynamics`."""
 
 import numpy as np
 from numba import njit
