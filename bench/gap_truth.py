@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.compiled import compiled
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import ModeTrack
 from wmr_synth import SimulatedLog
@@ -74,7 +74,7 @@ def schedule_of(facts: dict[str, Any]) -> ModeTrack:
     return ModeTrack(np.array(stamps, np.int64), np.array([row["mode"] for row in facts["modes"]], np.int8))
 
 
-@njit(cache=True)
+@compiled
 def coast(
     t_ns: I64,
     mode: I8,

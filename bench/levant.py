@@ -1,12 +1,12 @@
 """Levant's sliding-mode differentiator, which no package offers."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def levant(samples: F64, bound: float, step_s: float, size: int) -> F64:
     """Levant's differentiator (2003) of order ``size`` − 1 by Euler steps: states (size, n).
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from wmr_replay.ingest import tracks as whole
 from wmr_replay.ingest import Between
+from wmr_replay.ingest import tracks as whole
 from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping

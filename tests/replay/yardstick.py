@@ -7,7 +7,8 @@ hypotheses over mode sequences, new ones every .1 s, an extended Kalman filter e
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from wmr_schemas.compiled import compiled
 
 X, Y, PSI, V, W, OMEGA = range(6)
 IDEAL, SKIDDING, SLIPPING = range(3)
@@ -26,7 +27,7 @@ class Truth:
     half_track_m: float
 
 
-@njit
+@compiled
 def slipped(drive, spin, rho, rho_yaw, l, cap):
     """What slipping leaves of the torques: shares, or, where friction limits them, each wheel's capped."""
     if np.isnan(cap):
@@ -36,7 +37,7 @@ def slipped(drive, spin, rho, rho_yaw, l, cap):
     return right + left, (right - left) / l
 
 
-@njit
+@compiled
 def predict(m, P, mode, drive, spin, dt, c, l):
     J = np.eye(6)
     v1, om1 = m[V] + drive * dt, m[OMEGA] + spin * dt
@@ -72,7 +73,7 @@ def predict(m, P, mode, drive, spin, dt, c, l):
         P[W, W] += 1e-5 * dt
 
 
-@njit
+@compiled
 def correct(m, P, z, R):
     H = np.zeros((3, 6))
     H[0, X] = H[1, Y] = H[2, PSI] = 1.0
@@ -85,7 +86,7 @@ def correct(m, P, z, R):
     return -0.5 * (e @ np.linalg.solve(S, e) + np.log(np.linalg.det(S)))
 
 
-@njit
+@compiled
 def multi_hypothesis(z, R, drive, spin, caps, t, m0, P0, told):  # noqa: C901, PLR0912 – one algorithm, one function
     c, rho, rho_yaw, l = told
     room, n = 4 * MOST, z.shape[1]

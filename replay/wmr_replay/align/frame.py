@@ -1,12 +1,12 @@
 """The rigid motion that carries a pose back to where it would be had it never jumped."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def carry_back(frame: F64, measured: F64, pose: F64) -> None:
     """The pose as if it had never jumped."""
     pose[0], pose[1], pose[2] = measured[0], measured[1], measured[2]
@@ -17,7 +17,7 @@ def carry_back(frame: F64, measured: F64, pose: F64) -> None:
         pose[2] = measured[2] + frame[0]
 
 
-@njit(cache=True)
+@compiled
 def take_out(frame: F64, pose: F64, step: F64) -> None:
     """Change the frame so that ``pose`` becomes ``pose − step`` and the motion from there on turns by
     −step[2].

@@ -1,12 +1,12 @@
 """Zero-order hold: the mean, over each pose interval, of inputs that are held from their stamps on."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def hold_mean(
     pose_ns: I64, before_ns: int, t_ns: I64, values: F64, held_ns: int, held: F64, max_hold_ns: int
 ) -> tuple[F64, int, int]:
@@ -52,7 +52,7 @@ def hold_mean(
     return means, held_ns, j
 
 
-@njit(cache=True)
+@compiled
 def last_before(pose_ns: I64, t_ns: I64, values: F64, held: float) -> tuple[F64, int]:
     """The value in force at each pose stamp: that of the last ``t_ns`` ≤ it, ``held`` before the first; rows
     used up.

@@ -1,10 +1,10 @@
 """When a pose is no longer where its past says: gates for single samples, and lines that do not meet."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.align.track import line, rate
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 SINGLE_SD = 6.0
 AGREEING = 4
@@ -19,7 +19,7 @@ GROUP_ACCELERATION = (5.0, 25.0)
 JERK = 0.07
 
 
-@njit(cache=True)
+@compiled
 def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64, gate: F64) -> None:
     """Pose and slopes at ``t_s`` by the line through the last good samples, (2, 3), and how far off one may
     lie:
@@ -37,14 +37,14 @@ def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64
     gate[1] = gate[0]
 
 
-@njit(cache=True)
+@compiled
 def inside(pose: F64, lines: F64, gate: F64) -> bool:
     """Whether a sample lies where it is expected."""
     x, y, yaw = abs(pose[0] - lines[0, 0]), abs(pose[1] - lines[0, 1]), abs(pose[2] - lines[0, 2])
     return bool(x <= gate[0] and y <= gate[1] and yaw <= gate[2])
 
 
-@njit(cache=True)
+@compiled
 def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
     """Largest share of its gate that a channel uses up; above 1 a sample dissents."""
     most = 0.0
@@ -53,7 +53,7 @@ def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
     return most
 
 
-@njit(cache=True)
+@compiled
 def offsets(pending: F64, n: int, t_s: float, lines: F64, out: F64) -> None:
     """Offsets of the first n of ``pending`` (4, …) – t, x, y, yaw – from the line: mean and range, ``out``
     (2, 3).
@@ -66,7 +66,7 @@ def offsets(pending: F64, n: int, t_s: float, lines: F64, out: F64) -> None:
         out[0, k], out[1, k] = total / n, high - low
 
 
-@njit(cache=True)
+@compiled
 def agree(apart: F64, lines: F64, span_s: float, variances: F64) -> bool:
     """Whether samples within ``span_s``, their offsets ``apart`` (3,), are a pose that moves like the
     line.
@@ -79,7 +79,7 @@ def agree(apart: F64, lines: F64, span_s: float, variances: F64) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: F64) -> bool:
     """Whether lines through the last m samples and the m before fail to meet between them, m = ``GROUPS[g]``.
 
@@ -105,7 +105,7 @@ def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: 
     return False
 
 
-@njit(cache=True)
+@compiled
 def hidden_step(
     held: F64, n: int, count: int, n_groups: int, variances: F64, before: F64, after: F64
 ) -> bool:

@@ -1,12 +1,12 @@
 """An actuator's first-order lag: the torque that acts, from the torque that was commanded and held."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def lagged_means(t_ns: I64, inputs: F64, before_ns: int, time_constant_s: float, state: F64) -> F64:
     """Means over the intervals (t_{i−1}, t_i] of y with T ẏ = u − y, u constant over each interval.
 

@@ -20,7 +20,6 @@ m/s.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.align.aligner import AlignedBatch
 from wmr_replay.align.frame import carry_back, take_out
@@ -41,6 +40,7 @@ from wmr_replay.align.state import (
 )
 from wmr_replay.align.track import CAPACITY, follow_noise, make_room, put
 from wmr_schemas.arrays import F64, I8, I64, Bool
+from wmr_schemas.compiled import compiled
 
 OK, POSE_JUMP, OUTLIER = 0, 7, 8
 """Outcomes, as positions in ``wmr_schemas.tables.Status``."""
@@ -48,7 +48,7 @@ GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
 
 
-@njit(cache=True)
+@compiled
 def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
     """One more good sample."""
     if counts[N_HELD] == CAPACITY:
@@ -61,7 +61,7 @@ def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
     counts[N_GOOD] += 1
 
 
-@njit(cache=True)
+@compiled
 def start_again(m: Memory, t_ns: int, pose: F64) -> int:
     """Forget what came before this row."""
     m.counts[N_HELD] = m.counts[N_PENDING] = 0
@@ -70,7 +70,7 @@ def start_again(m: Memory, t_ns: int, pose: F64) -> int:
     return POSE_JUMP
 
 
-@njit(cache=True)
+@compiled
 def set_aside(m: Memory, t_s: float, pose: F64) -> None:
     """One more dissenting sample; the last four are kept."""
     n = m.counts[N_PENDING]
@@ -82,7 +82,7 @@ def set_aside(m: Memory, t_s: float, pose: F64) -> None:
     m.counts[N_PENDING] = n + 1
 
 
-@njit(cache=True)
+@compiled
 def is_back(m: Memory, t_s: float, pose: F64) -> bool:
     """Whether a sample lies inside the gate, nearer to the line than to the last one that dissented."""
     here = distance(pose, m.lines, np.zeros(3), m.gate)
@@ -93,7 +93,7 @@ def is_back(m: Memory, t_s: float, pose: F64) -> bool:
     return here <= distance(pose, m.lines, m.found[0], m.gate)
 
 
-@njit(cache=True)
+@compiled
 def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bool) -> int:
     """A row without a prediction, or one that dissents, or one after some that did."""
     t_s, n_held = (t_ns - m.counts[ANCHOR_NS]) * 1e-9, m.counts[N_HELD]
@@ -114,7 +114,7 @@ def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bo
     return OK
 
 
-@njit(cache=True)
+@compiled
 def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, lines: F64, gate: F64) -> int:
     """1 where a sample can be predicted and nothing is pending, 0 where something is, −1 without a
     prediction.
@@ -126,7 +126,7 @@ def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, l
     return 0 if counts[N_PENDING] else 1
 
 
-@njit(cache=True)
+@compiled
 def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -> None:
     """Inputs are means over the time since the row before; rows set aside leave theirs to the next."""
     if outcome == OUTLIER:
@@ -139,7 +139,7 @@ def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -
         waiting[:] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def find_step(m: Memory, rules: Rules, t_ns: int, pose: F64) -> int:
     """A good row, just taken up: whether it shows that the pose has jumped before it."""
     n, count = m.counts[N_HELD], m.counts[N_GOOD]
@@ -149,7 +149,7 @@ def find_step(m: Memory, rules: Rules, t_ns: int, pose: F64) -> int:
     return start_again(m, t_ns, pose)
 
 
-@njit(cache=True)
+@compiled
 def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> int:
     """Outcome of one row by the exact tests; ``pose`` may change."""
     if repeated:
@@ -163,7 +163,7 @@ def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> 
     return find_step(m, rules, t_ns, pose)
 
 
-@njit(cache=True)
+@compiled
 def judge_rows(m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64) -> tuple[I8, F64]:
     """Outcome of each row (n,) and its pose carried back (3, n); ``inputs`` (4, n) change in place.
 

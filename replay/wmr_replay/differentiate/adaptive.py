@@ -10,16 +10,16 @@ window, on a steady stretch the longest.
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.noise import NoiseTracker
 from wmr_replay.differentiate.stream import Derivatives, Differentiator
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.errors import InvalidSetting
 
 
-@njit(cache=True)
+@compiled
 def longest_consistent(estimates: F64, half_widths: F64) -> I64:
     """Index of the window to take at each row, (n,), from ``estimates`` and ``half_widths`` (windows, q, n).
 

@@ -11,9 +11,9 @@ first stamp alone, so batches change no bit (van Herk 1992, Gil and Werman 1993,
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 
 class Signals(NamedTuple):
@@ -29,7 +29,7 @@ class Signals(NamedTuple):
     block_ns: int
 
 
-@njit(cache=True)
+@compiled
 def block_of(signals: Signals, row: int) -> tuple[int, int, int]:
     """Anchor of the block that holds ``row``, its first sample there, and the row behind the block's last."""
     start_ns, block_ns = signals.start_ns, signals.block_ns
@@ -39,7 +39,7 @@ def block_of(signals: Signals, row: int) -> tuple[int, int, int]:
     return anchor_ns, head, stop
 
 
-@njit(cache=True)
+@compiled
 def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> None:
     """``out[j] = signal[low + j] − signal[head]``: a large offset costs no digits."""
     part, origin = signal[low:stop], signal[head]
@@ -47,7 +47,7 @@ def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> No
         out[j] = part[j] - origin
 
 
-@njit(cache=True)
+@compiled
 def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop: int, out: F64) -> None:
     """The ``fold``-times integral of an input that is constant over each interval, zero at ``head``: (stop −
     low,).
@@ -71,7 +71,7 @@ def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop
         out[j - 1 - low] = place
 
 
-@njit(cache=True)
+@compiled
 def moments_about_head(values: F64, powers: F64, split: int, out: F64) -> None:
     """Running moments on both sides of the anchor, ``out`` (p, n) from ``values`` (n,) and ``powers`` (p, n).
 

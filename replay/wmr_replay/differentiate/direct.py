@@ -3,17 +3,17 @@
 """
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.irregular import Fit
 from wmr_replay.differentiate.rowwise import factorise, solve
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 ORDERS = 3
 
 
-@njit(cache=True)
+@compiled
 def inner_product(a: F64, b: F64) -> float:
     """Σ a_k b_k, in eight sums side by side: one fixed order, and the processor need not wait for each."""
     s0 = s1 = s2 = s3 = s4 = s5 = s6 = s7 = 0.0
@@ -32,7 +32,7 @@ def inner_product(a: F64, b: F64) -> float:
     return ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))
 
 
-@njit(cache=True)
+@compiled
 def weights_at(t_ns: I64, exponents: tuple[int, int], window_ns: int, place: F64, weight: F64) -> None:
     """Places u = 1 − 2 τ and weights w = τ^κ (1 − τ)^μ at the stamps of a window, (n,) each, oldest first."""
     for k in range(len(t_ns)):
@@ -44,7 +44,7 @@ def weights_at(t_ns: I64, exponents: tuple[int, int], window_ns: int, place: F64
             weight[k] *= 1.0 - tau
 
 
-@njit(cache=True)
+@compiled
 def window_taps(place: F64, weight: F64, fit: Fit, term: F64, taps: F64) -> None:
     """Fill ``taps`` (3, n) with the functionals of a window, from ``weights_at``; ``term`` (n,) is scratch.
 
@@ -72,7 +72,7 @@ def window_taps(place: F64, weight: F64, fit: Fit, term: F64, taps: F64) -> None
             row[k] *= weight[k]
 
 
-@njit(cache=True)
+@compiled
 def filtered_input(taps: F64, t_ns: I64, means: F64, fold: int) -> float:
     """∫ g(s) u(s) ds with the fold-times integrated kernel and interval means u, see ``design.input_taps``.
 
@@ -90,7 +90,7 @@ def filtered_input(taps: F64, t_ns: I64, means: F64, fold: int) -> float:
     return total
 
 
-@njit(cache=True)
+@compiled
 def direct_rows(
     signals: Signals,
     first: I64,

@@ -1,14 +1,14 @@
 """Finite impulse responses, summed in one fixed order so that chunking changes no bit."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.compiled import compiled
 
 BLOCK = 64
 
 
-@njit(cache=True)
+@compiled
 def apply_taps(taps: F64, sums: F64, signal: F64, wanted: Bool, out: F64) -> None:
     """out[o, i] = Σ_k taps[o, k]·signal[i − k] for every i with ``wanted[i]``.
 

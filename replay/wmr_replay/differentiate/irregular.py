@@ -7,7 +7,6 @@ block's anchor (see ``blocks``), for the weight w = τ^κ(1−τ)^μ is itself a
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import polynomial
 
 from wmr_replay.differentiate.blocks import (
@@ -27,6 +26,7 @@ from wmr_replay.differentiate.rowwise import (
     solve,
 )
 from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.compiled import compiled
 
 
 class Fit(NamedTuple):
@@ -51,7 +51,7 @@ def make_fit(spec: KernelSpec, window_ns: int) -> Fit:
     return Fit(np.atleast_1d(polynomial.polymul(old, new)), np.array(wanted), spec.all_shares, window_ns)
 
 
-@njit(cache=True)
+@compiled
 def kernels_of(moments: F64, fit: Fit) -> F64:
     """Kernels (3, D+1, m) as polynomials in u, from the moments Σ uᵖ, (2D+1, m), of m windows."""
     n_weight, size, n_rows = len(fit.weight), fit.wanted.shape[1], moments.shape[1]
@@ -70,7 +70,7 @@ def kernels_of(moments: F64, fit: Fit) -> F64:
     return kernels
 
 
-@njit(cache=True)
+@compiled
 def covariances(kernels: F64, moments: F64) -> F64:
     """Σ_k h_a h_b of each row, (3, 3, m)."""
     n_powers, n_rows = kernels.shape[1:]
@@ -87,7 +87,7 @@ def covariances(kernels: F64, moments: F64) -> F64:
     return out
 
 
-@njit(cache=True)
+@compiled
 def powers_about(t_ns: I64, anchor_ns: int, window_ns: int, n_powers: int) -> F64:
     """Σ-ready powers (2 (t − anchor)/T)^p, (n_powers, n)."""
     powers = np.ones((n_powers, len(t_ns)))
@@ -98,7 +98,7 @@ def powers_about(t_ns: I64, anchor_ns: int, window_ns: int, n_powers: int) -> F6
     return powers
 
 
-@njit(cache=True)
+@compiled
 def gather(running: F64, split: int, first: I64, last: I64) -> F64:
     """Moments (p, m) of the windows ``first … last`` out of those of the two sides."""
     out = np.empty((len(running), len(last)))
@@ -109,7 +109,7 @@ def gather(running: F64, split: int, first: I64, last: I64) -> F64:
     return out
 
 
-@njit(cache=True)
+@compiled
 def weigh(kernel: F64, moments: F64) -> F64:
     """Σ_k h_k y_k of each row, (m,)."""
     total = np.zeros(kernel.shape[1])
@@ -118,14 +118,14 @@ def weigh(kernel: F64, moments: F64) -> F64:
     return total
 
 
-@njit(cache=True)
+@compiled
 def put(values: F64, rows: I64, out: F64) -> None:
     """``out[rows] = values``."""
     for i in range(len(rows)):
         out[rows[i]] = values[i]
 
 
-@njit(cache=True)
+@compiled
 def put_covariances(values: F64, rows: I64, out: F64) -> None:
     """``out[:, :, rows] = values``."""
     for a in range(len(values)):
@@ -133,7 +133,7 @@ def put_covariances(values: F64, rows: I64, out: F64) -> None:
             put(values[a, b], rows, out[a, b])
 
 
-@njit(cache=True)
+@compiled
 def irregular_rows(signals: Signals, first: I64, rows: I64, fit: Fit, out: tuple[F64, F64, F64]) -> None:
     """Fill the columns ``rows`` of ``out``: estimates (s, 3, n), filtered inputs (k, n), gains (3, 3, n).
 
@@ -148,7 +148,7 @@ def irregular_rows(signals: Signals, first: I64, rows: I64, fit: Fit, out: tuple
         start = end
 
 
-@njit(cache=True)
+@compiled
 def rows_of_block(
     signals: Signals,
     bounds: tuple[int, int, int, int],

@@ -7,9 +7,9 @@ constant.
 """
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.compiled import compiled
 
 MAD_TO_SD = 1.4826
 CLIPPED_SQUARE = 0.9950072780344535
@@ -22,7 +22,7 @@ HOLE_IN_STEPS = 3.5
 LEAST_SD = 1e-12
 
 
-@njit(cache=True)
+@compiled
 def third_difference(t_ns: I64, last: int) -> tuple[float, float, float]:
     """Weights of x − x_last at the samples last − 3 … last − 1: Σ c_k t_kᵖ = 0 for p ≤ 2 and Σ c_k² = 1."""
     ab, bc, cd = t_ns[last - 2] - t_ns[last - 3], t_ns[last - 1] - t_ns[last - 2], t_ns[last] - t_ns[last - 1]
@@ -36,7 +36,7 @@ def third_difference(t_ns: I64, last: int) -> tuple[float, float, float]:
     return a / size, b / size, c / size
 
 
-@njit(cache=True)
+@compiled
 def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: float, variances: F64) -> F64:
     """s² ← s² + g (min(d², 9 s²)/b − s²) row by row from ``n_old`` on; s² (s, n) at each of these rows.
 
@@ -59,7 +59,7 @@ def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: f
     return out
 
 
-@njit(cache=True)
+@compiled
 def third_differences(t_ns: I64, signal: F64) -> F64:
     """Third differences, scaled as :func:`third_difference` says, at every sample from the fourth on."""
     out = np.empty(max(len(signal) - 3, 0))
@@ -98,4 +98,4 @@ class NoiseTracker:
         held = np.concatenate([self._samples, samples], axis=1)
         track = track_variances(t, held, n_old, self._step_ns, self._gain, self._variances)
         self._t_ns, self._samples = t[-3:], held[:, -3:]
-        return np.sqrt(track)
+        return np.asarray(np.sqrt(track))

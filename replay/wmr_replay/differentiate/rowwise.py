@@ -4,29 +4,29 @@ Each row's result depends on that row alone, in a fixed order of operations.
 """
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 SINGULAR = 1e-9
 """Least pivot over its diagonal element: below it the instants do not determine the fit."""
 
 
-@njit(cache=True)
+@compiled
 def add_product(out: F64, a: F64, b: F64) -> None:
     """``out += a·b``, row by row."""
     for i in range(len(out)):
         out[i] += a[i] * b[i]
 
 
-@njit(cache=True)
+@compiled
 def add_scaled(out: F64, factor: float, b: F64) -> None:
     """``out += factor·b``, row by row."""
     for i in range(len(out)):
         out[i] += factor * b[i]
 
 
-@njit(cache=True)
+@compiled
 def shift_moments(moments: F64, by: F64) -> None:
     """Σ sᵖ → Σ (s + by)ᵖ in place: ``moments`` (p, m), ``by`` (m,)."""
     for k in range(1, len(moments)):
@@ -34,7 +34,7 @@ def shift_moments(moments: F64, by: F64) -> None:
             add_product(moments[p], by, moments[p - 1])
 
 
-@njit(cache=True)
+@compiled
 def shift_polynomials(coefficients: F64, by: F64) -> None:
     """q(u) → q(s + by) in place: ``coefficients`` (p, m), ``by`` (m,)."""
     for k in range(len(coefficients) - 1):
@@ -42,7 +42,7 @@ def shift_polynomials(coefficients: F64, by: F64) -> None:
             add_product(coefficients[p], by, coefficients[p + 1])
 
 
-@njit(cache=True)
+@compiled
 def factorise(weighted: F64, lower: F64, diagonal: F64) -> None:
     """M = L D Lᵀ of M_pq = ``weighted[p + q]``, row by row: ``lower`` (k, k, m) holds −L, ``diagonal`` (k, m)
     1/D.
@@ -63,7 +63,7 @@ def factorise(weighted: F64, lower: F64, diagonal: F64) -> None:
             diagonal[i, m] = 1.0 / pivot[m] if pivot[m] > SINGULAR * weighted[2 * i, m] else np.nan
 
 
-@njit(cache=True)
+@compiled
 def solve(lower: F64, diagonal: F64, shares: F64, right: F64, out: F64) -> None:
     """``out`` (k, m) = L⁻ᵀ D⁻¹ S L⁻¹ ``right`` (k,); L⁻¹ holds orthogonal polynomials, S their shares."""
     size = len(lower)

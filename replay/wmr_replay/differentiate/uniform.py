@@ -1,7 +1,6 @@
 """The fast road: uniform stamps, constant work per row (see ``blocks``)."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.differentiate.blocks import (
     Signals,
@@ -11,6 +10,7 @@ from wmr_replay.differentiate.blocks import (
     moments_about_head,
 )
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.compiled import compiled
 
 
 def anchor_powers(n_taps: int, n_powers: int) -> F64:
@@ -18,14 +18,14 @@ def anchor_powers(n_taps: int, n_powers: int) -> F64:
     return (np.arange(-n_taps, n_taps) / (n_taps - 1)) ** np.arange(n_powers)[:, None]
 
 
-@njit(cache=True)
+@compiled
 def add_products(taps: F64, moments: F64, total: F64) -> None:
     """``total[i] += taps[i]·moments[i]`` as far as all three reach."""
     for i in range(min(len(taps), len(moments), len(total))):
         total[i] += taps[i] * moments[i]
 
 
-@njit(cache=True)
+@compiled
 def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, out: F64) -> None:
     """``out[i] = Σ_p taps[p, i]·moment_p`` of the L samples up to row + i, for i with ``wanted[i]``."""
     n_taps = taps.shape[1]
@@ -39,7 +39,7 @@ def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, 
             out[i] = total[i]
 
 
-@njit(cache=True)
+@compiled
 def uniform_rows(
     signals: Signals, step_s: float, wanted: Bool, design: tuple[F64, F64], out: tuple[F64, F64]
 ) -> None:

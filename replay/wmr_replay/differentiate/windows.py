@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I8, I64, Bool
+from wmr_schemas.compiled import compiled
 
 OK, WARMING_UP, GAP = 0, 1, 2
 UNIFORM_TOLERANCE_NS = 2
@@ -35,7 +35,7 @@ class Windows(NamedTuple):
     n_holes: int
 
 
-@njit(cache=True)
+@compiled
 def find_windows(t_ns: I64, restarts: Bool, n_old: int, start_ns: int, rules: WindowRules) -> Windows:
     """The windows of the rows from ``n_old`` on; ``t_ns`` (n,) reaches back as far as the oldest of them.
 

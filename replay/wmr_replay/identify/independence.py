@@ -5,9 +5,9 @@ it.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 RELATIVE_TOLERANCE = 5e-4
 TOLERANCE_MPS = 1e-4
@@ -18,7 +18,7 @@ EVIDENCE_STEPS = 20
 INDEPENDENT, NOT_INDEPENDENT, UNKNOWN = 1, -1, 0
 
 
-@njit(cache=True)
+@compiled
 def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: float, step_s: float) -> bool:
     """Whether a step obeys the nonholonomic constraint to within numerical noise.
 
@@ -48,7 +48,7 @@ def fresh_independence() -> IndependenceState:
     return IndependenceState(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros(3))
 
 
-@njit(cache=True)
+@compiled
 def judge_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
     """INDEPENDENT, NOT_INDEPENDENT or UNKNOWN at each row, (n,), from the steps up to it.
 

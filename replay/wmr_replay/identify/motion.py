@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 
 class Motion(NamedTuple):
@@ -23,7 +23,7 @@ class Motion(NamedTuple):
     yaw_acc_radps2_sd: F64
 
 
-@njit(cache=True)
+@compiled
 def body_motion(estimates: F64, gains: F64, variances: F64) -> F64:
     """Rows of :class:`Motion`, (10, n), from ``estimates`` (3, 3, n) (signal, order), ``gains`` (3, 3, n),
     ``variances`` (2, n).

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.interface import (
@@ -14,6 +13,7 @@ from wmr_replay.identify.interface import (
     Verdict,
 )
 from wmr_schemas.arrays import F64, I8, I64, U8, Bool
+from wmr_schemas.compiled import compiled
 
 NOT_EXCLUDED = 0.05
 """A mode is excluded when its posterior is below this."""
@@ -65,7 +65,7 @@ class Decision(NamedTuple):
     outcome: I8
 
 
-@njit(cache=True)
+@compiled
 def decided_modes(posterior: F64, min_confidence: float) -> I8:
     """Mode and mode set by bin, (2, m). The set has bit k for each mode k whose posterior is .05 or more."""
     out = np.empty((2, posterior.shape[1]), np.int8)
@@ -78,7 +78,7 @@ def decided_modes(posterior: F64, min_confidence: float) -> I8:
     return out
 
 
-@njit(cache=True)
+@compiled
 def decide_rows(said: Said, modes: I8, independence: F64, force: F64, shown: Decision) -> None:
     """The rows of :func:`decide`, over what ``paper`` says. An undecided row has a reason: no torque, too
     small torques, too little turning.

@@ -5,9 +5,9 @@ terms of the dictionary.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.terms import FACTORS, SOFT_SIGN
 
 N_FACTORS = len(FACTORS)
@@ -53,13 +53,13 @@ class Moving(NamedTuple):
     turn: float
 
 
-@njit(cache=True)
+@compiled
 def soft_sign(speed: float) -> float:
     """Sgn, softened about standstill."""
     return float(np.tanh(speed / SOFT_SIGN))
 
 
-@njit(cache=True)
+@compiled
 def factors_at(at: Moving) -> tuple[float, ...]:
     """Every one of ``FACTORS``, in their order."""
     return (
@@ -81,7 +81,7 @@ def factors_at(at: Moving) -> tuple[float, ...]:
     )
 
 
-@njit(cache=True)
+@compiled
 def add_products(at: Moving, products: F64, out: F64) -> None:
     """Coefficient · term of each of the ``products`` onto its channel of ``out`` (3,)."""
     factors = factors_at(at)
@@ -93,7 +93,7 @@ def add_products(at: Moving, products: F64, out: F64) -> None:
         out[int(row[0])] += value
 
 
-@njit(cache=True)
+@compiled
 def extra_accelerations(
     at: Moving, alpha: float, alpha_yaw: float, terms: Terms
 ) -> tuple[float, float, float]:
@@ -124,7 +124,7 @@ def extra_accelerations(
     return ahead, aside, (turning / l if l > 0.0 else 0.0)
 
 
-@njit(cache=True)
+@compiled
 def extra_along(motion: F64, efforts: F64, alpha: float, terms: Terms) -> F64:
     """The longitudinal part of :func:`extra_accelerations` at each row, (n,).
 

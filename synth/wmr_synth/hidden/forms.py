@@ -5,7 +5,7 @@ Robot conventions; speeds in m/s, torques in N·m, accelerations in m/s².
 
 import math
 
-from numba import njit
+from wmr_schemas.compiled import compiled
 
 SOFT_SIGN_MPS = 0.02
 """Plain friction changes its sign over this speed, as tanh(v/.02)."""
@@ -20,7 +20,7 @@ SLIP_EDGE_S = 0.2
 PATCH_EDGE_M = 0.1
 
 
-@njit(cache=True)
+@compiled
 def sign(speed: float, plain: bool) -> float:
     """Sgn of a friction: v/√(v² + s²), s = .005 m/s; plain tanh(v/.02 m/s)."""
     if plain:
@@ -28,7 +28,7 @@ def sign(speed: float, plain: bool) -> float:
     return speed / math.sqrt(speed**2 + SHARP_SIGN_MPS**2)
 
 
-@njit(cache=True)
+@compiled
 def rolling(c0: float, v: float, plain: bool) -> float:
     """−c₀ sgn(v) (1 + .25 exp(−(v/.15)²)), Stribeck's; plain without the bracket."""
     if c0 == 0.0:
@@ -37,7 +37,7 @@ def rolling(c0: float, v: float, plain: bool) -> float:
     return -c0 * (1.0 + excess) * sign(v, plain)
 
 
-@njit(cache=True)
+@compiled
 def drag(c2: float, v: float, plain: bool) -> float:
     """−c₂ sgn(v) |v|^1.9, equal to the plain −c₂ v|v| at 1 m/s."""
     if c2 == 0.0:
@@ -45,7 +45,7 @@ def drag(c2: float, v: float, plain: bool) -> float:
     return -c2 * v * (abs(v) if plain else abs(v) ** (DRAG_EXPONENT - 1.0))
 
 
-@njit(cache=True)
+@compiled
 def dead_zone(u: float, threshold: float, plain: bool) -> float:
     """U − δ tanh(u/δ), which tends to the plain sgn(u)·max(|u| − δ, 0)."""
     if threshold == 0.0:
@@ -55,7 +55,7 @@ def dead_zone(u: float, threshold: float, plain: bool) -> float:
     return u - threshold * math.tanh(u / threshold)
 
 
-@njit(cache=True)
+@compiled
 def saturation(u: float, limit: float, plain: bool) -> float:
     """U/(1 + (|u|/L)⁶)^(1/6); plain clip(u, −L, L)."""
     if limit == math.inf:
@@ -65,7 +65,7 @@ def saturation(u: float, limit: float, plain: bool) -> float:
     return float(u / (1.0 + (abs(u) / limit) ** SATURATION_SHARPNESS) ** (1.0 / SATURATION_SHARPNESS))
 
 
-@njit(cache=True)
+@compiled
 def slope(grade_x: float, grade_y: float, x: float, y: float, plain: bool) -> tuple[float, float]:
     """Downhill acceleration (world x, y): the mean grade g, and bumps of .25 |g| over 3 m; plain g alone.
 
@@ -78,7 +78,7 @@ def slope(grade_x: float, grade_y: float, x: float, y: float, plain: bool) -> tu
     return grade_x + bump * math.sin(wave * x + 0.7), grade_y + bump * math.sin(wave * y + 2.1)
 
 
-@njit(cache=True)
+@compiled
 def load(mass_ratio: float, t0: float, t: float, plain: bool) -> float:
     """The ratio grows linearly from t₀ − 1 s to t₀ + 1 s; plain at once at t₀."""
     if plain:
@@ -86,7 +86,7 @@ def load(mass_ratio: float, t0: float, t: float, plain: bool) -> float:
     return mass_ratio * min(1.0, max(0.0, (t - t0) / LOADING_S + 0.5))
 
 
-@njit(cache=True)
+@compiled
 def interval(loss: float, start: float, end: float, t: float, plain: bool) -> float:
     """The loss within [start, end], with edges of .2 s centred on both; plain without."""
     if plain:
@@ -95,7 +95,7 @@ def interval(loss: float, start: float, end: float, t: float, plain: bool) -> fl
     return loss * (rising - min(1.0, max(0.0, (t - end) / SLIP_EDGE_S + 0.5)))
 
 
-@njit(cache=True)
+@compiled
 def patch(loss: float, radius: float, distance: float, plain: bool) -> float:
     """The loss within the radius, with an edge loss/2 · (1 − tanh((d − R)/.1 m)); plain without an edge."""
     if plain:

@@ -17,9 +17,8 @@ Effects change α, α_yaw, G_x and the torques, or add to a_long, a_lat, a_turn,
 
 import math
 
-from numba import njit
-
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 from wmr_synth.hidden import forms
 from wmr_synth.hidden.parameters import Hidden
 from wmr_synth.plants.two_wheeled import (
@@ -54,14 +53,14 @@ Held = tuple[float, float, float, float, float]
 """Inputs held over a step: shaped torques (left, right), disturbances (longitudinal, lateral, yaw)."""
 
 
-@njit(cache=True)
+@compiled
 def shaped(u: float, gain: float, bias: float, h: Hidden) -> float:
     """A wheel's torque behind what acts on it at once: gain, bias, dead zone, saturation."""
     through = forms.dead_zone(u * gain + bias, h.deadzone_nm, h.plain)
     return forms.saturation(through, h.saturation_nm, h.plain)
 
 
-@njit(cache=True)
+@compiled
 def lagged(first: int, u: float, state: F64, h: Hidden, out: F64) -> float:
     """A wheel's torque behind its actuator: two poles of T/2 each; plain one of T."""
     out[first] = out[first + 1] = 0.0
@@ -75,7 +74,7 @@ def lagged(first: int, u: float, state: F64, h: Hidden, out: F64) -> float:
     return float(state[first + 1])
 
 
-@njit(cache=True)
+@compiled
 def wheel_friction(speed_mps: float, h: Hidden) -> float:
     """Torque lost at a wheel, in N·m."""
     lost = h.wheel_viscous_nm_per_mps * speed_mps
@@ -84,7 +83,7 @@ def wheel_friction(speed_mps: float, h: Hidden) -> float:
     return lost
 
 
-@njit(cache=True)
+@compiled
 def patch_loss(state: F64, h: Hidden) -> float:
     """Share of grip that the ground under N lacks."""
     if h.patch_loss == 0.0:
@@ -93,7 +92,7 @@ def patch_loss(state: F64, h: Hidden) -> float:
     return forms.patch(h.patch_loss, h.patch_radius_m, distance, h.plain)
 
 
-@njit(cache=True)
+@compiled
 def body(state: F64, yaw_share: float, h: Hidden) -> Triple:
     """(a_long, a_lat, a_turn) of the effects on the body; ``yaw_share`` is α_yaw/α."""
     v, turn, yaw = state[V_LONG], state[TURN], state[YAW]
@@ -114,14 +113,14 @@ def body(state: F64, yaw_share: float, h: Hidden) -> Triple:
     return ahead, across, around
 
 
-@njit(cache=True)
+@compiled
 def com(state: F64, l: float, h: Hidden) -> Pair:
     """(a_long, a_turn) of a centre of mass ahead of the axle."""
     yaw_rate = state[TURN] / l
     return h.com_offset_m * yaw_rate**2, -h.com_yaw * state[V_LONG] * yaw_rate
 
 
-@njit(cache=True)
+@compiled
 def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: Hidden, out: F64) -> None:
     """d/dt of the state under held inputs, into ``out``."""
     l, v, v_lat, turn = c.half_track_m, state[V_LONG], state[V_LAT], state[TURN]
@@ -156,7 +155,7 @@ def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: 
         out[TURN] = twist + around
 
 
-@njit(cache=True)
+@compiled
 def step(
     mode: int,
     t: float,
@@ -178,7 +177,7 @@ def step(
         state[i] += step_s / 6.0 * (work[0, i] + 2.0 * (work[1, i] + work[2, i]) + work[3, i])
 
 
-@njit(cache=True)
+@compiled
 def advance(
     mode: int,
     t: float,
@@ -199,7 +198,7 @@ def advance(
         remaining = remaining - step_s if n_steps > 1 else 0.0
 
 
-@njit(cache=True)
+@compiled
 def acting(mode: int, undeclared: bool) -> int:
     """The mode that really acts where the schedule says ``mode``."""
     return SKIDDING if undeclared and mode == IDEAL else mode

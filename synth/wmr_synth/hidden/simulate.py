@@ -1,9 +1,9 @@
 """The compiled loop of the extended plant: driver, delay, mode switches and disturbance."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
@@ -71,7 +71,7 @@ def grid(modes: ModeTrack, torque_ns: I64, pose_ns: I64, hidden: Hidden, disturb
     return kept
 
 
-@njit(cache=True)
+@compiled
 def run(
     schedule: tuple[I64, I8, Bool],
     wanted: F64,

@@ -1,9 +1,9 @@
 """The compiled loop of the traction-limited plant, and the true mode that comes out of it."""
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
@@ -72,7 +72,7 @@ def switches_of(motion: Motion) -> ModeTrack:
     return ModeTrack(motion.t_ns[kept], motion.mode[kept])
 
 
-@njit(cache=True)
+@compiled
 def switch(
     skids: bool, state: F64, efforts_nm: tuple[float, float], cap: float, c: plant.Coefficients, p: Traction
 ) -> None:
@@ -86,7 +86,7 @@ def switch(
         traction.settle(state, efforts_nm, cap, c, p)
 
 
-@njit(cache=True)
+@compiled
 def put(record: F64, state: F64, work: F64, half_track_m: float) -> None:
     """State with σ in place of q, and v̇_y, θ̈, into a column of the record."""
     record[:N_STATES] = state[:N_STATES]
@@ -94,7 +94,7 @@ def put(record: F64, state: F64, work: F64, half_track_m: float) -> None:
     record[N_STATES + 2], record[N_STATES + 3] = work[V_Y], work[V_THETA] / half_track_m
 
 
-@njit(cache=True)
+@compiled
 def run(
     t_ns: I64,
     ground: tuple[Bool, F64],

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
@@ -97,7 +97,7 @@ def simulate(
     return to_robot_conventions(t_ns, mode, record, c)
 
 
-@njit(cache=True)
+@compiled
 def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coefficients, state: F64) -> F64:
     """The state, the efforts (left, right) and v̇_y, θ̈ at every instant: (14, n)."""
     n = len(t_ns)
@@ -123,7 +123,7 @@ def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coef
     return record
 
 
-@njit(cache=True)
+@compiled
 def efforts(
     wanted: F64, state: F64, gains: Gains, c: Coefficients, integral: F64, dt: float
 ) -> tuple[float, float]:

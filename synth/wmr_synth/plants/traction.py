@@ -23,9 +23,8 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from numba import njit
-
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.robot import RobotParameters
 from wmr_synth.plants.two_wheeled import (
@@ -98,19 +97,19 @@ def traction_of(robot: RobotParameters, tyre: Tyre) -> Traction:
     return Traction(stiffness, tyre.slip_damping_per_s, tyre.relaxation_length_m, share, yaw_share)
 
 
-@njit(cache=True)
+@compiled
 def cap_of(friction: float, p: Traction) -> float:
     """The largest specific force of a wheel, in m/s²."""
     return friction * GRAVITY_MPS2 * (1.0 - p.wheel_share) / 2.0
 
 
-@njit(cache=True)
+@compiled
 def demand(deflection: float, slip: float, p: Traction) -> float:
     """What a wheel's force would be without a cap."""
     return p.stiffness_per_s2 * deflection + p.damping_per_s * slip
 
 
-@njit(cache=True)
+@compiled
 def hold(state: F64, cap: float, p: Traction) -> None:
     """Keep the deflections where their force is within the cap."""
     most = cap / p.stiffness_per_s2
@@ -118,14 +117,14 @@ def hold(state: F64, cap: float, p: Traction) -> None:
         state[e] = max(-most, min(most, state[e]))
 
 
-@njit(cache=True)
+@compiled
 def is_capped(state: F64, cap: float, p: Traction) -> bool:
     """Whether the demand on a wheel reaches its cap."""
     right, left = demand(state[E_R], state[Q_R], p), demand(state[E_L], state[Q_L], p)
     return abs(right) >= cap or abs(left) >= cap
 
 
-@njit(cache=True)
+@compiled
 def deflection_rate(deflection: float, slip: float, ground: float, cap: float, p: Traction) -> float:
     """ė of a wheel whose hub moves at ``ground`` m/s."""
     rate = slip - abs(ground) / p.relaxation_m * deflection
@@ -133,7 +132,7 @@ def deflection_rate(deflection: float, slip: float, ground: float, cap: float, p
     return 0.0 if full else rate
 
 
-@njit(cache=True)
+@compiled
 def settle(state: F64, efforts_nm: tuple[float, float], cap: float, c: Coefficients, p: Traction) -> None:
     """Give the tyres what they carry in steady rolling under these efforts, as far as the cap allows."""
     drive, turn = c.alpha * (efforts_nm[0] + efforts_nm[1]), c.alpha_yaw * (efforts_nm[1] - efforts_nm[0])
@@ -145,7 +144,7 @@ def settle(state: F64, efforts_nm: tuple[float, float], cap: float, c: Coefficie
         state[q] = creep_per_s * state[e]
 
 
-@njit(cache=True)
+@compiled
 def derivative(
     state: F64, efforts_nm: tuple[float, float], cap: float, c: Coefficients, p: Traction, out: F64
 ) -> None:
@@ -165,7 +164,7 @@ def derivative(
     out[E_L] = deflection_rate(state[E_L], state[Q_L], v - turn, cap, p)
 
 
-@njit(cache=True)
+@compiled
 def longest_step_s(state: F64, p: Traction) -> float:
     """A step well inside the method's stable and accurate range."""
     gain = 2.0 / p.wheel_share + 2.0 / min(1.0 - p.wheel_share, p.yaw_share)
@@ -174,7 +173,7 @@ def longest_step_s(state: F64, p: Traction) -> float:
     return STEP_TIMES_POLE / pole
 
 
-@njit(cache=True)
+@compiled
 def step(
     state: F64, efforts_nm: tuple[float, float], cap: float, h: float, c: Coefficients, p: Traction, work: F64
 ) -> None:
@@ -190,7 +189,7 @@ def step(
     hold(state, cap, p)
 
 
-@njit(cache=True)
+@compiled
 def advance(
     state: F64,
     efforts_nm: tuple[float, float],

@@ -18,9 +18,8 @@ re-derived from (1) (the printed (4) and (5) have slips), and behind it the two 
 import math
 from typing import NamedTuple
 
-from numba import njit
-
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import AUTO, RobotParameters
@@ -98,7 +97,7 @@ def coefficients(robot: RobotParameters, modes: set[int]) -> Coefficients:
     )
 
 
-@njit(cache=True)
+@compiled
 def average_speed(state: F64, c: Coefficients) -> float:
     """The v of the stiffness terms, in m/s."""
     if c.average_speed_mps > 0.0:
@@ -107,7 +106,7 @@ def average_speed(state: F64, c: Coefficients) -> float:
     return max(v, AVERAGE_SPEED_FLOOR_MPS)
 
 
-@njit(cache=True)
+@compiled
 def derivative(mode: int, state: F64, u_1: float, u_2: float, c: Coefficients, out: F64) -> None:
     """dξ/dt of the module's equations, into ``out``; u₁, u₂ in N·m, negative forward."""
     l = c.half_track_m
@@ -141,7 +140,7 @@ def derivative(mode: int, state: F64, u_1: float, u_2: float, c: Coefficients, o
         out[SIGMA_2] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def jump(mode: int, state: F64) -> None:
     """The state's jump at a switch into ``mode`` (§3.1): what the mode does not know becomes 0."""
     if mode in (IDEAL, SLIPPING):
@@ -151,7 +150,7 @@ def jump(mode: int, state: F64) -> None:
         state[SIGMA_2] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def longest_step_s(mode: int, state: F64, c: Coefficients) -> float:
     """A step that keeps the fastest pole well inside the method's stable and accurate range."""
     pole = 0.0
@@ -163,7 +162,7 @@ def longest_step_s(mode: int, state: F64, c: Coefficients) -> float:
     return STEP_TIMES_POLE / pole if pole * MAX_STEP_S > STEP_TIMES_POLE else MAX_STEP_S
 
 
-@njit(cache=True)
+@compiled
 def step(mode: int, state: F64, u_1: float, u_2: float, h: float, c: Coefficients, work: F64) -> None:
     """One classical Runge-Kutta step of ``h`` seconds, in place; ``work`` is scratch of shape (5, N_STATES).
 
@@ -184,7 +183,7 @@ def step(mode: int, state: F64, u_1: float, u_2: float, h: float, c: Coefficient
         state[i] += h / 6.0 * (work[0, i] + 2.0 * (work[1, i] + work[2, i]) + work[3, i])
 
 
-@njit(cache=True)
+@compiled
 def advance(mode: int, state: F64, u_1: float, u_2: float, dt: float, c: Coefficients, work: F64) -> None:
     """The state ``dt`` seconds later under constant torques, in as many steps as the poles ask for."""
     remaining = dt

@@ -10,7 +10,6 @@ diffusion; sensitivities after Ljung, System Identification (1999), ch. 10.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.gap.estimation.sensitivity import (
     Wanted,
@@ -44,6 +43,7 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
 SLIP_DISTURBANCE_MPS2 = 0.5
@@ -90,14 +90,14 @@ class Passed(NamedTuple):
     log_variances: F64
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
     """What a step leaves of the disturbances of v_long and v_lat, of w's, and of a lateral velocity."""
     kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
     return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def add_noise(
     P: F64, row: F64, previous_mode: float, noise: Diffusion, kept: tuple[float, float, float]
 ) -> None:
@@ -123,7 +123,7 @@ def add_noise(
         P[W, W] += SWITCH_SD_MPS**2
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
     """The disturbances die out over the step: their rows of ``F`` and of ``z``."""
     for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
@@ -131,7 +131,7 @@ def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
         F[d, d] *= share
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def transform(F: F64, P: F64, out: F64) -> None:
     """``out`` ← F P; F is the identity in its first two columns and behind its first six rows, but for the
     disturbances' diagonal, and most of the rest is 0.
@@ -146,7 +146,7 @@ def transform(F: F64, P: F64, out: F64) -> None:
                         out[i, j] += F[i, m] * P[m, j]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def spread(F: F64, P: F64, scratch: F64) -> None:
     """``P`` ← F P Fᵀ = F (F P)ᵀ."""
     transform(F, P, scratch)
@@ -156,7 +156,7 @@ def spread(F: F64, P: F64, scratch: F64) -> None:
     transform(F, scratch, P)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
     """One scalar measurement with slope ``h`` (3,) on x, y, yaw; leaves the gain; gives the innovation's
     variance.
@@ -177,7 +177,7 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
     return float(s)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def first_covariance(noise: Diffusion) -> F64:
     """(9, 9): half a metre, radian and metre per second; disturbances in their stationary distribution."""
     P = np.zeros((N_STATE, N_STATE))
@@ -190,7 +190,7 @@ def first_covariance(noise: Diffusion) -> F64:
     return P
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wanted, keep: bool) -> Passed:
     """One pass over the data. With ``keep`` false, states and sensitivities are left out."""
     n, p = len(data.rows), wanted_columns(wanted)

@@ -7,12 +7,12 @@ against the window's poses, with no disturbance; what is left is the gap.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.gap.estimation.binned_log import Drive
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.compiled import compiled
 
 WINDOW_S = 4.0
 ROUNDS, TRIES = 8, 4
@@ -28,7 +28,7 @@ class WindowErrors(NamedTuple):
     start_s: F64
 
 
-@njit(cache=True)
+@compiled
 def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64, out: F64) -> None:
     """``out`` (3m,) ← (measured − simulated)/scale over a window's rows."""
     z, ahead, at = z0.copy(), np.zeros(N_STATE), np.zeros(3)
@@ -41,7 +41,7 @@ def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64
             out[3 * k + c] = (poses[k, c] - at[c]) / scale[k, c]
 
 
-@njit(cache=True)
+@compiled
 def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64) -> F64:
     """Whitened residuals (m, 3) after the best initial motion; v_lat only where it starts in a skid."""
     m = len(rows)

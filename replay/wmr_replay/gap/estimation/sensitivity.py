@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_STATE, YAW, Base, Row, Theta, step
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 
 class Wanted(NamedTuple):
@@ -24,13 +24,13 @@ class Wanted(NamedTuple):
 NOTHING = Wanted(np.zeros(0, np.int64), np.zeros((0, 0, 2)), np.zeros(0, np.int64), 0)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def wanted_columns(wanted: Wanted) -> int:
     """How many columns that makes."""
     return len(wanted.places) + len(wanted.efforts) + 2 * wanted.n_cells
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def first_live(wanted: Wanted) -> I64:
     """Ranges [a, b) (3, 2) of the columns that may differ from 0: places and efforts, and of either block of
     cells those whose first row is reached.
@@ -39,7 +39,7 @@ def first_live(wanted: Wanted) -> I64:
     return np.array([[0, known], [known, known], [known + wanted.n_cells, known + wanted.n_cells]])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def carry(F: F64, S: F64, live: I64, ahead: F64) -> None:
     """S ← F S, by way of ``ahead`` (6, p); F is the identity in its first two columns and behind its first
     six rows, but for the disturbances' diagonal.
@@ -56,7 +56,7 @@ def carry(F: F64, S: F64, live: I64, ahead: F64) -> None:
             scale(S[i, a:b], F[i, i], S[i, a:b])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
     """``out`` += f S over columns [a, b), but for rows 0, 1 and ``i`` of S; most of ``f`` (9,) is 0."""
     for m in range(2, N_STATE):
@@ -64,21 +64,21 @@ def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
             add(out, f[m], S[m, a:b])
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def scale(out: F64, factor: float, x: F64) -> None:
     """``out`` ← factor x."""
     for j in range(len(out)):
         out[j] = factor * x[j]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def add(out: F64, factor: float, x: F64) -> None:
     """``out`` += factor x."""
     for j in range(len(out)):
         out[j] += factor * x[j]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def push(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
     S: F64, live: I64, z: F64, moved: F64, k: int, rows: F64, theta: F64, base: Base, wanted: Wanted
 ) -> None:
@@ -106,7 +106,7 @@ def push(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
             push_efforts(S, j + wanted.n_cells, left, right, half, -half)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def slope_of_effort(side: int, z: F64, moved: F64, row: F64, theta: F64, base: Base, ahead: F64) -> F64:
     """∂step/∂effort (6,) of one side; ``row`` is left as it was."""
     effort = row[side]
@@ -116,14 +116,14 @@ def slope_of_effort(side: int, z: F64, moved: F64, row: F64, theta: F64, base: B
     return (ahead[:N_MOTION] - moved[:N_MOTION]) / DIFFERENCE
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def push_efforts(S: F64, j: int, left: F64, right: F64, by_left: float, by_right: float) -> None:
     """Column ``j`` by a change of the efforts, from the slopes (6,) by either of them."""
     for i in range(N_MOTION):
         S[i, j] += left[i] * by_left + right[i] * by_right
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def measured_slopes(
     slopes: F64, S: F64, live: I64, h: F64, c: int, z: F64, age_s: float, places: I64
 ) -> None:
@@ -144,7 +144,7 @@ def measured_slopes(
             slopes[j] += age_s
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def settle(S: F64, live: I64, gain: F64, slopes: F64, whitened: F64, sd: float) -> None:
     """S ← S − K slopes; the whitened slopes are left in ``whitened`` (p,)."""
     for a, b in live:

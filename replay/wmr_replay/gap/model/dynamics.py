@@ -9,9 +9,9 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.terms import SOFT_SIGN
 
 N_STATE = 9
@@ -97,19 +97,19 @@ class Base(NamedTuple):
     lateral_decay: float
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def sign(speed: float) -> float:
     """Sgn, softened about standstill."""
     return float(np.tanh(speed / SOFT_SIGN))
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def skids(mode: float, theta: F64) -> bool:
     """Whether the tyres skid: declared by the mode, or an undeclared skid in what is called ideal."""
     return mode in (SKIDDING, BOTH) or (mode == IDEAL and theta[Theta.UNDECLARED] > LEAST_UNDECLARED)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄), times what the effects make of it."""
     speed = base.speed_mps
@@ -122,7 +122,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     return float(rate)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     """What dv_long/dt makes of the sum of the efforts, and dw/dt of their difference."""
     kept = (1.0 - theta[Theta.PATCH] * row[Row.PATCH]) * (1.0 - theta[Theta.SLIP] * row[Row.SLIP])
@@ -135,7 +135,7 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     return ahead, turning
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 ) -> tuple[float, float]:
@@ -163,13 +163,13 @@ def accelerations(
     return dv, dw
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def kept_lateral(row: F64, base: Base) -> float:
     """The share of v_lat left after a step without a skid."""
     return float(np.exp(-row[Row.DT] * base.lateral_decay)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """v_lat after the step: (3) while skidding; while not, a noise that dies out, about what too small an
     undeclared skid to be followed makes of it.
@@ -189,7 +189,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     return float(v_lat)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later."""
     half = row[Row.DT] / 2
@@ -201,14 +201,14 @@ def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
     out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * half
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
     halfway(z, responses(row, theta, base), row, theta, base, out)
     step_from(out, z, row, theta, base, out)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
     dt = row[Row.DT]
@@ -227,7 +227,7 @@ def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -
     out[V_LAT] = lateral
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def measured(z: F64, row: F64, theta: F64, out: F64) -> None:
     """``out`` (3,) ← the pose as measured: of a point (ARM_X, ARM_Y) on the robot, with yaw + HEADING and
     what has drifted since.

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, NS_PER_S
+from wmr_schemas.compiled import compiled
 from wmr_schemas.signals import TorqueTrack
 
 
@@ -58,7 +58,7 @@ def static_part(efforts_nm: F64, effects: InputEffects) -> F64:
     return np.asarray(np.clip(u, -e.limit_nm, e.limit_nm))
 
 
-@njit(cache=True)
+@compiled
 def integral_of(t_s: F64, u: F64, lag_s: float, at_s: F64) -> F64:
     """∫ y dt up to each of ``at_s`` (increasing), where lag·ẏ = u − y and u is held from stamp to stamp.
 

@@ -1,7 +1,6 @@
 """∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.dynamics`."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.gap.model.dynamics import (
     D_LAT,
@@ -27,6 +26,7 @@ from wmr_replay.gap.model.dynamics import (
     skids,
 )
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.terms import SOFT_SIGN
 
 Six = tuple[float, float, float, float, float, float]
@@ -34,13 +34,13 @@ Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def steepness(speed: float) -> float:
     """Slope of the softened sign."""
     return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
     """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
     (ahead, turning), v, w = gains, z[V], z[W]
@@ -66,14 +66,14 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
     """What q is in ∂rate/∂speed = −q rate speed, for any of the speeds; 0 where the rate's speed is held."""
     squared = v**2 + v_lat**2 + w**2
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> Five:
     """∂next_lateral/∂(yaw, v, w, v_lat, disturbance)."""
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
@@ -96,13 +96,13 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
     return reach * by_yaw, fall * v - reach * w / l, fall * w - reach * v / l, kept + fall * v_lat, reach
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@compiled(error_model="numpy", inline="always")
 def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
     """What changes of the state make of the accelerations of slopes ``a``."""
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, F: F64) -> None:
     """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there."""
     dt, l, half, gains = row[Row.DT], base.half_track_m, row[Row.DT] / 2, responses(row, theta, base)
@@ -130,7 +130,7 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
             F[i, j] = e[i]
 
 
-@njit(cache=True, error_model="numpy")
+@compiled(error_model="numpy")
 def slopes_of_measurement(z: F64, theta: F64, H: F64) -> None:
     """``H`` (3, 3) ← ∂measured/∂(x, y, yaw)."""
     cos, sin = np.cos(z[YAW]), np.sin(z[YAW])

@@ -7,9 +7,9 @@ matters when the interval is short against the motion, and makes 40 rows at 1 kH
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.compiled import compiled
 
 BIN_NS = 40_000_000
 COUNT, T, POSE, IMPULSE, VARIANCES, N_SUMS = 0, 1, 2, 5, 8, 11
@@ -56,7 +56,7 @@ def no_bins() -> Bins:
     )
 
 
-@njit(cache=True)
+@compiled
 def begin_at(bins: Bins, rows: Measured, i: int) -> None:
     """The very first row."""
     bins.stamps_ns[:] = rows.t_ns[i]
@@ -64,21 +64,21 @@ def begin_at(bins: Bins, rows: Measured, i: int) -> None:
     reopen(bins, rows.t_ns[i])
 
 
-@njit(cache=True)
+@compiled
 def forget(bins: Bins, rows: Measured, i: int) -> None:
     """The pose has jumped before row i: what the open bin holds of it is worth nothing."""
     bins.sums[:] = 0.0
     bins.accepted[:] = rows.pose[:, i]
 
 
-@njit(cache=True)
+@compiled
 def beyond(away: float, moved: float, variance: float) -> bool:
     """Whether a distance is more than noise (6 sd of a difference) and motion explain."""
     rest = away - moved
     return bool(rest > 0.0 and rest * rest > 2.0 * OUTLIER_SD**2 * variance)
 
 
-@njit(cache=True)
+@compiled
 def fill(
     bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: float, outliers: Bool
 ) -> tuple[int, int]:
@@ -143,13 +143,13 @@ def fill(
     return i, next_ns
 
 
-@njit(cache=True)
+@compiled
 def opens_after(bins: Bins, t_ns: int) -> bool:
     """Whether a row belongs to a later bin than the open one."""
     return bool(t_ns >= bins.stamps_ns[2])
 
 
-@njit(cache=True)
+@compiled
 def reopen(bins: Bins, t_ns: int) -> None:
     """The bin in which ``t_ns`` lies is the open one, and empty."""
     start_ns = bins.stamps_ns[0]
@@ -157,7 +157,7 @@ def reopen(bins: Bins, t_ns: int) -> None:
     bins.sums[:] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def means(bins: Bins) -> F64:
     """The open bin's means, (11,); in the place of the rows' variances, those of the mean pose."""
     out = np.empty(N_SUMS)

@@ -1,7 +1,6 @@
 """Hypotheses branch, and the best are kept."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_replay.identify.algebraic.hypotheses import CAPACITY, N_KEPT, Hypotheses, copy_all, copy_row, enter
@@ -17,13 +16,14 @@ from wmr_replay.identify.algebraic.regression import (
     Step,
 )
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 MIN_PARENT_LOG, MIN_KEPT_LOG = -10.0, -12.0
 SAME_MEAN, SAME_VARIANCE = 0.04, 1.5
 """Hypotheses are one when means differ by no more than .2 sd and variances by no more than a factor 1.5."""
 
 
-@njit(cache=True)
+@compiled
 def branch(all_: Hypotheses, elapsed_s: float, step: Step, beliefs: Beliefs) -> None:
     """Everything that may have happened in the last ``elapsed_s``: a switch, or a change of load."""
     switched = 1.0 - np.exp(-beliefs.switch_rate_hz * elapsed_s)
@@ -47,7 +47,7 @@ def branch(all_: Hypotheses, elapsed_s: float, step: Step, beliefs: Beliefs) -> 
         all_.log_p[parent] += log_stayed
 
 
-@njit(cache=True)
+@compiled
 def change_load(all_: Hypotheses, elapsed_s: float, beliefs: Beliefs) -> None:
     """A child of the most probable, unless that slips, whose α and β may have changed."""
     if all_.mode[0] == SLIPPING:
@@ -58,7 +58,7 @@ def change_load(all_: Hypotheses, elapsed_s: float, beliefs: Beliefs) -> None:
             all_.covariance[child, gain, gain] += (beliefs.load_change * all_.mean[child, gain]) ** 2
 
 
-@njit(cache=True)
+@compiled
 def bear(all_: Hypotheses, parent: int, mode: int, log_share: float) -> int:
     """A child, a copy of its parent but for mode and probability; its row, or −1 when there is no room."""
     child = int(all_.used[0])
@@ -71,7 +71,7 @@ def bear(all_: Hypotheses, parent: int, mode: int, log_share: float) -> int:
     return child
 
 
-@njit(cache=True)
+@compiled
 def blur_onset(mean: F64, covariance: F64, before: int, mode: int, step: Step, onset_sd_s: float) -> None:
     """What the unknown instant of the switch, ± ``onset_sd_s``, leaves open."""
     if (before == SLIPPING) != (mode == SLIPPING) and not np.isnan(step.force):
@@ -81,14 +81,14 @@ def blur_onset(mean: F64, covariance: F64, before: int, mode: int, step: Step, o
         covariance[OWN, OWN] += (mean[V_LONG] * mean[YAW_RATE] * onset_sd_s) ** 2 + 1e-6
 
 
-@njit(cache=True)
+@compiled
 def impossible(all_: Hypotheses, i: int) -> bool:
     """Whether a hypothesis needs an α below 0, by two standard deviations."""
     alpha = all_.mean[i, ALPHA]
     return bool(alpha < 0.0 and alpha**2 > 4.0 * all_.covariance[i, ALPHA, ALPHA])
 
 
-@njit(cache=True)
+@compiled
 def same(mean: F64, covariance: F64, mode: I64, i: int, k: int) -> bool:
     """Whether two hypotheses say the same now and henceforth."""
     if mode[i] != mode[k]:
@@ -103,7 +103,7 @@ def same(mean: F64, covariance: F64, mode: I64, i: int, k: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def select(all_: Hypotheses, spare: Hypotheses) -> None:
     """The ``N_KEPT`` most probable, in that order; those that say the same become one."""
     log_p, mean, covariance, mode = all_.log_p, all_.mean, all_.covariance, all_.mode

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_replay.identify.algebraic.bins import IMPULSE, N_SUMS, POSE, VARIANCES, T
@@ -38,6 +37,7 @@ from wmr_replay.identify.algebraic.regression import (
 )
 from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 BRANCH_S = 0.12
 """Switches are supposed this far apart, or wherever a bin surprises every hypothesis."""
@@ -94,7 +94,7 @@ def new_filter(beliefs: Beliefs) -> Filter:
     )
 
 
-@njit(cache=True)
+@compiled
 def take_up(state: Filter, bin_: F64, beliefs: Beliefs, terms: Terms) -> None:
     """One more bin; after a gap of more than 1 s everything but the gains begins anew."""
     now_s = bin_[T]
@@ -110,7 +110,7 @@ def take_up(state: Filter, bin_: F64, beliefs: Beliefs, terms: Terms) -> None:
     conclude(state)
 
 
-@njit(cache=True)
+@compiled
 def jumped(state: Filter, beliefs: Beliefs) -> None:
     """The pose is known to have jumped."""
     if state.hypotheses.used[0]:
@@ -118,7 +118,7 @@ def jumped(state: Filter, beliefs: Beliefs) -> None:
         state.clocks_s[JUMPED_S] = state.last[T]
 
 
-@njit(cache=True)
+@compiled
 def step_between(state: Filter, bin_: F64, terms: Terms) -> Step:
     """The step from the last bin to this one, with the model's further effects at the reference."""
     mean, last = state.mean, state.last
@@ -131,7 +131,7 @@ def step_between(state: Filter, bin_: F64, terms: Terms) -> Step:
     return Step(dt_s, force, difference, known_of[0], known_of[1], known_of[2])
 
 
-@njit(cache=True)
+@compiled
 def advance(state: Filter, bin_: F64, step: Step, beliefs: Beliefs) -> None:
     """A step of all hypotheses. They branch when it is time, or when none of them foresaw the bin.
 
@@ -156,7 +156,7 @@ def advance(state: Filter, bin_: F64, step: Step, beliefs: Beliefs) -> None:
     normalise(all_)
 
 
-@njit(cache=True)
+@compiled
 def divide(state: Filter, now_s: float, step: Step, beliefs: Beliefs) -> None:
     """Branch over the time since the last branching, and keep the best, in ``before`` too."""
     branch(state.hypotheses, now_s - state.clocks_s[BRANCHED_S], step, beliefs)
@@ -164,7 +164,7 @@ def divide(state: Filter, now_s: float, step: Step, beliefs: Beliefs) -> None:
     state.clocks_s[BRANCHED_S] = now_s
 
 
-@njit(cache=True)
+@compiled
 def regress(state: Filter, bin_: F64, step: Step, beliefs: Beliefs) -> float:
     """Every hypothesis through its mode's regression; returns the least χ² of the bin under any of them."""
     mean, all_ = state.mean, state.hypotheses
@@ -192,7 +192,7 @@ def regress(state: Filter, bin_: F64, step: Step, beliefs: Beliefs) -> float:
     return least
 
 
-@njit(cache=True)
+@compiled
 def conclude(state: Filter) -> None:
     """What is said until the next bin."""
     all_, now_s, said = state.hypotheses, state.last[T], state.said

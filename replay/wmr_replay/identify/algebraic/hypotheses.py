@@ -7,7 +7,6 @@ regressions of its modes, one after the other, each with a window that starts at
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_replay.identify.algebraic.regression import (
@@ -24,6 +23,7 @@ from wmr_replay.identify.algebraic.regression import (
     Y,
 )
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 N_KEPT = 12
 CAPACITY = 3 * N_KEPT + 1
@@ -55,7 +55,7 @@ def no_hypotheses() -> Hypotheses:
     )
 
 
-@njit(cache=True)
+@compiled
 def copy_row(source: Hypotheses, i: int, target: Hypotheses, k: int) -> None:
     """Row i of one becomes row k of the other."""
     for a in range(N_UNKNOWNS):
@@ -65,7 +65,7 @@ def copy_row(source: Hypotheses, i: int, target: Hypotheses, k: int) -> None:
     target.log_p[k], target.mode[k] = source.log_p[i], source.mode[i]
 
 
-@njit(cache=True)
+@compiled
 def copy_all(source: Hypotheses, target: Hypotheses) -> None:
     """All rows in use."""
     n = source.used[0]
@@ -74,7 +74,7 @@ def copy_all(source: Hypotheses, target: Hypotheses) -> None:
     target.used[0] = n
 
 
-@njit(cache=True)
+@compiled
 def begin(all_: Hypotheses, pose: F64, variances: F64, gains: F64, beliefs: Beliefs) -> None:
     """One hypothesis for each mode, at a pose; ``gains`` (2, 3): mean and variance of α, β and ℓ."""
     for mode in range(3):
@@ -94,7 +94,7 @@ def begin(all_: Hypotheses, pose: F64, variances: F64, gains: F64, beliefs: Beli
     all_.used[0] = 3
 
 
-@njit(cache=True)
+@compiled
 def enter(mean: F64, covariance: F64, mode: int, beliefs: Beliefs) -> None:
     """The mode's own unknown at its onset: v_lat = 0, or ρα with ρ = ``traction`` ± ``traction_sd``."""
     mean[OWN] = 0.0
@@ -108,7 +108,7 @@ def enter(mean: F64, covariance: F64, mode: int, beliefs: Beliefs) -> None:
         covariance[OWN, OWN] = spread + (beliefs.traction_sd * mean[ALPHA]) ** 2
 
 
-@njit(cache=True)
+@compiled
 def release_pose(all_: Hypotheses, beliefs: Beliefs) -> None:
     """The pose has jumped: what was known of x, y and ψ holds no more, what was known of the motion does."""
     for i in range(all_.used[0]):
@@ -116,7 +116,7 @@ def release_pose(all_: Hypotheses, beliefs: Beliefs) -> None:
             all_.covariance[i, c, c] += jump**2
 
 
-@njit(cache=True)
+@compiled
 def normalise(all_: Hypotheses) -> None:
     """Probabilities that sum to 1."""
     n = all_.used[0]
@@ -124,7 +124,7 @@ def normalise(all_: Hypotheses) -> None:
     all_.log_p[:n] -= highest + np.log(np.exp(all_.log_p[:n] - highest).sum())
 
 
-@njit(cache=True)
+@compiled
 def mean_of(all_: Hypotheses, log_decay: float) -> F64:
     """Mean of the unknowns over the hypotheses, (9,); v_lat and ℓ over those that skid.
 
@@ -143,7 +143,7 @@ def mean_of(all_: Hypotheses, log_decay: float) -> F64:
     return out
 
 
-@njit(cache=True)
+@compiled
 def gains_of(all_: Hypotheses) -> F64:
     """Mean and variance of α, β and ℓ, (2, 3), over the hypotheses that hold at least 1 %."""
     total, out = 0.0, np.zeros((2, 3))

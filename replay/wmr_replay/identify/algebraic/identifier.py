@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
 from wmr_replay.identify.algebraic.bins import (
@@ -27,6 +26,7 @@ from wmr_replay.identify.posterior import Said, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 
 N_MODES = 3
@@ -40,7 +40,7 @@ class AlgebraicSettings:
     min_confidence: float = 0.5
 
 
-@njit(cache=True)
+@compiled
 def close(bins: Bins, state: Filter, next_ns: int, beliefs: Beliefs, terms: Terms) -> None:
     """The open bin is complete; ``next_ns`` lies in the one to open."""
     if bins.sums[COUNT] > 0.0:
@@ -48,7 +48,7 @@ def close(bins: Bins, state: Filter, next_ns: int, beliefs: Beliefs, terms: Term
     reopen(bins, next_ns)
 
 
-@njit(cache=True)
+@compiled
 def note(state: Filter, place: int, out: F64) -> None:
     """What is said now into a column of ``out`` (7, …)."""
     for c in range(N_SAID):
@@ -56,7 +56,7 @@ def note(state: Filter, place: int, out: F64) -> None:
     out[ALPHA, place], out[ALPHA_VARIANCE, place] = state.gains[0, 0], state.gains[1, 0]
 
 
-@njit(cache=True)
+@compiled
 def follow(
     rows: Measured, bins: Bins, state: Filter, beliefs: Beliefs, terms: Terms
 ) -> tuple[F64, I64, Bool]:

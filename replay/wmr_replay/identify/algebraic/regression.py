@@ -17,10 +17,10 @@ reference, so that all hypotheses of a mode share the same matrices: z⁺ = A (z
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 X, Y, YAW, V_LONG, OWN, YAW_RATE, ALPHA, YAW_GAIN, LOG_DECAY, ONE = range(10)
 N_UNKNOWNS, N_MOVING = 9, 6
@@ -54,14 +54,14 @@ class Step(NamedTuple):
     turning_radps2: float = 0.0
 
 
-@njit(cache=True)
+@compiled
 def add_row(out: F64, row: int, factor: float, source: int) -> None:
     """``out[row] += factor · out[source]``."""
     for j in range(out.shape[1]):
         out[row, j] += factor * out[source, j]
 
 
-@njit(cache=True)
+@compiled
 def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
     """A of z⁺ = A (z, 1) into ``out`` (6, 10): the unknowns that move, the midpoint rule throughout."""
     dt_s = step.dt_s
@@ -80,7 +80,7 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
     displace(mode, at, dt_s, out)
 
 
-@njit(cache=True)
+@compiled
 def skid(at: Reference, step: Step, out: F64) -> None:
     """v_lat, exact for a constant λ and a constant drive a − vω, and its share in dv_long/dt."""
     dt_s = step.dt_s
@@ -100,7 +100,7 @@ def skid(at: Reference, step: Step, out: F64) -> None:
     out[V_LONG, OWN] += share
 
 
-@njit(cache=True)
+@compiled
 def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
     """Position: the mean of the body's velocity over the step, turned by the mean yaw."""
     cos, sin = np.cos(at.yaw_rad), np.sin(at.yaw_rad)
@@ -118,7 +118,7 @@ def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
             out[row, OWN] += half * across
 
 
-@njit(cache=True)
+@compiled
 def disturbance(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
     """What the regression leaves out, as white noise over the step: variances into ``out`` (9,)."""
     dt_s, known = step.dt_s, not np.isnan(step.force)
@@ -135,7 +135,7 @@ def disturbance(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64
     out[LOG_DECAY] = beliefs.log_decay_drift**2 * dt_s
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@compiled(fastmath={"contract", "reassoc"})
 def predict(mean: F64, covariance: F64, matrix: F64, noise: F64, work: F64) -> None:
     """Z ← A (z, 1), P ← A P Aᵀ + diag(noise), in place; ``work`` (6, 10) is scratch."""
     multiply(mean, covariance, matrix, work)
@@ -152,7 +152,7 @@ def predict(mean: F64, covariance: F64, matrix: F64, noise: F64, work: F64) -> N
         covariance[i, i] += noise[i]
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@compiled(fastmath={"contract", "reassoc"})
 def multiply(mean: F64, covariance: F64, matrix: F64, out: F64) -> None:
     """A P, with A (z, 1) as its last column, into ``out`` (6, 10); zeros of A are passed over."""
     for i in range(N_MOVING):
@@ -168,7 +168,7 @@ def multiply(mean: F64, covariance: F64, matrix: F64, out: F64) -> None:
         out[i, ONE] = moved
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@compiled(fastmath={"contract", "reassoc"})
 def correct(mean: F64, covariance: F64, pose: F64, variances: F64, row: F64) -> tuple[float, float]:
     """Least squares with one more pose, (3,) each; returns its log likelihood and the χ² of its errors.
 

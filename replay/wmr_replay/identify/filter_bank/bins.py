@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.interface import Evidence
 from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.compiled import compiled
 
 FORCE, TURN, RELEASED = 6, 7, 8
 N_VALUES = 9
@@ -62,7 +62,7 @@ def open_bin() -> Bin:
     return Bin(np.zeros(N_VALUES), np.zeros(2), np.zeros(3, np.int64))
 
 
-@njit(cache=True)
+@compiled
 def fill_bins(
     t_ns: I64, pose: F64, efforts: F64, variances: F64, restarts: Bool, rows_per_bin: int, state: Bin
 ) -> tuple[F64, I64, I64]:

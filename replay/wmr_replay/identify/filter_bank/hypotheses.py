@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.states import (
     IDEAL,
@@ -18,6 +17,7 @@ from wmr_replay.identify.filter_bank.states import (
     V_LONG,
 )
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 LEAST_LOG_WEIGHT = -14.0
 LEVEL_CHANGE = 1e-3
@@ -61,7 +61,7 @@ def make_population(room: int) -> Population:
     )
 
 
-@njit(cache=True)
+@compiled
 def copy(people: Population, source: int, target: int) -> None:
     """One hypothesis over another."""
     people.mean[target] = people.mean[source]
@@ -73,7 +73,7 @@ def copy(people: Population, source: int, target: int) -> None:
     people.jumped_s[target] = people.jumped_s[source]
 
 
-@njit(cache=True)
+@compiled
 def log_prior_of_level(level: int) -> float:
     """Levels are equally probable but for the lowest, each a tenth of the next: a log must show that it is
     so calm.
@@ -81,7 +81,7 @@ def log_prior_of_level(level: int) -> float:
     return float(min(level - N_CALM, 0) * np.log(10.0))
 
 
-@njit(cache=True)
+@compiled
 def vary_level(people: Population, n_levels: int) -> None:
     """The most probable hypothesis may have met calmer or rougher ground: a child at either level beside."""
     best = int(np.argmax(people.log_weight[: people.size[0]]))
@@ -95,7 +95,7 @@ def vary_level(people: Population, n_levels: int) -> None:
             people.size[0] += 1
 
 
-@njit(cache=True)
+@compiled
 def change_load(people: Population, interval_s: float) -> None:
     """The robot may have been loaded or unloaded: a child of the most probable hypothesis whose α is open
     again; not while that slips, for then only the traction left is seen, α times an unknown share.
@@ -110,7 +110,7 @@ def change_load(people: Population, interval_s: float) -> None:
         people.size[0] += 1
 
 
-@njit(cache=True)
+@compiled
 def alike(people: Population, a: int, b: int) -> bool:
     """Whether two hypotheses of one mode, one level and the same jumps have come to say the same."""
     if people.mode[a] != people.mode[b] or people.level[a] != people.level[b]:
@@ -127,7 +127,7 @@ def alike(people: Population, a: int, b: int) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def thin(people: Population, most: int) -> None:
     """Keep the ``most`` probable; one that says the same as a more probable one gives its weight to it."""
     order = np.argsort(-people.log_weight[: people.size[0]])
@@ -154,7 +154,7 @@ def thin(people: Population, most: int) -> None:
     people.size[0] = n_kept
 
 
-@njit(cache=True)
+@compiled
 def normalise(people: Population) -> None:
     """Weights that add up to 1."""
     n = people.size[0]

@@ -1,10 +1,10 @@
 """Jumps of the pose: those that were found before the bank, and those that only the bank can suppose."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.hypotheses import Population, copy
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 RELEASE_SD = 30.0
 """Standard deviations of a bin's pose: a jump is taken out to within those of single rows."""
@@ -16,7 +16,7 @@ LEAST_LOG_WEIGHT = -9.0
 SHOWS_S = 0.5
 
 
-@njit(cache=True)
+@compiled
 def open_pose(people: Population, h: int, variances: tuple[float, float, float], now_s: float) -> None:
     """What a hypothesis knew of x, y and ψ holds no more, what it knew of the motion does."""
     for c in range(3):
@@ -24,7 +24,7 @@ def open_pose(people: Population, h: int, variances: tuple[float, float, float],
     people.jumped_s[h] = now_s
 
 
-@njit(cache=True)
+@compiled
 def release_pose(people: Population, variances: F64, now_s: float) -> None:
     """The pose is known to have jumped, and has been carried back."""
     wide = RELEASE_SD**2
@@ -32,7 +32,7 @@ def release_pose(people: Population, variances: F64, now_s: float) -> None:
         open_pose(people, h, (wide * variances[0], wide * variances[1], wide * variances[2]), now_s)
 
 
-@njit(cache=True)
+@compiled
 def surprising(people: Population, pose: F64, variances: F64) -> bool:
     """Whether a bin's pose lies too far off for every hypothesis."""
     for h in range(people.size[0]):
@@ -45,7 +45,7 @@ def surprising(people: Population, pose: F64, variances: F64) -> bool:
     return True
 
 
-@njit(cache=True)
+@compiled
 def suppose_jump(people: Population, step_s: float, now_s: float) -> None:
     """A jump that nobody has found: a child of each probable hypothesis whose pose is open."""
     for parent in range(people.size[0]):
@@ -58,7 +58,7 @@ def suppose_jump(people: Population, step_s: float, now_s: float) -> None:
         people.size[0] += 1
 
 
-@njit(cache=True)
+@compiled
 def share_that_jumped(people: Population, now_s: float) -> float:
     """How probable it is that the pose has jumped within the last .5 s."""
     share = 0.0

@@ -1,7 +1,6 @@
 """One step of a hypothesis through its mode's dynamics, mean and covariance."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.states import (
     BOTH,
@@ -23,6 +22,7 @@ from wmr_replay.identify.filter_bank.states import (
 from wmr_replay.identify.filter_bank.traction import traction
 from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 AVERAGE_SPEED_FLOOR_MPS = 0.3
 DEPENDS_ON = np.array(
@@ -38,7 +38,7 @@ DEPENDS_ON = np.array(
 """States on which each moving state depends: where the Jacobian is not zero."""
 
 
-@njit(cache=True)
+@compiled
 def lateral_step(
     mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
 ) -> float:
@@ -61,7 +61,7 @@ def lateral_step(
     return moved
 
 
-@njit(cache=True)
+@compiled
 def move(
     mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
 ) -> None:
@@ -122,7 +122,7 @@ def move(
     jacobian[PSI, OMEGA], jacobian[PSI, LN_BETA] = dt, 0.5 * dt * jacobian[OMEGA, LN_BETA]
 
 
-@njit(cache=True)
+@compiled
 def spread(covariance: F64, jacobian: F64, work: F64) -> None:
     """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 10) is scratch."""
     for i in range(N_MOVING):

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.bins import FORCE, RELEASED, TURN
 from wmr_replay.identify.filter_bank.hypotheses import Population, change_load, normalise, thin, vary_level
@@ -30,6 +29,7 @@ from wmr_replay.identify.filter_bank.traction import slipping_share
 from wmr_replay.identify.filter_bank.update import absorb
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 LONGEST_STEP_S = 0.05
 MIN_LOG_WEIGHT = float(np.log(0.01))
@@ -48,7 +48,7 @@ class Drift(NamedTuple):
     cap: float
 
 
-@njit(cache=True)
+@compiled
 def advance(
     people: Population,
     force: float,
@@ -91,13 +91,13 @@ def advance(
             covariance[RHO, RHO] += (drift.cap if mode == CAPPED else drift.rho) * dt
 
 
-@njit(cache=True)
+@compiled
 def blend(newer: float, older: float, share: float) -> float:
     """The mean input of a step with ``share`` of its time in the newer bin: all of it with one row a bin."""
     return newer if share == 1.0 else share * newer + (1.0 - share) * older
 
 
-@njit(cache=True)
+@compiled
 def count_modes(people: Population, force: float, turn: float, out: F64) -> None:
     """The weights of the modes, (4,); slippery ground counts as slipping as far as a wheel's demand exceeds
     its cap.
@@ -112,7 +112,7 @@ def count_modes(people: Population, force: float, turn: float, out: F64) -> None
             out[mode] += weight
 
 
-@njit(cache=True)
+@compiled
 def moments_of_ln_alpha(people: Population) -> tuple[float, float]:
     """Mean and variance over the hypotheses that hold at least 1 %: an interval speaks of the bulk, and not
     of a change of load that is supposed at every moment.
@@ -127,7 +127,7 @@ def moments_of_ln_alpha(people: Population) -> tuple[float, float]:
     return first / total, second / total - (first / total) ** 2
 
 
-@njit(cache=True)
+@compiled
 def run_bins(
     people: Population,
     values: F64,

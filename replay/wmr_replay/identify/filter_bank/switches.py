@@ -1,7 +1,6 @@
 """Switches between modes: what a switch does to a hypothesis, and when one is supposed."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.hypotheses import Population, copy
 from wmr_replay.identify.filter_bank.states import (
@@ -19,6 +18,7 @@ from wmr_replay.identify.filter_bank.states import (
 )
 from wmr_replay.identify.filter_bank.traction import LEAST_DEMAND_MPS2, largest_demand, traction
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 SPLIT_LOG_WEIGHT = -9.0
 CAP_BELOW_DEMAND = (-0.5, 0.5)
@@ -26,7 +26,7 @@ CAP_BELOW_DEMAND = (-0.5, 0.5)
 KIND_PRIOR = 1.0
 
 
-@njit(cache=True)
+@compiled
 def stop_skidding(mean: F64, covariance: F64) -> None:
     """The state jump into a mode without lateral velocity, and the start of a skid: v_lat = 0 exactly."""
     mean[V_LAT] = 0.0
@@ -34,7 +34,7 @@ def stop_skidding(mean: F64, covariance: F64) -> None:
     covariance[:, V_LAT] = 0.0
 
 
-@njit(cache=True)
+@compiled
 def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
     """A skid that ended at an uncertain instant leaves the position uncertain by v_lat · that time."""
     across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
@@ -43,7 +43,7 @@ def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
             covariance[a, b] += across[a] * across[b] * (mean[V_LAT] * when_sd) ** 2
 
 
-@njit(cache=True)
+@compiled
 def enter(mean: F64, covariance: F64, before: int, mode: int, demand: float, prior: Prior) -> None:
     """The mode's own parameter where it changes its meaning: ρ, or the cap, which a present slip exceeds."""
     if (before == CAPPED) == (mode == CAPPED):
@@ -56,7 +56,7 @@ def enter(mean: F64, covariance: F64, before: int, mode: int, demand: float, pri
         mean[RHO], covariance[RHO, RHO] = prior.rho, prior.rho_sd**2
 
 
-@njit(cache=True)
+@compiled
 def switch(
     mean: F64,
     covariance: F64,
@@ -81,7 +81,7 @@ def switch(
     covariance[OMEGA, OMEGA] += ((now.turning - was.turning) * when_sd) ** 2
 
 
-@njit(cache=True)
+@compiled
 def log_share_of_kind(slips: F64, capped: bool) -> float:
     """How probable a slip of this kind is, after n_k of it among n: (n_k + a)/(n + 2a).
 
@@ -90,7 +90,7 @@ def log_share_of_kind(slips: F64, capped: bool) -> float:
     return float(np.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR)))
 
 
-@njit(cache=True)
+@compiled
 def may_follow(before: int, mode: int, n_modes: int, can_cap: bool) -> bool:
     """Whether a switch is worth a hypothesis: not from one kind of slipping into the other."""
     if mode == CAPPED:
@@ -100,7 +100,7 @@ def may_follow(before: int, mode: int, n_modes: int, can_cap: bool) -> bool:
     return mode != before and not (mode == SLIPPING and before == CAPPED)
 
 
-@njit(cache=True)
+@compiled
 def split(
     people: Population,
     n_modes: int,

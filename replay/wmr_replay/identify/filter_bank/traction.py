@@ -4,10 +4,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.states import BOTH, CAPPED, LN_ALPHA, LN_BETA, RHO, SLIPPING, Prior
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 LEAST_DEMAND_MPS2 = 0.01
 """A wheel that is asked for less does not tell whether the ground is slippery."""
@@ -28,7 +28,7 @@ class Traction(NamedTuple):
     turning_by_own: float
 
 
-@njit(cache=True)
+@compiled
 def traction(mean: F64, mode: int, force: float, turn: float, prior: Prior) -> Traction:
     """Rolling: α Σeffort and β Δeffort. Slipping: the share ρ of it, and ρ times a ratio in yaw. Capped: each
     wheel's α·effort within ± cap, its logarithm in the place of ρ; a capped wheel says nothing of α.
@@ -56,13 +56,13 @@ def traction(mean: F64, mode: int, force: float, turn: float, prior: Prior) -> T
     return Traction(ahead, turning, free_ahead, free_turning, held_ahead, held_turning)
 
 
-@njit(cache=True)
+@compiled
 def largest_demand(mean: F64, force: float, turn: float) -> float:
     """What the harder driven wheel would contribute to dv_long/dt, α |effort|."""
     return float(0.5 * np.exp(mean[LN_ALPHA]) * (abs(force) + abs(turn)))
 
 
-@njit(cache=True)
+@compiled
 def slipping_share(mean: F64, covariance: F64, force: float, turn: float) -> float:
     """How probable it is that the harder driven wheel demands more than the cap; 0 without a known torque.
 

@@ -1,15 +1,15 @@
 """A measured pose into a hypothesis."""
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.filter_bank.states import N_STATES
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
 
 OUTLIER_SD = 5.0
 
 
-@njit(cache=True)
+@compiled
 def absorb(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> float:
     """Kalman update by x, y, ψ in turn; returns the log likelihood. ``gain`` (10,) is scratch.
 

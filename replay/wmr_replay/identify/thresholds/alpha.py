@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled import compiled
 
 
 class AlphaState(NamedTuple):
@@ -24,7 +24,7 @@ def fresh_alpha() -> AlphaState:
     return AlphaState(np.zeros(2), np.zeros(3), np.array([long_ago, long_ago, long_ago]))
 
 
-@njit(cache=True)
+@compiled
 def regress_alpha(
     state: AlphaState, t_ns: int, window_ns: int, seen: tuple[float, float, float], slips: bool
 ) -> int:
@@ -52,7 +52,7 @@ def regress_alpha(
     return int((stamps[0] if pending[2] > 0.0 else max(stamps[1], stamps[2])) + window_ns)
 
 
-@njit(cache=True)
+@compiled
 def fit_of(state: AlphaState) -> tuple[float, float]:
     """α and its standard deviation so far."""
     weight = state.sums[0]

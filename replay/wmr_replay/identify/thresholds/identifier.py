@@ -10,7 +10,6 @@ from a regression over time, so nothing is divided by a torque near 0.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.interface import (
@@ -30,6 +29,7 @@ from wmr_replay.identify.interface import (
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.alpha import AlphaState, fit_of, fresh_alpha, regress_alpha
 from wmr_schemas.arrays import F64, I8, I64
+from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 
 UNKNOWN_SKID_TIME_S = 0.1
@@ -81,7 +81,7 @@ def make_rules(
     )
 
 
-@njit(cache=True)
+@compiled
 def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: float, rules: Rules) -> bool:
     """Whether skidding would drive |v_lat| past the threshold: |v_long ω| · (lateral time constant) against
     it.
@@ -95,7 +95,7 @@ def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: flo
     return abs(v_long * yaw_rate) * settle_s >= threshold
 
 
-@njit(cache=True)
+@compiled
 def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     """The set of modes that the two constraints leave over."""
     if skids:
@@ -105,7 +105,7 @@ def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     return IDEAL | (0 if excited else SLIPPING) | (0 if turning else SKIDDING)
 
 
-@njit(cache=True)
+@compiled
 def mode_of(left: int) -> int:
     """The mode that is left alone, else −1."""
     if left & (left - 1):
@@ -113,7 +113,7 @@ def mode_of(left: int) -> int:
     return 0 if left == IDEAL else (1 if left == SKIDDING else 2)
 
 
-@njit(cache=True)
+@compiled
 def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     """Why more than one mode is left; OK where one is."""
     if not independent:
@@ -125,7 +125,7 @@ def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     return NO_TORQUE if no_torque else NOT_EXCITED
 
 
-@njit(cache=True)
+@compiled
 def judge_rows(
     t_ns: I64, motion: Motion, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
 ) -> tuple[F64, I8]:

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from wmr_replay.ingest.decoding.layout import Layout, Leaf
 from wmr_schemas.arrays import F64, I64, U8, Bool
+from wmr_schemas.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def _agree(data: U8, starts: I64, offsets: I64, masks: U8, expected: U8) -> Bool:
     same = np.ones(len(starts), np.bool_)
     for row in range(len(starts)):

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from wmr_schemas.arrays import I64, U8
+from wmr_schemas.compiled import compiled
 from wmr_schemas.compiled.lean import lean
 
 _PRIME = np.uint64(0x100000001B3)
@@ -123,7 +123,7 @@ def tokenise(data: U8, starts: I64, lengths: I64) -> Tokens:
     return Tokens(first, structure.view(np.int64), table[0], table[1])
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def same_text(data: U8, start: I64, stop: I64, text: U8) -> Any:
     """Which tokens spell ``text``."""
     same = (stop - start) == len(text)
