@@ -14,14 +14,14 @@ from wmr_replay.identify import Evidence, Motion, make_rules, motion_of
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, believe
 from wmr_replay.identify.algebraic import regression as reg
 from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
-from wmr_replay.identify.interface import NO_TORQUE, NOT_EXCITED, POSE_NOT_INDEPENDENT
 from wmr_replay.identify.terms import Terms
 from wmr_schemas import PAPER_ROBOT, RobotParameters
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.status import Status
 from wmr_synth import Sensors, synthesise
 
-POSE_JUMP, OUTLIER = 7, 8
 NO_TERMS = Terms()
-IDEAL, SKIDDING, SLIPPING = 0, 1, 2
+IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING
 QUIET = Sensors(rate_hz=100.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.01)
 PAPER = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad=0.1**0.5)
 BLIND_ROBOT = RobotParameters(alpha=PAPER_ROBOT.alpha, half_track_m=PAPER_ROBOT.half_track_m)
@@ -187,7 +187,7 @@ def test_in_uniform_motion_skidding_alone_is_named():
     assert (verdict.mode[rows & (true == SKIDDING)] == SKIDDING).mean() > 0.9
     rolling = rows & (true != SKIDDING)
     assert (verdict.mode[rolling] == -1).mean() > 0.85
-    unseen = rolling & (verdict.outcome == NOT_EXCITED)
+    unseen = rolling & (verdict.outcome == Status.NOT_EXCITED)
     assert unseen.sum() > 0.85 * rolling.sum()
     assert (verdict.mode_set[unseen] == 0b101).mean() > 0.4
     assert (verdict.mode_set[unseen] & 0b101 == 0b101).all()
@@ -201,8 +201,8 @@ def test_without_torque_skidding_is_still_seen_and_slipping_never_excluded():
     assert (verdict.mode[rows & (true == SKIDDING)] == SKIDDING).mean() > 0.85
     assert not (verdict.mode[rows] == SLIPPING).any()
     undecided = rows & (verdict.mode == -1)
-    assert (verdict.mode_set[undecided & (verdict.outcome == NO_TORQUE)] & 0b101 == 0b101).all()
-    assert (verdict.outcome[undecided] == NO_TORQUE).mean() > 0.9
+    assert (verdict.mode_set[undecided & (verdict.outcome == Status.NO_TORQUE)] & 0b101 == 0b101).all()
+    assert (verdict.outcome[undecided] == Status.NO_TORQUE).mean() > 0.9
 
 
 def test_without_a_nominal_alpha_one_is_found(quiet):
@@ -218,7 +218,7 @@ def test_a_pose_jump_is_said_to_be_one_and_is_no_skid():
     evidence.pose[0, at:] += 0.5
     near = slice(at + 10, at + 150)
     verdict = identify(evidence)
-    assert (verdict.outcome[near] == POSE_JUMP).any()
+    assert (verdict.outcome[near] == Status.POSE_JUMP).any()
     assert not (verdict.mode[near] == SKIDDING).any()
 
 
@@ -226,7 +226,7 @@ def test_single_outliers_are_passed_over(quiet, quiet_verdict):
     evidence = quiet[0]._replace(pose=quiet[0].pose.copy())
     evidence.pose[1, 500::100] += 3.0
     verdict = identify(evidence)
-    assert (verdict.outcome[500::100] == OUTLIER).all()
+    assert (verdict.outcome[500::100] == Status.OUTLIER).all()
     assert (verdict.mode == quiet_verdict.mode).mean() > 0.97
     assert verdict.alpha[-1] == pytest.approx(quiet_verdict.alpha[-1], rel=0.005)
 
@@ -272,7 +272,7 @@ def test_a_pose_from_wheel_speeds_gives_no_mode(quiet):
     rows = t_s > 1.5
     assert (verdict.mode == -1).all()
     assert (verdict.mode_set[rows] == 0b111).all()
-    assert (verdict.outcome[rows] == POSE_NOT_INDEPENDENT).all()
+    assert (verdict.outcome[rows] == Status.POSE_NOT_INDEPENDENT).all()
 
 
 def test_an_hour_loses_no_precision():

@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
-from wmr_replay.differentiate import OK, AdaptiveDifferentiator, Differentiator, KernelSpec
+from wmr_replay.differentiate import AdaptiveDifferentiator, Differentiator, KernelSpec
 from wmr_replay.differentiate.adaptive import longest_consistent
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.status import Status
 
 STEP_S = 0.01
 WINDOWS_S = (0.3, 0.42, 0.6, 0.84, 1.2)
@@ -48,7 +49,7 @@ def test_at_equal_delay_it_beats_every_fixed_window_on_a_signal_that_switches():
     def rmse(differentiator):
         out = differentiator.push(t_ns, noisy, no_inputs(t_ns))
         rows = slice(150, None)
-        assert (out.state[rows] == OK).all()
+        assert (out.state[rows] == Status.OK).all()
         assert np.allclose(out.delay_s[rows], 0.15)
         return np.sqrt(np.mean((out.estimates[0, 1, rows] - np.interp(t_s - 0.15, t_s, v)[rows]) ** 2))
 
@@ -88,7 +89,7 @@ def test_inputs_gains_and_delay_are_those_of_the_window_taken():
         n_taken += np.count_nonzero(rows)
         for name in ("estimates", "inputs", "gains", "coverage"):
             assert np.array_equal(getattr(out, name)[..., rows], getattr(single, name)[..., rows])
-    assert n_taken == np.count_nonzero(out.state == OK)
+    assert n_taken == np.count_nonzero(out.state == Status.OK)
 
 
 @pytest.mark.parametrize("common_delay_s", [None, 0.15])

@@ -6,9 +6,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from wmr_replay.differentiate import GAP, OK, Derivatives, Differentiator, KernelSpec
+from wmr_replay.differentiate import Derivatives, Differentiator, KernelSpec
 from wmr_replay.differentiate.backends import BlockRoad, DirectRoad
 from wmr_replay.differentiate.stream import joined
+from wmr_schemas.status import Status
 
 
 def no_inputs(t_ns):
@@ -82,7 +83,7 @@ def test_estimates_are_the_exact_fit_in_spite_of_an_offset_of_a_million(spec, ir
     differentiator = Differentiator(spec, window_s=0.04, step_s=0.001)
     out = differentiator.push(t_ns, x[None], no_inputs(t_ns))
     sd = out.sd(0.01)
-    for i in rng.choice(np.flatnonzero(out.state == OK), 8):
+    for i in rng.choice(np.flatnonzero(out.state == Status.OK), 8):
         first = int(np.searchsorted(t_ns, t_ns[i] - 40_000_002))
         expected = exact_blend(t_ns[first : i + 1], x[first : i + 1], spec, 40_000_000)
         assert out.estimates[0, 0, i] == pytest.approx(expected[0], rel=1e-15)
@@ -96,7 +97,7 @@ def test_gains_on_irregular_stamps_are_the_sums_of_squared_taps():
     t_ns = np.sort(10**18 + np.arange(30) * 10_000_000 + rng.integers(-3_000_000, 3_000_000, 30))
     spec = KernelSpec(3, 1, 0, 0.2)
     out = Differentiator(spec, window_s=0.2, step_s=0.01).push(t_ns, np.eye(30), np.empty((0, 30)))
-    row = int(np.flatnonzero(out.state == OK)[-1])
+    row = int(np.flatnonzero(out.state == Status.OK)[-1])
     taps = out.estimates[:, :, row]
     np.testing.assert_allclose(taps.T @ taps, out.gains[:, :, row], rtol=1e-9)
 
@@ -129,7 +130,7 @@ def test_nothing_drifts_however_long_the_log(irregular):
     whole = joined(list(stream(fresh(), t_ns, x, u, 65_536)))
     short = fresh().push(t_ns[late:], x[:, late:], u[:, late:])
     tail = slice(late + 600, None)
-    assert np.count_nonzero(short.state == OK) > 9000
+    assert np.count_nonzero(short.state == Status.OK) > 9000
     assert np.array_equal(whole.estimates[:, :, tail], short.estimates[:, :, 600:])
     assert np.array_equal(whole.inputs[:, tail], short.inputs[:, 600:])
 
@@ -156,7 +157,7 @@ def test_a_sample_that_is_not_a_number_spoils_the_windows_that_hold_it_and_no_ot
     spoilt = run(spoilt_samples, spoilt_inputs)
     age_ns = t_ns - t_ns[200]
     holds = (age_ns >= 0) & (age_ns <= 300_000_002)
-    ok = clean.state == OK
+    ok = clean.state == Status.OK
     assert np.isnan(spoilt.estimates[0, :, holds & ok]).all()
     assert np.array_equal(spoilt.estimates[0, :, ~holds & ok], clean.estimates[0, :, ~holds & ok])
     assert np.array_equal(spoilt.estimates[1], clean.estimates[1], equal_nan=True)
@@ -182,7 +183,7 @@ def test_predicted_sd_on_irregular_stamps_is_that_of_monte_carlo():
     t_ns = t_ns[rng.random(n) > 0.05]
     noise = 0.1 * rng.normal(size=(4000, len(t_ns)))
     out = Differentiator(KernelSpec(2), window_s=0.4, step_s=0.01).push(t_ns, noise, no_inputs(t_ns))
-    ok = out.state == OK
+    ok = out.state == Status.OK
     measured = np.sqrt(np.mean(out.estimates[:, :, ok] ** 2, axis=(0, 2)))
     predicted = np.sqrt(np.mean(out.sd(0.1)[0][:, ok] ** 2, axis=1))
     np.testing.assert_allclose(predicted, measured, rtol=0.01)
@@ -201,8 +202,8 @@ def test_coverage_is_the_share_of_the_nominal_samples_and_half_is_the_least():
     at = dict(zip(((t_ns - t_ns[0]) // 10_000_000).tolist(), range(len(t_ns)), strict=True))
     assert out.coverage[at[90]] == 1.0
     assert out.coverage[at[189]] == pytest.approx(21 / 41)
-    assert out.state[at[60]] == OK
-    assert out.state[at[396]] == GAP
+    assert out.state[at[60]] == Status.OK
+    assert out.state[at[396]] == Status.GAP
     assert out.coverage[at[396]] < 0.5
     assert out.sd(1.0)[0, 2, at[161]] > out.sd(1.0)[0, 2, at[90]]
 
@@ -215,9 +216,9 @@ def test_instants_that_do_not_determine_the_fit_are_a_gap():
         t_ns, np.ones((1, len(t_ns))), no_inputs(t_ns)
     )
     late = slice(400, None)
-    assert set(out.state[late]) <= {OK, GAP}
-    assert np.isnan(out.estimates[0, :, out.state == GAP]).all()
-    assert np.isfinite(out.estimates[0, :, out.state == OK]).all()
+    assert set(out.state[late]) <= {Status.OK, Status.GAP}
+    assert np.isnan(out.estimates[0, :, out.state == Status.GAP]).all()
+    assert np.isfinite(out.estimates[0, :, out.state == Status.OK]).all()
 
 
 def test_estimates_return_once_the_window_is_whole_again():
@@ -225,8 +226,8 @@ def test_estimates_return_once_the_window_is_whole_again():
     t_ns[100:] += 2_000_000_000
     differentiator = Differentiator(KernelSpec(2), window_s=0.4, step_s=0.01)
     out = differentiator.push(t_ns, np.zeros((1, 200)), no_inputs(t_ns))
-    assert (out.state[100:130] == GAP).all()
-    assert (out.state[131:] == OK).all()
+    assert (out.state[100:130] == Status.GAP).all()
+    assert (out.state[131:] == Status.OK).all()
     assert np.isnan(out.delay_s[100:130]).all()
     assert (out.delay_s[131:] == differentiator.delay_s).all()
 
@@ -237,7 +238,7 @@ def test_a_change_of_rate_is_followed_on_the_actual_stamps():
     t_s = (t_ns - t_ns[0]) * 1e-9
     differentiator = Differentiator(KernelSpec(2), window_s=0.4, step_s=0.01)
     out = differentiator.push(t_ns, (t_s**2)[None], no_inputs(t_ns))
-    ok = out.state == OK
+    ok = out.state == Status.OK
     assert ok[41:].all()
     np.testing.assert_allclose(out.estimates[0, 1, ok], 2 * (t_s[ok] - differentiator.delay_s), atol=1e-9)
     assert out.coverage[-1] == pytest.approx(201 / 41)

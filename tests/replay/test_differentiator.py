@@ -8,15 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.differentiate import (
-    GAP,
-    OK,
-    WARMING_UP,
     Differentiator,
     KernelSpec,
 )
 from wmr_replay.differentiate.design import input_taps, uniform_taps
 from wmr_replay.differentiate.irregular import make_fit
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.status import Status
 
 specs = st.builds(
     KernelSpec,
@@ -58,7 +56,7 @@ def test_polynomials_up_to_the_degree_are_exact_on_any_stamps(spec, seed, irregu
     estimates, _, _, state, *_ = push_all(
         differentiator, t_ns, (polynomial(t) + 1e6)[None], np.empty((0, len(t)))
     )
-    good = state == OK
+    good = state == Status.OK
     assert good.sum() > 50
     at = t[good] - differentiator.delay_s
     for n in range(3):
@@ -80,7 +78,7 @@ def test_both_roads_agree_to_round_off_on_uniform_stamps(spec, seed):
     off._road._fit = make_fit(spec, 300_000_000)
     slow = push_all(off, t_ns, samples, inputs)
     sd = np.sqrt(np.diagonal(fast[2][:, :, -1]))
-    both = (fast[3] == OK) & (slow[3] == OK)
+    both = (fast[3] == Status.OK) & (slow[3] == Status.OK)
     assert both.sum() > 100
     difference = np.abs(fast[0] - slow[0])[..., both]
     assert np.all(difference <= 1e-9 * sd[:, None]), difference.max(axis=(0, 2)) / sd
@@ -94,7 +92,7 @@ def test_predicted_standard_deviation_is_that_of_monte_carlo():
     estimates, _, gains, state, *_ = push_all(
         differentiator, t_ns, rng.normal(size=(1, len(t_ns))), np.empty((0, len(t_ns)))
     )
-    good = state == OK
+    good = state == Status.OK
     for n in range(3):
         assert np.sqrt(gains[n, n, -1]) == pytest.approx(estimates[0, n, good].std(), rel=0.01)
 
@@ -112,7 +110,7 @@ def test_stepping_inputs_pass_through_the_same_window_as_the_derivative(seed, ir
     differentiator = Differentiator(spec, window_s=0.4, step_s=0.01, folds=(2, 1))
     mean_v = np.concatenate([[np.nan], np.diff(x) / dt])
     estimates, filtered, _, state, *_ = push_all(differentiator, t_ns, x[None], np.stack([u, mean_v]))
-    good = state == OK
+    good = state == Status.OK
     assert good.any()
     np.testing.assert_allclose(filtered[0, good], estimates[0, 2, good], atol=1e-7 * 5000)
     np.testing.assert_allclose(filtered[1, good], estimates[0, 1, good], atol=1e-8)
@@ -149,12 +147,12 @@ def test_nothing_is_said_before_the_window_is_full_nor_while_a_hole_lies_in_it()
     t_ns[100:] += 300_000_000
     differentiator = Differentiator(KernelSpec(), window_s=0.4, step_s=0.01)
     estimates, _, _, state, *_ = push_all(differentiator, t_ns, rng.normal(size=(1, 200)), np.empty((0, 200)))
-    assert list(np.unique(state[:40])) == [WARMING_UP]
-    assert list(np.unique(state[40:100])) == [OK]
-    assert list(np.unique(state[100:129])) == [GAP]
-    assert list(np.unique(state[131:])) == [OK]  # a quarter of the window may be missing at its edge
-    assert np.isnan(estimates[0, :, state != OK]).all()
-    assert np.isfinite(estimates[0, :, state == OK]).all()
+    assert list(np.unique(state[:40])) == [Status.WARMING_UP]
+    assert list(np.unique(state[40:100])) == [Status.OK]
+    assert list(np.unique(state[100:129])) == [Status.GAP]
+    assert list(np.unique(state[131:])) == [Status.OK]  # a quarter of the window may be missing at its edge
+    assert np.isnan(estimates[0, :, state != Status.OK]).all()
+    assert np.isfinite(estimates[0, :, state == Status.OK]).all()
     assert differentiator.n_gaps == 1
 
 

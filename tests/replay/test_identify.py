@@ -12,13 +12,13 @@ from wmr_replay.identify.independence import (
     fresh_independence,
     judge_independence,
 )
-from wmr_replay.identify.interface import IDEAL, SKIDDING, SLIPPING
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, not_excluded
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import RobotParameters
+from wmr_schemas.modes import ModeSet
 
 STEP_S = 0.01
 
@@ -104,11 +104,11 @@ def test_a_measured_pose_is_recognised_as_independent(sd):
 
 
 def test_what_the_constraints_leave_over():
-    assert not_excluded(True, False, True, True) == SKIDDING
-    assert not_excluded(False, True, True, True) == SLIPPING
-    assert not_excluded(False, False, True, True) == IDEAL
-    assert not_excluded(False, False, False, True) == IDEAL | SLIPPING == 0b101
-    assert not_excluded(False, False, True, False) == IDEAL | SKIDDING
+    assert not_excluded(True, False, True, True) == ModeSet.SKIDDING
+    assert not_excluded(False, True, True, True) == ModeSet.SLIPPING
+    assert not_excluded(False, False, True, True) == ModeSet.IDEAL
+    assert not_excluded(False, False, False, True) == ModeSet.IDEAL | ModeSet.SLIPPING == 0b101
+    assert not_excluded(False, False, True, False) == ModeSet.IDEAL | ModeSet.SKIDDING
     assert not_excluded(False, False, False, False) == 0b111
 
 
@@ -161,7 +161,7 @@ def test_without_torque_slipping_is_never_excluded():
     motion, force = steered(500, 0.031)
     verdict = identify(motion, np.full_like(force, np.nan), RobotParameters(alpha=0.031))
     assert (verdict.mode == -1).all()
-    assert (verdict.mode_set & SLIPPING).all()
+    assert (verdict.mode_set & ModeSet.SLIPPING).all()
     assert not np.isfinite(verdict.c_d_mps2).any()
 
 

@@ -14,6 +14,7 @@ from wmr_replay.tables import (
     samples_frame,
     score_runs,
 )
+from wmr_schemas.status import Status
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, polars_schema
 
 OK, WARMING_UP = 0, 1
@@ -25,7 +26,7 @@ def samples(true, mode, *, step_s=0.1, status=None, p=None):
         "t_ns": (np.arange(n) * step_s * 1e9).astype(np.int64),
         "mode_true": np.array(true, np.int8),
         "mode": np.array(mode, np.int8),
-        "status": np.array(status if status is not None else [OK] * n, np.int8),
+        "status": np.array(status if status is not None else [Status.OK] * n, np.int8),
     }
     if p is not None:
         columns["p_ideal"] = np.array(p, float)
@@ -39,7 +40,9 @@ def score(frame):
 
 
 def test_undecided_rows_count_as_wrong_and_warm_up_not_at_all():
-    result = score(samples([0] * 10, [1, 1, -1, -1, 0, 0, 0, 0, 0, 1], status=[WARMING_UP] * 2 + [OK] * 8))
+    result = score(
+        samples([0] * 10, [1, 1, -1, -1, 0, 0, 0, 0, 0, 1], status=[Status.WARMING_UP] * 2 + [Status.OK] * 8)
+    )
     assert result.accuracy == pytest.approx(5 / 8)
     assert result.decided_share == pytest.approx(6 / 8)
     assert result.accuracy_decided == pytest.approx(5 / 6)
@@ -90,7 +93,9 @@ def test_without_truth_there_is_no_score():
 
 def test_confusion_adds_up_to_the_time_after_warm_up():
     collector = RunCollector()
-    collector.push(samples([0, 0, 0, 1, 1, 1], [0, 0, 1, 1, -1, 1], status=[WARMING_UP] + [OK] * 5))
+    collector.push(
+        samples([0, 0, 0, 1, 1, 1], [0, 0, 1, 1, -1, 1], status=[Status.WARMING_UP] + [Status.OK] * 5)
+    )
     table = confusion_frame(collector.finish())
     assert table.schema == polars_schema(CONFUSION)
     assert table.rows() == [

@@ -41,9 +41,10 @@ from wmr_replay.align.state import (
 from wmr_replay.align.track import CAPACITY, follow_noise, make_room, put
 from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.status import Status
 
-OK, POSE_JUMP, OUTLIER = 0, 7, 8
-"""Outcomes, as positions in ``wmr_schemas.tables.Status``."""
+OK, POSE_JUMP, OUTLIER = Status.OK, Status.POSE_JUMP, Status.OUTLIER
+"""Outcomes of a row."""
 GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
 

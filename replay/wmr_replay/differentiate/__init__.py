@@ -13,12 +13,8 @@ from wmr_replay.differentiate.kernel import (
 )
 from wmr_replay.differentiate.noise import NoiseTracker, robust_sigma
 from wmr_replay.differentiate.stream import Derivatives, Differentiator
-from wmr_replay.differentiate.windows import GAP, OK, WARMING_UP
 
 __all__ = [
-    "GAP",
-    "OK",
-    "WARMING_UP",
     "AdaptiveDifferentiator",
     "Derivatives",
     "Differentiator",

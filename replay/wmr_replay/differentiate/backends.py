@@ -13,8 +13,9 @@ from wmr_replay.differentiate.exact import anchored_taps
 from wmr_replay.differentiate.fir import apply_taps
 from wmr_replay.differentiate.irregular import irregular_rows, make_fit
 from wmr_replay.differentiate.uniform import anchor_powers, uniform_rows
-from wmr_replay.differentiate.windows import GAP, OK, Windows
+from wmr_replay.differentiate.windows import Windows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.status import Status
 
 MAX_BLOCK_DEGREE, MAX_MOMENT = 6, 10
 """Largest D = top + κ + μ and 2 top + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to a factor
@@ -55,7 +56,7 @@ def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:
     """The new rows with a uniform window, as a mask, and those with another whole window, as indices."""
     new = np.arange(len(windows.state)) >= n_old
     uniform = windows.uniform & new
-    return uniform, np.flatnonzero((windows.state == OK) & new & ~uniform)
+    return uniform, np.flatnonzero((windows.state == Status.OK) & new & ~uniform)
 
 
 def start_answer(signals: Signals, uniform: Bool, gains: F64) -> Answer:
@@ -70,7 +71,7 @@ def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
     """The new rows; windows whose instants did not determine the fit are gaps."""
     state = windows.state[n_old:].copy()
     gains = answer.gains[:, :, n_old:]
-    state[(state == OK) & np.isnan(gains[0, 0])] = GAP
+    state[(state == Status.OK) & np.isnan(gains[0, 0])] = Status.GAP
     return Answer(answer.estimates[:, :, n_old:], answer.inputs[:, n_old:], gains, state)
 
 

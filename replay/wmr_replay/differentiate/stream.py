@@ -14,6 +14,7 @@ from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.windows import UNIFORM_TOLERANCE_NS, WindowRules, find_windows
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.status import Status
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +102,7 @@ class Differentiator:
         block_ns = self._rules.window_ns + UNIFORM_TOLERANCE_NS
         signals = Signals(self._t_ns, held, self._inputs, self._folds, start_ns, block_ns)
         answer = self._road.rows(signals, windows, n_old)
-        delay_s = np.where(answer.state == 0, self.delay_s, np.nan)
+        delay_s = np.where(answer.state == Status.OK, self.delay_s, np.nan)
         coverage = windows.coverage[n_old:]
         self._forget(windows.first)
         return Derivatives(answer.estimates, answer.inputs, answer.gains, answer.state, coverage, delay_s)

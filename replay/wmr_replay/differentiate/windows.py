@@ -6,8 +6,8 @@ import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.status import Status
 
-OK, WARMING_UP, GAP = 0, 1, 2
 UNIFORM_TOLERANCE_NS = 2
 
 
@@ -43,7 +43,7 @@ def find_windows(t_ns: I64, restarts: Bool, n_old: int, start_ns: int, rules: Wi
     ``coverage`` is the number of samples over L. No window reaches back behind a row of ``restarts`` (n,).
     """
     n = t_ns.shape[0]
-    first, state = np.zeros(n, np.int64), np.full(n, WARMING_UP, np.int8)
+    first, state = np.zeros(n, np.int64), np.full(n, Status.WARMING_UP, np.int8)
     uniform, coverage = np.zeros(n, np.bool_), np.zeros(n)
     oldest, run, behind_hole, n_holes = 0, 0, 0, 0
     for i in range(n):
@@ -62,7 +62,7 @@ def find_windows(t_ns: I64, restarts: Bool, n_old: int, start_ns: int, rules: Wi
             continue
         span = t_ns[i] - t_ns[oldest]
         covered = count >= rules.least and behind_hole <= oldest and rules.window_ns - span <= rules.hole_ns
-        state[i] = OK if covered else GAP
+        state[i] = Status.OK if covered else Status.GAP
         whole = count == rules.n_taps and run >= rules.n_taps - 1
         uniform[i] = covered and whole and abs(span - rules.window_ns) <= UNIFORM_TOLERANCE_NS
     return Windows(first, state, uniform, coverage, n_holes)

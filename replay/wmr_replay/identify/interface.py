@@ -7,13 +7,6 @@ import numpy as np
 from wmr_replay.identify.motion import Motion
 from wmr_schemas.arrays import F64, I8, I64, U8, Bool
 
-IDEAL, SKIDDING, SLIPPING = 1, 2, 4
-"""Bits of ``mode_set``."""
-ALL_MODES = IDEAL | SKIDDING | SLIPPING
-OK, WARMING_UP, NO_TORQUE, NOT_EXCITED, NOT_TURNING, POSE_NOT_INDEPENDENT = 0, 1, 3, 4, 5, 6
-POSE_JUMP, OUTLIER = 7, 8
-"""Outcomes, as positions in ``wmr_schemas.tables.Status``."""
-
 
 class Evidence(NamedTuple):
     """What is known up to each of n rows of strictly increasing time.

@@ -5,15 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.interface import (
-    NO_TORQUE,
-    OK,
-    POSE_JUMP,
-    Evidence,
-    Verdict,
-)
+from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_schemas.arrays import F64, I8, I64, U8, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.status import Status
 
 NOT_EXCLUDED = 0.05
 """A mode is excluded when its posterior is below this."""
@@ -74,7 +70,7 @@ def decided_modes(posterior: F64, min_confidence: float) -> I8:
         for k in range(4):
             best = k if posterior[k, i] > posterior[best, i] else best
             left += 1 << k if posterior[k, i] >= NOT_EXCLUDED else 0
-        out[0, i], out[1, i] = best if posterior[best, i] >= min_confidence else -1, left
+        out[0, i], out[1, i] = best if posterior[best, i] >= min_confidence else ContactMode.UNDECIDED, left
     return out
 
 
@@ -99,8 +95,8 @@ def decide_rows(said: Said, modes: I8, independence: F64, force: F64, shown: Dec
             posterior[k, i] = said_posterior[k, m]
         mode[i], mode_set[i] = modes[0, m], modes[1, m]
         if jumped[m]:
-            outcome[i] = POSE_JUMP
+            outcome[i] = Status.POSE_JUMP
         elif modes[0, m] >= 0:
-            outcome[i] = OK
+            outcome[i] = Status.OK
         elif np.isnan(force[i]):
-            outcome[i] = NO_TORQUE
+            outcome[i] = Status.NO_TORQUE

@@ -5,6 +5,7 @@ import numpy as np
 from wmr_replay.align import AlignedBatch
 from wmr_replay.pipeline.columns import POSTERIOR, Columns, measured
 from wmr_schemas.arrays import Bool
+from wmr_schemas.status import Status
 
 CARRIED_ON = ("mode", "mode_set", "alpha", "alpha_sd", *POSTERIOR)
 """What such a row takes from the last judged one; but for time, pose and truth all else is null in it."""
@@ -13,7 +14,7 @@ CARRIED_ON = ("mode", "mode_set", "alpha", "alpha_sd", *POSTERIOR)
 class Aside:
     """Stage: columns of the rows that were judged → columns of all rows."""
 
-    def __init__(self, start_ns: int, status: int) -> None:
+    def __init__(self, start_ns: int, status: Status) -> None:
         self._start_ns, self._status = start_ns, status
         self._last: Columns = {}
 

@@ -5,14 +5,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from wmr_replay.align import AlignedBatch
-from wmr_replay.align.repair import OUTLIER, POSE_JUMP, PoseRepair
-from wmr_replay.differentiate import (
-    GAP,
-    WARMING_UP,
-    Differentiator,
-    NoiseTracker,
-    robust_sigma,
-)
+from wmr_replay.align.repair import PoseRepair
+from wmr_replay.differentiate import Differentiator, NoiseTracker, robust_sigma
 from wmr_replay.identify import (
     Evidence,
     Identifier,
@@ -34,9 +28,10 @@ from wmr_replay.pipeline.designs import Design, Trial, first_design
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
+from wmr_schemas.modes import ContactMode, ModeSet
+from wmr_schemas.status import Status
 
 EFFORT_FOLD, SPEED_FOLD = 2, 1
-GAP_STATUS = 2
 NEVER_NS = -(2**62)
 PIECE_ROWS = 16384
 """So many rows at once have room in a processor's cache with all that is made of them."""
@@ -75,13 +70,13 @@ def make_identifier(settings: Settings, model: ReplayModel, rules: Rules, step_s
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 
 
-def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: int) -> Verdict:
+def silent_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet) -> Verdict:
     """No verdict while the differentiator's window fills, whatever an identifier makes of the first rows."""
     return verdict._replace(
         posterior=np.where(filling, np.nan, verdict.posterior),
-        mode=np.where(filling, -1, verdict.mode).astype(np.int8),
+        mode=np.where(filling, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
         mode_set=np.where(filling, all_modes, verdict.mode_set).astype(np.uint8),
-        outcome=np.where(filling, WARMING_UP, verdict.outcome).astype(np.int8),
+        outcome=np.where(filling, Status.WARMING_UP, verdict.outcome).astype(np.int8),
     )
 
 
@@ -123,7 +118,7 @@ class Chain:
         self._terms = model.terms
         self._robot = robot
         self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
-        self._aside = Aside(self._start_ns, OUTLIER)
+        self._aside = Aside(self._start_ns, Status.OUTLIER)
         self._jump_ns = NEVER_NS
         self._independence = fresh_independence()
 
@@ -203,9 +198,9 @@ class Chain:
                 restarts,
             )
         )
-        verdict = silent_while_filling(verdict, derivatives.state == WARMING_UP, self._all_modes)
-        blank = np.where(self._after_jump(rows.t_ns, restarts), POSE_JUMP, GAP_STATUS)
-        status = np.where(derivatives.state == GAP, blank, verdict.outcome).astype(np.int8)
+        verdict = silent_while_filling(verdict, derivatives.state == Status.WARMING_UP, self._all_modes)
+        blank = np.where(self._after_jump(rows.t_ns, restarts), Status.POSE_JUMP, Status.GAP)
+        status = np.where(derivatives.state == Status.GAP, blank, verdict.outcome).astype(np.int8)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         return estimated(self._start_ns, rows, motion, slip, verdict, delay_s, status)
 

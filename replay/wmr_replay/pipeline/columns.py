@@ -7,12 +7,13 @@ import numpy as np
 from wmr_replay.align import AlignedBatch
 from wmr_replay.identify import Motion, Slip, Verdict
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.modes import MODES, ContactMode, ModeSet
+from wmr_schemas.status import Status
 
 Columns = dict[str, np.ndarray[Any, Any]]
 """By name, equally long; ``status`` as positions in ``Status``; NaN where unknown."""
 
-WARMING_UP = 1
-POSTERIOR = ("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping")
+POSTERIOR = tuple(f"p_{mode.label}" for mode in MODES)
 
 
 def measured(start_ns: int, rows: AlignedBatch) -> Columns:
@@ -29,11 +30,14 @@ def measured(start_ns: int, rows: AlignedBatch) -> Columns:
     }
 
 
-def unknown(start_ns: int, rows: AlignedBatch, all_modes: int) -> Columns:
+def unknown(start_ns: int, rows: AlignedBatch, all_modes: ModeSet) -> Columns:
     """Rows about which nothing can be said yet: ``mode_set`` is ``all_modes``."""
     n = len(rows)
-    verdict = {"mode": np.full(n, -1, np.int8), "mode_set": np.full(n, all_modes, np.uint8)}
-    return measured(start_ns, rows) | verdict | {"status": np.full(n, WARMING_UP, np.int8)}
+    verdict = {
+        "mode": np.full(n, ContactMode.UNDECIDED, np.int8),
+        "mode_set": np.full(n, all_modes, np.uint8),
+    }
+    return measured(start_ns, rows) | verdict | {"status": np.full(n, Status.WARMING_UP, np.int8)}
 
 
 def estimated(

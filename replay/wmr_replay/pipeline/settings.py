@@ -4,6 +4,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.modes import ModeSet
 from wmr_schemas.robot import RobotParameters
 
 IDENTIFIERS = ("paper", "algebraic", "bank")
@@ -87,9 +88,9 @@ class Settings:
         return self.tune and self.window_s is None and shape == DEFAULT_SHAPE
 
     @property
-    def all_modes(self) -> int:
+    def all_modes(self) -> ModeSet:
         """``mode_set`` when nothing is excluded."""
-        return 0b1111 if self.simultaneous else 0b111
+        return ModeSet.ALL if self.simultaneous else ModeSet.ALL_SINGLE
 
     def as_dict(self) -> dict[str, Any]:
         """As they stand in ``summary.settings``."""

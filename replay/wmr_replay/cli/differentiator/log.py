@@ -11,8 +11,6 @@ import numpy as np
 from wmr_replay.align import Aligner
 from wmr_replay.cli.progress import byte_progress
 from wmr_replay.differentiate import (
-    GAP,
-    OK,
     Derivatives,
     Differentiator,
     KernelSpec,
@@ -23,6 +21,7 @@ from wmr_replay.ingest import open_log
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.errors import LogUnusable
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.status import Status
 
 if TYPE_CHECKING:
     from wmr_replay.differentiate.tuning import TuningResult
@@ -175,10 +174,10 @@ class Tally:
 
     def push(self, out: Derivatives, sd: F64) -> None:
         """Take rows in."""
-        good = out.state == OK
+        good = out.state == Status.OK
         self._n += len(good)
         self._n_ok += int(np.count_nonzero(good))
-        self._n_gap += int(np.count_nonzero(out.state == GAP))
+        self._n_gap += int(np.count_nonzero(out.state == Status.GAP))
         self._coverage += float(np.sum(out.coverage[good]))
         for k, values in enumerate((out.estimates, sd)):
             self._squares[k] += np.sum(values[:, 1:, good] ** 2, axis=2)

@@ -6,10 +6,7 @@ from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_replay.identify.algebraic.hypotheses import CAPACITY, N_KEPT, Hypotheses, copy_all, copy_row, enter
 from wmr_replay.identify.algebraic.regression import (
     ALPHA,
-    IDEAL,
     OWN,
-    SKIDDING,
-    SLIPPING,
     V_LONG,
     YAW_GAIN,
     YAW_RATE,
@@ -17,6 +14,10 @@ from wmr_replay.identify.algebraic.regression import (
 )
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
+
+N_MODES = 3
+"""Ideal, skidding, slipping, by their values in ``ContactMode``."""
 
 MIN_PARENT_LOG, MIN_KEPT_LOG = -10.0, -12.0
 SAME_MEAN, SAME_VARIANCE = 0.04, 1.5
@@ -38,7 +39,7 @@ def branch(all_: Hypotheses, elapsed_s: float, step: Step, beliefs: Beliefs) -> 
         if all_.log_p[parent] < MIN_PARENT_LOG:
             continue
         before = all_.mode[parent]
-        for mode in (IDEAL, SKIDDING, SLIPPING):
+        for mode in range(N_MODES):
             child = bear(all_, parent, mode, log_each) if mode != before else -1
             if child >= 0:
                 mean, covariance = all_.mean[child], all_.covariance[child]
@@ -50,7 +51,7 @@ def branch(all_: Hypotheses, elapsed_s: float, step: Step, beliefs: Beliefs) -> 
 @compiled
 def change_load(all_: Hypotheses, elapsed_s: float, beliefs: Beliefs) -> None:
     """A child of the most probable, unless that slips, whose α and β may have changed."""
-    if all_.mode[0] == SLIPPING:
+    if all_.mode[0] == ContactMode.SLIPPING:
         return
     child = bear(all_, 0, all_.mode[0], np.log(beliefs.load_change_rate_hz * elapsed_s))
     if child >= 0:
@@ -74,10 +75,10 @@ def bear(all_: Hypotheses, parent: int, mode: int, log_share: float) -> int:
 @compiled
 def blur_onset(mean: F64, covariance: F64, before: int, mode: int, step: Step, onset_sd_s: float) -> None:
     """What the unknown instant of the switch, ± ``onset_sd_s``, leaves open."""
-    if (before == SLIPPING) != (mode == SLIPPING) and not np.isnan(step.force):
+    if (before == ContactMode.SLIPPING) != (mode == ContactMode.SLIPPING) and not np.isnan(step.force):
         covariance[V_LONG, V_LONG] += (mean[ALPHA] * step.force * onset_sd_s) ** 2
         covariance[YAW_RATE, YAW_RATE] += (mean[YAW_GAIN] * step.difference * onset_sd_s) ** 2
-    if mode == SKIDDING:
+    if mode == ContactMode.SKIDDING:
         covariance[OWN, OWN] += (mean[V_LONG] * mean[YAW_RATE] * onset_sd_s) ** 2 + 1e-6
 
 

@@ -14,8 +14,6 @@ from wmr_replay.identify.algebraic.regression import (
     LOG_DECAY,
     N_UNKNOWNS,
     OWN,
-    SKIDDING,
-    SLIPPING,
     V_LONG,
     YAW,
     YAW_RATE,
@@ -24,6 +22,7 @@ from wmr_replay.identify.algebraic.regression import (
 )
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 
 N_KEPT = 12
 CAPACITY = 3 * N_KEPT + 1
@@ -87,8 +86,8 @@ def begin(all_: Hypotheses, pose: F64, variances: F64, gains: F64, beliefs: Beli
         covariance[V_LONG, V_LONG] = beliefs.start_speed_mps**2
         covariance[YAW_RATE, YAW_RATE] = beliefs.start_yaw_rate_radps**2
         enter(mean, covariance, mode, beliefs)
-        p = beliefs.start_slipping if mode == SLIPPING else 0.5 * (1.0 - beliefs.start_slipping)
-        if mode == SKIDDING:
+        p = beliefs.start_slipping if mode == ContactMode.SLIPPING else 0.5 * (1.0 - beliefs.start_slipping)
+        if mode == ContactMode.SKIDDING:
             covariance[OWN, OWN] = beliefs.start_lateral_mps**2
         all_.mode[mode], all_.log_p[mode] = mode, np.log(p)
     all_.used[0] = 3
@@ -100,7 +99,7 @@ def enter(mean: F64, covariance: F64, mode: int, beliefs: Beliefs) -> None:
     mean[OWN] = 0.0
     covariance[OWN] = 0.0
     covariance[:, OWN] = 0.0
-    if mode == SLIPPING:
+    if mode == ContactMode.SLIPPING:
         mean[OWN] = beliefs.traction * mean[ALPHA]
         covariance[OWN] = beliefs.traction * covariance[ALPHA]
         covariance[:, OWN] = covariance[OWN]
@@ -133,7 +132,7 @@ def mean_of(all_: Hypotheses, log_decay: float) -> F64:
     out, skidding = np.zeros(N_UNKNOWNS), 1e-9
     out[LOG_DECAY] = skidding * log_decay
     for i in range(all_.used[0]):
-        p, skids = np.exp(all_.log_p[i]), all_.mode[i] == SKIDDING
+        p, skids = np.exp(all_.log_p[i]), all_.mode[i] == ContactMode.SKIDDING
         skidding += p if skids else 0.0
         for c in range(N_UNKNOWNS):
             if skids or c not in (OWN, LOG_DECAY):

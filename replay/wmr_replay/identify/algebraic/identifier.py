@@ -21,13 +21,14 @@ from wmr_replay.identify.algebraic.bins import (
 from wmr_replay.identify.algebraic.filter import JUMP, N_SAID, WARM, Filter, jumped, new_filter, take_up
 from wmr_replay.identify.algebraic.regression import V_LONG, YAW_RATE
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.interface import OUTLIER, Evidence, Verdict
+from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import Said, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.status import Status
 
 N_MODES = 3
 ALPHA, ALPHA_VARIANCE, N_COLUMNS = N_SAID, N_SAID + 1, N_SAID + 2
@@ -124,5 +125,5 @@ class AlgebraicIdentifier:
         verdict = decide(self._paper.push(evidence), evidence, answers, self.settings.min_confidence, N_MODES)
         if outliers.any():
             seen = outliers & warm[at] & (evidence.independence != NOT_INDEPENDENT)
-            verdict.outcome[seen] = OUTLIER
+            verdict.outcome[seen] = Status.OUTLIER
         return verdict

@@ -21,11 +21,11 @@ import numpy as np
 from wmr_replay.identify.algebraic.beliefs import Beliefs
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 
 X, Y, YAW, V_LONG, OWN, YAW_RATE, ALPHA, YAW_GAIN, LOG_DECAY, ONE = range(10)
 N_UNKNOWNS, N_MOVING = 9, 6
 """x … ω move; α, β and ℓ stay, but for their drift."""
-IDEAL, SKIDDING, SLIPPING = 0, 1, 2
 MIN_LOG_DECAY, MAX_LOG_DECAY = -2.0, 4.0
 
 
@@ -70,10 +70,10 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
     out[:, :] = 0.0
     for i in range(N_MOVING):
         out[i, i] = 1.0
-    out[V_LONG, OWN if mode == SLIPPING else ALPHA] = force * dt_s
-    out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == SLIPPING else 1.0)
+    out[V_LONG, OWN if mode == ContactMode.SLIPPING else ALPHA] = force * dt_s
+    out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == ContactMode.SLIPPING else 1.0)
     out[V_LONG, ONE], out[YAW_RATE, ONE] = step.ahead_mps2 * dt_s, step.turning_radps2 * dt_s
-    if mode == SKIDDING:
+    if mode == ContactMode.SKIDDING:
         skid(at, step, out)
     add_row(out, YAW, 0.5 * dt_s, YAW_RATE)
     out[YAW, YAW_RATE] += 0.5 * dt_s
@@ -104,7 +104,7 @@ def skid(at: Reference, step: Step, out: F64) -> None:
 def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
     """Position: the mean of the body's velocity over the step, turned by the mean yaw."""
     cos, sin = np.cos(at.yaw_rad), np.sin(at.yaw_rad)
-    v_lat = at.v_lat_mps if mode == SKIDDING else 0.0
+    v_lat = at.v_lat_mps if mode == ContactMode.SKIDDING else 0.0
     half = 0.5 * dt_s
     for row, along, across in ((X, cos, -sin), (Y, sin, cos)):
         turned = at.v_long_mps * across - v_lat * along
@@ -113,7 +113,7 @@ def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
         out[row, V_LONG] += half * along
         out[row, YAW] += half * turned
         out[row, ONE] -= dt_s * turned * at.yaw_rad
-        if mode == SKIDDING:
+        if mode == ContactMode.SKIDDING:
             add_row(out, row, half * across, OWN)
             out[row, OWN] += half * across
 
@@ -125,9 +125,9 @@ def disturbance(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64
     out[:] = 0.0
     out[V_LONG] = (beliefs.long_diffusion if known else beliefs.free_long_diffusion) ** 2 * dt_s
     out[YAW_RATE] = (beliefs.yaw_diffusion if known else beliefs.free_yaw_diffusion) ** 2 * dt_s
-    if mode == SLIPPING and known:
+    if mode == ContactMode.SLIPPING and known:
         out[YAW_RATE] += (beliefs.yaw_traction_diffusion * at.yaw_gain * step.difference) ** 2 * dt_s
-    if mode == SKIDDING:
+    if mode == ContactMode.SKIDDING:
         side = beliefs.side_force_diffusion * at.v_long_mps * at.yaw_rate_radps
         out[OWN] = (side**2 + beliefs.long_diffusion**2) * dt_s
     out[ALPHA] = (beliefs.gain_drift * at.alpha) ** 2 * dt_s

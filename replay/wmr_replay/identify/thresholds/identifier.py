@@ -12,31 +12,23 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
-from wmr_replay.identify.interface import (
-    IDEAL,
-    NO_TORQUE,
-    NOT_EXCITED,
-    NOT_TURNING,
-    OK,
-    POSE_NOT_INDEPENDENT,
-    SKIDDING,
-    SLIPPING,
-    WARMING_UP,
-    Evidence,
-    Verdict,
-    no_posterior,
-)
+from wmr_replay.identify.interface import Evidence, Verdict, no_posterior
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.alpha import AlphaState, fit_of, fresh_alpha, regress_alpha
 from wmr_schemas.arrays import F64, I8, I64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.status import Status
 
 UNKNOWN_SKID_TIME_S = 0.1
 """Lateral time constant that is presumed, where the stiffness is unknown, to ask whether a skid would show.
 """
 ALPHA_KNOWN_WITHIN = 0.1
 THIRD = 1 / 3
+SET_IDEAL, SET_SKIDDING, SET_SLIPPING = int(ModeSet.IDEAL), int(ModeSet.SKIDDING), int(ModeSet.SLIPPING)
+NONE_EXCLUDED = int(ModeSet.ALL_SINGLE)
+"""Mode sets as the integers that compiled code takes."""
 
 
 class Rules(NamedTuple):
@@ -99,30 +91,32 @@ def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: flo
 def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     """The set of modes that the two constraints leave over."""
     if skids:
-        return SKIDDING
+        return SET_SKIDDING
     if slips:
-        return SLIPPING
-    return IDEAL | (0 if excited else SLIPPING) | (0 if turning else SKIDDING)
+        return SET_SLIPPING
+    return SET_IDEAL | (0 if excited else SET_SLIPPING) | (0 if turning else SET_SKIDDING)
 
 
 @compiled
 def mode_of(left: int) -> int:
     """The mode that is left alone, else −1."""
     if left & (left - 1):
-        return -1
-    return 0 if left == IDEAL else (1 if left == SKIDDING else 2)
+        return ContactMode.UNDECIDED
+    if left == SET_IDEAL:
+        return ContactMode.IDEAL
+    return ContactMode.SKIDDING if left == SET_SKIDDING else ContactMode.SLIPPING
 
 
 @compiled
 def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     """Why more than one mode is left; OK where one is."""
     if not independent:
-        return POSE_NOT_INDEPENDENT
+        return Status.POSE_NOT_INDEPENDENT
     if not left & (left - 1):
-        return OK
-    if not left & SLIPPING:
-        return NOT_TURNING
-    return NO_TORQUE if no_torque else NOT_EXCITED
+        return Status.OK
+    if not left & SET_SLIPPING:
+        return Status.NOT_TURNING
+    return Status.NO_TORQUE if no_torque else Status.NOT_EXCITED
 
 
 @compiled
@@ -144,7 +138,11 @@ def judge_rows(
         v_long, v_lat = v_longs[i], v_lats[i]
         if np.isnan(v_long):
             values[:, i] = np.nan
-            verdicts[0, i], verdicts[1, i], verdicts[2, i] = -1, IDEAL | SKIDDING | SLIPPING, WARMING_UP
+            verdicts[0, i], verdicts[1, i], verdicts[2, i] = (
+                ContactMode.UNDECIDED,
+                NONE_EXCLUDED,
+                Status.WARMING_UP,
+            )
             continue
         yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
@@ -161,7 +159,7 @@ def judge_rows(
             abs(c_d) > threshold_d,
             independence[i] != NOT_INDEPENDENT,
         )
-        left, counts = IDEAL | SKIDDING | SLIPPING, False
+        left, counts = NONE_EXCLUDED, False
         if independent:
             turning = skids or slips or skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
             left = not_excluded(skids, slips, abs(push) >= threshold_d, turning)
