@@ -27,7 +27,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from wmr_replay.ingest import open_log
-from wmr_replay.ingest.storage.prefetch import N_THREADS
+from wmr_replay.ingest.mcap.prefetch import N_THREADS
 
 TARGETS = {"ros2": 1.3, "protobuf": 3.0, "json": 4.0}
 PEER_TARGET = 40.0

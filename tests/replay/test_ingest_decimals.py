@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.ingest.decoding.decimals import decimal, integer
+from wmr_replay.ingest.decoding.json_numbers import decimal, integer
 
 
 def read(text, function=decimal, after=",  "):

@@ -8,7 +8,7 @@ from mcap.writer import Writer
 
 from wmr_replay.ingest import open_log
 from wmr_replay.ingest.channels.clocks import short_time
-from wmr_replay.ingest.channels.joints import wheel_joints
+from wmr_replay.ingest.channels.wheel_joints import wheel_joints
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
@@ -69,7 +69,7 @@ def test_an_external_pose_comes_before_odometry_and_canonical_topics_first(tmp_p
     reader = open_log(write(tmp_path / "a.mcap", *channels))
     assert topics(reader) == {"pose": expected}
     assert reader.pose_is_odometry == ("odom" in expected)
-    others = {k for k in reader.survey.book.channels if k != reader.plan.pose.id}
+    others = {k for k in reader.survey.catalogue.channels if k != reader.plan.pose.id}
     assert reader.plan.why_not.keys() == others
 
 

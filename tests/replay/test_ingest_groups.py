@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from wmr_replay.ingest import open_log
+from wmr_replay.ingest.mcap import prefetch
 from wmr_replay.ingest.mcap.chunks import Span
-from wmr_replay.ingest.storage import prefetch
 from wmr_schemas import PoseTrack, TorqueTrack
 from wmr_schemas.messages import ros2
 
@@ -28,7 +28,7 @@ spans = st.builds(
 @given(st.lists(spans, max_size=30))
 def test_a_group_is_of_one_file_and_within_both_bounds_and_could_not_be_longer(drawn):
     given_spans = [
-        Span(k, k, size, counts={1: n} if n else {}, part=part)
+        Span(k, k, size, counts={1: n} if n else {}, file_index=part)
         for k, (part, size, n) in enumerate(sorted(drawn, key=lambda each: each[0]))
     ]
     found = list(prefetch.groups(given_spans))
@@ -40,7 +40,7 @@ def test_a_group_is_of_one_file_and_within_both_bounds_and_could_not_be_longer(d
 
     def fits(group):
         n_bytes, n_messages = extent(group)
-        return len({span.part for span in group}) == 1 and n_bytes <= BYTES and n_messages <= MESSAGES
+        return len({span.file_index for span in group}) == 1 and n_bytes <= BYTES and n_messages <= MESSAGES
 
     assert all(fits(group) or len(group) == 1 for group in found)
     assert not any(fits([*group, following[0]]) for group, following in pairwise(found))

@@ -11,7 +11,7 @@ from mcap_ros2._dynamic import serialize_dynamic
 from scipy.spatial.transform import Rotation
 
 from wmr_replay.ingest import Between, open_log
-from wmr_replay.ingest.channels.guessed import mapping_of
+from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
 from wmr_schemas import PoseTrack
 from wmr_schemas.errors import ChannelNotFound, InvalidSetting, LogUnusable
 from wmr_schemas.mapping_file import (
@@ -432,7 +432,7 @@ def test_the_files_of_a_rosbag2_directory_are_one_log(tmp_path):
         reader = open_log(bag)
         t_ns, _ = columns(reader, "pose")
         assert t_ns.tolist() == REGULAR
-        assert [c.topic for c in reader.survey.book.channels.values()].count("/pose") == 1
+        assert [c.topic for c in reader.survey.catalogue.channels.values()].count("/pose") == 1
         assert reader.position_bytes == reader.size_bytes
         assert not reader.losses.any()
 
@@ -469,7 +469,7 @@ def test_the_mapping_that_was_found_finds_the_same_again(tmp_path):
     path, _, _ = tf_log(tmp_path)
     reader = open_log(path)
     file = tmp_path / "robot.toml"
-    file.write_text(mapping_toml(mapping_of(reader.plan, LogMapping(), reader.robot)), encoding="utf-8")
+    file.write_text(mapping_toml(proposed_mapping(reader.plan, LogMapping(), reader.robot)), encoding="utf-8")
     mapping = read_mapping(file)
     assert mapping.pose == PoseFields(parent="odom", child="base_link")
     again = open_log(path, mapping)

@@ -101,7 +101,7 @@ def test_the_log_of_94_types_gives_its_pose():
     assert reader.plan.pose.topic == "/test/geometry_msgs/pose_stamped"
     assert t_ns.tolist() == [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
     assert values[:2].T.tolist() == [[m.pose.position.x, m.pose.position.y] for m in messages]
-    assert len(reader.survey.book.channels) == 94
+    assert len(reader.survey.catalogue.channels) == 94
 
 
 @pytest.mark.parametrize("stem", WITHOUT_POSE)
@@ -125,7 +125,7 @@ def test_every_log_is_read_to_its_end_and_found_whole():
         with path.open("rb") as file:
             records = StreamReader(file, validate_crcs=True).records
             expected = Counter(record.channel_id for record in records if isinstance(record, Message))
-        assert {k: tally.n for k, tally in reader.census.tallies.items()} == expected, path.name
+        assert {k: tally.n for k, tally in reader.message_counts.by_channel.items()} == expected, path.name
         assert not reader.losses.any(), path.name
         assert reader.position_bytes == reader.size_bytes == path.stat().st_size
 

@@ -62,12 +62,12 @@ def command(log: "LogPath", as_json: bool, write_map: Path | None, **options: st
 
 def write_mapping(reader: "LogReader", said: "LogMapping", path: Path) -> None:
     """The mapping file of what was found, whole or not at all."""
-    from wmr_replay.ingest.channels.guessed import mapping_of
+    from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
     from wmr_replay.tables import replace_file
     from wmr_schemas.mapping_file import mapping_toml
 
     with replace_file(path) as part:
-        part.write_text(mapping_toml(mapping_of(reader.plan, said, reader.robot)), encoding="utf-8")
+        part.write_text(mapping_toml(proposed_mapping(reader.plan, said, reader.robot)), encoding="utf-8")
 
 
 def facts(reader: "LogReader") -> dict[str, Any]:
@@ -77,7 +77,7 @@ def facts(reader: "LogReader") -> dict[str, Any]:
         "size_bytes": reader.size_bytes,
         "profile": reader.survey.profile,
         "library": reader.survey.library,
-        "channels": [channel_facts(reader, channel_id) for channel_id in sorted(reader.survey.book.channels)],
+        "channels": [channel_facts(reader, channel_id) for channel_id in sorted(reader.survey.catalogue.channels)],
         "used": {role: reader.plan.as_dict().get(role) for role in _ROLES},
         "clocks": {
             role: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
@@ -91,7 +91,7 @@ def facts(reader: "LogReader") -> dict[str, Any]:
 
 def channel_facts(reader: "LogReader", channel_id: int) -> dict[str, Any]:
     """One channel: what it is, how much of it there is, and its role or why it has none."""
-    book, tally = reader.survey.book, reader.census.tallies.get(channel_id)
+    book, tally = reader.survey.catalogue, reader.message_counts.by_channel.get(channel_id)
     channel = book.channels[channel_id]
     schema = book.schemas.get(channel.schema_id)
     return {
@@ -119,7 +119,7 @@ def show(reader: "LogReader") -> None:
     console.width = _WIDTH
     with console.capture() as capture:
         console.print(f"[bold]{escape(str(reader.path))}[/bold]  [dim]{escape(overview(reader))}[/dim]\n")
-        if reader.survey.book.channels:
+        if reader.survey.catalogue.channels:
             console.print(channel_table(reader))
             console.print()
         for name, text in lines(reader):
@@ -129,7 +129,7 @@ def show(reader: "LogReader") -> None:
 
 def overview(reader: "LogReader") -> str:
     """Size, writer, length and number of messages in a line."""
-    tallies = list(reader.census.tallies.values())
+    tallies = list(reader.message_counts.by_channel.values())
     parts = [f"{reader.size_bytes / 1e6:.3g} MB"]
     parts += [text for text in (reader.survey.profile, reader.survey.library) if text]
     if tallies:
@@ -147,8 +147,8 @@ def channel_table(reader: "LogReader") -> "Table":
     for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "use"):
         right = name in {"id", "messages", "Hz", "from s", "to s"}
         table.add_column(name, justify="right" if right else "left", no_wrap=True)
-    start_ns = min((tally.first_ns for tally in reader.census.tallies.values()), default=0)
-    rows = [channel_facts(reader, channel_id) for channel_id in reader.survey.book.channels]
+    start_ns = min((tally.first_ns for tally in reader.message_counts.by_channel.values()), default=0)
+    rows = [channel_facts(reader, channel_id) for channel_id in reader.survey.catalogue.channels]
     rows.sort(key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]))
     for row in rows:
         use = (

@@ -1,4 +1,9 @@
-"""From an MCAP file to columns: records, layouts, signals. Everything enters through :func:`open_log`."""
+"""From an MCAP file to columns of the signals in use. :func:`open_log` is the entrance.
+
+Data goes one way: ``storage`` (where the bytes lie) → ``mcap`` (records and chunks) → ``decoding`` (messages
+to columns) → ``channels`` (which channel serves as what) → ``reading`` (one pass) → ``reader`` (a log) →
+``tracks`` (a whole log in memory). ``losses`` counts what could not be used; ``between`` is a range of time.
+"""
 
 from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.losses import Losses

@@ -8,19 +8,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from wmr_replay.ingest.between import Between
-from wmr_replay.ingest.census import Census
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
-from wmr_replay.ingest.channels.misfit import misfits
+from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.parts import join_parts
-from wmr_replay.ingest.mcap.selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.log_files import join_files
+from wmr_replay.ingest.mcap.message_counts import MessageCounts
+from wmr_replay.ingest.mcap.prefetch import work_ahead
+from wmr_replay.ingest.mcap.remote import readable_file, update_identity
 from wmr_replay.ingest.reading import Reading
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
-from wmr_replay.ingest.storage.entrance import unreadable
-from wmr_replay.ingest.storage.prefetch import work_ahead
-from wmr_replay.ingest.storage.remote import enter_identity, near_enough
+from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile
@@ -36,27 +36,28 @@ WHOLE = Between()
 class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
-    ``plan`` says which channel is the pose, the torque, the truth, and why the others are not; ``robot``
-    holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``census`` and ``remarks``
-    are complete once :meth:`batches` is exhausted.
+    ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
+    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``
+    and ``remarks`` are complete once :meth:`batches` is exhausted.
     """
 
     def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
         self.path = path
         self._copies: Path | None = None
-        nearer = [near_enough(file, self._folder) for file in bag_files(path)]
+        nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
-        self.parts = join_parts([file for file, _ in files])
-        self.survey = self.parts.survey
+        self.files = join_files([file for file, _ in files])
+        self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
         self.limits = between.limits_ns(first_log_ns(self.survey))
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = misfits(self.candidates) + [remark for _, remark in nearer if remark]
+        self.remarks: list[str] = unsupported_kinds(self.candidates)
+        self.remarks += [remark for _, remark in nearer if remark]
         self.robot = mapping.robot or self._own_parameters()
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
-        self.census = Census()
+        self.message_counts = MessageCounts()
         self.position_bytes = 0
 
     def _folder(self) -> Path:
@@ -67,15 +68,15 @@ class LogReader:
         return self._copies
 
     def _candidates(self) -> list[Candidate]:
-        book, parts = self.survey.book, self.parts
+        catalogue, parts = self.survey.catalogue, self.files
         return [
             Candidate(
                 channel,
-                book.schemas.get(channel.schema_id),
+                catalogue.schemas.get(channel.schema_id),
                 tuple(parts.samples.get(channel_id, ())),
                 parts.n_messages.get(channel_id, 0),
             )
-            for channel_id, channel in sorted(book.channels.items())
+            for channel_id, channel in sorted(catalogue.channels.items())
         ]
 
     @property
@@ -107,19 +108,19 @@ class LogReader:
     def batches(self, *, everything: bool = False) -> Iterator[RawBatch]:
         """Rows of the channels in use in file order, a batch for a few neighbouring chunks.
 
-        With ``everything``, chunks that hold none of them are read too, for the census and the losses.
+        With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
-        reading = Reading(self.plan.uses, self.clocks, self.parts, self.losses, self.limits)
+        reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
-        for begun in work_ahead(self.parts.paths, spans, reading.begin):
+        for begun in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(begun), begun.last
-            self.position_bytes = before[span.part] + span.data_offset + span.data_bytes
+            self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
             yield batch
-        self.census = reading.census
+        self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
         statistics = self.survey.statistics if whole else None
         reading.finish(None if statistics is None else sum(statistics.values()))
@@ -128,7 +129,7 @@ class LogReader:
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
-        sizes = [size_of(path) for path in self.parts.paths]
+        sizes = [size_of(path) for path in self.files.paths]
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
@@ -167,12 +168,12 @@ def open_log(
 
 def sha256_of(path: LogPath) -> str:
     """Hash of a log's files, one after another, in hexadecimal; of a URL's its identity, see
-    :func:`wmr_replay.ingest.storage.remote.enter_identity`.
+    :func:`wmr_replay.ingest.mcap.remote.update_identity`.
     """
     digest = hashlib.sha256()
     for part in bag_files(path):
         if isinstance(part, RemotePath):
-            enter_identity(part, digest.update)
+            update_identity(part, digest.update)
             continue
         with part.open("rb") as file:
             while piece := file.read(_HASH_BYTES):

@@ -7,15 +7,16 @@ from typing import BinaryIO
 
 import numpy as np
 
-from wmr_replay.ingest.census import Census
 from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
-from wmr_replay.ingest.decoding.decode import Decoded, Decoder
-from wmr_replay.ingest.decoding.filling import Columns
+from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
+from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.chunks import Span, load
-from wmr_replay.ingest.mcap.parts import N_CHANNEL_IDS, Parts
-from wmr_replay.ingest.mcap.shares import NO_LIMITS, Shares
+from wmr_replay.ingest.mcap.log_files import N_CHANNEL_IDS, LogFiles
+from wmr_replay.ingest.mcap.message_counts import MessageCounts
+from wmr_replay.ingest.mcap.message_table import NO_LIMITS, MessageTable
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_schemas.arrays import F64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
@@ -25,7 +26,7 @@ _TRUSTED_MESSAGES = 1 << 20
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class ReadSpan:
     """A span of ``n_bytes``: its messages within the limits; ``stop`` is where the walk over it ended."""
 
     span: Span
@@ -36,12 +37,12 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class GroupInProgress:
     """A group of spans on its way: the wanted messages, and by role their columns. The records are gone."""
 
-    found: list[Found]
-    shares: Shares
-    columns: list[Columns]
+    found: list[ReadSpan]
+    shares: MessageTable
+    columns: list[ColumnBuilder]
 
     @property
     def last(self) -> Span:
@@ -56,33 +57,36 @@ class Reading:
         self,
         uses: Mapping[str, Use],
         clocks: Mapping[str, Clock],
-        parts: Parts,
+        files: LogFiles,
         losses: Losses,
         limits: tuple[int, int] | None = None,
     ) -> None:
         self.uses, self.clocks, self.losses = uses, clocks, losses
-        self.parts, self.book = parts, parts.survey.book
-        self.decoders = {role: Decoder(use.definition, use.binding) for role, use in uses.items()}
+        self.files, self.catalogue = files, files.survey.catalogue
+        self.decoders = {
+            role: Decoder(use.definition, use.binding, composer_of(use.binding)) for role, use in uses.items()
+        }
         self.role_of = np.full(N_CHANNEL_IDS, -1)
         self.role_of[[use.channel.id for use in uses.values()]] = range(len(uses))
         self.limits_ns = NO_LIMITS if limits is None else np.array(limits, np.int64)
         self.same_ids = np.arange(N_CHANNEL_IDS)
-        self.censuses = defaultdict[Workspace, Census](Census)
+        self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
         self.n_used = 0
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
-    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> Begun:
+    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file, find their messages, decode what can be at once; any thread may do it."""
         n_expected = self._n_expected(spans)
-        begun = Begun([], Shares(len(self.uses), max(n_expected, default=0)), self._columns(n_expected))
-        ids = self.parts.ids[spans[0].part]
+        table = MessageTable(len(self.uses), max(n_expected, default=0))
+        begun = GroupInProgress([], table, self._columns(n_expected))
+        ids = self.files.ids[spans[0].file_index]
         ids = self.same_ids if ids is None else ids
-        census = self.censuses[workspace]
+        message_counts = self.counts_by_workspace[workspace]
         for span in spans:
             block = load(file, span, workspace)
-            n, stop = begun.shares.add(block.data, ids, self.role_of, self.limits_ns, census)
-            begun.found.append(Found(span, block.problem, len(block.data), n, stop))
+            n, stop = begun.shares.add(block.data, ids, self.role_of, self.limits_ns, message_counts)
+            begun.found.append(ReadSpan(span, block.problem, len(block.data), n, stop))
             self._read(begun, block.data)
         for decoder, columns in zip(self.decoders.values(), begun.columns, strict=True):
             decoder.close(columns)
@@ -93,10 +97,10 @@ class Reading:
         counts = (sum(span.counts.get(use.channel.id, 0) for span in spans) for use in self.uses.values())
         return [min(count, _TRUSTED_MESSAGES) for count in counts]
 
-    def _columns(self, n_expected: list[int]) -> list[Columns]:
+    def _columns(self, n_expected: list[int]) -> list[ColumnBuilder]:
         return [decoder.begin(n) for decoder, n in zip(self.decoders.values(), n_expected, strict=True)]
 
-    def _read(self, begun: Begun, data: U8) -> None:
+    def _read(self, begun: GroupInProgress, data: U8) -> None:
         """Decode the block that was added last."""
         counts = begun.shares.counts.tolist()
         for role, decoder in enumerate(self.decoders.values()):
@@ -105,14 +109,14 @@ class Reading:
                 decoder.read(columns, data, *begun.shares.places(role, columns.n, counts[role]))
 
     @property
-    def census(self) -> Census:
+    def message_counts(self) -> MessageCounts:
         """The messages that were read, of all channels."""
-        total = Census()
-        for census in self.censuses.values():
-            total.add(census)
+        total = MessageCounts()
+        for message_counts in self.counts_by_workspace.values():
+            total.add(message_counts)
         return total
 
-    def push(self, begun: Begun) -> RawBatch:
+    def push(self, begun: GroupInProgress) -> RawBatch:
         """The rows of a group, in the order of the file."""
         for found in begun.found:
             self._judge(found)
@@ -120,7 +124,7 @@ class Reading:
         self.n_used += int(begun.shares.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
 
-    def _rows(self, k: int, role: str, begun: Begun) -> Rows:
+    def _rows(self, k: int, role: str, begun: GroupInProgress) -> Rows:
         decoded, shares = self.decoders[role].finish(begun.columns[k]), begun.shares
         t_ns, values, order = decoded.stamp_ns, decoded.values, shares.order(k) + self.n_used
         publish_ns, log_ns = shares.publish_ns(k), shares.log_ns(k)
@@ -138,7 +142,7 @@ class Reading:
         self.undecodable[role] += decoded.n_undecodable
         self.not_concerned[role] += int((~decoded.used).sum()) - decoded.n_undecodable
 
-    def _judge(self, found: Found) -> None:
+    def _judge(self, found: ReadSpan) -> None:
         """Note what is wrong with a span."""
         if not found.problem and found.stop == found.n_bytes:
             return
@@ -157,7 +161,7 @@ class Reading:
 
     def _where(self, span: Span) -> str:
         place = f"the chunk at byte {span.offset}"
-        return place if len(self.parts.paths) == 1 else f"{self.parts.paths[span.part].name}: {place}"
+        return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
     def finish(self, n_expected: int | None = None) -> None:
         """Complete the account; ``n_expected`` messages are in the file by its own statistics."""
@@ -165,15 +169,16 @@ class Reading:
             self.losses.n_undecodable += n
             if n:
                 self.losses.note(f"{self.uses[role].channel.topic}: {n} messages do not fit their schema")
-        tallies = self.census.tallies
-        for channel_id in sorted(tallies.keys() - self.book.channels.keys()):
-            n = tallies[channel_id].n
+        by_channel = self.message_counts.by_channel
+        for channel_id in sorted(by_channel.keys() - self.catalogue.channels.keys()):
+            n = by_channel[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
-        n_found = sum(tally.n for tally in tallies.values())
+        n_found = sum(tally.n for tally in by_channel.values())
         if n_expected is not None and n_expected != n_found and not self.losses.any():
             self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
-        if self.book.n_malformed:
-            self.losses.note(f"{self.book.n_malformed} malformed records of schemas, channels or messages")
+        if self.catalogue.n_malformed:
+            n = self.catalogue.n_malformed
+            self.losses.note(f"{n} malformed records of schemas, channels or messages")
 
     @property
     def remarks(self) -> list[str]:

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
-from wmr_replay.ingest.decoding.definitions import UnknownDefinition
 from wmr_replay.ingest.decoding.encodings import Definition, define
 from wmr_replay.ingest.decoding.layout import Undecodable
+from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_replay.ingest.mcap.sampling import Sample
 

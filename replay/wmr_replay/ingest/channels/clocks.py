@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 
 from wmr_replay.ingest.channels.detect import Use
-from wmr_replay.ingest.channels.steps import Steps
-from wmr_replay.ingest.decoding.decode import Decoder
+from wmr_replay.ingest.channels.stamp_steps import StampSteps
+from wmr_replay.ingest.decoding.decoder import Decoder
 from wmr_replay.ingest.mcap.sampling import N_WANTED
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
@@ -32,7 +32,7 @@ class Clock:
     reason: str = ""
     offsets_ns: list[float] = field(default_factory=list)
     """Typical stamp − log time, stretch by stretch."""
-    steps: Steps = field(default_factory=Steps)
+    steps: StampSteps = field(default_factory=StampSteps)
     zero_is_none: bool = False
     """A stamp of zero means that there is none: the first stamps are far from it."""
     n_unstamped: int = 0

@@ -8,11 +8,11 @@ from itertools import permutations
 import numpy as np
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
-from wmr_replay.ingest.channels.carried import CarriedBinding
+from wmr_replay.ingest.channels.composed_transforms import ComposedBinding
 from wmr_replay.ingest.channels.transforms import Edge, Entry, Rigid, TransformBinding, entries
 from wmr_replay.ingest.decoding.bindings import Binding
-from wmr_replay.ingest.decoding.definitions import UnknownDefinition
 from wmr_replay.ingest.decoding.layout import Layout, Undecodable
+from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 
 TRANSFORM_SCHEMAS = ("TFMessage", "TransformStamped", "FrameTransform", "FrameTransforms")
 _WORLDS = ("map", "world", "earth", "vicon", "mocap", "optitrack", "utm", "enu", "odom")
@@ -96,7 +96,7 @@ class Frames:
             ways = self.way(parent, first[0]), self.way(first[1], second[0]), self.way(second[1], child)
             before, between, after = ways
             if before is not None and between is not None and after is not None:
-                return CarriedBinding(first, second, edges[second].stamp, before, between, after)
+                return ComposedBinding(first, second, edges[second].stamp, before, between, after)
         return None
 
 

@@ -4,7 +4,12 @@ import re
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.frames import TRANSFORM_SCHEMAS, Frames
-from wmr_replay.ingest.channels.torques import FieldTorqueBinding, InterfaceBinding, TorqueBinding, Wheels
+from wmr_replay.ingest.channels.torque_bindings import (
+    FieldTorqueBinding,
+    InterfaceBinding,
+    TorqueBinding,
+    Wheels,
+)
 from wmr_replay.ingest.channels.transforms import TransformBinding
 from wmr_replay.ingest.decoding.bindings import (
     Binding,

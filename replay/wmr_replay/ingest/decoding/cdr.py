@@ -4,8 +4,8 @@ ROS 1's wire form, which is the same without header, alignment and closing zeros
 
 from contextlib import suppress
 
-from wmr_replay.ingest.decoding.definitions import PRIMITIVES, Node
 from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.decoding.ros_definitions import PRIMITIVES, Node
 
 _HEADER_BYTES = 4
 _KINDS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}

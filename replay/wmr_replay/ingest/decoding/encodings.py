@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Protocol
 
-from wmr_replay.ingest.decoding.binary import BinarySource
+from wmr_replay.ingest.decoding.binary_program import compile_program
+from wmr_replay.ingest.decoding.binary_source import BinarySource
 from wmr_replay.ingest.decoding.bindings import Recipe
 from wmr_replay.ingest.decoding.cdr import cdr_layout, ros1_layout
-from wmr_replay.ingest.decoding.definitions import Node, UnknownDefinition, parse_definition
-from wmr_replay.ingest.decoding.fused import compile_program
-from wmr_replay.ingest.decoding.jsonrows import JsonSource, json_layout
+from wmr_replay.ingest.decoding.json_source import JsonSource, json_layout
+from wmr_replay.ingest.decoding.json_template import compile_template
 from wmr_replay.ingest.decoding.layout import Layout, Source, Undecodable
 from wmr_replay.ingest.decoding.protobuf import has_field, parse_descriptor, protobuf_layout
-from wmr_replay.ingest.decoding.template import compile_template
+from wmr_replay.ingest.decoding.ros_definitions import Node, UnknownDefinition, parse_definition
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
@@ -34,6 +34,10 @@ class Program(Protocol):
 class Definition(Protocol):
     """What the messages of a channel are made of."""
 
+    @property
+    def spelling_varies(self) -> bool:
+        """Whether messages of one layout may differ in bytes that are no values, such as blanks."""
+
     def has(self, path: str) -> bool:
         """Whether there is a field at a dotted path, set or not."""
 
@@ -50,6 +54,8 @@ class Definition(Protocol):
 class RosDefinition:
     """ROS messages: ROS 2's CDR or ROS 1's wire form."""
 
+    spelling_varies = False
+
     def __init__(self, node: Node, walk: Callable[[Node, bytes], Layout]) -> None:
         self.node, self.walk = node, walk
 
@@ -62,7 +68,7 @@ class RosDefinition:
         return self.walk(self.node, message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """Columns by byte offset."""
+        """ColumnBuilder by byte offset."""
         return BinarySource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:
@@ -72,6 +78,8 @@ class RosDefinition:
 
 class ProtobufDefinition:
     """Protobuf messages."""
+
+    spelling_varies = False
 
     def __init__(self, descriptor: "Descriptor") -> None:
         self.descriptor = descriptor
@@ -85,7 +93,7 @@ class ProtobufDefinition:
         return protobuf_layout(self.descriptor, message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """Columns by byte offset."""
+        """ColumnBuilder by byte offset."""
         return BinarySource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:
@@ -95,6 +103,8 @@ class ProtobufDefinition:
 
 class JsonDefinition:
     """JSON messages: what the first of them holds."""
+
+    spelling_varies = True
 
     def __init__(self, samples: Sequence[bytes]) -> None:
         self.fields: set[str] = set()
@@ -114,7 +124,7 @@ class JsonDefinition:
         return json_layout(message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """Columns by the ordinal of a value."""
+        """ColumnBuilder by the ordinal of a value."""
         return JsonSource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:

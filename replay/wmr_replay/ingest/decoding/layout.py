@@ -82,15 +82,23 @@ class Layout:
         return found
 
 
+class RowComposer(Protocol):
+    """Makes rows of messages that hold only part of a row each; stateful, block after block in file order."""
+
+    def push(self, stamp_ns: I64, raw: F64, used: Bool) -> tuple[F64, Bool]:
+        """Stamps (n,), raw columns (k, n) and which rows are used, to the composed columns (m, n) and which
+        rows have one.
+        """
+
+
 class Source(Protocol):
     """The messages of one channel in one block, in whatever encoding, as columns."""
 
     data: U8
     """The bytes that hold them."""
 
-    @property
-    def kinds(self) -> I64:
-        """(n,) length, or a hash of the structure: messages of different kinds never share a layout."""
+    def kinds(self, rows: I64) -> I64:
+        """Lengths, or hashes of the structure: messages of different kinds never share a layout."""
 
     def exemplar(self, row: int) -> bytes:
         """One message's bytes."""

@@ -12,8 +12,8 @@ from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSe
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 
-from wmr_replay.ingest.decoding.definitions import UnknownDefinition
 from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 
 _VARINT, _BYTES = 0, 2
 _FIXED_BYTES = {1: 8, 5: 4}

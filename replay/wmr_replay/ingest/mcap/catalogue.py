@@ -18,7 +18,7 @@ Entry = TypeVar("Entry", Schema, Channel)
 
 
 @dataclass
-class Book:
+class Catalogue:
     """Schemas and channels by id, wherever in the file they stand.
 
     The first description of an id holds; one from the summary, which no chunk's checksum covers, gives way to

@@ -39,7 +39,7 @@ class Span:
     whole: bool = True
     times_ns: tuple[int, int] | None = None
     """Earliest and latest log time, where known."""
-    part: int = 0
+    file_index: int = 0
     """Which of the log's files it stands in."""
     by_index: bool = False
     """Its head is what the file's index says, without checksum; the chunk's own is read with it."""

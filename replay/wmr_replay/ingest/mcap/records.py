@@ -8,7 +8,10 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-MAGIC = b"\x89MCAP0\r\n"
+from wmr_replay.ingest.storage.file_check import MCAP_MAGIC
+
+MAGIC = MCAP_MAGIC
+"""The first and the last bytes of every file."""
 HEAD = struct.Struct("<BQ")
 """Opcode and content length, before every record."""
 _CHUNK = struct.Struct("<QQQI")

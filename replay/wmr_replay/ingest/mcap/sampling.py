@@ -31,13 +31,13 @@ class Sampler:
     """Opens a span only while something that it may hold is missing."""
 
     def __init__(self, survey: Survey) -> None:
-        self.survey, self.book = survey, survey.book
+        self.survey, self.catalogue = survey, survey.catalogue
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
         self.n_bytes = 0
 
     def run(self, path: LogPath) -> None:
-        """Collect the samples; the survey's book then knows every channel that has a message."""
+        """Collect the samples; the survey's catalogue then knows every channel that has a message."""
         workspace = Workspace()
         with path.open("rb") as file:
             for span in self.survey.spans:
@@ -59,12 +59,13 @@ class Sampler:
 
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
         wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
-        return channel_id not in self.book.channels or self.seen.get(channel_id, 0) < min(wanted, n_messages)
+        few = self.seen.get(channel_id, 0) < min(wanted, n_messages)
+        return few or channel_id not in self.catalogue.channels
 
     def _take(self, data: U8) -> None:
         self.n_bytes += len(data)
         found = walk(data)
-        self.book.enter(data, found.others)
+        self.catalogue.enter(data, found.others)
         for channel_id, count in found.messages.counts().items():
             self._keep(data, found.messages, channel_id)
             self.seen[channel_id] = self.seen.get(channel_id, 0) + count

@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from wmr_replay.ingest.mcap.catalogue import Book
+from wmr_replay.ingest.mcap.catalogue import Catalogue
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.records import (
     HEAD,
@@ -41,7 +41,7 @@ class Survey:
     size_bytes: int
     profile: str = ""
     library: str = ""
-    book: Book = field(default_factory=Book)
+    catalogue: Catalogue = field(default_factory=Catalogue)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     spans: list[Span] = field(default_factory=list)
     statistics: dict[int, int] | None = None
@@ -149,7 +149,7 @@ class Surveyor:
     def _plain(self, position: int, stop: int) -> int:
         data = np.frombuffer(self._read(position, max(WINDOW_BYTES, stop - position)), np.uint8)
         found = walk(data, plain=True)
-        self.result.book.enter(data, found.others, summary=self.in_summary)
+        self.result.catalogue.enter(data, found.others, summary=self.in_summary)
         if len(found.messages):
             self.result.spans.append(
                 Span(

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from wmr_replay.ingest.storage.entrance import CONVERT, ZSTD_MAGIC, check_entrance, unreadable
+from wmr_replay.ingest.storage.file_check import CONVERT, ZSTD_MAGIC, check_mcap_file, unreadable
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
@@ -53,7 +53,7 @@ def plain_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]
     except OSError as error:
         raise unreadable(path, error) from None
     if not packed:
-        check_entrance(path)
+        check_mcap_file(path)
         return path, ""
     copy = folder() / path.name.removesuffix(".zst")
     problem = _unpack(path, copy)
@@ -61,7 +61,7 @@ def plain_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]
         raise LogUnusable(
             path, "nothing of its zstd data can be unpacked", "Copying it failed; get it again."
         )
-    check_entrance(copy, shown=path)
+    check_mcap_file(copy, shown=path)
     return copy, problem
 
 

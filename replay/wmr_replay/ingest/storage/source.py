@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias, cast
 from urllib.parse import urlsplit
 
-from wmr_replay.ingest.storage.ranges import NETWORK, RangeFile
+from wmr_replay.ingest.storage.range_file import NETWORK, RangeFile
 from wmr_schemas.errors import LogUnusable, MissingExtra
 
 SEPARATOR = "://"

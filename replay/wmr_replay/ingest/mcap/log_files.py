@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from wmr_replay.ingest.mcap.catalogue import Book
+from wmr_replay.ingest.mcap.catalogue import Catalogue
 from wmr_replay.ingest.mcap.chunks import Span
-from wmr_replay.ingest.mcap.indexed import surveyed
+from wmr_replay.ingest.mcap.index_survey import surveyed
 from wmr_replay.ingest.mcap.records import Channel
 from wmr_replay.ingest.mcap.sampling import Sample, Sampler
 from wmr_replay.ingest.mcap.survey import Survey
@@ -24,7 +24,7 @@ Identity = tuple[str, str, str, int]
 
 
 @dataclass
-class Parts:
+class LogFiles:
     """The files; their spans, channels, metadata and problems as one :class:`Survey`; samples by channel.
 
     ``ids[k]`` gives the common id of each channel id of file k, or None where it is the same.
@@ -37,42 +37,42 @@ class Parts:
     n_messages: dict[int, int] = field(default_factory=dict)
 
 
-def join_parts(paths: list[LogPath]) -> Parts:
+def join_files(paths: list[LogPath]) -> LogFiles:
     """Survey and sample the files."""
     surveys = [surveyed(path) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
         sampler.run(path)
     if len(paths) == 1:
-        known = surveys[0].book.channels
+        known = surveys[0].catalogue.channels
         samples, counts = samplers[0].samples, {k: samplers[0].n_messages(k) for k in known}
-        return Parts(paths, surveys[0], [None], samples, counts)
+        return LogFiles(paths, surveys[0], [None], samples, counts)
     return _Joiner(paths).run(surveys, samplers)
 
 
 class _Joiner:
     def __init__(self, paths: list[LogPath]) -> None:
         self.known: dict[Identity, int] = {}
-        self.parts = Parts(paths, Survey(0), [])
+        self.files = LogFiles(paths, Survey(0), [])
 
-    def run(self, surveys: list[Survey], samplers: list[Sampler]) -> Parts:
+    def run(self, surveys: list[Survey], samplers: list[Sampler]) -> LogFiles:
         for k, (found, sampler) in enumerate(zip(surveys, samplers, strict=True)):
-            ids = self._common_ids(found.book)
-            self.parts.ids.append(ids)
+            ids = self._common_ids(found.catalogue)
+            self.files.ids.append(ids)
             self._add(k, found, ids)
-            for channel_id in found.book.channels:
+            for channel_id in found.catalogue.channels:
                 common = int(ids[channel_id])
-                self.parts.samples.setdefault(common, []).extend(sampler.samples.get(channel_id, ()))
+                self.files.samples.setdefault(common, []).extend(sampler.samples.get(channel_id, ()))
                 more = sampler.n_messages(channel_id)
-                self.parts.n_messages[common] = self.parts.n_messages.get(common, 0) + more
-        return self.parts
+                self.files.n_messages[common] = self.files.n_messages.get(common, 0) + more
+        return self.files
 
-    def _common_ids(self, book: Book) -> I64:
+    def _common_ids(self, catalogue: Catalogue) -> I64:
         """The common id of each of the file's; new channels keep theirs where it is free."""
         ids, met = np.arange(N_CHANNEL_IDS), Counter[tuple[str, str, str]]()
-        joined = self.parts.survey.book
-        for channel_id, channel in sorted(book.channels.items()):
-            schema = book.schemas.get(channel.schema_id)
+        joined = self.files.survey.catalogue
+        for channel_id, channel in sorted(catalogue.channels.items()):
+            schema = catalogue.schemas.get(channel.schema_id)
             what = channel.topic, schema.name if schema else "", channel.message_encoding
             identity = (*what, met[what])
             met[what] += 1
@@ -87,7 +87,7 @@ class _Joiner:
 
     def _add(self, k: int, found: Survey, ids: I64) -> None:
         """A file's spans, metadata and problems."""
-        whole, name = self.parts.survey, self.parts.paths[k].name
+        whole, name = self.files.survey, self.files.paths[k].name
         whole.size_bytes += found.size_bytes
         whole.profile, whole.library = whole.profile or found.profile, whole.library or found.library
         whole.metadata = found.metadata | whole.metadata
@@ -95,7 +95,7 @@ class _Joiner:
         whole.truncated |= found.truncated
         whole.n_chunks_damaged += found.n_chunks_damaged
         whole.notes += [f"{name}: {note}" for note in found.notes]
-        whole.book.n_malformed += found.book.n_malformed
+        whole.catalogue.n_malformed += found.catalogue.n_malformed
         if found.statistics is None or (k and whole.statistics is None):
             whole.statistics = None
             return
@@ -103,9 +103,9 @@ class _Joiner:
         whole.statistics = dict(Counter(whole.statistics or {}) + counts)
 
 
-def _moved(span: Span, part: int, ids: I64) -> Span:
+def _moved(span: Span, file_index: int, ids: I64) -> Span:
     counts = {int(ids[channel_id]): n for channel_id, n in span.counts.items()}
-    return replace(span, part=part, counts=counts)
+    return replace(span, file_index=file_index, counts=counts)
 
 
 def _free(wanted: int, taken: dict[int, Channel]) -> int:

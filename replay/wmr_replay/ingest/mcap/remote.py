@@ -4,15 +4,15 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from wmr_replay.ingest.mcap.indexed import indexed_survey, read_summary
-from wmr_replay.ingest.storage.entrance import ZSTD_MAGIC, check_entrance
+from wmr_replay.ingest.mcap.index_survey import indexed_survey, read_summary
+from wmr_replay.ingest.storage.file_check import ZSTD_MAGIC, check_mcap_file
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, download, gives_ranges, size_of
 
 _VALIDATORS = ("ETag", "etag", "Last-Modified", "mtime", "LastModified", "Content-MD5", "Digest")
 _PIECE_BYTES = 8 << 20
 
 
-def near_enough(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]:
+def readable_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]:
     """The file itself where ranges of it can be read, else a copy of the whole in ``folder()``, and why.
 
     A copy is made when the server gives no ranges, when the file's index is missing or does not add up, and
@@ -20,17 +20,17 @@ def near_enough(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str
     """
     if not isinstance(path, RemotePath):
         return path, ""
-    why = why_not_by_ranges(path)
+    why = range_obstacle(path)
     if not why:
         return path, ""
     copy = folder() / path.name
     download(path, copy)
     if not is_packed(copy):
-        check_entrance(copy, shown=path)
+        check_mcap_file(copy, shown=path)
     return copy, f"{path.name}: {why}, so the whole file ({copy.stat().st_size / 1e6:.3g} MB) was fetched"
 
 
-def why_not_by_ranges(path: RemotePath) -> str:
+def range_obstacle(path: RemotePath) -> str:
     """What stands against reading ranges of the file; nothing when they can be read.
 
     Raises LogUnusable when it is no MCAP file at all.
@@ -39,7 +39,7 @@ def why_not_by_ranges(path: RemotePath) -> str:
         return "the server gives no ranges of it"
     if is_packed(path):
         return "it is packed as a whole"
-    check_entrance(path)
+    check_mcap_file(path)
     with path.open() as file:
         if indexed_survey(file, size_of(path)) is None:
             return "it has no index that could be used"
@@ -52,7 +52,7 @@ def is_packed(path: LogPath) -> bool:
         return file.read(len(ZSTD_MAGIC)) == ZSTD_MAGIC
 
 
-def enter_identity(path: RemotePath, update: Callable[[bytes], None]) -> None:
+def update_identity(path: RemotePath, update: Callable[[bytes], None]) -> None:
     """Hash what tells a file from another version of itself: the server's word (``ETag``, date), its size,
     and the summary section with every chunk's place, size and times. Without such a word the whole content.
     """

@@ -39,11 +39,11 @@ _FIRST, _STAMP, _SECOND = slice(0, _N), slice(_N, _N + 2), slice(_N + 2, 2 * _N 
 
 
 @dataclass(frozen=True)
-class CarriedBinding:
+class ComposedBinding:
     """``first`` ∘ between ∘ ``second``, with what is rigidly in front of them and behind them.
 
     Raw columns: first's translation and rotation, its stamp's seconds and nanoseconds, second's translation
-    and rotation; NaN where a message lacks one. :class:`Carrier` makes one transform of them.
+    and rotation; NaN where a message lacks one. :class:`TransformComposer` makes one transform of them.
     """
 
     first: Edge
@@ -65,7 +65,7 @@ class CarriedBinding:
         return Recipe(stamp_terms(layout, last.stamp), columns)
 
     def values(self, raw: F64) -> F64:
-        """x, y, yaw of one transform (7, n) that :class:`Carrier` made."""
+        """x, y, yaw of one transform (7, n) that :class:`TransformComposer` made."""
         return TransformBinding(self.first, self.stamp, self.before, self.after).values(raw)
 
 
@@ -79,7 +79,7 @@ def _stamp(layout: Layout, entry: Entry | None) -> tuple[Column, ...]:
     return tuple(Column(((leaf, 1.0),)) if (leaf := layout.leaf(path)) else Column() for path in entry.stamp)
 
 
-class Carrier:
+class TransformComposer:
     """``push(stamp_ns, raw, used) -> (raw, used)``: block after block, in the order of the file."""
 
     def __init__(self, between: Rigid) -> None:
@@ -130,8 +130,8 @@ def _product(first: F64, between: Rigid, second: F64) -> F64:
     return np.concatenate((first[:3] + rotate(turns[0], place), multiply(turns[0], turn)))
 
 
-def carrier_of(binding: Binding) -> Carrier | None:
+def composer_of(binding: Binding) -> TransformComposer | None:
     """What composes the rows of a binding, if that is needed."""
     if isinstance(binding, PlacedBinding):
-        return carrier_of(binding.pose)
-    return Carrier(binding.between) if isinstance(binding, CarriedBinding) else None
+        return composer_of(binding.pose)
+    return TransformComposer(binding.between) if isinstance(binding, ComposedBinding) else None

@@ -11,7 +11,7 @@ _LATEST, _EARLIEST = np.iinfo(np.int64).max, np.iinfo(np.int64).min
 
 
 @dataclass(frozen=True)
-class Tally:
+class ChannelCount:
     """Messages of one channel, by log time."""
 
     n: int
@@ -30,23 +30,23 @@ class Tally:
 
 
 @dataclass
-class Census:
+class MessageCounts:
     """Tallies by channel id."""
 
     n: I64 = field(default_factory=lambda: np.zeros(_N_IDS, np.int64))
     first_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _LATEST, np.int64))
     last_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _EARLIEST, np.int64))
 
-    def add(self, other: "Census") -> None:
+    def add(self, other: "MessageCounts") -> None:
         """Count what another one has counted."""
         self.n += other.n
         np.minimum(self.first_ns, other.first_ns, out=self.first_ns)
         np.maximum(self.last_ns, other.last_ns, out=self.last_ns)
 
     @property
-    def tallies(self) -> dict[int, Tally]:
+    def by_channel(self) -> dict[int, ChannelCount]:
         """By the ids that have messages."""
         return {
-            k: Tally(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
+            k: ChannelCount(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
             for k in np.flatnonzero(self.n).tolist()
         }

@@ -16,7 +16,7 @@ _UNKNOWN = np.iinfo(np.int64).min
 
 
 @dataclass
-class Steps:
+class StampSteps:
     """Counters of one channel, carried on from block to block.
 
     Duplicates and backward steps are those of the file's order. Gaps and jitter are those of the order in
@@ -54,7 +54,7 @@ class Steps:
 
     @property
     def n_gaps(self) -> int:
-        """Steps of more than GAP_STEPS usual ones."""
+        """StampSteps of more than GAP_STEPS usual ones."""
         return int(self.counts[_GAP])
 
     @property

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from wmr_replay.ingest.channels.detect import Plan, Use
-from wmr_replay.ingest.channels.torques import InterfaceBinding, TorqueBinding
+from wmr_replay.ingest.channels.torque_bindings import InterfaceBinding, TorqueBinding
 from wmr_replay.ingest.channels.transforms import TransformBinding
 from wmr_replay.ingest.decoding.bindings import (
     Binding,
@@ -18,7 +18,7 @@ from wmr_schemas.mapping_file import LogMapping, PoseFields
 from wmr_schemas.robot import RobotParameters
 
 
-def mapping_of(plan: Plan, said: LogMapping, robot: RobotParameters) -> LogMapping:
+def proposed_mapping(plan: Plan, said: LogMapping, robot: RobotParameters) -> LogMapping:
     """``said`` with everything that the plan added to it: topics, fields, frames, joints, parameters."""
     found = replace(said, robot=robot if robot.known() else None)
     if pose := plan.uses.get("pose"):

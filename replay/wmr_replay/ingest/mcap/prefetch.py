@@ -25,10 +25,10 @@ def work_ahead(
     paths: Sequence[LogPath], spans: Sequence[Span], work: Callable[[BinaryIO, list[Span], Workspace], T]
 ) -> Iterator[T]:
     """``work(file, group, workspace)`` for all spans, by groups in order; at most two groups wait."""
-    own = _Own(paths)
+    own = _PerThread(paths)
 
     def task(group: list[Span]) -> T:
-        return work(own.file(group[0].part), group, own.workspace)
+        return work(own.file(group[0].file_index), group, own.workspace)
 
     with ThreadPoolExecutor(N_THREADS, "read-ahead") as workers:
         waiting: deque[Future[T]] = deque()
@@ -53,7 +53,7 @@ def groups(spans: Sequence[Span]) -> Iterator[list[Span]]:
     for span in spans:
         size, count = extent(span)
         full = n_bytes + size > _GROUP_BYTES or n_messages + count > _GROUP_MESSAGES
-        if group and (full or span.part != group[0].part):
+        if group and (full or span.file_index != group[0].file_index):
             yield group
             group, n_bytes, n_messages = [], 0, 0
         group.append(span)
@@ -68,7 +68,7 @@ def extent(span: Span) -> tuple[int, int]:
     return size, sum(span.counts.values()) or size // _SMALL_MESSAGE_BYTES
 
 
-class _Own:
+class _PerThread:
     """What each thread has for itself: one of the log's files at a time, and a workspace."""
 
     def __init__(self, paths: Sequence[LogPath]) -> None:
@@ -82,12 +82,12 @@ class _Own:
         workspace: Workspace = self._own.workspace
         return workspace
 
-    def file(self, part: int) -> BinaryIO:
+    def file(self, file_index: int) -> BinaryIO:
         """The calling thread's."""
-        if getattr(self._own, "part", None) != part:
+        if getattr(self._own, "file_index", None) != file_index:
             if hasattr(self._own, "file"):
                 self._own.file.close()
-            self._own.part, self._own.file = part, self._paths[part].open("rb")
+            self._own.file_index, self._own.file = file_index, self._paths[file_index].open("rb")
             self._opened.append(self._own.file)
         file: BinaryIO = self._own.file
         return file

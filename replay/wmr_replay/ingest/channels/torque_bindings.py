@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from wmr_replay.ingest.channels.joints import wheel_joints
+from wmr_replay.ingest.channels.wheel_joints import wheel_joints
 from wmr_replay.ingest.decoding.bindings import UNKNOWN, Column, NotConcerned, Recipe, one, stamp_terms
 from wmr_replay.ingest.decoding.layout import Layout, Leaf
 from wmr_schemas.arrays import F64

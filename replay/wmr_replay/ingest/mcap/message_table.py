@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from wmr_replay.ingest.census import Census
+from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.walk import MESSAGE, MESSAGE_HEAD_BYTES, next_record
 from wmr_schemas.arrays import I64, U8
 from wmr_schemas.compiled.lean import lean
@@ -14,27 +14,27 @@ _ORDER, _OFFSET, _LENGTH, _PUBLISH_NS, _LOG_NS = range(5)
 NO_LIMITS: I64 = np.array([np.iinfo(np.int64).min, np.iinfo(np.int64).max])
 
 
-class Shares:
+class MessageTable:
     """Messages of several blocks by role. The table grows when there are more than ``n_expected`` of one."""
 
     def __init__(self, n_roles: int, n_expected: int) -> None:
         self.table = np.empty((n_roles, 5, max(n_expected, 1)), np.int64)
         self.counts = np.zeros(n_roles, np.int64)
 
-    def add(self, data: U8, ids: I64, role_of: I64, limits_ns: I64, census: Census) -> tuple[int, int]:
+    def add(self, data: U8, ids: I64, role_of: I64, limits_ns: I64, met: MessageCounts) -> tuple[int, int]:
         """Walk a block's records: how many messages are within the limits, and where the walk stopped for
         want of a whole record. ``ids`` are the channels' common ids, ``role_of`` is −1 for those that nobody
         wants.
         """
         n_messages, position, full = 0, 0, True
         while full:
-            n, position, full = _sort_out(
-                data, position, ids, role_of, limits_ns, census.n, census.first_ns, census.last_ns,
-                self.table, self.counts,
+            n, position, full = _split(
+                data, position, ids, role_of, limits_ns, met.n, met.first_ns, met.last_ns, self.table,
+                self.counts,
             )  # fmt: skip
             n_messages += n
             if full:
-                self.table = longer(self.table, 2 * self.table.shape[2])
+                self.table = enlarged(self.table, 2 * self.table.shape[2])
         return n_messages, position
 
     def places(self, role: int, start: int, stop: int) -> tuple[I64, I64]:
@@ -58,7 +58,7 @@ class Shares:
         return found
 
 
-def longer(array: Any, n: int) -> Any:
+def enlarged(array: Any, n: int) -> Any:
     """A copy with room for ``n`` along its last axis."""
     out = np.empty((*array.shape[:-1], n), array.dtype)
     out[..., : array.shape[-1]] = array
@@ -66,7 +66,7 @@ def longer(array: Any, n: int) -> Any:
 
 
 @lean
-def _sort_out(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
+def _split(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by one
     data: U8, position: int, ids: I64, role_of: I64, limits_ns: I64, n: I64, first_ns: I64, last_ns: I64,
     table: Any, counts: I64,
 ) -> tuple[int, int, bool]:  # fmt: skip

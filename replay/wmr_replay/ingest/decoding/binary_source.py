@@ -25,12 +25,17 @@ class BinarySource:
     """Messages that start at ``starts`` in ``data`` and are ``lengths`` long; a :class:`~.layout.Source`."""
 
     def __init__(self, data: U8, starts: I64, lengths: I64) -> None:
-        self.data, self.starts, self.kinds = data, starts, lengths
+        self.data, self.starts, self.lengths = data, starts, lengths
+
+    def kinds(self, rows: I64) -> I64:
+        """Lengths of the messages."""
+        found: I64 = self.lengths[rows]
+        return found
 
     def exemplar(self, row: int) -> bytes:
         """One message's bytes."""
         start = self.starts[row]
-        return self.data[start : start + self.kinds[row]].tobytes()
+        return self.data[start : start + self.lengths[row]].tobytes()
 
     def agree(self, layout: Layout, rows: I64) -> Bool:
         """Messages whose skeleton bytes equal the exemplar's under their masks."""

@@ -2,7 +2,7 @@
 
 A :class:`Program` is a layout with a recipe in the form that the pass works through: words of the skeleton,
 and one operation for each number. Layouts that it cannot express (big-endian numbers, messages shorter than a
-word) have no program and take the way of :mod:`~wmr_replay.ingest.decoding.binary`.
+word) have no program and take the way of :mod:`~wmr_replay.ingest.decoding.binary_source`.
 """
 
 from dataclasses import dataclass

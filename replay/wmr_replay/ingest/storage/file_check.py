@@ -1,10 +1,10 @@
 """Whether a path leads to an MCAP file at all; if not, what it leads to and what to do about it."""
 
-from wmr_replay.ingest.mcap.records import MAGIC
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
 CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 _FOREIGN = (
     (b"SQLite format 3\0", "this is a ROS 2 bag in SQLite form (.db3), not MCAP", CONVERT),
@@ -15,19 +15,19 @@ _FOREIGN = (
 _LONGEST = 16
 
 
-def check_entrance(path: LogPath, shown: LogPath | None = None) -> None:
+def check_mcap_file(path: LogPath, shown: LogPath | None = None) -> None:
     """Raises LogUnusable unless an MCAP file starts at ``path``; messages name ``shown``."""
     try:
         with path.open("rb") as file:
             head = file.read(_LONGEST)
     except OSError as error:
         raise unreadable(path, error) from None
-    if head.startswith(MAGIC):
+    if head.startswith(MCAP_MAGIC):
         return
     path = shown or path
     if not head:
         raise LogUnusable(path, "the file is empty", "Nothing was recorded, or copying it failed.")
-    if MAGIC.startswith(head):
+    if MCAP_MAGIC.startswith(head):
         raise LogUnusable(
             path, "the file ends inside MCAP's magic", "Copying it failed, or recording never began."
         )

@@ -1,22 +1,29 @@
 """One compiled pass over JSON messages that are spelled alike: between their values they equal the exemplar.
 
-A :class:`Template` is a layout with a recipe in the form that the pass works through: the text in front of
-each value, and what to do with the value. A message that departs from it in anything, be it a blank, is left
-to :mod:`~wmr_replay.ingest.decoding.jsonrows`, which gives the same columns.
+A :class:`JsonTemplate` is a layout with a recipe in the form that the pass works through: the text in front
+of each value, and what to do with the value. A message that departs from it, if only in a blank, is left to
+:mod:`~wmr_replay.ingest.decoding.json_source`, which gives the same columns.
 """
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from wmr_replay.ingest.decoding.bindings import Recipe
-from wmr_replay.ingest.decoding.decimals import decimal, integer
+from wmr_replay.ingest.decoding.json_numbers import decimal, integer
+from wmr_replay.ingest.decoding.json_source import repeats_a_key
 from wmr_replay.ingest.decoding.layout import Layout
-from wmr_replay.ingest.decoding.tokens import CLASS, IS_VALUE, string_end, tokenise
 from wmr_schemas.arrays import F64, I64, U8, Bool
 from wmr_schemas.compiled.lean import lean
 
+_SCALAR = re.compile(rb'"(?:[^"\\]|\\.)*"|[^\s\[\]{}:,"]+', re.S)
+_COLON = re.compile(rb"\s*:")
+_QUOTE, _BACKSLASH = ord('"'), ord("\\")
+_IN_SCALAR = np.ones(256, np.bool_)
+"""Which bytes may stand in a number, ``true``, ``false`` or ``null``."""
+_IN_SCALAR[list(b' \t\n\r:,{}[]"')] = False
 _WORD = 8
 _TEXT, _OTHER, _NUMBER, _WHOLE = range(4)
 """Strings and other values to be passed over; numbers, and whole numbers, to be read."""
@@ -24,7 +31,7 @@ _STAMP = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Template:
+class JsonTemplate:
     """The text before each value and after the last one: ``literals`` (2, k) words and masks; that of value i
     starts at ``first[i]`` and has ``sizes[i]`` bytes. ``kinds`` of the values; ``steps`` (2, m) value and
     column of each number that is added to a column (−1: the stamp), with ``gains`` and ``factors``.
@@ -52,24 +59,25 @@ class Template:
         return filled
 
 
-def compile_template(layout: Layout, recipe: Recipe) -> Template | None:
-    """The template of a recipe; None where a number serves as stamp and as value."""
+def compile_template(layout: Layout, recipe: Recipe) -> JsonTemplate | None:
+    """The template of a recipe.
+
+    None where a number serves as stamp and as value, and where the exemplar repeats a key: only the last of
+    its values counts.
+    """
     stamp = {leaf.offset: factor for leaf, factor in recipe.stamp}
     terms = [
         (leaf.offset, column, gain)
         for column, total in enumerate(recipe.columns)
         for leaf, gain in total.terms
     ]
-    if stamp.keys() & {offset for offset, _, _ in terms}:
+    if stamp.keys() & {offset for offset, _, _ in terms} or repeats_a_key(layout.exemplar):
         return None
-    text = np.frombuffer(layout.exemplar, np.uint8)
-    tokens = tokenise(text, np.zeros(1, np.int64), np.array([len(text)]))
-    values = [k for k in range(len(tokens.start)) if k not in layout.skeleton]
+    spans = value_spans(layout.exemplar)
+    values = [k for k in range(len(spans)) if k not in layout.skeleton]
     place = {ordinal: k for k, ordinal in enumerate(values)}
-    stops = [0, *tokens.stop[values].tolist()]
-    pieces = [
-        layout.exemplar[a:b] for a, b in zip(stops, [*tokens.start[values].tolist(), len(text)], strict=True)
-    ]
+    starts, stops = [spans[k][0] for k in values], [spans[k][1] for k in values]
+    pieces = [layout.exemplar[a:b] for a, b in zip([0, *stops], [*starts, len(layout.exemplar)], strict=True)]
     numbers = {offset for offset, _, _ in terms}
     kinds = [
         _WHOLE if k in stamp else _NUMBER if k in numbers else _TEXT if piece.endswith(b'"') else _OTHER
@@ -77,7 +85,7 @@ def compile_template(layout: Layout, recipe: Recipe) -> Template | None:
     ]
     steps = [(place[k], _STAMP) for k in stamp] + [(place[k], column) for k, column, _ in terms]
     words = [_words(piece) for piece in pieces]
-    return Template(
+    return JsonTemplate(
         np.concatenate(words, axis=1),
         np.cumsum([0, *(each.shape[1] for each in words)]),
         np.array([len(piece) for piece in pieces], np.int64),
@@ -87,6 +95,16 @@ def compile_template(layout: Layout, recipe: Recipe) -> Template | None:
         np.array([*stamp.values()] + [0] * len(terms), np.int64),
         np.array([column.constant for column in recipe.columns]),
     )
+
+
+def value_spans(message: bytes) -> list[tuple[int, int]]:
+    """Start and stop of every scalar value of a JSON text, keys left out; of strings without their quotes."""
+    found = []
+    for token in _SCALAR.finditer(message):
+        is_text = token[0].startswith(b'"')
+        if not (is_text and _COLON.match(message, token.end())):
+            found.append((token.start() + is_text, token.end() - is_text))
+    return found
 
 
 def _words(piece: bytes) -> Any:
@@ -112,12 +130,14 @@ def _equals(data: U8, words: Any, position: int, literals: Any, first: int, size
 
 
 @lean
-def _passed(data: U8, position: int, stop: int, kind: int) -> int:
-    """Where a value that nobody wants ends; −1 if there is none of its kind."""
-    if kind == _TEXT:
-        return string_end(data, position, stop)
+def _skipped(data: U8, position: int, stop: int, kind: int) -> int:
+    """Where a value that is not needed ends; −1 if there is none of its kind."""
     begin = position
-    while position < stop and CLASS[data[position]] == IS_VALUE:
+    if kind == _TEXT:
+        while position < stop and data[position] != _QUOTE:
+            position += 2 if data[position] == _BACKSLASH else 1
+        return min(position, stop)
+    while position < stop and _IN_SCALAR[data[position]]:
         position += 1
     return position if position > begin else -1
 
@@ -139,7 +159,7 @@ def _read(  # noqa: PLR0913, PLR0917 – compiled code takes its arrays one by o
         elif kinds[k] == _WHOLE:
             wholes[k], position = integer(data, words, position, stop)
         else:
-            position = _passed(data, position, stop, kinds[k])
+            position = _skipped(data, position, stop, kinds[k])
         if position < 0:
             return False
     return False

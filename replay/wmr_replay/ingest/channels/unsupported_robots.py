@@ -16,7 +16,7 @@ _CONSEQUENCE = (
 )
 
 
-def misfits(found: Sequence[Candidate]) -> list[str]:
+def unsupported_kinds(found: Sequence[Candidate]) -> list[str]:
     """A remark for each kind of drive that the log speaks of and the model does not know."""
     names = [name for candidate in found for name in _names(candidate)]
     remarks = []

@@ -11,6 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.records import (
     HEAD,
@@ -23,7 +24,6 @@ from wmr_replay.ingest.mcap.records import (
     parse_header,
     parse_metadata,
 )
-from wmr_replay.ingest.mcap.selection import index_adds_up
 from wmr_replay.ingest.mcap.survey import Survey, survey
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.errors import LogUnusable
@@ -39,7 +39,7 @@ def surveyed(path: LogPath) -> Survey:
     """The survey of a file: on this machine by all its records, behind a URL by its index.
 
     Raises LogUnusable when a URL's index is of no use; see
-    :func:`wmr_replay.ingest.storage.remote.near_enough`.
+    :func:`wmr_replay.ingest.mcap.remote.readable_file`.
     """
     if not isinstance(path, RemotePath):
         return survey(path)
@@ -62,7 +62,7 @@ def indexed_survey(file: BinaryIO, size_bytes: int) -> Survey | None:
     except (Malformed, struct.error):
         return None
     found.spans.sort(key=lambda span: span.offset)
-    return found if index_adds_up(found) and not found.book.n_malformed else None
+    return found if index_adds_up(found) and not found.catalogue.n_malformed else None
 
 
 def read_summary(file: BinaryIO, size_bytes: int) -> bytes:
@@ -108,7 +108,7 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
             name, metadata = _metadata(file, content)
             found.metadata.setdefault(name, metadata)
         position += HEAD.size + length
-    found.book.enter(np.frombuffer(summary, np.uint8), np.array(starts, np.int64), summary=True)
+    found.catalogue.enter(np.frombuffer(summary, np.uint8), np.array(starts, np.int64), summary=True)
 
 
 def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
