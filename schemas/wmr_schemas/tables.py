@@ -88,6 +88,8 @@ SEGMENTS: tuple[Column, ...] = (
     Column(
         "end_ns", pl.Int64, "ns", "stamp of the next segment's first row; of its own last row for the last"
     ),
+    _real("start_s", "s", "start_ns in seconds since the log's first sample"),
+    _real("end_s", "s", "end_ns in seconds since the log's first sample"),
     _real("duration_s", "s", "end − start"),
     Column("mode", pl.Int8, "–", "the estimated mode that all rows of the segment share"),
     _real("mean_p", "–", "mean posterior of that mode; null when undecided"),

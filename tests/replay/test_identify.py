@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wmr_replay.align import AlignedBatch
+from wmr_replay.align import SampleBatch
 from wmr_replay.identify import Evidence, make_rules, motion_of, wheel_slip
 from wmr_replay.identify.independence import (
     INDEPENDENT,
@@ -177,7 +177,7 @@ def test_torque_steps_leave_c_d_at_zero_in_ideal_rolling_without_noise(rate_hz):
     mean_effort = np.concatenate([[force[0]], force[:-1]]) / 2
     inputs = np.stack([mean_effort, mean_effort, np.full(n, np.nan), np.full(n, np.nan)])
     heading = 0.6
-    rows = AlignedBatch(
+    rows = SampleBatch.measured(
         t_ns,
         np.stack([x * np.cos(heading), x * np.sin(heading), np.full(n, heading)]),
         inputs,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.align import AlignedBatch
+from wmr_replay.align import SampleBatch, concatenate
 from wmr_replay.align.repair import OK, OUTLIER, POSE_JUMP, PoseRepair
 from wmr_replay.align.track import CAPACITY, fresh_track, line, make_room, put
 from wmr_synth import SCENARIOS, synthesise
@@ -22,7 +22,7 @@ def curve(n, rng, sd=0.001, step_s=STEP_S):
     yaw = 0.4 * t_s
     pose = np.stack([3 * np.sin(yaw), 3 * (1 - np.cos(yaw)), yaw]) + sd * rng.normal(size=(3, n))
     t_ns = 10**18 + np.rint(t_s * 1e9).astype(np.int64)
-    return AlignedBatch(t_ns, pose, np.tile(np.arange(n, dtype=float), (4, 1)), np.zeros(n, np.int8))
+    return SampleBatch.measured(t_ns, pose, np.tile(np.arange(n, dtype=float), (4, 1)), np.zeros(n, np.int8))
 
 
 def rigid(pose, turn, shift, about):
@@ -47,9 +47,9 @@ def test_single_outliers_are_set_aside_at_their_rows_and_nothing_else_changes(rn
     rows.pose[0, bad[:3]] += [0.5, -2.0, 3.0]
     rows.pose[2, 777] += 0.6
     stage, done = repair(rows)
-    assert np.flatnonzero(done.status == OUTLIER).tolist() == bad.tolist()
+    assert np.flatnonzero(done.repair == OUTLIER).tolist() == bad.tolist()
     assert (stage.n_outliers, stage.n_jumps) == (4, 0)
-    assert np.array_equal(done.rows.pose, np.delete(rows.pose, bad, axis=1))
+    assert np.array_equal(done.without_outliers().pose, np.delete(rows.pose, bad, axis=1))
     assert not done.restarts.any()
 
 
@@ -57,7 +57,7 @@ def test_inputs_of_rows_set_aside_go_into_the_mean_of_the_next_row(rng):
     rows = curve(300, rng)
     rows.pose[1, [200, 201]] += [1.0, -1.0]
     _, done = repair(rows)
-    after = done.rows.inputs[:, done.rows.t_ns == rows.t_ns[202]]
+    after = done.without_outliers().inputs[:, done.without_outliers().t_ns == rows.t_ns[202]]
     assert after == pytest.approx(np.full((4, 1), (200 + 201 + 202) / 3))
     assert np.array_equal(rows.inputs[0], np.arange(300.0))
 
@@ -66,12 +66,12 @@ def test_a_jump_is_called_an_outlier_until_four_samples_agree_and_then_taken_out
     rows = curve(1000, rng)
     rows.pose[:2, 500:] += np.array([[0.3], [-0.4]])
     stage, done = repair(rows)
-    assert np.flatnonzero(done.status == OUTLIER).tolist() == [500, 501, 502]
-    assert np.flatnonzero(done.status == POSE_JUMP).tolist() == [503]
+    assert np.flatnonzero(done.repair == OUTLIER).tolist() == [500, 501, 502]
+    assert np.flatnonzero(done.repair == POSE_JUMP).tolist() == [503]
     assert (stage.n_outliers, stage.n_jumps) == (3, 1)
-    assert np.flatnonzero(done.restarts).tolist() == [500]
+    assert np.flatnonzero(done.without_outliers().restarts).tolist() == [500]
     straight = curve(1000, np.random.default_rng(5)).pose[:, 503:]
-    assert np.abs(done.rows.pose[:, 500:] - straight).max() < 0.02
+    assert np.abs(done.without_outliers().pose[:, 500:] - straight).max() < 0.02
 
 
 def test_after_a_relocalisation_with_a_turn_body_velocities_are_those_of_the_unturned_motion(rng):
@@ -80,7 +80,7 @@ def test_after_a_relocalisation_with_a_turn_body_velocities_are_those_of_the_unt
     pose = rows.pose.copy()
     rows.pose[:, 500:] = rigid(pose[:, 500:], 0.7, np.array([0.2, 0.1]), about=np.array([500.0, -80.0]))
     _, done = repair(rows, sd=1e-6)
-    after = done.rows.pose[:, 500:]
+    after = done.without_outliers().pose[:, 500:]
     heading = after[2, :-1] + 0.4 * STEP_S / 2
     step = np.diff(after[:2], axis=1)
     lateral = step[1] * np.cos(heading) - step[0] * np.sin(heading)
@@ -93,8 +93,8 @@ def test_scattered_outliers_in_a_row_are_no_jump(rng):
     rows.pose[:2, 500:512] += rng.normal(0, 3.0, (2, 12))
     stage, done = repair(rows)
     assert stage.n_jumps == 0
-    assert np.all(done.status[512:] == OK)
-    assert np.count_nonzero(done.status == OUTLIER) >= 11
+    assert np.all(done.repair[512:] == OK)
+    assert np.count_nonzero(done.repair == OUTLIER) >= 11
 
 
 @pytest.mark.parametrize(("share", "jump_m"), [(0.9, 0.6), (0.6, 0.5)])
@@ -108,7 +108,7 @@ def test_at_the_papers_noise_a_jump_below_two_standard_deviations_is_found_withi
         rows, angle = curve(6000, rng, sd=0.1**0.5, step_s=0.001), rng.uniform(0, 2 * np.pi)
         rows.pose[:2, 3000:] += jump_m * np.array([[np.cos(angle)], [np.sin(angle)]])
         stage, done = repair(rows, sd=0.1**0.5, step_s=0.001)
-        places = np.flatnonzero(done.status == POSE_JUMP)
+        places = np.flatnonzero(done.repair == POSE_JUMP)
         assert not np.any(places < 3000)
         found += stage.n_jumps == 1
         delays += [(place - 3000) / 1000 for place in places]
@@ -128,7 +128,7 @@ def test_no_jump_and_no_outlier_is_seen_in_sixty_logs_without_any(variance):
             n = len(pose)
             values = np.stack([pose.x_m, pose.y_m, pose.yaw_rad])
             stage, _ = repair(
-                AlignedBatch(pose.t_ns, values, np.zeros((4, n)), np.zeros(n, np.int8)),
+                SampleBatch.measured(pose.t_ns, values, np.zeros((4, n)), np.zeros(n, np.int8)),
                 sd=sd,
                 step_s=1 / rate,
             )
@@ -152,13 +152,11 @@ def test_batches_change_no_bit_and_a_prefix_gives_a_prefix(cuts):
     whole = stage.push(rows)
     again = PoseRepair(step_s=STEP_S, position_sd_m=0.005, yaw_sd_rad=0.005)
     edges = sorted({0, 1500, *cuts})
-    parts = [
-        again.push(AlignedBatch(rows.t_ns[a:b], rows.pose[:, a:b], rows.inputs[:, a:b], rows.mode_true[a:b]))
-        for a, b in pairwise(edges)
-    ]
-    assert np.array_equal(np.concatenate([part.status for part in parts]), whole.status)
-    assert np.array_equal(np.concatenate([part.rows.pose for part in parts], axis=1), whole.rows.pose)
-    assert np.array_equal(np.concatenate([part.rows.inputs for part in parts], axis=1), whole.rows.inputs)
+    parts = [again.push(rows.part(slice(a, b))) for a, b in pairwise(edges)]
+    assert np.array_equal(np.concatenate([part.repair for part in parts]), whole.repair)
+    pieces, one = concatenate(parts).without_outliers(), whole.without_outliers()
+    assert np.array_equal(pieces.pose, one.pose)
+    assert np.array_equal(pieces.inputs, one.inputs)
     assert (again.n_jumps, again.n_outliers) == (stage.n_jumps, stage.n_outliers)
 
 
@@ -174,9 +172,7 @@ def test_a_held_pose_is_not_mistaken_for_a_series_of_jumps(rng):
 def test_a_hole_in_the_pose_is_no_jump(rng):
     rows = curve(1000, rng)
     kept = np.r_[0:400, 480:1000]
-    stage, _ = repair(
-        AlignedBatch(rows.t_ns[kept], rows.pose[:, kept], rows.inputs[:, kept], rows.mode_true[kept])
-    )
+    stage, _ = repair(rows.part(kept))
     assert (stage.n_jumps, stage.n_outliers) == (0, 0)
 
 

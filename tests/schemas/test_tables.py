@@ -18,7 +18,7 @@ delay_s sigma_sum_mps sigma_diff_mps c_k_mps c_k_mps_sd c_d_mps2 c_d_mps2_sd
 mode p_ideal p_skidding p_slipping p_skidding_slipping mode_set alpha alpha_sd status mode_true
 """.split()
 NOT_FLOAT = {"t_ns": pl.Int64, "mode": pl.Int8, "mode_set": pl.UInt8, "mode_true": pl.Int8}
-DOCUMENTED_SEGMENTS = "start_ns end_ns duration_s mode mean_p alpha alpha_sd n_samples".split()
+DOCUMENTED_SEGMENTS = "start_ns end_ns start_s end_s duration_s mode mean_p alpha alpha_sd n_samples".split()
 DOCUMENTED_SUMMARY = """
 log log_sha256 version settings duration_s n_pose n_torque rate_hz
 share_ideal share_skidding share_slipping share_skidding_slipping share_undecided alpha alpha_sd

@@ -1,7 +1,12 @@
-"""Alignment: one row per pose sample, with the torques that were in force up to it."""
+"""Alignment: one row per pose sample, with the mean inputs of the interval that ends at it.
 
-from wmr_replay.align.aligner import AlignedBatch, Aligner
+The package imports numpy, numba and the schemas alone.
+"""
+
+from wmr_replay.align.aligner import Aligner, AlignmentCounts
+from wmr_replay.align.batch import SampleBatch, concatenate
 from wmr_replay.align.lag import Lag
 from wmr_replay.align.reorder import Reorder
+from wmr_replay.align.repair import PoseRepair
 
-__all__ = ["AlignedBatch", "Aligner", "Lag", "Reorder"]
+__all__ = ["Aligner", "AlignmentCounts", "Lag", "PoseRepair", "Reorder", "SampleBatch", "concatenate"]

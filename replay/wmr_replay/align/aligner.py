@@ -4,28 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.align.batch import SampleBatch
 from wmr_replay.align.hold import hold_mean, last_before
 from wmr_replay.align.reorder import EARLIEST, Reorder, join, take
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
-
-
-@dataclass(frozen=True, eq=False)
-class AlignedBatch:
-    """Rows in strictly increasing time: ``t_ns`` (n,), ``pose`` (3, n) with yaw unwrapped, ``inputs`` (4, n),
-    ``mode_true`` (n,).
-
-    ``inputs`` are left and right effort in N·m and left and right wheel speed in rad/s, each the mean over
-    the interval that ends at the row's stamp, NaN where unknown. ``mode_true`` is −1 where there is no truth.
-    """
-
-    t_ns: I64
-    pose: F64
-    inputs: F64
-    mode_true: I8
-
-    def __len__(self) -> int:
-        return len(self.t_ns)
 
 
 @dataclass
@@ -52,22 +35,22 @@ class Aligner:
         self._held, self._held_ns, self._mode = np.full(4, np.nan), EARLIEST, -1.0
         self._last_ns, self._yaw, self._turns = EARLIEST, np.nan, 0
 
-    def push(self, batch: RawBatch) -> AlignedBatch:
+    def push(self, batch: RawBatch) -> SampleBatch:
         """Rows that are complete: every input up to their stamps has come."""
         return self._align(self._reorder.push(batch))
 
-    def finish(self) -> AlignedBatch:
+    def finish(self) -> SampleBatch:
         """The rows that were waiting."""
         return self._align(self._reorder.finish())
 
-    def _align(self, ready: RawBatch) -> AlignedBatch:
+    def _align(self, ready: RawBatch) -> SampleBatch:
         pose = self._clean_pose(ready.pose)
         inputs = self._hold(pose.t_ns, self._clean_torque(ready.torque))
         mode_true = self._truth(pose.t_ns, ready.mode)
         self.counts.n_pose += len(pose)
         if len(pose):
             self._last_ns = int(pose.t_ns[-1])
-        return AlignedBatch(pose.t_ns, pose.values, inputs, mode_true)
+        return SampleBatch.measured(pose.t_ns, pose.values, inputs, mode_true)
 
     def _clean_pose(self, rows: Rows) -> Rows:
         finite = np.asarray(np.isfinite(rows.values).all(axis=0))

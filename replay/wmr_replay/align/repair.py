@@ -17,11 +17,11 @@ m·step, at speed s (.5 m/s at least): .4 m at σ = .316 m and 1 kHz, 5 cm at σ
 m/s.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.align.aligner import AlignedBatch
+from wmr_replay.align.batch import SampleBatch
 from wmr_replay.align.frame import carry_back, take_out
 from wmr_replay.align.jumps import AGREEING, GROUPS, agree, distance, gates, hidden_step, inside, offsets
 from wmr_replay.align.quiet import follow_quiet
@@ -39,7 +39,7 @@ from wmr_replay.align.state import (
     fresh_memory,
 )
 from wmr_replay.align.track import CAPACITY, follow_noise, make_room, put
-from wmr_schemas.arrays import F64, I8, I64, Bool
+from wmr_schemas.arrays import F64, I8, I64
 from wmr_schemas.compiled import compiled
 from wmr_schemas.status import Status
 
@@ -195,20 +195,8 @@ def judge_rows(m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64) -
     return outcome, poses
 
 
-@dataclass(frozen=True, eq=False)
-class Repaired:
-    """``status`` (n,) of every row; ``kept`` (n,) those that go on; ``rows`` these, their poses carried back,
-    and ``restarts`` where nothing may reach back further.
-    """
-
-    status: I8
-    kept: Bool
-    rows: AlignedBatch
-    restarts: Bool
-
-
 class PoseRepair:
-    """Stage: aligned rows → the same without outliers and jumps; nothing is held back."""
+    """Stage: measured rows → the same rows with outliers marked and jumps taken out; none is held back."""
 
     def __init__(self, *, step_s: float, position_sd_m: float, yaw_sd_rad: float) -> None:
         n_groups = sum(2 * m * step_s <= GROUP_SPAN_S for m in GROUPS)
@@ -226,14 +214,12 @@ class PoseRepair:
         """Rows set aside so far."""
         return int(self._memory.counts[N_OUTLIERS])
 
-    def push(self, rows: AlignedBatch) -> Repaired:
-        """Rows in strictly increasing time."""
+    def push(self, rows: SampleBatch) -> SampleBatch:
+        """The same rows with ``pose``, ``inputs`` and ``repair`` filled in; stamps strictly increase.
+
+        An outlier's inputs are added to those of the next kept row.
+        """
         inputs = rows.inputs.copy()
-        outcome, poses = judge_rows(
-            self._memory, self._rules, rows.t_ns, np.ascontiguousarray(rows.pose), inputs
-        )
-        kept, jumps = np.asarray(outcome != OUTLIER), np.asarray(outcome == POSE_JUMP)
-        if kept.all():
-            return Repaired(outcome, kept, AlignedBatch(rows.t_ns, poses, inputs, rows.mode_true), jumps)
-        good = AlignedBatch(rows.t_ns[kept], poses[:, kept], inputs[:, kept], rows.mode_true[kept])
-        return Repaired(outcome, kept, good, jumps[kept])
+        measured = np.ascontiguousarray(rows.pose_raw)
+        status, pose = judge_rows(self._memory, self._rules, rows.t_ns, measured, inputs)
+        return replace(rows, pose=pose, inputs=inputs, repair=status)

@@ -13,7 +13,7 @@ from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import ParquetStream, confusion_frame, replace_file, samples_frame
-from wmr_replay.tables.summary import LogFacts, Tally, summary_frame, summary_row
+from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_frame, summary_row
 from wmr_replay.tables.truth import SideTruth, read_side_truth
 from wmr_replay.timeline import Timeline
 from wmr_schemas.errors import DamagedLog
@@ -80,7 +80,7 @@ def run_log(  # noqa: PLR0913 – keyword arguments
     directory.mkdir(parents=True, exist_ok=True)
     told = given(mapping, between, model)
     results = ResultFiles(directory, log, reader, truth, timeline=timeline, given=told, sha256=sha256)
-    tally = Tally()
+    tally = SummaryCollector()
     try:
         for samples in sample_batches(reader, engine, progress):
             tally.push(samples)
@@ -138,7 +138,7 @@ class ResultFiles:
         if self._timeline is not None:
             self._timeline.push(samples)
 
-    def finish(self, tally: Tally, engine: Engine) -> RunResult:
+    def finish(self, tally: SummaryCollector, engine: Engine) -> RunResult:
         """Complete every file and give each its name."""
         runs, segments = tally.runs.finish(), tally.segments.finish()
         row = summary_row(self._facts(engine), tally, runs)

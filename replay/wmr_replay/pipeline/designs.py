@@ -7,11 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.align import AlignedBatch
-from wmr_replay.align.repair import Repaired
+from wmr_replay.align import SampleBatch, concatenate
 from wmr_replay.differentiate import KernelSpec, noise_coefficient
 from wmr_replay.differentiate.joint import tune_jointly
-from wmr_replay.pipeline.columns import concatenate
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
@@ -84,7 +82,7 @@ class Trial:
         self._max_delay_s = delay_s if settings.max_delay_s is None else settings.max_delay_s
         self._length_ns = round(max(settings.tuning_stretch_s, MIN_TUNING_ROWS * step_s) * NS_PER_S)
         self._end_ns = start_ns + self._length_ns if settings.tunes else NEVER_NS
-        self._held: list[Repaired] = []
+        self._held: list[SampleBatch] = []
         self._n_left = MOST_STRETCHES
 
     @property
@@ -96,17 +94,17 @@ class Trial:
         """How many rows of a batch still belong to the present stretch."""
         return int(np.searchsorted(t_ns, self._end_ns))
 
-    def watch(self, repaired: Repaired) -> None:
-        """Rows of the present stretch."""
+    def watch(self, rows: SampleBatch) -> None:
+        """Rows of the present stretch, repaired and without outliers."""
         if not self.is_over:
-            self._held.append(repaired)
+            self._held.append(rows)
 
-    def conclude(self, t_ns: int) -> list[Repaired]:
+    def conclude(self, t_ns: int) -> list[SampleBatch]:
         """At the first row behind a stretch: choose the design from there on, and give the rows with which to
         fill its window; no rows where the present design goes on.
         """
         held, self._held = self._held, []
-        rows = concatenate([repaired.rows for repaired in held])
+        rows = concatenate(held)
         self._end_ns = t_ns + self._length_ns
         if len(rows) < max(MIN_TUNING_ROWS, LEAST_COVERED * self._length_ns / NS_PER_S / self._step_s):
             return []
@@ -119,7 +117,7 @@ class Trial:
             self._end_ns = NEVER_NS
         return held if is_tuned else []
 
-    def _tuned(self, rows: AlignedBatch, since_s: float) -> Design:
+    def _tuned(self, rows: SampleBatch, since_s: float) -> Design:
         """The better of the present design and the one that is tuned on ``rows``."""
         t_s = (rows.t_ns - rows.t_ns[0]) / NS_PER_S
         uniform_s = np.arange(0, t_s[-1], self._step_s)

@@ -1,14 +1,17 @@
 """The engine: raw batches in, rows of the samples table out, causal and independent of the batches.
 
-align → (initial stretch) → differentiate → identify. Rows of the initial stretch are given as warming up:
-what is learnt from the stretch must not reach back into it.
+align → (initial stretch) → repair → differentiate → identify. Rows of the initial stretch get the status
+``warming_up``: what the stretch tells about the log must not reach back into it.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.align import AlignedBatch, Aligner, Lag
-from wmr_replay.pipeline.chain import Chain, Tuning
-from wmr_replay.pipeline.columns import Columns, concatenate, part, unknown
+from wmr_replay.align import Aligner, Lag, SampleBatch, concatenate
+from wmr_replay.pipeline.chain import Chain
+from wmr_replay.pipeline.columns import Columns, warming_up_columns
+from wmr_replay.pipeline.derivation import Tuning
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import I64, NS_PER_S
@@ -27,7 +30,7 @@ class Engine:
         self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
         self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
-        self._stretch: list[AlignedBatch] = []
+        self._stretch: list[SampleBatch] = []
         self._start_ns = 0
         self._first_pose_ns: int | None = None
 
@@ -44,12 +47,12 @@ class Engine:
     @property
     def n_pose_jumps(self) -> int:
         """Jumps of the pose so far."""
-        return self._chain.repair.n_jumps if self._chain else 0
+        return self._chain.n_pose_jumps if self._chain else 0
 
     @property
     def n_outliers(self) -> int:
-        """Pose rows set aside so far."""
-        return self._chain.repair.n_outliers if self._chain else 0
+        """Outliers among the poses so far."""
+        return self._chain.n_outliers if self._chain else 0
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """Rows that the batch completes."""
@@ -59,17 +62,18 @@ class Engine:
         return self._advance(self.aligner.push(corrected))
 
     def finish(self) -> list[Columns]:
-        """The rows that were waiting; a log that ends within its initial stretch is warming up throughout."""
+        """The rows still held; a log that ends within its initial stretch is warming up throughout."""
         done = self._advance(self.aligner.finish())
-        rest = [unknown(self._start_ns, rows, self.settings.all_modes) for rows in self._stretch]
+        rest = [warming_up_columns(self._start_ns, rows, self.settings.all_modes) for rows in self._stretch]
         self._stretch = []
         return done + rest
 
-    def _advance(self, rows: AlignedBatch) -> list[Columns]:
+    def _advance(self, rows: SampleBatch) -> list[Columns]:
         if not len(rows):
             return []
         if self._lag is not None:
-            rows.inputs[:2] = self._lag.push(rows.t_ns, rows.inputs[:2])
+            efforts = self._lag.push(rows.t_ns, rows.inputs[:2])
+            rows = replace(rows, inputs=np.concatenate([efforts, rows.inputs[2:]]))
         if self._chain is not None:
             return self._chain.push(rows)
         held = concatenate([*self._stretch, rows])
@@ -78,15 +82,18 @@ class Engine:
             self._start_ns, self._stretch = int(held.t_ns[0]), [held]
             return []
         self._stretch = []
-        return self._begin(part(held, slice(n_stretch)), part(held, slice(n_stretch, None)))
+        return self._begin(held.part(slice(n_stretch)), held.part(slice(n_stretch, None)))
 
     def _stretch_length(self, t_ns: I64) -> int:
         """Rows of the initial stretch, as far as it has come."""
         by_time = int(np.searchsorted(t_ns, t_ns[0] + round(self.settings.initial_stretch_s * NS_PER_S)))
         return max(by_time, MIN_STRETCH_ROWS)
 
-    def _begin(self, stretch: AlignedBatch, rest: AlignedBatch) -> list[Columns]:
-        """Tune on the stretch and send it through for the stages' memory; its own rows say nothing."""
+    def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
+        """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
         self._chain = Chain(self.settings, self.model, stretch)
         self._chain.push(stretch)
-        return [unknown(int(stretch.t_ns[0]), stretch, self.settings.all_modes), *self._chain.push(rest)]
+        return [
+            warming_up_columns(int(stretch.t_ns[0]), stretch, self.settings.all_modes),
+            *self._chain.push(rest),
+        ]

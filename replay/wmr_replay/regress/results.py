@@ -13,7 +13,7 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.regress.tolerance import TABLES, Tolerances
-from wmr_replay.tables import ParquetStream, replace_file
+from wmr_replay.tables import ParquetStream, replace_file, with_seconds
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 
 KEPT_BITS = 24
@@ -54,7 +54,10 @@ def stems(directory: Path) -> list[str]:
 
 def read_results(directory: Path, stem: str) -> Results:
     """The tables of a log. Raises InvalidFile where one is missing or unreadable."""
-    return Results(**{table: read_table(table_path(directory, stem, table)) for table in TABLES})
+    tables = {table: read_table(table_path(directory, stem, table)) for table in TABLES}
+    if {"start_ns", "end_ns"} <= set(tables["segments"].columns):
+        tables["segments"] = with_seconds(tables["segments"])  # older results lack start_s and end_s
+    return Results(**tables)
 
 
 def read_table(path: Path) -> pl.DataFrame:

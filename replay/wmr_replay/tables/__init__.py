@@ -2,12 +2,14 @@
 
 from wmr_replay.tables.calibration import CalibrationCollector
 from wmr_replay.tables.files import ParquetStream, replace_file, replace_files
+from wmr_replay.tables.names import MODE_DTYPE, with_names
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
-from wmr_replay.tables.segments import SegmentCollector
+from wmr_replay.tables.segments import SegmentCollector, with_seconds
 
 __all__ = [
+    "MODE_DTYPE",
     "CalibrationCollector",
     "ModeRuns",
     "ParquetStream",
@@ -19,4 +21,6 @@ __all__ = [
     "replace_files",
     "samples_frame",
     "score_runs",
+    "with_names",
+    "with_seconds",
 ]

@@ -1,11 +1,11 @@
-"""Segments: maximal stretches of one estimated mode, gathered while rows stream by."""
+"""Segments: maximal stretches of one estimated mode, collected from batches of the samples table."""
 
 import polars as pl
 
+from wmr_schemas.modes import MODES
 from wmr_schemas.tables import SEGMENTS, polars_schema
 
 NS_PER_S = 1e9
-P_OF_MODE = ("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping")
 
 
 class SegmentCollector:
@@ -15,32 +15,50 @@ class SegmentCollector:
         self._parts: list[pl.DataFrame] = []
 
     def push(self, samples: pl.DataFrame) -> None:
-        """Reduce a batch to its stretches."""
-        mode = pl.col("mode")
-        chosen = pl.when(mode == 0).then("p_ideal").when(mode == 1).then("p_skidding")
-        chosen = chosen.when(mode == 2).then("p_slipping").when(mode == 3).then("p_skidding_slipping")
-        stretches = samples.select("t_ns", "mode", "alpha", "alpha_sd", chosen.otherwise(None).alias("p"))
+        """Reduce a batch to its stretches of one mode."""
+        p_of_mode = pl.coalesce(
+            pl.when(pl.col("mode") == int(mode)).then(f"p_{mode.label}") for mode in MODES
+        )
+        stretches = samples.select("t_ns", "mode", "alpha", "alpha_sd", p=p_of_mode)
         self._parts.append(
             reduce_stretches(stretches.with_columns(n=pl.lit(1, pl.Int64), last_ns=pl.col("t_ns")))
         )
 
     def finish(self) -> pl.DataFrame:
-        """The table, stretches that batches cut in two joined again."""
+        """The segments table; a stretch that spans several batches is one segment."""
         if not self._parts:
             return pl.DataFrame(schema=polars_schema(SEGMENTS))
         segments = reduce_stretches(pl.concat(self._parts))
         end = pl.col("t_ns").shift(-1).fill_null(pl.col("last_ns"))
-        named = segments.select(
-            start_ns="t_ns",
-            end_ns=end,
-            duration_s=(end - pl.col("t_ns")) / NS_PER_S,
-            mode="mode",
-            mean_p="p",
-            alpha="alpha",
-            alpha_sd="alpha_sd",
-            n_samples="n",
+        named = with_seconds(
+            segments.select(
+                start_ns="t_ns",
+                end_ns=end,
+                duration_s=(end - pl.col("t_ns")) / NS_PER_S,
+                mode="mode",
+                mean_p="p",
+                alpha="alpha",
+                alpha_sd="alpha_sd",
+                n_samples="n",
+            )
         )
         return named.cast(polars_schema(SEGMENTS))
+
+
+def with_seconds(segments: pl.DataFrame) -> pl.DataFrame:
+    """The table with ``start_s`` and ``end_s``, in s from the log's first sample, behind the stamps.
+
+    Tables written before these columns existed lack them. The first segment starts at the first sample.
+    """
+    if "start_s" in segments.columns:
+        return segments
+    first_ns = pl.col("start_ns").first()
+    seconds = [
+        ((pl.col(ns) - first_ns) / NS_PER_S).alias(s)
+        for ns, s in (("start_ns", "start_s"), ("end_ns", "end_s"))
+    ]
+    stamps = ("start_ns", "end_ns")
+    return segments.select(*stamps, *seconds, pl.exclude(stamps))
 
 
 def reduce_stretches(rows: pl.DataFrame) -> pl.DataFrame:

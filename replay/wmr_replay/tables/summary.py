@@ -1,4 +1,4 @@
-"""The summary: one row, gathered while the samples stream by."""
+"""The summary: one row, collected from batches of the samples table."""
 
 import json
 from collections import Counter
@@ -26,8 +26,8 @@ from wmr_schemas.tables import SUMMARY, polars_schema
 
 
 @dataclass
-class Tally:
-    """What the summary needs of the samples, gathered batch by batch."""
+class SummaryCollector:
+    """``push(samples)`` batches in order: everything that the summary takes from the samples table."""
 
     runs: RunCollector = field(default_factory=RunCollector)
     segments: SegmentCollector = field(default_factory=SegmentCollector)
@@ -93,22 +93,22 @@ def mode_shares(runs: ModeRuns) -> dict[str, float]:
     )
 
 
-def summary_row(facts: LogFacts, tally: Tally, runs: ModeRuns) -> dict[str, Any]:
+def summary_row(facts: LogFacts, collected: SummaryCollector, runs: ModeRuns) -> dict[str, Any]:
     """The row of the summary table, every column by name."""
     shares = mode_shares(runs)
-    alpha, alpha_sd = tally.alpha or (None, None)
+    alpha, alpha_sd = collected.alpha or (None, None)
     row: dict[str, Any] = dict.fromkeys(polars_schema(SUMMARY))
     row |= {"log": facts.log, "log_sha256": facts.log_sha256, "version": __version__}
     row |= {"settings": json.dumps(facts.settings, sort_keys=True), "notes": json.dumps(list(facts.notes))}
-    row |= {"duration_s": tally.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
+    row |= {"duration_s": collected.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
     row |= {"n_pose_jumps": facts.n_pose_jumps, "n_outliers": facts.n_outliers}
     row |= asdict(facts.counts) | facts.losses | {f"share_{label}": share for label, share in shares.items()}
     row |= {"alpha": alpha, "alpha_sd": alpha_sd} | asdict(score_runs(runs))
-    row |= {"brier": tally.calibration.brier, "ece": tally.calibration.ece}
+    row |= {"brier": collected.calibration.brier, "ece": collected.calibration.ece}
     if alpha is not None and facts.alpha_true:
         row["alpha_error"] = alpha / facts.alpha_true - 1
     torque = facts.counts.n_torque > int(facts.losses.get("n_torque_empty", 0))
-    row["verdict"] = verdict_sentence(shares, tally.status_shares(), torque, tally.alpha, facts.robot)
+    row["verdict"] = verdict_sentence(shares, collected.status_shares(), torque, collected.alpha, facts.robot)
     return row
 
 
@@ -117,4 +117,4 @@ def summary_frame(row: dict[str, Any]) -> pl.DataFrame:
     return pl.DataFrame([row], schema=polars_schema(SUMMARY))
 
 
-__all__ = ["LogFacts", "Score", "Tally", "mode_shares", "summary_frame", "summary_row"]
+__all__ = ["LogFacts", "Score", "SummaryCollector", "mode_shares", "summary_frame", "summary_row"]

@@ -1,0 +1,112 @@
+"""The differentiation of a log under the design that holds, from row to row."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from wmr_replay.align import SampleBatch
+from wmr_replay.differentiate import Derivatives, Differentiator
+from wmr_replay.pipeline.designs import Design, Trial, first_design
+from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.stretch import InitialLevels
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
+
+EFFORT_FOLD, SPEED_FOLD = 2, 1
+NEVER_NS = -(2**62)
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What the log's first stretches decided. ``design`` is ``given``, the ``rule``'s or ``tuned``; a tuned
+    one holds from ``design_since_s`` on, and its expected error over the rule's is ``error_ratio``.
+    """
+
+    rate_hz: float
+    position_sd_m: float
+    yaw_sd_rad: float
+    window_s: float
+    delay_s: float
+    degree: int
+    kappa: int
+    mu: int
+    theta: float
+    shares: tuple[float, ...]
+    design: str
+    design_reason: str
+    design_since_s: float
+    error_ratio: float | None
+
+
+def differentiator_of(design: Design, step_s: float) -> Differentiator:
+    """The differentiator of a design; torques and wheel speeds pass through the same window."""
+    folds = (EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD)
+    return Differentiator(design.spec, window_s=design.window_s, step_s=step_s, folds=folds)
+
+
+class Derivation:
+    """Stage: kept rows → derivatives, with the design that :class:`~wmr_replay.pipeline.designs.Trial` sets.
+
+    A caller pushes at most ``rows_left`` rows, and calls ``change_design`` where none are left.
+    """
+
+    def __init__(self, settings: Settings, levels: InitialLevels) -> None:
+        self._levels = levels
+        design = first_design(settings, levels.step_s, levels.position_sd_m)
+        self._trial = Trial(settings, design, levels.step_s, levels.pose_sd, levels.start_ns)
+        self._differentiator, self._gaps_before = differentiator_of(design, levels.step_s), 0
+        self._jump_ns = NEVER_NS
+
+    @property
+    def window_s(self) -> float:
+        """Window of the design that holds."""
+        return self._differentiator.window_s
+
+    @property
+    def n_gaps(self) -> int:
+        """Holes in the pose so far."""
+        return self._gaps_before + self._differentiator.n_gaps
+
+    @property
+    def tuning(self) -> Tuning:
+        """What the log's first stretches have decided so far."""
+        design, levels = self._trial.design, self._levels
+        return Tuning(
+            1 / levels.step_s,
+            levels.position_sd_m,
+            levels.yaw_sd_rad,
+            self._differentiator.window_s,
+            self._differentiator.delay_s,
+            **asdict(design.spec),
+            design=design.origin,
+            design_reason=design.reason,
+            design_since_s=design.since_s,
+            error_ratio=design.error_ratio,
+        )
+
+    def rows_left(self, t_ns: I64) -> int:
+        """How many of the rows the present design differentiates."""
+        return self._trial.rows_left(t_ns)
+
+    def push(self, rows: SampleBatch) -> Derivatives:
+        """Derivatives of the repaired pose, one row for each."""
+        self._trial.watch(rows)
+        return self._differentiator.push(rows.t_ns, rows.pose, rows.inputs, rows.restarts)
+
+    def change_design(self, t_ns: int) -> None:
+        """A stretch has ended; from the row at ``t_ns`` on its design holds, if it found one."""
+        stretch = self._trial.conclude(t_ns)
+        if not stretch:
+            return
+        n_gaps = self.n_gaps
+        self._differentiator = differentiator_of(self._trial.design, self._levels.step_s)
+        for rows in stretch:
+            self._differentiator.push(rows.t_ns, rows.pose, rows.inputs, rows.restarts)
+        self._gaps_before = n_gaps - self._differentiator.n_gaps
+
+    def after_jump(self, t_ns: I64, restarts: Bool) -> Bool:
+        """Mask (n,) of the rows within a window after a jump of the pose."""
+        if not t_ns.size:
+            return restarts
+        last_ns = np.maximum.accumulate(np.where(restarts, t_ns, self._jump_ns))
+        self._jump_ns = int(last_ns[-1])
+        return np.asarray(t_ns - last_ns <= round(self._differentiator.window_s * NS_PER_S))

@@ -1,0 +1,45 @@
+"""The identifier that the settings name, and its verdicts as rows of the table."""
+
+import numpy as np
+
+from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
+from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
+from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
+from wmr_schemas.arrays import NS_PER_S, Bool
+from wmr_schemas.modes import ContactMode, ModeSet
+from wmr_schemas.status import Status
+
+
+def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, step_s: float) -> Identifier:
+    """The identifier ``settings.identifier`` for the robot and the effects of ``model``.
+
+    ``window_s`` is the window of the first differentiator. The regression of α takes rows that far apart:
+    twice the delay, so that nine tenths of a longer, tuned window lie within it as well.
+    """
+    rules = make_rules(
+        model.robot,
+        window_ns=round(window_s * NS_PER_S),
+        threshold_sd=settings.threshold_sd,
+        min_c_k_mps=settings.min_c_k_mps,
+        min_c_d_mps2=settings.min_c_d_mps2,
+        min_sideslip=settings.min_sideslip_of(model.robot),
+    )
+    if settings.identifier == "paper":
+        return PaperIdentifier(rules)
+    if settings.identifier == "algebraic":
+        algebraic = AlgebraicSettings(settings.min_confidence)
+        return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
+    bank = BankSettings(min_confidence=settings.min_confidence)
+    return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
+
+
+def undecided_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet) -> Verdict:
+    """Rows of the mask ``filling`` get no verdict: the differentiator's window is not full there."""
+    return verdict._replace(
+        posterior=np.where(filling, np.nan, verdict.posterior),
+        mode=np.where(filling, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
+        mode_set=np.where(filling, all_modes, verdict.mode_set).astype(np.uint8),
+        outcome=np.where(filling, Status.WARMING_UP, verdict.outcome).astype(np.int8),
+    )
