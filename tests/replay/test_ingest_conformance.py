@@ -35,7 +35,7 @@ def read_messages(path: Path) -> list[tuple[int, int, int, int, bytes]]:
             messages = walk(block.data).messages
             rows = zip(
                 *(messages.channel.tolist(), messages.log_ns.tolist(), messages.publish_ns.tolist()),
-                *(messages.sequence.tolist(), messages.offset.tolist(), messages.length.tolist()),
+                *(messages.offset.tolist(), messages.length.tolist()),
                 strict=True,
             )
             for *numbers, offset, length in rows:

@@ -14,9 +14,10 @@ from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.chunks import Span, load
-from wmr_replay.ingest.mcap.log_files import N_CHANNEL_IDS, LogFiles
+from wmr_replay.ingest.mcap.log_files import LogFiles
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
-from wmr_replay.ingest.mcap.message_table import NO_LIMITS, MessageTable
+from wmr_replay.ingest.mcap.message_table import MessageTable
+from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_schemas.arrays import F64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows

@@ -66,7 +66,7 @@ class Clock:
         t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
         if len(t_ns):
             self.offsets_ns += _typical_offsets(t_ns, log_ns)
-            self.steps.push(t_ns, log_ns)
+            self.steps.push(t_ns)
         return t_ns
 
     @property

@@ -1,18 +1,13 @@
 """The steps between the stamps of a channel: duplicates, backward steps, gaps, jitter."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64, NS_PER_S
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
 GAP_STEPS = 5
 """A step of more than so many usual ones is a gap."""
-_N, _DUPLICATE, _BACKWARD, _GAP, _REGULAR = range(5)
-_LAST, _LONGEST, _FURTHEST_BACK, _OFFSET_MIN, _OFFSET_MAX, _HIGHEST = range(6)
-_UNKNOWN = np.iinfo(np.int64).min
 
 
 @dataclass
@@ -25,56 +20,77 @@ class StampSteps:
     from it of the steps that are no gaps.
     """
 
-    counts: I64 = field(default_factory=lambda: np.zeros(5, np.int64))
-    extremes: I64 = field(
-        default_factory=lambda: np.array([_UNKNOWN, 0, 0, np.iinfo(np.int64).max, _UNKNOWN, _UNKNOWN])
-    )
-    squares: F64 = field(default_factory=lambda: np.zeros(1))
+    n_duplicate: int = 0
+    """Stamps that repeat the one before."""
+    n_backward: int = 0
+    """Stamps earlier than the one before."""
+    n_gaps: int = 0
+    """Steps of more than GAP_STEPS usual ones."""
+    n_regular: int = 0
+    """Steps forward that are no gaps."""
     usual_ns: int = 0
+    furthest_back_ns: int = 0
+    longest_ns: int = 0
+    squares_ns2: float = 0.0
+    """Sum of the squared departures of regular steps from the usual one."""
+    last_ns: int | None = None
+    highest_ns: int | None = None
 
-    def push(self, t_ns: I64, log_ns: I64) -> None:
-        """Stamps of one block, and the log times of the same messages."""
-        n_backward = self.n_backward
-        _follow(t_ns, log_ns, self.counts, self.extremes)
-        ordered = t_ns if self.n_backward == n_backward else np.sort(t_ns)
+    def push(self, t_ns: I64) -> None:
+        """Take in the stamps (n,) of one block."""
+        if not len(t_ns):
+            return
+        steps = _steps(t_ns, self.last_ns)
+        smallest = int(steps.min(initial=1))
+        self.last_ns = int(t_ns[-1])
+        if smallest <= 0:
+            self.n_duplicate += int(np.count_nonzero(steps == 0))
+            self.n_backward += int(np.count_nonzero(steps < 0))
+            self.furthest_back_ns = max(self.furthest_back_ns, -smallest)
+        ordered = np.sort(t_ns) if smallest < 0 else t_ns
         if not self.usual_ns and len(t_ns) > 1:
-            steps = np.diff(ordered)
-            self.usual_ns = int(np.median(steps[steps > 0])) if (steps > 0).any() else 0
-        _advance(ordered, self.usual_ns, self.counts, self.extremes, self.squares)
+            forward = np.diff(ordered)
+            forward = forward[forward > 0]
+            self.usual_ns = int(np.median(forward)) if len(forward) else 0
+        self._push_forward(self._forward(ordered, steps, smallest > 0))
 
-    @property
-    def n_duplicate(self) -> int:
-        """Stamps that repeat the one before."""
-        return int(self.counts[_DUPLICATE])
+    def _forward(self, ordered: I64, steps: I64, is_regular: bool) -> I64:
+        """The steps from one stamp that is later than all before to the next; ``steps`` if all are such."""
+        highest = self.highest_ns
+        self.highest_ns = int(ordered[-1]) if highest is None else max(highest, int(ordered[-1]))
+        if is_regular and (highest is None or ordered[0] > highest):
+            return steps
+        later = ordered if highest is None else ordered[ordered > highest]
+        forward = _steps(later, highest)
+        return forward[forward > 0]
 
-    @property
-    def n_backward(self) -> int:
-        """Stamps earlier than the one before."""
-        return int(self.counts[_BACKWARD])
-
-    @property
-    def n_gaps(self) -> int:
-        """StampSteps of more than GAP_STEPS usual ones."""
-        return int(self.counts[_GAP])
+    def _push_forward(self, steps: I64) -> None:
+        """Count gaps, and the departures of the others from the usual step."""
+        is_gap: Bool = steps > (GAP_STEPS * self.usual_ns if self.usual_ns else np.iinfo(np.int64).max)
+        n_gaps = int(np.count_nonzero(is_gap))
+        regular = steps[~is_gap] if n_gaps else steps
+        self.n_gaps, self.n_regular = self.n_gaps + n_gaps, self.n_regular + len(regular)
+        self.longest_ns = max(self.longest_ns, int(steps.max(initial=0)))
+        departures: F64 = (regular - self.usual_ns).astype(np.float64)
+        self.squares_ns2 += float(departures @ departures)
 
     @property
     def furthest_back_s(self) -> float:
         """The largest backward step."""
-        return float(self.extremes[_FURTHEST_BACK]) / NS_PER_S
+        return self.furthest_back_ns / NS_PER_S
 
     @property
     def longest_s(self) -> float:
         """The longest step."""
-        return float(self.extremes[_LONGEST]) / NS_PER_S
+        return self.longest_ns / NS_PER_S
 
     @property
     def jitter_s(self) -> float:
         """Root mean square departure of regular steps from the usual one."""
-        n = int(self.counts[_REGULAR])
-        return float(np.sqrt(self.squares[0] / n)) / NS_PER_S if n else 0.0
+        return float(np.sqrt(self.squares_ns2 / self.n_regular)) / NS_PER_S if self.n_regular else 0.0
 
     def as_dict(self) -> dict[str, float]:
-        """All of it, for the record."""
+        """The counters by name, lengths in seconds."""
         return {
             "n_duplicate": self.n_duplicate,
             "n_backward": self.n_backward,
@@ -85,7 +101,7 @@ class StampSteps:
         }
 
     def describe(self) -> str:
-        """What is out of the ordinary, for people; nothing when all is well."""
+        """What is out of the ordinary, as one line of text; empty when all is well."""
         found = []
         if self.n_duplicate:
             found.append(f"{self.n_duplicate} stamps repeat the one before")
@@ -102,40 +118,6 @@ class StampSteps:
         return "; ".join(found)
 
 
-@lean
-def _follow(t_ns: I64, log_ns: I64, counts: I64, extremes: I64) -> None:
-    """Step by step in the file's order."""
-    last = extremes[_LAST]
-    for row in range(len(t_ns)):
-        offset = t_ns[row] - log_ns[row]
-        extremes[_OFFSET_MIN] = min(extremes[_OFFSET_MIN], offset)
-        extremes[_OFFSET_MAX] = max(extremes[_OFFSET_MAX], offset)
-        if last != _UNKNOWN and t_ns[row] == last:
-            counts[_DUPLICATE] += 1
-        elif last != _UNKNOWN and t_ns[row] < last:
-            counts[_BACKWARD] += 1
-            extremes[_FURTHEST_BACK] = max(extremes[_FURTHEST_BACK], last - t_ns[row])
-        last = t_ns[row]
-    counts[_N] += len(t_ns)
-    extremes[_LAST] = last
-
-
-@lean
-def _advance(ordered: I64, usual_ns: int, counts: I64, extremes: I64, squares: Any) -> None:
-    """Step by step in time, over what is later than everything before."""
-    highest = extremes[_HIGHEST]
-    for row in range(len(ordered)):
-        if ordered[row] <= highest:
-            continue
-        step = ordered[row] - highest
-        if highest == _UNKNOWN:
-            pass
-        elif usual_ns and step > GAP_STEPS * usual_ns:
-            extremes[_LONGEST] = max(extremes[_LONGEST], step)
-            counts[_GAP] += 1
-        else:
-            extremes[_LONGEST] = max(extremes[_LONGEST], step)
-            counts[_REGULAR] += 1
-            squares[0] += float(step - usual_ns) ** 2
-        highest = ordered[row]
-    extremes[_HIGHEST] = highest
+def _steps(t_ns: I64, before_ns: int | None) -> I64:
+    """Differences of stamps, the first from ``before_ns`` if that is known."""
+    return np.diff(t_ns) if before_ns is None else np.diff(t_ns, prepend=before_ns)

@@ -120,7 +120,7 @@ class TransformBinding:
             first = np.array(self.before.rotation)[:, None]
             place = np.array(self.before.translation)[:, None] + rotate(first, place)
             turn = multiply(first, turn)
-        return np.stack((place[0], place[1], yaw_of(np.ascontiguousarray(turn))))
+        return np.stack((place[0], place[1], yaw_of(turn)))
 
 
 def multiply(p: F64, q: F64) -> F64:

@@ -11,7 +11,6 @@ import numpy as np
 
 from wmr_replay.ingest.decoding.layout import Layout, Leaf, Undecodable
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
 
 
 @dataclass(frozen=True)
@@ -152,20 +151,19 @@ class PlacedBinding:
 
 def yaw_of(quaternion: F64) -> F64:
     """Yaw = atan2(2(wz + xy), w² + x² − y² − z²) of (4, n), for any norm of the quaternion but 0 (NaN)."""
-    sides = np.empty((2, quaternion.shape[1]))
-    _sides(quaternion[0], quaternion[1], quaternion[2], quaternion[3], sides)
-    yaw: F64 = np.arctan2(*sides)
+    x, y, z, w = quaternion
+    with np.errstate(over="ignore", invalid="ignore"):
+        opposite, adjacent = w * z, w * w
+        opposite += x * y
+        opposite *= 2
+        adjacent += x * x
+        adjacent -= y * y
+        adjacent -= z * z
+    undirected = np.flatnonzero(adjacent == 0)
+    is_null = (quaternion[:, undirected] ** 2 == 0).all(axis=0)
+    adjacent[undirected[is_null]] = np.nan
+    yaw: F64 = np.arctan2(opposite, adjacent)
     return yaw
-
-
-@lean
-def _sides(x: F64, y: F64, z: F64, w: F64, sides: F64) -> None:
-    """Opposite and adjacent side of the yaw."""
-    for k in range(len(x)):
-        a, b, c, d = w[k] * w[k], x[k] * x[k], y[k] * y[k], z[k] * z[k]
-        known = a + b + c + d != 0
-        sides[0, k] = 2 * (w[k] * z[k] + x[k] * y[k])
-        sides[1, k] = a + b - c - d if known else np.nan
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from wmr_replay.ingest.decoding.encodings import Program
-from wmr_replay.ingest.mcap.message_table import enlarged
+from wmr_replay.ingest.mcap.walk import enlarged
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 if TYPE_CHECKING:

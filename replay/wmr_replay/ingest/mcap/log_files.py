@@ -15,10 +15,10 @@ from wmr_replay.ingest.mcap.index_survey import surveyed
 from wmr_replay.ingest.mcap.records import Channel
 from wmr_replay.ingest.mcap.sampling import Sample, Sampler
 from wmr_replay.ingest.mcap.survey import Survey
+from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.arrays import I64
 
-N_CHANNEL_IDS = 1 << 16
 Identity = tuple[str, str, str, int]
 """Topic, schema name, message encoding, and a number for channels that share all three."""
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS
 from wmr_schemas.arrays import I64, NS_PER_S
 
-_N_IDS = 1 << 16
 _LATEST, _EARLIEST = np.iinfo(np.int64).max, np.iinfo(np.int64).min
 
 
@@ -33,9 +33,9 @@ class ChannelCount:
 class MessageCounts:
     """Tallies by channel id."""
 
-    n: I64 = field(default_factory=lambda: np.zeros(_N_IDS, np.int64))
-    first_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _LATEST, np.int64))
-    last_ns: I64 = field(default_factory=lambda: np.full(_N_IDS, _EARLIEST, np.int64))
+    n: I64 = field(default_factory=lambda: np.zeros(N_CHANNEL_IDS, np.int64))
+    first_ns: I64 = field(default_factory=lambda: np.full(N_CHANNEL_IDS, _LATEST, np.int64))
+    last_ns: I64 = field(default_factory=lambda: np.full(N_CHANNEL_IDS, _EARLIEST, np.int64))
 
     def add(self, other: "MessageCounts") -> None:
         """Count what another one has counted."""

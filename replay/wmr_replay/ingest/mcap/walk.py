@@ -1,4 +1,4 @@
-"""One compiled pass over the records of a chunk: where its messages are, with no object for any."""
+"""One compiled pass over the records of a chunk: where its messages are, without an object for each."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,101 +8,130 @@ import numpy as np
 from wmr_replay.ingest.mcap.records import Opcode
 from wmr_schemas.arrays import I64, U8
 from wmr_schemas.compiled.lean import lean
-from wmr_schemas.compiled.unaligned import load_i64, load_u16, load_u32
+from wmr_schemas.compiled.unaligned import load_i64, load_u16
 
 HEAD_BYTES = 9
 MESSAGE_HEAD_BYTES = 22
-_SCHEMA, MESSAGE = int(Opcode.SCHEMA), int(Opcode.MESSAGE)
+N_CHANNEL_IDS = 1 << 16
+ORDER, CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS = range(6)
+"""Columns of a table of messages: ordinal, channel id, bounds of the data in bytes, times."""
+N_COLUMNS = 6
+NO_LIMITS: I64 = np.array([np.iinfo(np.int64).min, np.iinfo(np.int64).max])
+_SCHEMA, _MESSAGE = int(Opcode.SCHEMA), int(Opcode.MESSAGE)
 _FIRST_PRIVATE = 0x80
-_N_OTHERS = 64
-"""Schemas and channels of a chunk that are found in the first pass."""
+_N_MESSAGES, _N_OTHERS = 1 << 10, 1 << 6
+"""Initial room for the messages and the other records of a buffer."""
+_NOT_COUNTED: I64 = np.empty(0, np.int64)
+_SAME_IDS: I64 = np.arange(N_CHANNEL_IDS)
+_ONE_ROLE: I64 = np.zeros(N_CHANNEL_IDS, np.int64)
 
 
 @dataclass(frozen=True, eq=False)
 class Messages:
-    """Messages of one buffer in file order, int64 (n,): ``offset`` and ``length`` bound their data."""
+    """Messages of one buffer in file order, int64 (n,); ``offset`` and ``length`` bound their bytes."""
 
     channel: I64
     offset: I64
     length: I64
     log_ns: I64
     publish_ns: I64
-    sequence: I64
 
     def __len__(self) -> int:
         return len(self.channel)
 
     def counts(self) -> dict[int, int]:
-        """How many of each channel."""
+        """Number of messages by channel id."""
         counts = np.bincount(self.channel)
         return {channel_id: int(counts[channel_id]) for channel_id in np.flatnonzero(counts).tolist()}
 
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """What a walk found: messages, starts of other records, and where it stopped for want of a whole one."""
+    """Messages, the offsets of other records, and the offset at which the walk ended."""
 
     messages: Messages
     others: I64
     stop: int
 
 
-@lean
-def next_record(data: U8, position: int) -> Any:
-    """Opcode of the record at ``position``, where its content starts and stops; −1 if it is not whole.
-
-    A message that is too short for its own head is told as a record of opcode 0.
-    """
-    body = position + HEAD_BYTES
-    if body > len(data):
-        return 0, body, -1
-    length = load_i64(data, position + 1)
-    if length < 0 or length > len(data) - body:
-        return 0, body, -1
-    opcode = np.int64(data[position])
-    if opcode == MESSAGE and length < MESSAGE_HEAD_BYTES:
-        opcode = np.int64(0)
-    return opcode, body, body + length
-
-
-@lean
-def _fill(data: U8, plain: bool, table: Any, others: Any) -> tuple[int, int, int]:
-    """Messages and other records found, and where the walk stopped; what has no room is only counted."""
-    position, row, other = 0, 0, 0
-    while position + HEAD_BYTES <= len(data):
-        opcode = data[position]
-        if plain and opcode < _FIRST_PRIVATE and (opcode < _SCHEMA or opcode > MESSAGE):
-            break
-        kind, body, stop = next_record(data, position)
-        if stop < 0:
-            break
-        if kind == MESSAGE:
-            if row < table.shape[1]:
-                table[0, row] = load_u16(data, body)
-                table[1, row] = body + MESSAGE_HEAD_BYTES
-                table[2, row] = stop - body - MESSAGE_HEAD_BYTES
-                table[3, row] = load_i64(data, body + 6)
-                table[4, row] = load_i64(data, body + 14)
-                table[5, row] = load_u32(data, body + 2)
-            row += 1
-        else:
-            if other < len(others):
-                others[other] = position
-            other += 1
-        position = stop
-    return row, other, position
-
-
-def walk(data: U8, *, plain: bool = False, n_expected: int = 0) -> Walk:
+def walk(data: U8, *, plain: bool = False) -> Walk:
     """Walk the records in ``data`` (bytes as a uint8 array).
 
     ``plain``: the bytes come from outside a chunk, so stop in front of records that are no schema, channel
     or message. A record that does not fit in ``data`` ends the walk; ``stop`` is where it starts, or the
-    end of the data. One pass suffices when there are no more than ``n_expected`` messages.
+    end of the data.
     """
-    table, others = np.empty((6, n_expected), np.int64), np.empty(_N_OTHERS, np.int64)
-    n_messages, n_others, stop = _fill(data, plain, table, others)
-    if n_messages > table.shape[1] or n_others > len(others):
-        table, others = np.empty((6, n_messages), np.int64), np.empty(n_others, np.int64)
-        _fill(data, plain, table, others)
-    return Walk(Messages(*table[:, :n_messages]), others[:n_others], stop)
+    table, others = np.empty((1, N_COLUMNS, _N_MESSAGES), np.int64), np.zeros(_N_OTHERS, np.int64)
+    counts, position, full = np.zeros(1, np.int64), 0, True
+    while full:
+        _, position, full = walk_records(
+            data, position, plain, _SAME_IDS, _ONE_ROLE, NO_LIMITS, _NOT_COUNTED, _NOT_COUNTED, _NOT_COUNTED,
+            table, counts, others,
+        )  # fmt: skip
+        if full:
+            table, others = enlarged(table, 2 * table.shape[2]), enlarged(others, 2 * len(others))
+    found = table[0, :, : counts[0]]
+    messages = Messages(*found[[CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS]])
+    return Walk(messages, others[1 : 1 + others[0]], position)
+
+
+def enlarged(array: Any, n: int) -> Any:
+    """A copy with room for ``n`` along its last axis."""
+    out = np.empty((*array.shape[:-1], n), array.dtype)
+    out[..., : array.shape[-1]] = array
+    return out
+
+
+@lean
+def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its arrays one by one
+    data: U8, position: int, plain: bool, ids: I64, role_of: I64, limits_ns: I64, n: I64, first_ns: I64,
+    last_ns: I64, table: Any, counts: I64, others: I64,
+) -> tuple[int, int, bool]:  # fmt: skip
+    """Walk from ``position`` on: number of messages within the limits, where the walk ended, whether it ended
+    for want of room.
+
+    Messages within ``limits_ns`` (2,) go into the rows of ``table`` (roles, 6, room) behind the ``counts``
+    (roles,) that are there, by ``role_of`` (65536,) their channel; −1: none. ``ids`` (65536,) are the
+    channels' common ids. ``n``, ``first_ns`` and ``last_ns`` (65536,) count messages by common id, unless
+    they are empty. ``others``, unless empty: the number of other records, then where they start. A message
+    that is too short for its own head counts among them.
+    """
+    n_messages, n_used = 0, 0
+    for role in range(len(counts)):
+        n_used += counts[role]
+    while position + HEAD_BYTES <= len(data):
+        body, opcode, length = position + HEAD_BYTES, data[position], load_i64(data, position + 1)
+        outside = opcode < _FIRST_PRIVATE and (opcode < _SCHEMA or opcode > _MESSAGE)
+        if length < 0 or length > len(data) - body or (plain and outside):
+            break
+        if opcode != _MESSAGE or length < MESSAGE_HEAD_BYTES:
+            if len(others) > 0:
+                if others[0] + 1 == len(others):
+                    return n_messages, position, True
+                others[0] += 1
+                others[others[0]] = position
+            position = body + length
+            continue
+        log_ns = load_i64(data, body + 6)
+        if limits_ns[0] <= log_ns <= limits_ns[1]:
+            channel = ids[load_u16(data, body)]
+            role = role_of[channel]
+            if role >= 0:
+                row = counts[role]
+                if row == table.shape[2]:
+                    return n_messages, position, True
+                table[role, ORDER, row] = n_used
+                table[role, CHANNEL, row] = channel
+                table[role, OFFSET, row] = body + MESSAGE_HEAD_BYTES
+                table[role, LENGTH, row] = length - MESSAGE_HEAD_BYTES
+                table[role, LOG_NS, row] = log_ns
+                table[role, PUBLISH_NS, row] = load_i64(data, body + 14)
+                counts[role] = row + 1
+                n_used += 1
+            n_messages += 1
+            if len(n) > 0:
+                n[channel] += 1
+                first_ns[channel] = min(first_ns[channel], log_ns)
+                last_ns[channel] = max(last_ns[channel], log_ns)
+        position = body + length
+    return n_messages, position, False
