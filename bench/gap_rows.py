@@ -12,9 +12,10 @@ from gap_cases import SETS, Case
 from gap_truth import effects_of, true_errors
 
 from wmr_replay.gap import GapOptions, analyse
-from wmr_replay.gap.estimation.problem import HELD_OUT_S, PERIOD_S
 from wmr_replay.gap.evidence.holdout import windows_within
 from wmr_replay.gap.result.result import FoundEffect, GapMetric, GapResult
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
 ROOT = Path(__file__).parents[1]
@@ -107,8 +108,11 @@ def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], floa
     """
     traces = result.traces
     t_s, identified = traces.t_s, result.modes == "identified"
-    problem = SimpleNamespace(drive=SimpleNamespace(t_s=t_s, mode=traces.mode, identified=identified))
-    folds = [(t_s - k * HELD_OUT_S) % PERIOD_S >= PERIOD_S - HELD_OUT_S for k in range(3)]
+    settings, slips = GateSettings(), traces.mode >= ContactMode.SLIPPING
+    binned = SimpleNamespace(t_s=t_s, slips=slips, identified=identified, settings=settings)
+    problem = SimpleNamespace(binned=binned, settings=settings)
+    period_s, held_out_s = settings.split.period_s, settings.split.held_out_s
+    folds = [(t_s - k * held_out_s) % period_s >= period_s - held_out_s for k in range(3)]
     rows = [window for fold in folds for window in windows_within(problem, fold)]
     bin_s = float(np.median(np.diff(t_s)))
     return [(float(t_s[a]) - bin_s / 2, float(t_s[b - 1]) + bin_s / 2) for a, b in rows], bin_s

@@ -5,12 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-from wmr_replay.gap.estimation.binned_log import Drive, drive_of
 from wmr_replay.gap.estimation.path_error import residuals, starting_motion
 from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
 from wmr_replay.gap.model.dynamics import N_STATE
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.signals import Log
 
@@ -30,11 +31,11 @@ class Shot(NamedTuple):
 
 def shot_names(log: Log) -> list[str]:
     """Effects by forward selection on BIC, up to three."""
-    drive = drive_of(log, log.mode)
+    binned = bin_log(log, GateSettings(), log.mode)
     base = Extension(base_of(log.robot), {}, log.robot.wheel_radius_m)
-    current = fitted(drive, base, starting_motion(drive, 0, base.base))
+    current = fitted(binned, base, starting_motion(binned, 0, base.base))
     for _ in range(MOST_EFFECTS):
-        tried = [fitted(drive, extension, current.start) for extension in promising(drive, current)]
+        tried = [fitted(binned, extension, current.start) for extension in promising(binned, current)]
         best = min(tried, key=lambda shot: shot.bic, default=current)
         if best.bic >= current.bic:
             break
@@ -42,15 +43,15 @@ def shot_names(log: Log) -> list[str]:
     return list(current.extension.effects)
 
 
-def errors(drive: Drive, extension: Extension, start: F64) -> F64:
+def errors(binned: BinnedLog, extension: Extension, start: F64) -> F64:
     """Whitened residuals of the whole log; a simulation that runs away counts as far off."""
-    out = np.empty(3 * len(drive))
-    rows, scale = extension.rows(drive), np.sqrt(drive.variances)
-    residuals(start, rows, drive.pose, extension.theta(), extension.base, scale, out)
+    out = np.empty(3 * len(binned))
+    rows, scale = extension.rows(binned), np.sqrt(binned.variances)
+    residuals(start, rows, binned.pose, extension.theta(), extension.base, scale, out)
     return np.clip(np.nan_to_num(out, nan=1e6), -1e6, 1e6)
 
 
-def fitted(drive: Drive, extension: Extension, start: F64) -> Shot:
+def fitted(binned: BinnedLog, extension: Extension, start: F64) -> Shot:
     """Initial motion and every parameter by Levenberg and Marquardt within bounds."""
     keys: Keys = [(name, key) for name, p in extension.effects.items() for key in p]
     library = {candidate.name: candidate for candidate in LIBRARY}
@@ -66,9 +67,9 @@ def fitted(drive: Drive, extension: Extension, start: F64) -> Shot:
     own = [extension.effects[name][key] for name, key in keys]
     x0 = np.clip(np.concatenate([start[:N_START], own]), low + 1e-9, high - 1e-9)
     found = least_squares(
-        lambda x: errors(drive, *unpacked(x)), x0, bounds=(low, high), x_scale="jac", max_nfev=MOST_CALLS
+        lambda x: errors(binned, *unpacked(x)), x0, bounds=(low, high), x_scale="jac", max_nfev=MOST_CALLS
     )
-    n = 3 * len(drive)
+    n = 3 * len(binned)
     bic = n * np.log(2 * found.cost / n) + len(x0) * np.log(n)
     return Shot(float(bic), *unpacked(found.x))
 
@@ -81,29 +82,29 @@ def changed(extension: Extension, keys: Keys, values: F64) -> Extension:
     return Extension(extension.base, effects, extension.wheel_radius_m)
 
 
-def promising(drive: Drive, current: Shot) -> list[Extension]:
+def promising(binned: BinnedLog, current: Shot) -> list[Extension]:
     """Of every candidate and start the few that lower the sum of squares most, to first order."""
-    at = errors(drive, current.extension, current.start)
-    moves = motion_slopes(drive, current, at)
+    at = errors(binned, current.extension, current.start)
+    moves = motion_slopes(binned, current, at)
     ranked = []
     for candidate in LIBRARY:
         if candidate.name in current.extension.effects:
             continue
-        tried = [current.extension.with_effect(candidate.name, p) for p in starts_of(drive, candidate)]
-        promises = [promise(at - errors(drive, one, current.start), moves, at) for one in tried]
+        tried = [current.extension.with_effect(candidate.name, p) for p in starts_of(binned, candidate)]
+        promises = [promise(at - errors(binned, one, current.start), moves, at) for one in tried]
         best = int(np.argmax(promises))
         ranked.append((promises[best], tried[best]))
     ranked.sort(key=lambda option: -option[0])
     return [extension for _, extension in ranked[:FITTED]]
 
 
-def motion_slopes(drive: Drive, current: Shot, at: F64) -> F64:
+def motion_slopes(binned: BinnedLog, current: Shot, at: F64) -> F64:
     """How the residuals fall with each component of the initial motion (3n, 5)."""
     columns = []
     for j in range(N_START):
         other = current.start.copy()
         other[j] += 1e-5
-        columns.append((at - errors(drive, current.extension, other)) / 1e-5)
+        columns.append((at - errors(binned, current.extension, other)) / 1e-5)
     return np.stack(columns, axis=1)
 
 
@@ -115,20 +116,20 @@ def promise(change: F64, moves: F64, at: F64) -> float:
     return float(at @ at - left @ left)
 
 
-def starts_of(drive: Drive, candidate: Candidate) -> list[dict[str, float]]:
-    """Where a candidate is looked for: small sizes, the grids, moments and places of the drive."""
-    end = float(drive.t_s[-1])
+def starts_of(binned: BinnedLog, candidate: Candidate) -> list[dict[str, float]]:
+    """Where a candidate is looked for: small sizes, the grids, moments and places of the binned."""
+    end = float(binned.t_s[-1])
     if candidate.name == "load_step":
         return [{"mass_ratio": 0.1, "t0_s": share * end} for share in STARTS_S]
     if candidate.name == "slip_interval":
         return [{"start_s": s * end, "end_s": (s + 0.1) * end, "loss": 0.2} for s in STARTS_S]
     if candidate.name == "low_friction_patch":
-        places = [drive.pose[int(share * len(drive))] for share in np.arange(0.1, 0.6, 0.05)]
+        places = [binned.pose[int(share * len(binned))] for share in np.arange(0.1, 0.6, 0.05)]
         return [{"x_m": x, "y_m": y, "radius_m": 1.0, "loss": 0.2} for x, y, _ in places]
     if candidate.name == "undeclared_skid":
         return [{"stiffness_ratio": 1.0}]
     if candidate.grid:
-        largest = float(np.max(np.abs(drive.torque.efforts_nm)))
+        largest = float(np.max(np.abs(binned.torque.efforts_nm)))
         scale = largest if candidate.name.startswith("torque") else 1.0
         (key,) = candidate.free
         return [{key: share * scale} for share in candidate.grid]

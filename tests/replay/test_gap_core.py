@@ -9,15 +9,18 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
-from wmr_replay.gap.estimation.binned_log import drive_of
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.sensitivity import NOTHING
+from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.inputs import InputEffects, TorqueHistory
-from wmr_replay.gap.search.leads import normal_equations
+from wmr_replay.gap.scan.score import normal_equations
+from wmr_replay.gap.settings import GateSettings
+from wmr_replay.gap.settings.filter import RefitSettings
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -32,7 +35,7 @@ BASE = Base(
     com_yaw_per_m=5.0,
     lateral_decay=5.0,
 )
-IDEAL, SKIDDING, SLIPPING = 0.0, 1.0, 2.0
+SETTINGS = GateSettings()
 TORQUES = {Row.LEFT: 0.9, Row.RIGHT: 1.4}
 EFFECTS = {
     "none": {},
@@ -65,7 +68,7 @@ def written(_, z, p, mode):
     left -= at(Theta.WHEEL_COULOMB) * sgn(v - w) + at(Theta.WHEEL_VISCOUS) * (v - w)
     right -= at(Theta.WHEEL_COULOMB) * sgn(v + w) + at(Theta.WHEEL_VISCOUS) * (v + w)
     grip = (1 - at(Theta.SLIP)) * (1 - at(Theta.PATCH)) * (1 + at(Theta.DRIVE_GAIN))
-    share, share_yaw = (BASE.slip_share, BASE.slip_share_yaw) if mode == SLIPPING else (1.0, 1.0)
+    share, share_yaw = (BASE.slip_share, BASE.slip_share_yaw) if mode == ContactMode.SLIPPING else (1.0, 1.0)
     dv = BASE.alpha * share * grip / (1 + at(Theta.MASS_RATIO)) / (1 + at(Theta.LOAD_STEP)) * (right + left)
     dw = BASE.alpha_yaw * share_yaw * grip / (1 + at(Theta.YAW_INERTIA)) * (right - left)
     dv -= at(Theta.ROLLING) * sgn(v) + at(Theta.VISCOUS) * v + at(Theta.DRAG) * v * abs(v)
@@ -74,7 +77,7 @@ def written(_, z, p, mode):
     dw -= at(Theta.SCRUB) * sgn(w) + at(Theta.YAW_DAMPING) * w
     dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) * v * yaw_rate
     dv_lat = -BASE.lateral_decay * v_lat
-    if mode == SKIDDING:
+    if mode == ContactMode.SKIDDING:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), 0.3)
         rate = BASE.skid_rate_mps * (1 + at(Theta.CORNERING)) * (1 - at(Theta.PATCH)) / speed
         across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
@@ -100,14 +103,14 @@ def stepped(z0, p, mode, dt, n):
     return z[:6]
 
 
-@pytest.mark.parametrize("mode", [IDEAL, SKIDDING, SLIPPING])
+@pytest.mark.parametrize("mode", [ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING])
 @pytest.mark.parametrize("name", EFFECTS)
 def test_steps_converge_to_the_solution_of_the_written_equations(name, mode):
     z0, p = [1.0, -2.0, 0.4, 1.1, 0.2, 0.05], EFFECTS[name]
     exact = solve_ivp(written, (0, 0.48), z0, args=(p, mode), rtol=1e-10, atol=1e-12).y[:, -1]
     coarse, fine = (np.abs(stepped(z0, p, mode, 0.48 / n, n) - exact).max() for n in (12, 48))
     assert coarse < 5e-3
-    order = 1 if mode == SKIDDING else 2  # a skid's decay rate is that of the step's start
+    order = 1 if mode == ContactMode.SKIDDING else 2  # a skid's decay rate is that of the step's start
     assert fine < max(coarse / (4**order / 1.3), 1e-6)
 
 
@@ -184,7 +187,7 @@ NOISE = Diffusion(*OU_LONG, *OU_YAW, 1e-5, 0.2)
 
 @pytest.fixture(scope="module")
 def disturbed():
-    return Problem.of(drive_of(driven(1, disturbed=True)))
+    return Problem.of(bin_log(driven(1, disturbed=True), SETTINGS))
 
 
 def test_the_root_density_is_that_of_the_autocorrelation():
@@ -195,7 +198,7 @@ def test_the_root_density_is_that_of_the_autocorrelation():
 
 
 def test_innovations_of_the_true_model_are_white(disturbed):
-    e = disturbed.passed(Extension(BASE), NOISE).innovations[50:]
+    e = disturbed.filtered(Extension(BASE), NOISE).innovations[50:]
     n = len(e)
     assert np.abs(e.mean(axis=0)).max() < 4 / np.sqrt(n)
     assert np.abs((e**2).mean(axis=0) - 1).max() < 4 * np.sqrt(2 / n) + 0.03
@@ -206,7 +209,7 @@ def test_innovations_of_the_true_model_are_white(disturbed):
 
 def test_innovations_of_a_wrong_model_are_not(disturbed):
     calm = NOISE._replace(long_sd_mps2=1e-3, yaw_sd_mps2=1e-3)
-    e = disturbed.passed(Extension(BASE), calm).innovations[50:]
+    e = disturbed.filtered(Extension(BASE), calm).innovations[50:]
     assert (e**2).mean() > 1.5
 
 
@@ -222,14 +225,14 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
         Theta.HEADING: ("heading_misalignment", "angle_rad"),
         Theta.YAW_DRIFT: ("yaw_drift", "rate_radps"),
     }[place]
-    passed = disturbed.passed(Extension(BASE), NOISE, NOTHING._replace(places=np.array([place])), keep=True)
+    output = disturbed.filtered(Extension(BASE), NOISE, NO_TARGETS._replace(places=np.array([place])), keep=True)
     sides = []
     for size in (-1e-4, 1e-4):
         other = {"slope": {"grade_y_mps2": 0.0}, "pose_lever_arm": {"y_m": 0.0}}.get(key[0], {})
         extension = Extension(BASE, {key[0]: {key[1]: size, **other}})
-        sides.append(disturbed.passed(extension, NOISE).innovations)
+        sides.append(disturbed.filtered(extension, NOISE).innovations)
     expected = -(sides[1] - sides[0]) / 2e-4
-    difference = np.linalg.norm(passed.sensitivities[:, :, 0] - expected)
+    difference = np.linalg.norm(output.sensitivities[:, :, 0] - expected)
     assert difference < 0.05 * np.linalg.norm(expected)
 
 
@@ -241,17 +244,17 @@ def test_the_gain_of_a_candidate_is_the_drop_of_the_sum_of_squares():
         columns = np.concatenate(parts, axis=2).reshape(240, -1)
         return np.linalg.lstsq(columns, e.ravel(), rcond=None)[1][0]
 
-    gain, _ = normal_equations(psi, e, None).gain([0, 1])
+    gain, _ = normal_equations(psi, e, None, RefitSettings()).gain([0, 1])
     assert gain == pytest.approx((e**2).sum() - left(psi))
-    gain, _ = normal_equations(psi, e, known).gain([0, 1])
+    gain, _ = normal_equations(psi, e, known, RefitSettings()).gain([0, 1])
     assert gain == pytest.approx(left(known) - left(known, psi), rel=1e-6)
 
 
 def test_the_gap_of_a_perfect_model_is_the_noise_floor():
-    drive = drive_of(driven(2, disturbed=False))
-    windows = windows_of(drive, np.ones(len(drive), bool))
+    binned = bin_log(driven(2, disturbed=False), SETTINGS)
+    windows = windows_of(binned, np.ones(len(binned), bool))
     assert len(windows) >= 14
-    errors = window_errors(drive, Extension(BASE), windows, drive.variances)
+    errors = window_errors(binned, Extension(BASE), windows)
     kept = 1 - 5 / (3 * 100)  # five fitted, of three by a hundred
     known = np.array([np.sqrt(2 * kept) * SD[0] / 2, np.sqrt(kept) * SD[2] / 2])
     seen = [np.sqrt(np.mean(part**2)) for part in (errors.position_m, errors.yaw_rad)]

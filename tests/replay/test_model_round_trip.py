@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.analyse import base_model
-from wmr_replay.gap.estimation.binned_log import drive_of
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
 from wmr_schemas.effects import EFFECTS
@@ -86,10 +87,10 @@ def log(model):
 
 def gap_m(log, model):
     """Root mean square gap of position over windows of 4 s."""
-    drive = drive_of(log, log.mode)
+    binned = bin_log(log, GateSettings(), log.mode)
     extension = base_model(log, model, GapOptions()).extension
-    windows = windows_of(drive, np.ones(len(drive), bool))
-    errors = window_errors(drive, extension, windows, np.full((len(drive), 3), 1e-6))
+    windows = windows_of(binned, np.ones(len(binned), bool))
+    errors = window_errors(binned, extension, windows)
     return float(np.sqrt(np.mean(errors.position_m**2)))
 
 

@@ -1,13 +1,13 @@
-"""The workflow: base model → locate → name → prove → extended model."""
+"""The workflow: base model → find the missing effects and prove them → result with the extended model."""
 
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.assemble import report
+from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
-from wmr_replay.gap.search.with_modes import Progress, search
+from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -18,22 +18,27 @@ SELF_CALIBRATED = ("payload", "drive_gain", "yaw_inertia")
 def analyse(
     log: Log, base: Model | None = None, options: GapOptions | None = None, progress: Progress | None = None
 ) -> GapResult:
-    """What the model ``base`` (default: the log's own nominal parameters) lacks to explain ``log``.
+    """The effects that ``base`` (default: the log's own nominal parameters) lacks to explain ``log``.
 
-    Raises InvalidSignal where the log has no torques or is too short. The modes are the identifier's,
-    ideal, or those of ``log.mode``, as ``options.modes`` says; the log's mode is read in the last case only.
+    Contact modes are the identifier's, ideal, or those of ``log.mode``, as ``options.modes`` says; the log's
+    mode is read in the last case only. ``progress`` takes the stage and the share that is done. Raises
+    InvalidSignal where the log has no torques or is too short.
     """
     options, tell = options or GapOptions(), progress or (lambda _stage, _share: None)
     tell("base model", 0.0)
     model = base_model(log, base, options)
     tell("naming", 0.1)
-    problem, selection = search(replace(log, robot=model.robot), model.extension, options, tell)
+    problem, selection = find_effects(replace(log, robot=model.robot), model.extension, options, tell)
     tell("proving", 0.8)
-    return report(problem, selection, model, options)
+    return assemble(problem, selection, model, options)
 
 
 def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
-    """The model file's, else the log's own, else one calibrated on the log."""
+    """The base model: of the model file, else of the log's metadata, else calibrated on the log.
+
+    A calibrated one takes a payload, a drive gain and a yaw inertia into its parameters, so that these cannot
+    be named. Raises InvalidSignal where a calibration fails.
+    """
     own = log.robot.known()
     if base is not None:
         robot = RobotParameters.from_values(own | base.robot.known(), "model")

@@ -1,7 +1,8 @@
-"""What a user decides of a gap analysis."""
+"""The options of a gap analysis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.errors import InvalidSetting
 
 MODE_SOURCES = ("identified", "ideal", "given")
@@ -9,9 +10,12 @@ MODE_SOURCES = ("identified", "ideal", "given")
 
 @dataclass(frozen=True)
 class GapOptions:
-    """``modes``: from the identifier, ideal throughout, or as the log's mode track gives them.
+    """What a user decides.
 
-    An effect counts when it moves the simulated path by more than ``tolerance_m`` over ``tolerance_s``.
+    ``modes``: from the identifier, ideal throughout, or as the log's mode track gives them. An effect counts
+    when it moves the simulated path by more than ``tolerance_m`` over ``tolerance_s``. Up to ``max_effects``
+    are looked for. ``seed`` draws the placebo logs and the bootstrap. ``gates`` holds every threshold.
+    Raises InvalidSetting for a value out of its range.
     """
 
     modes: str = "identified"
@@ -19,6 +23,7 @@ class GapOptions:
     tolerance_s: float = 4.0
     max_effects: int = 3
     seed: int = 0
+    gates: GateSettings = field(default_factory=GateSettings)
 
     def __post_init__(self) -> None:
         if self.modes not in MODE_SOURCES:

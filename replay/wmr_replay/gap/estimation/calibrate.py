@@ -1,73 +1,88 @@
-"""Calibrating the base model on a log: α, yaw gain, stiffness and noise, with intervals."""
+"""Calibrating the base model on a log: α, yaw gain, stiffness and noise, with standard deviations."""
 
 from dataclasses import replace
 
 import numpy as np
 from scipy.stats import linregress
 
-from wmr_replay.gap.estimation.binned_log import drive_of
+from wmr_replay.gap.estimation.covariance import robust_covariance
+from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.modes import identified_modes
-from wmr_replay.gap.estimation.problem import Problem, fit_noise, noise_model
-from wmr_replay.gap.estimation.refit import gauss_newton
-from wmr_replay.gap.evidence.significance import covariance
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, gauss_newton
 from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Model
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log
+from wmr_schemas.signals import Log, ModeTrack
 
-ROUGH_S = 0.5
-SKID_SECONDS = 3.0
-ROUNDS = 3
 START_ALPHA = {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 0.0}}
+"""α and α_yaw are fitted as a payload and a yaw inertia, from none of either."""
 
 
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
-    """``robot`` with what the log says of α, α_yaw and, where it skids for 3 s or more, G_x/ε; their standard
+    """``robot`` with the log's α, α_yaw and, where it skids for 3 s or more, G_x/ε; their standard
     deviations; the noise.
 
-    The same prediction errors as in the gap analysis, over the whole log; α = α₀/(1 + p) and so on, the
-    standard deviations by the delta method. Raises InvalidSignal where the torques do not move the robot.
+    Fits the same prediction errors as the gap analysis, over the whole log: α = α₀/(1 + p) and so on, with
+    standard deviations by the delta method. Raises InvalidSignal where the torques do not move the robot, or
+    without ``half_track_m``.
     """
-    options = options or GapOptions()
-    known = replace(log, robot=robot)
-    return calibrate_on_log(known, options)
+    return calibrate_on_log(replace(log, robot=robot), options or GapOptions())
 
 
 def calibrate_on_log(log: Log, options: GapOptions) -> Model:
     """See :func:`calibrate`; the log carries the robot."""
-    robot = with_rough_start(log)
+    settings = options.gates
+    robot = with_rough_alpha(log, settings)
     noise: Diffusion | None = None
-    sd: dict[str, float] = {}
-    for _ in range(ROUNDS):
-        track = log.mode if options.modes == "given" else None
-        if options.modes == "identified":
-            track = identified_modes(replace(log, robot=robot), Extension(base_of(robot)))
-        drive = drive_of(log, track)
-        problem = replace(Problem.of(drive), train=np.ones(len(drive), bool))
-        skids = float(drive.step_s[drive.mode == 1].sum()) >= SKID_SECONDS
-        effects = dict(START_ALPHA)
-        if skids and robot.cornering_stiffness_over_epsilon is not None and robot.mass_kg is not None:
-            effects["cornering_stiffness"] = {"ratio": 0.0}
-        extension = Extension(base_of(robot), effects, robot.wheel_radius_m or 1.0)
-        noise, _ = fit_noise(problem, extension, noise, 6)
-        extension = gauss_newton(problem, extension, noise, 6).extension
-        noise, _ = fit_noise(problem, extension, noise, 6)
-        fit = gauss_newton(problem, extension, noise, 6)
-        spread = np.sqrt(np.diag(covariance(problem, fit)[0]))
-        sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}
-        robot, sd = calibrated(robot, fit.extension, sds)
-    assert noise is not None
-    return Model(robot=robot, robot_sd=sd, noise=noise_model(drive, noise))
+    for _ in range(settings.calibration.rounds):
+        track = modes_for(log, robot, options)
+        problem = Problem.of(bin_log(log, settings, track)).all_fitted()
+        noise, fit = fit_parameters(problem, to_calibrate(problem, robot), noise)
+        robot, sd = calibrated(robot, problem, fit)
+    return Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))
+
+
+def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:
+    """The modes that the options ask for; None for ideal rolling throughout."""
+    if options.modes == "identified":
+        return identified_modes(replace(log, robot=robot), Extension(base_of(robot)), options.gates)
+    return log.mode if options.modes == "given" else None
+
+
+def to_calibrate(problem: Problem, robot: RobotParameters) -> Extension:
+    """The base model with the effects that stand for the parameters to be fitted."""
+    binned, effects = problem.binned, dict(START_ALPHA)
+    skidding_s = float(binned.step_s[binned.mode == ContactMode.SKIDDING].sum())
+    known = robot.cornering_stiffness_over_epsilon is not None and robot.mass_kg is not None
+    if known and skidding_s >= problem.settings.calibration.least_skid_s:
+        effects["cornering_stiffness"] = {"ratio": 0.0}
+    return Extension(base_of(robot), effects, robot.wheel_radius_m or 1.0)
+
+
+def fit_parameters(problem: Problem, extension: Extension, noise: Diffusion | None) -> tuple[Diffusion, Fit]:
+    """Diffusion and parameters in turns, twice."""
+    iterations = problem.settings.calibration.iterations
+    noise = fit_diffusion(problem, extension, noise, iterations)
+    extension = gauss_newton(problem, extension, noise, iterations).extension
+    noise = fit_diffusion(problem, extension, noise, iterations)
+    return noise, gauss_newton(problem, extension, noise, iterations)
 
 
 def calibrated(
-    robot: RobotParameters, extension: Extension, sds: dict[str, float]
+    robot: RobotParameters, problem: Problem, fit: Fit
 ) -> tuple[RobotParameters, dict[str, float]]:
-    """The robot with the fitted ratios applied, and standard deviations."""
+    """The robot with the fitted ratios applied, and the standard deviations by the delta method."""
+    spread = np.sqrt(np.diag(robust_covariance(problem, fit)[0]))
+    sds = {name: s for (name, _), s in zip(fit.keys, spread, strict=True)}
+    extension = fit.extension
     ahead = 1 + extension.effects["payload"]["mass_ratio"]
     turning = 1 + extension.effects["yaw_inertia"]["ratio"]
     alpha, alpha_yaw = extension.base.alpha / ahead, extension.base.alpha_yaw / turning
@@ -81,19 +96,21 @@ def calibrated(
     return changed, {key: float(value) for key, value in sd.items()}
 
 
-def with_rough_start(log: Log) -> RobotParameters:
-    """α and α_yaw to begin with, where they are unknown: the slope of speed changes over half a second
-    against the torques' mean.
+def with_rough_alpha(log: Log, settings: GateSettings) -> RobotParameters:
+    """The log's robot with a first α and α_yaw where they are unknown.
+
+    The slope of the speed's change over 0.5 s against the mean of the torques. Raises InvalidSignal without
+    ``half_track_m``, and where the slope is not positive.
     """
     robot = log.robot
     if robot.half_track_m is None:
         raise InvalidSignal("robot", "half_track_m is needed to calibrate a base model")
     if robot.alpha is not None:
         return robot
-    drive = drive_of(log)
-    every = max(2, round(ROUGH_S / float(np.median(drive.step_s[1:]))))
-    t_s, pose = drive.t_s[::every], drive.pose[::every]
-    effort = drive.torque.means(t_s, Extension(base_of(replace(robot, alpha=1.0))).input_effects())
+    binned = bin_log(log, settings)
+    every = max(2, round(settings.calibration.rough_s / float(np.median(binned.step_s[1:]))))
+    t_s, pose = binned.t_s[::every], binned.pose[::every]
+    effort = binned.torque.means(t_s, Extension(base_of(replace(robot, alpha=1.0))).input_effects())
     middle = (pose[1:, 2] + pose[:-1, 2]) / 2
     moved = np.diff(pose, axis=0) / np.diff(t_s)[:, None]
     speed = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)

@@ -12,23 +12,20 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.gap.estimation.sensitivity import (
-    Wanted,
-    carry,
-    first_live,
-    measured_slopes,
-    push,
-    settle,
-    wanted_columns,
+    SensitivityTargets,
+    active_ranges,
+    add_step_slopes,
+    measurement_sensitivity,
+    n_columns,
+    predict_sensitivities,
+    update_sensitivities,
 )
 from wmr_replay.gap.model.dynamics import (
-    BOTH,
     D_LAT,
     D_LONG,
     D_YAW,
     N_MOTION,
     N_STATE,
-    SKIDDING,
-    SLIPPING,
     V_LAT,
     Base,
     Row,
@@ -42,13 +39,12 @@ from wmr_replay.gap.model.dynamics import (
     step_from,
 )
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
+from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
-SLIP_DISTURBANCE_MPS2 = 0.5
-SWITCH_SD_MPS = 0.05
-OUTLIER_SD = 6.0
 
 
 class Diffusion(NamedTuple):
@@ -69,8 +65,8 @@ class Diffusion(NamedTuple):
         return float(long), float(yaw)
 
 
-class Data(NamedTuple):
-    """Input rows (n, 11), poses (n, 3), their variances (n, 3), and the state of row 0 (9,), known poorly."""
+class FilterInput(NamedTuple):
+    """Input rows (n, 11), poses (n, 3), their variances (n, 3), and a rough state of row 0 (9,)."""
 
     rows: F64
     poses: F64
@@ -78,8 +74,8 @@ class Data(NamedTuple):
     first: F64
 
 
-class Passed(NamedTuple):
-    """What a pass gives: −2 log likelihood per row (n,), whitened innovations (n, 3), filtered states (n, 9),
+class FilterOutput(NamedTuple):
+    """Of one pass: −2 log likelihood per row (n,), whitened innovations (n, 3), filtered states (n, 9),
     whitened sensitivities (n, 3, p), logarithms of the innovations' variances (n, 3).
     """
 
@@ -92,22 +88,27 @@ class Passed(NamedTuple):
 
 @compiled(error_model="numpy")
 def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
-    """What a step leaves of the disturbances of v_long and v_lat, of w's, and of a lateral velocity."""
+    """Share of each disturbance left after ``dt``: of v_long and v_lat, of w, and of a lateral velocity."""
     kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
     return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
 
 
 @compiled(error_model="numpy")
 def add_noise(
-    P: F64, row: F64, previous_mode: float, noise: Diffusion, kept: tuple[float, float, float]
+    P: F64,
+    row: F64,
+    previous_mode: float,
+    noise: Diffusion,
+    kept: tuple[float, float, float],
+    settings: FilterSettings,
 ) -> None:
-    """Process noise of one step onto ``P``: exact for the Ornstein–Uhlenbeck states."""
-    dt, mode = row[Row.DT], row[Row.MODE]
+    """Add the process noise of one step to ``P`` (9, 9); exact for the Ornstein–Uhlenbeck states."""
+    dt, mode = row[Row.DT], int(row[Row.MODE])
     kept_long, kept_yaw, kept_lat = kept
     P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
-    if mode in (SKIDDING, BOTH):
+    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
     else:
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
@@ -115,17 +116,17 @@ def add_noise(
         P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
         P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
         P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
-    if mode in (SLIPPING, BOTH):
-        P[V, V] += SLIP_DISTURBANCE_MPS2**2 * dt
-        P[W, W] += SLIP_DISTURBANCE_MPS2**2 * dt
+    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
+        P[V, V] += settings.slip_disturbance_mps2_rthz**2 * dt
+        P[W, W] += settings.slip_disturbance_mps2_rthz**2 * dt
     if mode != previous_mode:
-        P[V, V] += SWITCH_SD_MPS**2
-        P[W, W] += SWITCH_SD_MPS**2
+        P[V, V] += settings.switch_sd_mps**2
+        P[W, W] += settings.switch_sd_mps**2
 
 
 @compiled(error_model="numpy")
-def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
-    """The disturbances die out over the step: their rows of ``F`` and of ``z``."""
+def decay_disturbances(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
+    """Multiply the disturbances' rows of ``F`` (9, 9) and ``z`` (9,) by the shares that a step leaves."""
     for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
         z[d] *= share
         F[d, d] *= share
@@ -133,8 +134,8 @@ def fade(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
 
 @compiled(error_model="numpy")
 def transform(F: F64, P: F64, out: F64) -> None:
-    """``out`` ← F P; F is the identity in its first two columns and behind its first six rows, but for the
-    disturbances' diagonal, and most of the rest is 0.
+    """``out`` ← F P. F is the identity in its first two columns and behind its first six rows, except for
+    the disturbances' diagonal; most of the rest is 0.
     """
     for i in range(N_STATE):
         for j in range(N_STATE):
@@ -147,7 +148,7 @@ def transform(F: F64, P: F64, out: F64) -> None:
 
 
 @compiled(error_model="numpy")
-def spread(F: F64, P: F64, scratch: F64) -> None:
+def predict_covariance(F: F64, P: F64, scratch: F64) -> None:
     """``P`` ← F P Fᵀ = F (F P)ᵀ."""
     transform(F, P, scratch)
     for i in range(N_STATE):
@@ -158,8 +159,9 @@ def spread(F: F64, P: F64, scratch: F64) -> None:
 
 @compiled(error_model="numpy")
 def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
-    """One scalar measurement with slope ``h`` (3,) on x, y, yaw; leaves the gain; gives the innovation's
-    variance.
+    """Update ``z`` (9,) and ``P`` (9, 9) with one scalar measurement of slope ``h`` (3,) on x, y, yaw.
+
+    Writes the gain to ``gain`` (9,) and returns the innovation's variance.
     """
     for i in range(N_STATE):
         gain[i] = P[i, 0] * h[0] + P[i, 1] * h[1] + P[i, 2] * h[2]
@@ -178,11 +180,11 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
 
 
 @compiled(error_model="numpy")
-def first_covariance(noise: Diffusion) -> F64:
-    """(9, 9): half a metre, radian and metre per second; disturbances in their stationary distribution."""
+def first_covariance(noise: Diffusion, variance: float) -> F64:
+    """(9, 9): ``variance`` for pose and speeds, the stationary distribution for the disturbances."""
     P = np.zeros((N_STATE, N_STATE))
     for i in range(N_STATE):
-        P[i, i] = 0.25
+        P[i, i] = variance
     P[D_LONG, D_LONG] = noise.long_sd_mps2**2
     P[D_LAT, D_LAT] = noise.long_sd_mps2**2
     P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
@@ -191,14 +193,25 @@ def first_covariance(noise: Diffusion) -> F64:
 
 
 @compiled(error_model="numpy")
-def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wanted, keep: bool) -> Passed:
-    """One pass over the data. With ``keep`` false, states and sensitivities are left out."""
-    n, p = len(data.rows), wanted_columns(wanted)
+def filter_pass(
+    data: FilterInput,
+    theta: F64,
+    base: Base,
+    noise: Diffusion,
+    targets: SensitivityTargets,
+    settings: FilterSettings,
+    keep: bool,
+) -> FilterOutput:
+    """One pass of the filter over the data, with the sensitivities to ``targets`` (p columns).
+
+    With ``keep`` false, states and sensitivities are left out (0 rows each).
+    """
+    n, p = len(data.rows), n_columns(targets)
     deviance, innovations, log_variances = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
     states, sensitivities = np.zeros((n if keep else 0, N_STATE)), np.zeros((n if keep else 0, 3, p))
     S, S_ahead, slopes = np.zeros((N_STATE, p)), np.zeros((N_MOTION, p)), np.zeros(p)
-    live = first_live(wanted)
-    z, P = data.first.copy(), first_covariance(noise)
+    active = active_ranges(targets)
+    z, P = data.first.copy(), first_covariance(noise, settings.first_variance)
     F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
     moved, undisturbed, middle = np.zeros(N_STATE), np.zeros(N_STATE), np.zeros(N_STATE)
     kept, dt, H, at, gain = (0.0, 0.0, 0.0), np.nan, np.zeros((3, 3)), np.zeros(3), np.zeros(N_STATE)
@@ -212,25 +225,25 @@ def filter_pass(data: Data, theta: F64, base: Base, noise: Diffusion, wanted: Wa
             step_from(middle, z, row, theta, base, moved)
             jacobian(z, row, theta, base, moved, middle, F)
             undisturbed[:] = moved
-            fade(F, moved, kept)
+            decay_disturbances(F, moved, kept)
             if keep:
-                carry(F, S, live, S_ahead)
-                push(S, live, z, undisturbed, k, data.rows, theta, base, wanted)
+                predict_sensitivities(F, S, active, S_ahead)
+                add_step_slopes(S, active, z, undisturbed, k, data.rows, theta, base, targets)
             z[:] = moved
-            spread(F, P, scratch)
-            add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept)
+            predict_covariance(F, P, scratch)
+            add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept, settings)
         slopes_of_measurement(z, theta, H)
         for c in range(3):
             measured(z, row, theta, at)
             error = data.poses[k, c] - at[c]
             if keep:
-                measured_slopes(slopes, S, live, H[c], c, z, row[Row.AGE], wanted.places)
+                measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
             s = update(z, P, H[c], error, data.variances[k, c], gain)
             e = error / np.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, np.log(s)
-            deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, OUTLIER_SD**2)
+            deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)
             if keep:
-                settle(S, live, gain, slopes, sensitivities[k, c], np.sqrt(s))
+                update_sensitivities(S, active, gain, slopes, sensitivities[k, c], np.sqrt(s))
         if keep:
             states[k] = z
-    return Passed(deviance, innovations, states, sensitivities, log_variances)
+    return FilterOutput(deviance, innovations, states, sensitivities, log_variances)

@@ -1,32 +1,31 @@
-"""Contact modes for the analysis, from the identifier with the model as far as it is known."""
+"""Contact modes from the identifier, with the model as far as it is known."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.binned_log import Drive, drive_of
+from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.extension import WEIGHTS, Extension, combined, weight
+from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.memory import replay_columns
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, ModeTrack
 
-SWITCH_S = 0.3
-"""How well an identifier knows when a mode begins or ends."""
 
-
-def identified_modes(log: Log, extension: Extension) -> ModeTrack:
-    """What the bank makes of the log with the extended model; undecided rows count as ideal."""
-    log = as_it_acts(log, extension)
+def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> ModeTrack:
+    """The modes that the filter bank sees with the extended model; undecided rows count as ideal."""
+    log = with_acting_torques(log, extension, settings)
     model = replay_model(Model(effects=lasting_effects(extension)), log.robot)
     batches = replay_columns(Log(log.pose, log.torque, None, log.robot), model=model)
     t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
-    return ModeTrack(t_ns, np.maximum(mode, 0).astype(np.int8))
+    return ModeTrack(t_ns, np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode).astype(np.int8))
 
 
 def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
-    """Effects of the base model and new ones, but for those in time or space; two of a name add up."""
+    """Known and new effects without those in time or space; two of one name are combined."""
     found: dict[str, dict[str, float]] = {}
     for name, parameters in extension.acting:
         if name not in FOLLOWED:
@@ -36,26 +35,29 @@ def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
     return tuple(Effect(name, parameters) for name, parameters in found.items())
 
 
-def identified_drive(log: Log, track: ModeTrack) -> Drive:
-    """The drive by modes that an identifier said, which knows their changes to ``SWITCH_S`` only."""
-    return drive_of(log, track, margin_s=SWITCH_S)
+def bin_identified(log: Log, track: ModeTrack, settings: GateSettings) -> BinnedLog:
+    """The log in bins, with modes from an identifier, which knows their changes to 0.3 s only."""
+    return bin_log(log, settings, track, margin_s=settings.bins.identified_switch_s)
 
 
-def as_it_acts(log: Log, extension: Extension) -> Log:
-    """Torques scaled where an effect in time or space takes traction away, or a load response ahead."""
+def with_acting_torques(log: Log, extension: Extension, settings: GateSettings) -> Log:
+    """The log with torques scaled by the effects in time or space.
+
+    A load scales the mean of both efforts by 1/(1 + p), a loss of traction both efforts by 1 − loss.
+    """
     acting = [(name, p) for name, p in extension.acting if name in WEIGHTS]
     if not acting or log.torque is None:
         return log
-    drive, torque = drive_of(log), log.torque
-    ahead, turning = np.ones(len(drive)), np.ones(len(drive))
+    binned, torque = bin_log(log, settings), log.torque
+    ahead, turning = np.ones(len(binned)), np.ones(len(binned))
     for name, p in acting:
-        acts = weight(name, p, drive)
+        acts = weight(name, p, binned)
         if name == "load_step":
             ahead /= 1 + p["mass_ratio"] * acts
         else:
             ahead *= 1 - p["loss"] * acts
             turning *= 1 - p["loss"] * acts
-    seconds = (torque.t_ns - drive.start_ns) / NS_PER_S
+    seconds = (torque.t_ns - binned.start_ns) / NS_PER_S
     mean, half = (torque.left_nm + torque.right_nm) / 2, (torque.right_nm - torque.left_nm) / 2
-    mean, half = mean * np.interp(seconds, drive.t_s, ahead), half * np.interp(seconds, drive.t_s, turning)
+    mean, half = mean * np.interp(seconds, binned.t_s, ahead), half * np.interp(seconds, binned.t_s, turning)
     return replace(log, torque=replace(torque, left_nm=mean - half, right_nm=mean + half))

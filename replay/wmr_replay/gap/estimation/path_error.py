@@ -1,25 +1,29 @@
-"""How far a simulation runs from the measured path over windows of 4 s, its initial state fitted.
+"""The gap: how far a simulation runs from the measured path over windows of 4 s.
 
-Each window is simulated from its own initial motion (x, y, yaw, v_long, w, v_lat), chosen by least squares
-against the window's poses, with no disturbance; what is left is the gap.
+Each window is simulated without a disturbance from its own initial motion (x, y, yaw, v_long, w, v_lat),
+which is fitted to the window's poses by least squares. The residual is the gap.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.binned_log import Drive
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 
-WINDOW_S = 4.0
-ROUNDS, TRIES = 8, 4
+Windows = list[tuple[int, int]]
+"""Rows [a, b) of each window."""
 
 
 class WindowErrors(NamedTuple):
-    """By window: root mean squares of position [m] and yaw [rad], and what measurement noise would give."""
+    """By window (m,): root mean square gap in position [m] and yaw [rad], the same of measurement noise alone
+    (the floor), and the start [s].
+    """
 
     position_m: F64
     yaw_rad: F64
@@ -42,14 +46,20 @@ def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64
 
 
 @compiled
-def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64) -> F64:
-    """Whitened residuals (m, 3) after the best initial motion; v_lat only where it starts in a skid."""
+def fit_window(
+    z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64, rounds: int, tries: int
+) -> F64:
+    """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
+
+    v_lat is free only where the window starts in a skid. ``rounds`` bounds the steps, ``tries`` the dampings
+    tried in each.
+    """
     m = len(rows)
     free = N_MOTION if skids(rows[0, Row.MODE], theta) else N_MOTION - 1
     z, damping = z0.copy(), 1e-6
     at, moved, A = np.empty(3 * m), np.empty(3 * m), np.empty((3 * m, free))
     residuals(z, rows, poses, theta, base, scale, at)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for j in range(free):
             other = z.copy()
             other[j] += 1e-6
@@ -57,7 +67,7 @@ def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F6
             A[:, j] = (at - moved) / 1e-6
         N, g, cost = A.T @ A, A.T @ at, np.sum(at**2)
         tried = z.copy()
-        for _ in range(TRIES):
+        for _ in range(tries):
             damped = N.copy()
             for j in range(free):
                 damped[j, j] += damping * N[j, j] + 1e-9
@@ -76,59 +86,65 @@ def fit_window(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F6
     return at.reshape(m, 3).copy()
 
 
-def windows_of(drive: Drive, chosen: Bool, seconds: float = WINDOW_S) -> list[tuple[int, int]]:
-    """Rows [a, b) of each whole window within the runs of ``chosen`` (n,) rows."""
+def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) -> Windows:
+    """The whole windows of ``seconds`` (default: the settings') in the runs of ``chosen`` (n,) rows."""
+    own = binned.settings.windows
+    seconds = own.window_s if seconds is None else seconds
     edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(np.int8), [0]])))
     found = []
     for a, b in edges.reshape(-1, 2):
         start = a
         while start < b:
-            end = int(np.searchsorted(drive.t_s, drive.t_s[start] + seconds - 0.06))
-            if end > b or end == len(drive.t_s):
+            end = int(np.searchsorted(binned.t_s, binned.t_s[start] + seconds - own.slack_s))
+            if end > b or end == len(binned.t_s):
                 break
             found.append((int(start), end))
             start = end
-    return [(a, b) for a, b in found if np.max(np.diff(drive.t_s[a:b])) < 0.5]
+    return [(a, b) for a, b in found if np.max(np.diff(binned.t_s[a:b])) < own.longest_hole_s]
 
 
-def window_errors(
-    drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64
-) -> WindowErrors:
-    """The gap of every window; ``variances`` (n, 3) weigh the poses and give the floor."""
-    rows, theta, base = extension.rows(drive), extension.theta(), extension.base
-    sd = np.sqrt(variances)
+def window_errors(binned: BinnedLog, extension: Extension, windows: Windows) -> WindowErrors:
+    """The gap of every window. The binned log's variances weigh the poses and give the floor."""
     position, yaw, floor, floor_yaw = [], [], [], []
-    for a, b in windows:
-        z0 = starting_motion(drive, a, base)
-        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
+    for (a, b), left, sd in window_residuals(binned, extension, windows):
         position.append(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2)))
         yaw.append(np.sqrt(np.mean(left[:, 2] ** 2)))
         kept = 1 - 5 / (3 * (b - a))
-        floor.append(np.sqrt(kept * np.mean(2 * sd[a:b, 0] ** 2)))
-        floor_yaw.append(np.sqrt(kept * np.mean(sd[a:b, 2] ** 2)))
-    starts = np.array([drive.t_s[a] for a, _ in windows])
+        floor.append(np.sqrt(kept * np.mean(2 * sd[:, 0] ** 2)))
+        floor_yaw.append(np.sqrt(kept * np.mean(sd[:, 2] ** 2)))
+    starts = np.array([binned.t_s[a] for a, _ in windows])
     return WindowErrors(np.array(position), np.array(yaw), np.array(floor), np.array(floor_yaw), starts)
 
 
-def simulated_path(drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64) -> F64:
+def simulated_path(binned: BinnedLog, extension: Extension, windows: Windows) -> F64:
     """Poses (n, 3) simulated window by window, NaN between them."""
-    rows, theta, base = extension.rows(drive), extension.theta(), extension.base
-    sd, path = np.sqrt(variances), np.full((len(drive), 3), np.nan)
-    for a, b in windows:
-        z0 = starting_motion(drive, a, base)
-        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
-        path[a:b] = drive.pose[a:b] - left
+    path = np.full((len(binned), 3), np.nan)
+    for (a, b), left, _ in window_residuals(binned, extension, windows):
+        path[a:b] = binned.pose[a:b] - left
     return path
 
 
-def starting_motion(drive: Drive, a: int, base: Base) -> F64:
-    """Pose and speeds at row ``a`` from the poses of the .4 s after it."""
-    head = slice(a, a + 10)
-    slopes = np.polyfit(drive.t_s[head] - drive.t_s[a], drive.pose[head], 1)
+def window_residuals(
+    binned: BinnedLog, extension: Extension, windows: Windows
+) -> Iterator[tuple[tuple[int, int], F64, F64]]:
+    """By window: its rows, measured − simulated (m, 3) in m and rad, and the poses' sd (m, 3)."""
+    rows, theta, base = extension.rows(binned), extension.theta(), extension.base
+    sd, own = np.sqrt(binned.variances), binned.settings.windows
+    for a, b in windows:
+        z0 = starting_motion(binned, a, base)
+        whitened = fit_window(z0, rows[a:b], binned.pose[a:b], theta, base, sd[a:b], own.rounds, own.tries)
+        yield (a, b), whitened * sd[a:b], sd[a:b]
+
+
+def starting_motion(binned: BinnedLog, a: int, base: Base) -> F64:
+    """Pose and speeds (9,) at row ``a`` by least squares over the next ten rows."""
+    head = slice(a, a + binned.settings.windows.start_rows)
+    slopes = np.polyfit(binned.t_s[head] - binned.t_s[a], binned.pose[head], 1)
     z = np.zeros(N_STATE)
     z[:3] = slopes[1]
     cos, sin = np.cos(z[2]), np.sin(z[2])
     z[V] = slopes[0, 0] * cos + slopes[0, 1] * sin
-    z[V_LAT] = 0.0 if drive.mode[a] not in (1.0, 3.0) else -slopes[0, 0] * sin + slopes[0, 1] * cos
+    in_skid = binned.mode[a] in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING)
+    z[V_LAT] = -slopes[0, 0] * sin + slopes[0, 1] * cos if in_skid else 0.0
     z[W] = slopes[0, 2] * base.half_track_m
     return z

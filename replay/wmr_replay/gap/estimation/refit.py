@@ -1,25 +1,29 @@
-"""Effects fitted in full: Gauss–Newton on the whitened innovations, in turns with the diffusion."""
+"""Gauss–Newton on the whitened innovations: the effects' parameters at a fixed diffusion, or with it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.candidates import candidate_of, is_place
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings.filter import RefitSettings
 from wmr_schemas.arrays import F64
 
 Key = tuple[str, str]
 Keys = tuple[Key, ...]
-CLIP, ENOUGH = 6.0, 0.1
-NORMAL_MEDIAN = 0.6745
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """An extended model with its diffusion, and its innovations (n, 3) and deviance (n,) over all rows."""
+    """An extended model with its diffusion.
+
+    ``deviance`` is −2 log likelihood of the fitted rows, infinite outside of all bounds; ``innovations``
+    (n, 3) and ``row_deviance`` (n,) cover all rows.
+    """
 
     problem: Problem
     extension: Extension
@@ -54,8 +58,8 @@ def keys_of(extension: Extension, *, places: bool = True) -> Keys:
     )
 
 
-def replaced(extension: Extension, keys: Keys, values: F64) -> Extension:
-    """The parameters named by ``keys`` set to ``values``, within their bounds."""
+def with_values(extension: Extension, keys: Keys, values: F64) -> Extension:
+    """The extension with the parameters ``keys`` set to ``values`` (q,), clipped to their bounds."""
     effects = {name: dict(parameters) for name, parameters in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
         effects[name][key] = float(np.clip(value, *candidate_of(name).bounds[key]))
@@ -69,54 +73,78 @@ def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, keys
         value, size = extension.effects[name][key], candidate_of(name).steps[key]
         if value + size > candidate_of(name).bounds[key][1]:
             size = -size
-        moved = replaced(extension, ((name, key),), np.array([value + size]))
-        psi[:, :, j] = (at - problem.passed(moved, noise).innovations) / size
+        moved = with_values(extension, ((name, key),), np.array([value + size]))
+        psi[:, :, j] = (at - problem.filtered(moved, noise).innovations) / size
     return psi
 
 
 def gauss_newton(
-    problem: Problem, extension: Extension, noise: Diffusion, steps: int = 4, *, places: bool = True
+    problem: Problem, extension: Extension, noise: Diffusion, steps: int, *, places: bool = True
 ) -> Fit:
-    """Damped steps until the deviance stops falling; without ``places``, when and where effects act stays."""
+    """Up to ``steps`` damped steps of the effects' parameters at the diffusion ``noise``.
+
+    Without ``places``, the parameters that say when and where an effect acts stay fixed.
+    """
+    own, train = problem.settings.refit, problem.train
     keys = keys_of(extension, places=places)
-    passed = problem.passed(extension, noise)
-    deviance = float(passed.deviance[problem.train].sum())
+    output = problem.filtered(extension, noise)
+    deviance = float(output.deviance[train].sum())
     for _ in range(steps if keys and np.isfinite(deviance) else 0):
-        psi = sensitivities(problem, extension, noise, keys, passed.innovations)
-        move = newton_step(psi[problem.train], passed.innovations[problem.train])
+        psi = sensitivities(problem, extension, noise, keys, output.innovations)
+        step = newton_step(psi[train], output.innovations[train], own)
         values = np.array([extension.effects[name][key] for name, key in keys])
-        for damping in (1.0, 0.4, 0.1):
-            tried = replaced(extension, keys, values + damping * move)
-            new = problem.passed(tried, noise)
-            new_deviance = float(new.deviance[problem.train].sum())
+        for damping in own.dampings:
+            tried = with_values(extension, keys, values + damping * step)
+            new = problem.filtered(tried, noise)
+            new_deviance = float(new.deviance[train].sum())
             if new_deviance < deviance:
                 break
         else:
             break
-        gained, extension, passed, deviance = deviance - new_deviance, tried, new, new_deviance
-        if gained < ENOUGH:
+        gained, extension, output, deviance = deviance - new_deviance, tried, new, new_deviance
+        if gained < own.enough:
             break
     deviance = deviance if np.isfinite(deviance) else np.inf
-    return Fit(problem, extension, noise, deviance, passed.innovations, passed.deviance)
+    return Fit(problem, extension, noise, deviance, output.innovations, output.deviance)
 
 
-def newton_step(psi: F64, e: F64) -> F64:
-    """(ψᵀψ)⁻¹ ψᵀe; directions that the data do not see, or that lead out of all bounds, are left alone."""
+def evaluate(problem: Problem, extension: Extension, noise: Diffusion) -> Fit:
+    """The model as it is, without a step."""
+    return gauss_newton(problem, extension, noise, 0)
+
+
+def fit_model(
+    problem: Problem,
+    extension: Extension,
+    noise: Diffusion | None = None,
+    iterations: int | None = None,
+    steps: int | None = None,
+) -> Fit:
+    """Effects and diffusion at the greatest likelihood, in turns.
+
+    ``noise`` is where the diffusion starts (default: the prior's median), ``iterations`` its budget and
+    ``steps`` that of the effects before the diffusion is fitted again (defaults: the settings').
+    """
+    budget = problem.settings.budget
+    if not extension.effects:
+        return evaluate(problem, extension, fit_diffusion(problem, extension, noise, iterations))
+    if noise is None:
+        noise = fit_diffusion(problem, extension, None, iterations)
+    extension = gauss_newton(problem, extension, noise, steps or budget.steps).extension
+    noise = fit_diffusion(problem, extension, noise, iterations)
+    return gauss_newton(problem, extension, noise, budget.last_steps)
+
+
+def newton_step(psi: F64, e: F64, settings: RefitSettings) -> F64:
+    """(ΨᵀΨ)⁻¹ Ψᵀe (q,); directions that the data do not see, or that lead out of all bounds, stay at 0."""
     psi = np.where(np.isfinite(psi), psi, 0.0)
     flat = psi.reshape(-1, psi.shape[2])
     scale = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
-    solution, *_ = np.linalg.lstsq(flat / scale, clipped(e).ravel(), rcond=1e-6)
+    solution, *_ = np.linalg.lstsq(flat / scale, clipped(e, settings).ravel(), rcond=1e-6)
     return np.asarray(solution / scale)
 
 
-def clipped(e: F64) -> F64:
-    """Whitened innovations, the outliers among them clipped at six times what is usual for this model."""
-    limit = CLIP * max(1.0, float(np.median(np.abs(e))) / NORMAL_MEDIAN)
+def clipped(e: F64, settings: RefitSettings) -> F64:
+    """Whitened innovations, outliers clipped at six times the usual size under this model."""
+    limit = settings.clip_sd * max(1.0, float(np.median(np.abs(e))) / settings.normal_median)
     return np.asarray(np.clip(e, -limit, limit))
-
-
-def inverse_information(psi: F64) -> F64:
-    """(ψᵀψ)⁻¹ (q, q) of (n, 3, q); directions that the data do not see have no variance of their own."""
-    flat = psi.reshape(-1, psi.shape[2])
-    d = np.sqrt(np.maximum(np.einsum("ij,ij->j", flat, flat), 1e-12))
-    return np.asarray(np.linalg.pinv((flat.T @ flat) / np.outer(d, d), rcond=1e-8) / np.outer(d, d))

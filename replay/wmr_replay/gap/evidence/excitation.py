@@ -1,8 +1,7 @@
-"""Whether the drive was lively enough for a verdict.
+"""Excitation gate: do the torques vary enough for a verdict?
 
-Where torques hardly change but to answer the disturbance, a feedback controller makes them depend on it, and
-any effect on the inputs may seem to explain it. So the acceleration that the torques ask for must vary by
-several times the disturbance that remains.
+Under feedback, torques that hardly vary answer the disturbance, and any effect on the inputs may seem to
+explain it. So the acceleration that the torques command must vary by several times the remaining disturbance.
 """
 
 import numpy as np
@@ -13,30 +12,32 @@ from wmr_replay.gap.model.dictionary import form_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 
-LEAST_RATIO, LEAST_OF_THE_OTHER = 3.0, 2.0
 SEEN_ANYWAY = ("heading_misalignment", "yaw_drift")
+"""Effects on the measured yaw, which torques do not act on."""
 
 
-def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
-    """Standard deviation of α Σu over the disturbance's, and of α_yaw Δu over its own."""
-    rows, base = extension.rows(problem.drive)[problem.train], extension.base
+def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
+    """Standard deviation of α Σu over the disturbance's ahead, and of α_yaw Δu over that in yaw."""
+    rows, base = extension.rows(problem.binned)[problem.train], extension.base
     ahead = base.alpha * float(np.std(rows[:, Row.RIGHT] + rows[:, Row.LEFT]))
     turning = base.alpha_yaw * float(np.std(rows[:, Row.RIGHT] - rows[:, Row.LEFT]))
     return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
 
 
 def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
-    """Why the log cannot carry the verdict ``name``; empty where it can. What acts on both channels asks for
-    one in full and for two thirds of the other.
+    """Why the log cannot carry the verdict ``name``; empty where it can.
+
+    An effect on both channels needs one channel in full and two thirds of the other.
     """
     if name in SEEN_ANYWAY:
         return ""
-    ahead, turning = liveliness(problem, extension, noise)
+    own = problem.settings.excitation
+    ahead, turning = excitation_ratios(problem, extension, noise)
     channel = form_of(name).channel
-    asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
-    ratio = asked.get(channel, min(ahead, turning))
-    both = channel not in asked and max(ahead, turning) >= LEAST_RATIO
-    needed = LEAST_OF_THE_OTHER if both else LEAST_RATIO
+    by_channel = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
+    ratio = by_channel.get(channel, min(ahead, turning))
+    both = channel not in by_channel and max(ahead, turning) >= own.least_ratio
+    needed = own.least_other_ratio if both else own.least_ratio
     if ratio >= needed:
         return ""
     what = "longitudinal acceleration" if ratio == ahead else "turning"

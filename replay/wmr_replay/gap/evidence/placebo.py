@@ -1,51 +1,50 @@
-"""Placebo: would the library explain as much of logs in which nothing is missing?
+"""Placebo gate: would the library explain as much of logs in which nothing is missing?
 
-Such logs are the base model's with the disturbance that was fitted: their innovations are those that remain
-with the effect in the model, in blocks of 2 s with random signs (a wild bootstrap, Liu 1988, by blocks), so
-that what colours them stays. To first order the scores of a log are s = Ψᵀe, so no log has to be filtered
-again.
+Such logs are the base model's with the fitted disturbance. Their innovations are those that remain with the
+effect in the model, in blocks of 2 s with random signs, which keeps their colour (the wild bootstrap of Liu,
+1988, by blocks). To first order the scores of a log are s = Ψᵀe, so no log is filtered again.
 """
 
 import numpy as np
 
+from wmr_replay.gap.estimation.covariance import time_blocks
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, clipped, gauss_newton
-from wmr_replay.gap.search.leads import Lead, Normal, projected, score_of
-from wmr_replay.gap.search.scan import Columns, TermColumns
+from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate
+from wmr_replay.gap.scan.library import LibraryColumns
+from wmr_replay.gap.scan.score import NormalEquations, penalised_gain, projected
+from wmr_replay.gap.scan.terms import TermColumns
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 
-DRAWS = 99
-BLOCK_S = 2.0
-
 
 def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 0) -> float:
-    """Share of placebo logs of which the best candidate explains as much as the effect ``name`` explains of
-    the log itself; ``rest`` is the model without it, ``current`` the one with it.
+    """Share of placebo logs of which the best candidate explains as much as ``name`` does of the log.
+
+    ``rest`` is the model without the effect, ``current`` the one with it. The share counts the log itself,
+    (1 + #{best ≥ observed})/(1 + draws), so that its least value is 0.01.
     """
-    kind = TermColumns if name.startswith(UNNAMED_PREFIX) else Columns
-    columns = kind.of(problem.drive, rest.extension)
-    here = gauss_newton(problem, rest.extension, current.noise, 0)
-    passed = problem.passed(rest.extension, current.noise, columns.wanted, keep=True)
-    train = problem.train
-    psi = projected(passed.sensitivities[train], here.psi[train])
+    settings, train = problem.settings, problem.train
+    kind = TermColumns if name.startswith(UNNAMED_PREFIX) else LibraryColumns
+    columns = kind.of(problem.binned, rest.extension)
+    here = evaluate(problem, rest.extension, current.noise)
+    output = problem.filtered(rest.extension, current.noise, columns.targets, keep=True)
+    psi = projected(output.sensitivities[train], here.psi[train])
     G = psi.T @ psi
-    observed = columns.leads(Normal(psi.T @ clipped(passed.innovations[train]).ravel(), G))
-    least = max((score_of(lead) for lead in observed if lead.name == name), default=-np.inf)
-    scores = block_scores(problem, psi, clipped(current.innovations[train]))
-    signs = np.random.default_rng(seed).choice((-1.0, 1.0), (DRAWS, len(scores)))
-    best = [score_of(best_of(columns.leads(Normal(s, G)))) for s in signs @ scores]
-    return float((1 + np.sum(np.array(best) >= least)) / (1 + DRAWS))
-
-
-def best_of(leads: list[Lead]) -> Lead:
-    """The one that promises most."""
-    return max(leads, key=score_of)
+    e = clipped(output.innovations[train], settings.refit)
+    observed = columns.scores(NormalEquations(psi.T @ e.ravel(), G))
+    own = [penalised_gain(one, settings.scan) for one in observed if one.name == name]
+    observed_gain = max(own, default=-np.inf)
+    scores = block_scores(problem, psi, clipped(current.innovations[train], settings.refit))
+    draws = settings.placebo.draws
+    signs = np.random.default_rng(seed).choice((-1.0, 1.0), (draws, len(scores)))
+    placebos = (columns.scores(NormalEquations(s, G)) for s in signs @ scores)
+    best = [max(penalised_gain(one, settings.scan) for one in scored) for scored in placebos]
+    return float((1 + np.sum(np.array(best) >= observed_gain)) / (1 + draws))
 
 
 def block_scores(problem: Problem, psi: F64, e: F64) -> F64:
     """Ψᵀe of each block of 2 s, (blocks, p)."""
-    block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
+    block = time_blocks(problem, problem.settings.placebo.block_s)
     starts = np.flatnonzero(np.diff(block, prepend=-1))
     return np.asarray(
         np.add.reduceat((psi * e.reshape(-1, 1)).reshape(len(block), 3, -1).sum(axis=1), starts)

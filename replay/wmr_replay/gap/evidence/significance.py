@@ -1,26 +1,27 @@
-"""How sure an effect is, and how like the others: block-robust covariance, Wald test, R²."""
+"""Significance gate: block-robust Wald test of an effect's size, and its correlation with other effects."""
 
 import numpy as np
 from scipy.stats import chi2
 from scipy.stats import f as fisher
 
+from wmr_replay.gap.estimation.covariance import inverse_information, robust_covariance
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, inverse_information
+from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.candidates import LOCAL, is_place
-from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.arrays import Bool
 
-BLOCK_S, LEVEL = 2.0, 0.01
-LEAST_MOVED = 0.05
+NO_DISTANCE = ("torque_saturation", "undeclared_skid")
+"""Effects whose parameter is not 0 without the effect, so that its size is no distance from the base."""
 
 
-def sizes_of(fit: Fit, name: str) -> list[int]:
-    """Places of an effect's parameters that say how large it is, and not where."""
+def size_columns(fit: Fit, name: str) -> list[int]:
+    """Columns of an effect's parameters that say how large it is, without those that say when and where."""
     return [j for j, (owner, key) in enumerate(fit.keys) if owner == name and not is_place(name, key)]
 
 
-def likeness(problem: Problem, fit: Fit, name: str) -> float:
-    """Share of the effect's sensitivity that the other effects explain, R²."""
-    own = sizes_of(fit, name)
+def correlation(problem: Problem, fit: Fit, name: str) -> float:
+    """R² in [0, 1]: the share of the effect's sensitivity that the other effects explain."""
+    own = size_columns(fit, name)
     others = [j for j, (n, _) in enumerate(fit.keys) if n != name]
     if not others:
         return 0.0
@@ -32,16 +33,17 @@ def likeness(problem: Problem, fit: Fit, name: str) -> float:
     return max(shares)
 
 
-def robust_p(problem: Problem, fit: Fit, name: str) -> float:
-    """Block-robust Wald test (blocks of 2 s) of the effect's size. Where the size is no distance from the
-    base model, the likelihood ratio stands alone; where the blocks that tell of it are few, the test is the
-    plain one.
+def wald_p(problem: Problem, fit: Fit, name: str) -> float:
+    """P value of the Wald test that the effect's size is 0, robust over blocks of 2 s.
+
+    Returns 0 where the size is no distance from the base model, so that the likelihood ratio decides alone.
+    A local effect is seen in few blocks; its test is the plain one.
     """
-    if name in ("torque_saturation", "undeclared_skid"):
+    if name in NO_DISTANCE:
         return 0.0
-    size = sizes_of(fit, name)
+    size = size_columns(fit, name)
     values = fit.values[size]
-    V, n_blocks = covariance(problem, fit)
+    V, n_blocks = robust_covariance(problem, fit)
     if name in LOCAL:
         V = inverse_information(fit.psi[problem.train])
     wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
@@ -50,22 +52,8 @@ def robust_p(problem: Problem, fit: Fit, name: str) -> float:
     return float(fisher.sf(wald, len(size), n_blocks - len(size)))
 
 
-def covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
-    """Covariance (q, q) of the fitted parameters, robust to what colours the innovations over blocks of 2 s:
-    I⁻¹ (Σ_b s_b s_bᵀ) I⁻¹ with the block scores s_b; its diagonal is never below I⁻¹. And how many blocks.
-    """
-    psi = fit.psi[problem.train]
-    e = np.clip(fit.innovations[problem.train], -6, 6)
-    block = np.unique(problem.drive.t_s[problem.train] // BLOCK_S, return_inverse=True)[1]
-    scores = np.zeros((block.max() + 1, psi.shape[2]))
-    np.add.at(scores, block, np.einsum("ijk,ij->ik", psi, e))
-    inverse = inverse_information(psi)
-    sandwich = inverse @ (scores.T @ scores) @ inverse
-    return np.where(np.eye(len(inverse), dtype=bool), np.maximum(sandwich, inverse), sandwich), len(scores)
-
-
-def touched(problem: Problem, fit: Fit, name: str) -> Bool:
+def rows_that_show(problem: Problem, fit: Fit, name: str) -> Bool:
     """The fitted rows (n,) whose innovations an effect's size moves."""
-    own = sizes_of(fit, name)
-    moved = np.square(fit.psi[:, :, own]).sum(axis=(1, 2))
-    return np.asarray((moved > LEAST_MOVED * moved.mean()) & problem.train)
+    moved = np.square(fit.psi[:, :, size_columns(fit, name)]).sum(axis=(1, 2))
+    least = problem.settings.significance.least_moved * moved.mean()
+    return np.asarray((moved > least) & problem.train)

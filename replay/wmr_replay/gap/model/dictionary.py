@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.signal import savgol_filter
 
-from wmr_replay.gap.estimation.binned_log import Drive
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.inputs import InputEffects
 from wmr_schemas.arrays import F64
@@ -39,7 +39,7 @@ def form_of(name: str) -> EffectForm:
     return EffectForm(name, term.channel, term.formula, {COEFFICIENT: "SI"})
 
 
-def columns_of(drive: Drive) -> dict[str, F64]:
+def columns_of(drive: BinnedLog) -> dict[str, F64]:
     """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s, and efforts."""
     step_s = float(np.median(drive.step_s[1:]))
     moved = savgol_filter(drive.pose, SMOOTHED_BINS, DEGREE, deriv=1, delta=step_s, axis=0)
@@ -55,7 +55,7 @@ def columns_of(drive: Drive) -> dict[str, F64]:
     }
 
 
-def as_efforts(drive: Drive, base: Base) -> Iterator[tuple[Term, F64]]:
+def as_efforts(drive: BinnedLog, base: Base) -> Iterator[tuple[Term, F64]]:
     """Each term with the change (n, 2) of left and right effort that has the effect of a coefficient of 1."""
     columns = columns_of(drive)
     for term in TERMS:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from wmr_replay.gap.estimation.binned_log import Drive
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.dynamics import N_ROW, N_THETA, Base, Row, Theta
 from wmr_replay.gap.model.inputs import InputEffects
@@ -102,7 +102,7 @@ class Extension:
                     found[place] = combined(place, found.get(place), value)
         return InputEffects(**found)
 
-    def rows(self, drive: Drive) -> F64:
+    def rows(self, drive: BinnedLog) -> F64:
         """Input rows (n, 11) of :class:`~wmr_replay.gap.model.dynamics.Row`."""
         rows = np.zeros((len(drive), N_ROW))
         rows[:, Row.DT] = drive.step_s
@@ -134,7 +134,7 @@ TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
 
 
-def weight(name: str, p: Parameters, drive: Drive) -> F64:
+def weight(name: str, p: Parameters, drive: BinnedLog) -> F64:
     """How much of an effect in time or space acts at each row (n,), 0 to 1."""
     if name == "load_step":
         return soft_step((drive.t_s - p["t0_s"]) / LOADING_S)

@@ -1,4 +1,4 @@
-"""What a gap analysis says; ``gap.json`` holds the same fields."""
+"""The result of a gap analysis; ``gap.json`` holds the same fields."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -116,7 +116,7 @@ class GapMetric:
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest size of an effect that would have been seen."""
+    """The smallest size of an effect that the log would have shown."""
 
     value: float
     unit: str
@@ -124,7 +124,7 @@ class Detectable:
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """For pictures: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
+    """For plots: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
     base and with the extended model (windows of 4 s, each from its own fitted start, NaN outside);
     ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, longitudinal
     [m/s²], a lateral velocity [m/s], l·yaw_acc [m/s²]; ``held_out`` (n,) 1 where the row was not fitted.
@@ -143,8 +143,10 @@ class Traces:
 
 @dataclass(frozen=True, eq=False)
 class GapResult:
-    """The whole answer. ``base`` says where the base model came from, ``unnameable`` which effects that rules
-    out, ``notes`` what else a reader should know.
+    """The result of one log.
+
+    ``base`` names the source of the base model, ``unnameable`` the effects that this source rules out;
+    ``notes`` give reasons and remarks.
     """
 
     verdict: Verdict

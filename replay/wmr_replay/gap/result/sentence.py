@@ -4,7 +4,7 @@ from wmr_replay.gap.result.result import FoundEffect, Verdict
 
 
 def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple[str, ...]) -> str:
-    """What a person wants to know first."""
+    """The verdict with the effects and their sizes, or with the notes."""
     said = " and ".join(described(effect) for effect in effects)
     if verdict == "named":
         return f"The model lacks {said}."

@@ -1,4 +1,4 @@
-"""Paths and residuals for pictures."""
+"""Measured and simulated paths, and filtered disturbances, for plots."""
 
 import numpy as np
 
@@ -12,25 +12,26 @@ from wmr_schemas.arrays import F64
 
 
 def traces_of(problem: Problem, base: Fit, fit: Fit) -> Traces:
-    """Measured and simulated paths, and what the filter makes of the difference."""
-    drive = problem.drive
-    windows = windows_of(drive, np.ones(len(drive), bool))
+    """Measured and simulated paths, and the disturbances that the filter sees with either model."""
+    binned = problem.binned
+    windows = windows_of(binned, np.ones(len(binned), bool))
     return Traces(
-        start_ns=drive.start_ns,
-        t_s=drive.t_s,
-        measured=drive.pose,
-        base_path=simulated_path(drive, base.extension, windows, problem.variances),
-        extended_path=simulated_path(drive, fit.extension, windows, problem.variances),
+        start_ns=binned.start_ns,
+        t_s=binned.t_s,
+        measured=binned.pose,
+        base_path=simulated_path(binned, base.extension, windows),
+        extended_path=simulated_path(binned, fit.extension, windows),
         base_residual=residual(problem, base.extension, base),
         extended_residual=residual(problem, fit.extension, base),
         held_out=(~problem.train).astype(np.float64),
-        mode=drive.mode,
+        mode=binned.mode,
     )
 
 
 def residual(problem: Problem, extension: Extension, noise_of: Fit) -> F64:
-    """Filtered disturbances (n, 3): longitudinal [m/s²], lateral velocity [m/s], l·yaw_acc [m/s²], at the
-    base model's diffusion for both, so that they compare.
+    """Filtered disturbances (n, 3): longitudinal [m/s²], lateral velocity [m/s], l·yaw_acc [m/s²].
+
+    Both models are filtered at the diffusion of ``noise_of``, so that they compare.
     """
-    states = problem.passed(extension, noise_of.noise, keep=True).states
+    states = problem.filtered(extension, noise_of.noise, keep=True).states
     return states[:, [D_LONG, V_LAT, D_YAW]]

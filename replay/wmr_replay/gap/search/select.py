@@ -1,196 +1,127 @@
-"""Which effects are missing: one after the other while they are significant, then each proven in its turn."""
+"""Which effects are missing: forward selection by significance, then the gates for each."""
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from wmr_replay.gap.estimation.problem import Problem, calmed
-from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import too_calm_for
-from wmr_replay.gap.evidence.holdout import moved_by, prove
-from wmr_replay.gap.evidence.placebo import placebo_p
-from wmr_replay.gap.evidence.significance import LEVEL, likeness, touched
+from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.attempts import Tried, attempts, cost_of, fine_costs, fitted
-from wmr_replay.gap.search.relabel import like_slipping
+from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
 
-LIKE, LIKE_SHARE, AKIN_SHARE = 0.25, 0.15, 0.5
-AKIN = ({"actuator_lag", "input_delay"},)
-"""Forms of one thing: most real lags lie between a lag of one pole and a delay."""
-MARGIN, MARGIN_UNSURE = 10.0, 30.0
-"""What an effect must explain beside others; more where a wrong label would explain as much."""
-RIVAL = 100.0
-SOMETHING_LEFT = 2.0
+CONFOUNDED_FORMS = ({"actuator_lag", "input_delay"},)
+"""Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """Effects found, in order, with every stage's attempts."""
+    """The effects found, in order, and the fitted candidates of every stage.
+
+    ``base`` is the base model's fit, ``fit`` that of the extended model; ``refused`` says why the log cannot
+    carry the verdict.
+    """
 
     base: Fit
     fit: Fit
-    found: tuple[Tried, ...]
-    stages: tuple[tuple[Tried, ...], ...]
+    found: tuple[FittedCandidate, ...]
+    stages: tuple[tuple[FittedCandidate, ...], ...]
     refused: str = ""
 
 
 def select(problem: Problem, extension: Extension, options: GapOptions) -> Selection:
-    """Forward, one effect at a time, by significance; then each must be needed and proven beside the others,
-    and the drive lively enough for it.
-    """
-    return established(problem, forward(problem, extension, options), options)
+    """:func:`forward_selection`, then :func:`confirm`."""
+    return confirm(problem, forward_selection(problem, extension, options), options)
 
 
-def forward(problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True) -> Selection:
-    """What is significant, one effect after the other; with ``terms`` also what only the dictionary
-    describes.
+def forward_selection(
+    problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True
+) -> Selection:
+    """One effect after the other while the best candidate is significant.
+
+    With ``terms``, terms of the dictionary are tried where no effect of the library is significant.
     """
-    base = current = fitted(problem, extension, None, 8)
-    found: list[Tried] = []
-    stages: list[tuple[Tried, ...]] = []
+    base = current = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
+    found: list[FittedCandidate] = []
+    stages: list[tuple[FittedCandidate, ...]] = []
     for _ in range(options.max_effects):
-        tried = best_of(problem, base, current, found, terms=terms)
-        stages.append(tried)
-        if not tried or tried[0].failed:
+        stage = next_stage(problem, base, current, found, terms=terms)
+        stages.append(stage)
+        if not stage or stage[0].failed:
             break
-        others = tuple((a.lead.name, max(tried[0].score - a.score, 0.0)) for a in tried[1:] if a.score > 0)
-        found.append(replace(tried[0], alternatives=others))
-        current = tried[0].fit
+        best = stage[0]
+        others = tuple((a.name, max(best.score - a.score, 0.0)) for a in stage[1:] if a.score > 0)
+        found.append(replace(best, alternatives=others))
+        current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
 
 
-def established(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
-    """What of it passes the other gates."""
+def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
+    """Keep the effects that pass the needed-ness, hold-out, placebo, tolerance and excitation gates."""
     base, stages = selection.base, selection.stages
-    current, found = exchanged(problem, selection.fit, list(selection.found), stages)
-    current, found = proven(problem, base, current, found, options)
-    refused = next(filter(None, (calm_about(problem, current, f) for f in found)), "")
+    current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
+    current, found = eliminate(problem, base, current, found, options)
+    reasons = (too_calm_for(f.name, problem, current.extension, current.noise) for f in found)
+    refused = next(filter(None, reasons), "")
     if refused:
         return Selection(base, base, (), stages, refused)
     return Selection(base, current, tuple(found), stages)
 
 
-def best_of(
-    problem: Problem, base: Fit, current: Fit, found: list[Tried], *, terms: bool
-) -> tuple[Tried, ...]:
-    """The library's attempts, the first judged; the dictionary's where none of those is significant and a
-    disturbance is left that something may explain.
+def next_stage(
+    problem: Problem, base: Fit, current: Fit, found: list[FittedCandidate], *, terms: bool
+) -> tuple[FittedCandidate, ...]:
+    """The library's candidates for the next effect, the first one tested.
+
+    The dictionary's terms take their place where none of the library is significant, a disturbance is left
+    that something may explain, and a term passes.
     """
-    tried = judged(problem, base, current, attempts(problem, current, terms=False), found)
-    significant = tried and tried[0].p_value <= LEVEL and tried[0].score > 0
-    if terms and not significant and calmed(current.noise, SOMETHING_LEFT) is not None:
-        others = judged(problem, base, current, attempts(problem, current, terms=True), found)
+    settings = problem.settings
+    stage = first_tested(problem, base, current, fit_candidates(problem, current, terms=False), found)
+    significant = stage and stage[0].p_value <= settings.significance.level and stage[0].score > 0
+    left = calmed(current.noise, settings.diffusion, settings.selection.something_left)
+    if terms and not significant and left is not None:
+        others = first_tested(problem, base, current, fit_candidates(problem, current, terms=True), found)
         if others and not others[0].failed:
             return others
-    return tried
+    return stage
 
 
-def judged(
-    problem: Problem, base: Fit, current: Fit, tried: tuple[Tried, ...], found: list[Tried]
-) -> tuple[Tried, ...]:
-    """The first attempt past the gates that need no proof, or with the name of the one that it fails."""
-    if not tried:
+def first_tested(
+    problem: Problem,
+    base: Fit,
+    current: Fit,
+    stage: tuple[FittedCandidate, ...],
+    found: list[FittedCandidate],
+) -> tuple[FittedCandidate, ...]:
+    """The stage with the significance and remainder gates applied to its first candidate."""
+    if not stage:
         return ()
-    first = tried[0]
-    if first.p_value > LEVEL or first.score <= 0:
-        return (replace(first, failed="not significant"), *tried[1:])
-    first = replace(first, likeness=likeness(problem, first.fit, first.lead.name))
+    first = stage[0]
+    if first.p_value > problem.settings.significance.level or first.score <= 0:
+        return (replace(first, failed="not significant"), *stage[1:])
+    first = replace(first, correlation=correlation(problem, first.fit, first.name))
     if found and first.gain < remainder(problem, base, current, first, found):
         first = replace(first, failed="a remainder of what is found already")
-    return (first, *tried[1:])
+    return (first, *stage[1:])
 
 
-def remainder(problem: Problem, base: Fit, current: Fit, tried: Tried, found: list[Tried]) -> float:
-    """What the wrong form of the effects found may leave for one that is like them: a share of their gain.
-    What acts in a time or place is held against their gain there.
+def remainder(
+    problem: Problem, base: Fit, current: Fit, candidate: FittedCandidate, found: list[FittedCandidate]
+) -> float:
+    """What the wrong form of the effects found may leave for a correlated candidate, in units of deviance.
+
+    A share of their largest gain. A local candidate is held against their gain in its time or place.
     """
-    name = tried.lead.name
+    own, name = problem.settings.selection, candidate.name
     if name in LOCAL:
-        rows = touched(problem, tried.fit, name)
-        return LIKE_SHARE * float((base.row_deviance - current.row_deviance)[rows].sum())
-    if tried.likeness <= LIKE:
+        rows = rows_that_show(problem, candidate.fit, name)
+        return own.remainder_share * float((base.row_deviance - current.row_deviance)[rows].sum())
+    if candidate.correlation <= own.correlated:
         return 0.0
-    akin = [f.gain for f in found if {f.lead.name, name} in AKIN]
-    return max(LIKE_SHARE * max(f.gain for f in found), AKIN_SHARE * max(akin, default=0.0))
-
-
-def exchanged(
-    problem: Problem, current: Fit, found: list[Tried], stages: tuple[tuple[Tried, ...], ...]
-) -> tuple[Fit, list[Tried]]:
-    """Where an effect was found while others were still missing, its rivals are tried in its place beside
-    them.
-    """
-    for i, tried in enumerate(found[:-1]):
-        names = [f.lead.name for f in found]
-        rivals = [a for a in stages[i][1:3] if tried.score - a.score < RIVAL and a.lead.name not in names]
-        others = []
-        for rival in rivals:
-            name = rival.lead.name
-            rest = current.extension.without(tried.lead.name)
-            fit = fitted(problem, rest.with_effect(name, rival.fit.extension.effects[name]), current.noise, 3)
-            others.append(replace(rival, fit=fit))
-        if others:
-            here = [replace(tried, fit=current), *others]
-            costs = fine_costs(problem, here)
-            best = int(np.argmin(costs))
-            deltas = [
-                (a.lead.name, c - costs[best])
-                for a, c in zip(here, costs, strict=True)
-                if a is not here[best]
-            ]
-            p_value = max(tried.p_value, here[best].p_value)
-            found[i] = replace(
-                here[best], alternatives=tuple(deltas), p_value=p_value, likeness=tried.likeness
-            )
-            current = here[best].fit
-    return current, found
-
-
-def proven(
-    problem: Problem, base: Fit, current: Fit, found: list[Tried], options: GapOptions
-) -> tuple[Fit, list[Tried]]:
-    """The effects that are needed and proven beside the others; one that is not goes, the weakest first, and
-    the rest is asked again.
-    """
-    while found:
-        asked = [needed(problem, base, current, f, options) for f in found]
-        failed = [f for f in asked if f.failed]
-        if not failed:
-            return current, asked
-        weakest = min(failed, key=lambda f: f.gain)
-        found = [f for f in found if f.lead.name != weakest.lead.name]
-        current = without(problem, base, current, weakest.lead.name)
-    return base, []
-
-
-def needed(problem: Problem, base: Fit, current: Fit, tried: Tried, options: GapOptions) -> Tried:
-    """One of the effects of ``current`` held against the same model without it."""
-    rest = without(problem, base, current, tried.lead.name)
-    gain = rest.deviance - current.deviance
-    tried = replace(tried, gain=gain)
-    unsure = problem.drive.identified and tried.lead.name in LOCAL
-    margin = 0.0 if len(current.extension.effects) == 1 else MARGIN_UNSURE if unsure else MARGIN
-    if gain < cost_of(problem, tried.lead, current) + margin:
-        return replace(tried, failed="needless beside the others")
-    if like_slipping(problem, current, tried.lead.name):
-        return replace(tried, failed="no other than the model's own slipping")
-    proof = prove(problem, rest, current)
-    if not proof.holds:
-        return replace(tried, proof=proof, failed="not proven on held-out windows")
-    if placebo_p(problem, rest, current, tried.lead.name, options.seed) > LEVEL:
-        return replace(tried, proof=proof, failed="no more than what logs with nothing missing would show")
-    small = moved_by(problem, rest, current, options.tolerance_s) < options.tolerance_m
-    return replace(tried, proof=proof, failed="moves the path by less than the tolerance" if small else "")
-
-
-def without(problem: Problem, base: Fit, current: Fit, name: str) -> Fit:
-    """The model fitted anew with one effect fewer."""
-    rest = current.extension.without(name)
-    return fitted(problem, rest, base.noise, 6) if rest.effects else base
-
-
-def calm_about(problem: Problem, fit: Fit, found: Tried) -> str:
-    """Why the drive is too calm for an effect that was found, once all are in the model; else empty."""
-    return too_calm_for(found.lead.name, problem, fit.extension, fit.noise)
+    confounded = [f.gain for f in found if {f.name, name} in CONFOUNDED_FORMS]
+    by_form = own.confounded_share * max(confounded, default=0.0)
+    return max(own.remainder_share * max(f.gain for f in found), by_form)

@@ -1,0 +1,126 @@
+"""The disturbances' diffusion at the greatest likelihood, with a wide prior.
+
+Fisher's scoring on the logarithms of the five parameters: with slopes of the innovations e and of their log
+variances by differences, the gradient of the deviance is exact, and ½ Σ (∂log s)² + Σ (∂e)² is its expected
+curvature. Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225.
+"""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.filter import Diffusion, FilterOutput
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings.filter import DiffusionSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.model_file import NoiseModel
+
+N_FREE = 5
+
+
+def diffusion_of(logs: F64, settings: DiffusionSettings) -> Diffusion:
+    """From logarithms (5,) of sd and time ahead, sd and time in yaw, and the lateral sd."""
+    a, b, c, d, e = np.exp(np.clip(logs, *settings.bounds_log))
+    return Diffusion(float(a), float(b), float(c), float(d), float(e), settings.lateral_tau_s)
+
+
+def logs_of(noise: Diffusion) -> F64:
+    """The inverse of :func:`diffusion_of`."""
+    return np.asarray(np.log(noise[:N_FREE]))
+
+
+def noise_model(binned: BinnedLog, noise: Diffusion) -> NoiseModel:
+    """Pose noise and disturbances as a model file holds them; the one ahead acts sideways too."""
+    long, yaw = noise.densities_mps2_rthz
+    return NoiseModel(float(binned.noise_sd[0]), float(binned.noise_sd[2]), long, long, yaw)
+
+
+def fit_diffusion(
+    problem: Problem, extension: Extension, start: Diffusion | None = None, iterations: int | None = None
+) -> Diffusion:
+    """The diffusion of the greatest penalised likelihood on the fitted rows.
+
+    Starts where the likelihood is best of ``start``, the same with calmer disturbances on either channel, and
+    a calm one; without ``start``, at the prior's median. Takes up to ``iterations`` (default: the settings').
+    """
+    train, own = problem.train, problem.settings.diffusion
+    iterations = iterations or problem.settings.budget.diffusion
+
+    def evaluated(logs: F64) -> tuple[FilterOutput, float]:
+        output = problem.filtered(extension, diffusion_of(logs, own))
+        penalty = np.sum(((logs - own.start_log) / own.prior_sd) ** 2)
+        return output, float(output.deviance[train].sum() + penalty)
+
+    starts = ((x, evaluated(x)) for x in starting_points(start, own))
+    logs, (at, cost) = min(starts, key=lambda pair: pair[1][1])
+    damping = own.first_damping
+    for _ in range(iterations):
+        gradient, curvature = slopes_of(problem, extension, logs, at)
+        gradient += 2 * (logs - own.start_log) / own.prior_sd**2
+        curvature += np.eye(len(logs)) / own.prior_sd**2
+        step = -np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), gradient / 2)
+        tried = np.clip(logs + np.clip(step, -own.longest_step, own.longest_step), *own.bounds_log)
+        new, new_cost = evaluated(tried)
+        if new_cost >= cost:
+            damping *= own.damping_up
+            if damping > own.most_damping:
+                break
+            continue
+        gained, logs, at, cost, damping = cost - new_cost, tried, new, new_cost, damping / own.damping_down
+        if gained < own.enough:
+            break
+    return diffusion_of(logs, own)
+
+
+def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutput) -> tuple[F64, F64]:
+    """Gradient (5,) and half the expected curvature (5, 5) of the deviance in the logarithms."""
+    train, k, own = problem.train, len(logs), problem.settings.diffusion
+    gradient, spread = np.zeros(k), np.zeros((int(train.sum()) * 3, k))
+    errors = np.zeros_like(spread)
+    _, most = own.bounds_log
+    for j in range(k):
+        moved = logs.copy()
+        moved[j] += own.difference if logs[j] + own.difference <= most[j] else -own.difference
+        size = moved[j] - logs[j]
+        new = problem.filtered(extension, diffusion_of(moved, own))
+        gradient[j] = (new.deviance - at.deviance)[train].sum() / size
+        spread[:, j] = ((new.log_variances - at.log_variances)[train] / size).ravel()
+        errors[:, j] = ((new.innovations - at.innovations)[train] / size).ravel()
+    return gradient, np.asarray(0.5 * spread.T @ spread + errors.T @ errors)
+
+
+def starting_points(start: Diffusion | None, settings: DiffusionSettings) -> list[F64]:
+    """Logarithms (5,) at which a search for the diffusion may start."""
+    if start is None:
+        return [settings.start_log]
+    logs = logs_of(start)
+    calm = np.minimum(logs, settings.calm_log)
+    calm_ahead = np.concatenate([calm[:2], logs[2:]])
+    calm_in_yaw = np.concatenate([logs[:2], calm[2:4], logs[4:]])
+    return [logs, calm_ahead, calm_in_yaw, calm]
+
+
+def calmed(noise: Diffusion, settings: DiffusionSettings, large: float | None = None) -> Diffusion | None:
+    """The diffusion with large or slow disturbances replaced by calm ones; None where none is large.
+
+    Large is a density at low frequency, s² τ, of ``large`` times the calm one's (default: the settings').
+    """
+    large = large or settings.large
+    long_sd, long_tau, yaw_sd, yaw_tau, _ = np.exp(settings.calm_log)
+    long = noise.long_sd_mps2**2 * noise.long_tau_s > large * long_sd**2 * long_tau
+    yaw = noise.yaw_sd_mps2**2 * noise.yaw_tau_s > large * yaw_sd**2 * yaw_tau
+    if long:
+        noise = noise._replace(long_sd_mps2=float(long_sd), long_tau_s=float(long_tau))
+    if yaw:
+        noise = noise._replace(yaw_sd_mps2=float(yaw_sd), yaw_tau_s=float(yaw_tau))
+    return noise if long or yaw else None
+
+
+def calm_or_same(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
+    """:func:`calmed`, or ``noise`` itself where it is calm already."""
+    return calmed(noise, settings) or noise
+
+
+def with_calm_lateral(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
+    """The diffusion with a calm lateral velocity."""
+    return noise._replace(lat_sd_mps=float(np.exp(settings.calm_log[-1])))

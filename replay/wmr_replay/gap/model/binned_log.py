@@ -1,0 +1,157 @@
+"""A log as the model reads it: poses averaged over short bins, and efforts as they act between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.differentiate.noise import robust_sigma
+from wmr_replay.gap.model.inputs import TorqueHistory
+from wmr_replay.gap.settings import GateSettings
+from wmr_replay.gap.settings.log import BinSettings
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
+from wmr_schemas.errors import InvalidSignal
+from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack
+
+VOTES_PER_STEP = 4
+
+
+@dataclass(frozen=True, eq=False)
+class BinnedLog:
+    """A log in bins of at most ``bin_s``.
+
+    Mean stamp ``t_s`` (n,) from the first pose; mean pose (n, 3) x, y [m], yaw [rad] unwrapped; poses per bin
+    ``count`` (n,); contact mode (n,) over the step that ends at the bin, as float(ContactMode); the torques.
+    ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone. Changes of the
+    mode are known to ``margin`` bins. ``settings`` are those of the analysis that the bins are made for.
+    """
+
+    start_ns: int
+    t_s: F64
+    pose: F64
+    count: F64
+    mode: F64
+    torque: TorqueHistory
+    noise_sd: F64
+    log: Log
+    track: ModeTrack | None
+    margin: int
+    settings: GateSettings
+
+    def __len__(self) -> int:
+        return len(self.t_s)
+
+    @property
+    def identified(self) -> bool:
+        """Whether the modes come from an identifier, which knows their changes less well than a label."""
+        return self.margin > 1
+
+    @property
+    def step_s(self) -> F64:
+        """Length of each step (n,), the first one 0."""
+        return np.diff(self.t_s, prepend=self.t_s[:1])
+
+    @property
+    def skids(self) -> Bool:
+        """Steps (n,) that skid, slipping or not."""
+        return np.isin(self.mode, (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING))
+
+    @property
+    def slips(self) -> Bool:
+        """Steps (n,) that slip, skidding or not."""
+        return np.isin(self.mode, (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING))
+
+    def unsure(self, skids: Bool) -> F64:
+        """1 at the bins (n,) next to a change into or out of skidding, ``skids`` (n,); 0 elsewhere."""
+        changed = np.flatnonzero(np.diff(skids))
+        near = (changed[:, None] + 1 + np.arange(-self.margin, self.margin + 1)).ravel()
+        flags = np.zeros(len(self))
+        flags[np.clip(near, 0, len(self) - 1)] = 1.0
+        return flags
+
+    @property
+    def variances(self) -> F64:
+        """Measurement variance of each bin's mean pose (n, 3)."""
+        return self.noise_sd**2 / self.count[:, None]
+
+    def finer(self) -> "BinnedLog":
+        """The same log in bins of half the length."""
+        bin_s = self.settings.bins.bin_s
+        return bin_log(self.log, self.settings, self.track, bin_s / 2, margin_s=self.margin * bin_s)
+
+    def relabelled(self, track: ModeTrack) -> "BinnedLog":
+        """The same bins with other contact modes, known as well as these."""
+        return bin_log(self.log, self.settings, track, margin_s=self.margin * self.settings.bins.bin_s)
+
+
+def bin_log(
+    log: Log,
+    settings: GateSettings,
+    mode: ModeTrack | None = None,
+    bin_s: float | None = None,
+    *,
+    margin_s: float | None = None,
+) -> BinnedLog:
+    """``log`` in bins of ``bin_s`` (default: the settings').
+
+    ``mode`` None means ideal rolling throughout. Its changes are known to ``margin_s`` (default: one bin of
+    the settings). Raises InvalidSignal without torques and where the log is too short.
+    """
+    if log.torque is None:
+        raise InvalidSignal("torque", "the log has none: nothing to simulate the robot with")
+    bins = settings.bins
+    bin_s, margin_s = bin_s or bins.bin_s, margin_s or bins.bin_s
+    pose, start_ns = log.pose, int(log.pose.t_ns[0])
+    t_s = (pose.t_ns - start_ns) / NS_PER_S
+    measured = np.stack([pose.x_m, pose.y_m, np.unwrap(pose.yaw_rad)], axis=1)
+    starts = bin_starts(t_s, bin_s)
+    if len(starts) < bins.least_rows:
+        raise InvalidSignal("pose", f"{len(starts)} bins of {bins.bin_s} s; {bins.least_rows} are needed")
+    count = np.diff(np.append(starts, len(t_s))).astype(np.float64)
+    means = np.add.reduceat(np.column_stack([t_s, measured]), starts, axis=0) / count[:, None]
+    return BinnedLog(
+        start_ns=start_ns,
+        t_s=np.ascontiguousarray(means[:, 0]),
+        pose=np.ascontiguousarray(means[:, 1:]),
+        count=count,
+        mode=mode_at(mode, means[:, 0], start_ns, bin_s, bins.label_s),
+        torque=TorqueHistory.of(log.torque, start_ns),
+        noise_sd=noise_of(pose, measured, bins),
+        log=log,
+        track=mode,
+        margin=round(margin_s / bin_s),
+        settings=settings,
+    )
+
+
+def bin_starts(t_s: F64, bin_s: float) -> I64:
+    """First pose of each bin."""
+    return np.flatnonzero(np.diff(np.floor(t_s / bin_s + 1e-6), prepend=-1.0) > 0).astype(np.int64)
+
+
+def noise_of(pose: PoseTrack, measured: F64, bins: BinSettings) -> F64:
+    """Standard deviation (3,) of one pose: x and y share theirs; never below what a file resolves."""
+    x, y, yaw = (robust_sigma(pose.t_ns, measured[:, k]) for k in range(3))
+    position = max(float(np.sqrt((x**2 + y**2) / 2)), bins.least_position_sd_m)
+    return np.array([position, position, max(yaw, bins.least_yaw_sd_rad)])
+
+
+def mode_at(track: ModeTrack | None, t_s: F64, start_ns: int, bin_s: float, label_s: float) -> F64:
+    """The mode (n,) of most of each step, by a majority vote over ``label_s``; ideal without a track."""
+    if track is None:
+        return np.full(len(t_s), float(ContactMode.IDEAL))
+    stamps = (track.t_ns - start_ns) / NS_PER_S
+    edges = np.concatenate([[t_s[0] - bin_s], t_s])
+    fine = np.linspace(edges[:-1], edges[1:], VOTES_PER_STEP + 1)[1:]
+    held = held_modes(stamps, track.mode, fine.ravel()).reshape(fine.shape)
+    votes = np.stack([(held == m).sum(axis=0) for m in MODES]).astype(np.float64)
+    width = 2 * round(label_s / bin_s / 2) + 1
+    smooth = np.stack(
+        [np.convolve(np.pad(v, width // 2, mode="edge"), np.ones(width), "valid") for v in votes]
+    )
+    return np.asarray(smooth.argmax(axis=0), np.float64)
+
+
+def held_modes(stamps: F64, modes: I8, at: F64) -> I8:
+    """The mode that holds at each time; before the first, the first."""
+    return np.asarray(modes[np.maximum(np.searchsorted(stamps, at, side="right") - 1, 0)])

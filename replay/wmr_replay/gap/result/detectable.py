@@ -1,0 +1,41 @@
+"""The smallest size of each effect that the log would have shown."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import norm
+
+from wmr_replay.gap.evidence.significance import NO_DISTANCE
+from wmr_replay.gap.model.candidates import BY_NAME
+from wmr_replay.gap.result.result import Detectable
+from wmr_replay.gap.scan.scan import LibraryScan
+from wmr_replay.gap.settings.result import DetectableSettings
+from wmr_schemas.effects import EFFECTS
+
+
+def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Mapping[str, Detectable]:
+    """Size at which a test at 1 %, corrected for everything scanned, finds an effect in nine logs of ten.
+
+    (z₁ + z₂)/√(ΨᵀΨ), with the other effects of the model projected out; for an effect on a grid, by the point
+    that is seen best. Effects whose size is no distance from the base model are left out.
+    """
+    n_tried = sum(one.n_tried for one in scanned.scored)
+    z = float(norm.isf(settings.level / n_tried / 2) + norm.isf(1 - settings.power))
+    found = {}
+    for name, (value, information) in scanned.unit_information.items():
+        if name in NO_DISTANCE:
+            continue
+        units = EFFECTS[name].parameters
+        if information > 0:
+            key = next(iter(BY_NAME[name].free))
+            found[name] = Detectable(abs(value) * z / float(np.sqrt(information)), units[key])
+    return found
+
+
+def unseen(detectable: Mapping[str, Detectable], settings: DetectableSettings) -> tuple[str, ...]:
+    """Effects of a relevant size that the log would not have shown."""
+    return tuple(
+        name
+        for name, size in settings.relevant_sizes
+        if name not in detectable or detectable[name].value > size
+    )

@@ -1,0 +1,122 @@
+"""The effects of a selection with intervals, confounds and alternatives, and the extended model."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from wmr_replay.gap.estimation.covariance import robust_covariance
+from wmr_replay.gap.estimation.diffusion import noise_model
+from wmr_replay.gap.estimation.filter import Diffusion
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.model.base import BaseModel
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.candidates import is_place
+from wmr_replay.gap.model.confounds import confound_class, separate_with
+from wmr_replay.gap.model.dictionary import form_of
+from wmr_replay.gap.model.extension import WEIGHTS, combined
+from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.settings.result import ReportSettings
+from wmr_schemas.model_file import Effect, Model
+
+
+def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[FoundEffect, ...]:
+    """The effects with 95 % intervals by Student's t over blocks, confound classes and alternatives."""
+    if not selection.found:
+        return ()
+    fit, own = selection.fit, problem.settings.report
+    V, n_blocks = robust_covariance(problem, fit)
+    V = V + np.diag([place_variance(name, key, own) for name, key in fit.keys])
+    width = student.isf(own.interval_tail, max(n_blocks - len(V), own.least_blocks)) * np.sqrt(np.diag(V))
+    names = tuple(effect.name for effect in selection.found)
+    estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
+    for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
+        ci95 = interval(problem.binned, name, key, value, w)
+        estimates[name][key] = Estimate(float(value), ci95, form_of(name).parameters[key])
+    identified = modes == "identified"
+    return tuple(
+        reported(
+            effect, estimates[effect.name], confound_class(names, effect.name, identified=identified), own
+        )
+        for effect in selection.found
+    )
+
+
+def reported(
+    effect: FittedCandidate,
+    parameters: dict[str, Estimate],
+    confounds: tuple[str, ...],
+    settings: ReportSettings,
+) -> FoundEffect:
+    """One effect as the result holds it."""
+    form = form_of(effect.name)
+    alternatives = tuple(Alternative(other, delta) for other, delta in effect.alternatives)
+    close = tuple(a.name for a in alternatives if a.delta_bic < settings.ambiguous_bic)
+    return FoundEffect(
+        name=effect.name,
+        channel=form.channel,
+        formula=form.formula,
+        parameters=parameters,
+        confound_class=confounds,
+        alternatives=alternatives,
+        p_value=effect.p_value,
+        separate_with=separate_with(effect.name, close),
+    )
+
+
+def interval(binned: BinnedLog, name: str, key: str, value: float, width: float) -> tuple[float, float]:
+    """The interval value ± width; times and places are clipped to the log and its path."""
+    low, high = float(value - width), float(value + width)
+    if not is_place(name, key):
+        return low, high
+    x_m, y_m = binned.pose[:, 0], binned.pose[:, 1]
+    across_m = float(np.hypot(np.ptp(x_m), np.ptp(y_m)))
+    spans = {"x_m": (x_m.min(), x_m.max()), "y_m": (y_m.min(), y_m.max()), "radius_m": (0.0, across_m)}
+    first, last = spans.get(key, (binned.t_s[0], binned.t_s[-1]))
+    return max(low, min(float(first), float(value))), min(high, max(float(last), float(value)))
+
+
+def place_variance(name: str, key: str, settings: ReportSettings) -> float:
+    """Variance that the unknown form of an edge adds to a time [s²] or a place [m²]."""
+    if not is_place(name, key):
+        return 0.0
+    return (settings.edge_sd_s if key.endswith("_s") else settings.edge_sd_m) ** 2
+
+
+def extended_model(
+    model: BaseModel, effects: tuple[FoundEffect, ...], noise: Diffusion, binned: BinnedLog
+) -> Model:
+    """The base model with the effects found, as a file holds it."""
+    in_sd = binned.settings.report.interval_in_sd
+    new = tuple(
+        Effect(
+            e.name,
+            {key: p.value for key, p in e.parameters.items()},
+            {key: (p.ci95[1] - p.ci95[0]) / in_sd for key, p in e.parameters.items()},
+        )
+        for e in effects
+    )
+    return Model(
+        robot=model.robot, noise=noise_model(binned, noise), effects=merged_effects(model.effects, new)
+    )
+
+
+def merged_effects(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The effects of both models.
+
+    Of two lasting effects of one name, the parameters add up as they do in the filter; a new stiffness of an
+    undeclared skid replaces the old one. Effects in a time or place stay separate.
+    """
+    found, others = {effect.name: effect for effect in base}, []
+    for effect in new:
+        old = found.get(effect.name)
+        if old is not None and effect.name in WEIGHTS:
+            others.append(effect)
+        elif old is None or effect.name == "undeclared_skid":
+            found[effect.name] = effect
+        else:
+            sums = {key: combined(key, old.parameters.get(key), v) for key, v in effect.parameters.items()}
+            found[effect.name] = replace(effect, parameters=sums)
+    return (*found.values(), *others)

@@ -1,0 +1,1 @@
+"""One filter pass scores every candidate effect: sensitivities, normal equations, ranked candidates."""

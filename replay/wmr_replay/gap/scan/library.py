@@ -1,0 +1,142 @@
+"""The library's candidates as sensitivity columns, and their scores."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.gap.estimation.sensitivity import SensitivityTargets
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.model.dynamics import Row
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.local_effects import Patches, local_candidates, time_cells
+from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
+from wmr_schemas.arrays import F64, I64
+
+GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
+CLIPPED = ("payload", "yaw_inertia", "drive_gain", "cornering_stiffness")
+"""Candidates whose linear size is clipped to its bounds; others of an unphysical sign gain nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class LibraryColumns:
+    """The columns: θ of the ``linear`` candidates, ``changes`` of the efforts, losses in cells of time.
+
+    A change is (candidate, value, efforts (n, 2)): per unit of its parameter (value None), or at a value of
+    its grid.
+    """
+
+    binned: BinnedLog
+    extension: Extension
+    linear: tuple[Candidate, ...]
+    changes: tuple[tuple[Candidate, float | None, F64], ...]
+    cells: I64
+    n_cells: int
+    patches: Patches
+
+    @classmethod
+    def of(cls, binned: BinnedLog, extension: Extension) -> "LibraryColumns":
+        """Those of every candidate that the model does not hold yet."""
+        linear = tuple(c for c in LIBRARY if c.places and c.name not in extension.effects)
+        changes = tuple(effort_changes(extension, binned, extension.rows(binned)))
+        cells, n_cells = time_cells(binned)
+        return cls(binned, extension, linear, changes, cells, n_cells, Patches.of(binned, cells, n_cells))
+
+    @property
+    def targets(self) -> SensitivityTargets:
+        """The columns as the filter takes them."""
+        places = np.array([place for c in self.linear for place in c.places], np.int64)
+        efforts = np.stack([change for _, _, change in self.changes])
+        return SensitivityTargets(places, efforts, self.cells, self.n_cells)
+
+    def scores(self, normal: NormalEquations) -> list[ScoredCandidate]:
+        """Every candidate at its best, the largest gain first."""
+        scored = [linear_score(normal, c, js, self.extension.wheel_radius_m) for c, js in self.groups()]
+        first = sum(len(c.places) for c in self.linear)
+        best: dict[str, ScoredCandidate] = {}
+        for j, (candidate, value, _) in enumerate(self.changes, first):
+            one = effort_score(normal, candidate, value, j)
+            if candidate.name not in best or one.gain > best[candidate.name].gain:
+                best[candidate.name] = one
+        scored += best.values()
+        after = first + len(self.changes)
+        scored += local_candidates(normal, self.binned, self.patches, after, self.extension.effects)
+        return sorted(scored, key=lambda one: -one.gain)
+
+    def groups(self) -> Iterator[tuple[Candidate, list[int]]]:
+        """The columns of each linear candidate."""
+        column = 0
+        for candidate in self.linear:
+            k = len(candidate.places)
+            yield candidate, list(range(column, column + k))
+            column += k
+
+    def information(self, normal: NormalEquations) -> dict[str, tuple[float, float]]:
+        """By effect, the value at which its best seen column stands, and the column's ΨᵀΨ."""
+        diagonal = np.diag(normal.G)
+        seen = {c.name: (1.0, float(diagonal[js].min())) for c, js in self.groups()}
+        first = sum(len(c.places) for c in self.linear)
+        for j, (candidate, value, _) in enumerate(self.changes, first):
+            this = (1.0 if value is None else value, float(diagonal[j]))
+            if candidate.name not in seen or size_per_information(this) < size_per_information(
+                seen[candidate.name]
+            ):
+                seen[candidate.name] = this
+        return seen
+
+
+def size_per_information(seen: tuple[float, float]) -> float:
+    """|value|/√information: the smaller, the better an effect is seen."""
+    return abs(seen[0]) / float(np.sqrt(max(seen[1], 1e-30)))
+
+
+def effort_changes(
+    extension: Extension, binned: BinnedLog, rows: F64
+) -> Iterator[tuple[Candidate, float | None, F64]]:
+    """Changes (n, 2) of left and right effort: per unit of a parameter (value None), or at a grid's value."""
+    left, right = rows[:, Row.LEFT], rows[:, Row.RIGHT]
+    largest = float(np.max(np.abs(binned.torque.efforts_nm)))
+    typical = float(np.median(np.abs(binned.torque.efforts_nm)))
+    scales = {"torque_deadzone": 2 * typical, "torque_saturation": largest}
+    for candidate in LIBRARY:
+        if candidate.name in extension.effects:
+            continue
+        if candidate.name in UNIT_EFFORTS:
+            yield candidate, None, np.column_stack(UNIT_EFFORTS[candidate.name](left, right))
+        elif candidate.name in GRIDDED_EFFORTS:
+            (key,) = candidate.free
+            for share in candidate.grid:
+                value = share * scales.get(candidate.name, 1.0)
+                changed = extension.with_effect(candidate.name, {key: value}).input_effects()
+                means = binned.torque.means(binned.t_s, changed)
+                yield candidate, value, np.column_stack([means[0] - left, means[1] - right])
+
+
+def linear_score(
+    normal: NormalEquations, candidate: Candidate, columns: list[int], wheel_radius_m: float
+) -> ScoredCandidate:
+    """The best linear size of an effect; its gain is 0 where the sign is not a physical one."""
+    gain, delta = normal.gain(columns)
+    if candidate.name == "undeclared_skid":
+        delta = 1.0 / np.maximum(delta, 1e-3)
+    if candidate.name == "wheel_viscous":
+        delta = delta * wheel_radius_m
+    parameters = dict(zip(candidate.free, (float(d) for d in delta), strict=True))
+    outside = any(not low <= parameters[key] <= high for key, (low, high) in candidate.bounds.items())
+    if outside and candidate.name in CLIPPED:
+        parameters = {k: float(np.clip(v, *candidate.bounds[k])) for k, v in parameters.items()}
+        outside = False
+    return ScoredCandidate(candidate.name, parameters, 0.0 if outside else gain, 1)
+
+
+def effort_score(
+    normal: NormalEquations, candidate: Candidate, value: float | None, column: int
+) -> ScoredCandidate:
+    """The score of one column: at its best size, or, of a grid's value, at size 1: 2 s − G."""
+    (key,) = candidate.free
+    if value is None:
+        gain, delta = normal.gain([column])
+        return ScoredCandidate(candidate.name, {key: float(delta[0])}, gain, 1)
+    gain = float(2 * normal.s[column] - normal.G[column, column])
+    return ScoredCandidate(candidate.name, {key: value}, gain, len(candidate.grid))

@@ -1,0 +1,71 @@
+"""Scored candidates, and the normal equations that score them.
+
+With whitened innovations e and sensitivities Ψ, a candidate with parameters δ lowers Σe² by λ = sᵀ G⁻¹ s, s =
+Ψᵀe, G = ΨᵀΨ, at its best δ = G⁻¹ s (the score test of Rao, 1948).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_replay.gap.estimation.refit import clipped
+from wmr_replay.gap.settings.filter import RefitSettings
+from wmr_replay.gap.settings.scan import ScanSettings
+from wmr_schemas.arrays import F64
+
+
+@dataclass(frozen=True)
+class ScoredCandidate:
+    """A candidate that is expected to lower the deviance by ``gain`` at its best ``parameters``.
+
+    ``n_tried`` counts the times, places or grid points at which it was tried.
+    """
+
+    name: str
+    parameters: dict[str, float]
+    gain: float
+    n_tried: int
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """s (p,) and G (p, p) over the fitted rows."""
+
+    s: F64
+    G: F64
+
+    def gain(self, columns: list[int]) -> tuple[float, F64]:
+        """λ and δ of a group of columns; 0 where one of them is not seen."""
+        G, s = self.G[np.ix_(columns, columns)], self.s[columns]
+        if np.any(np.diag(G) <= 1e-9):
+            return 0.0, np.zeros(len(columns))
+        delta = np.linalg.solve(G + 1e-12 * np.diag(np.diag(G)), s)
+        return float(s @ delta), np.asarray(delta)
+
+
+def normal_equations(psi: F64, e: F64, nuisance: F64 | None, settings: RefitSettings) -> NormalEquations:
+    """From Ψ (n, 3, p) and e (n, 3), outliers clipped, with ``nuisance`` (n, 3, q) projected out of both."""
+    flat, residual = psi.reshape(-1, psi.shape[2]), clipped(e, settings).ravel()
+    s, G = flat.T @ residual, flat.T @ flat
+    if nuisance is None or not nuisance.shape[2]:
+        return NormalEquations(s, G)
+    other = nuisance.reshape(-1, nuisance.shape[2])
+    A, B = other.T @ other, flat.T @ other
+    A = A + 1e-9 * np.diag(np.diag(A)) + 1e-12 * np.eye(len(A))
+    s, G = s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T)
+    return NormalEquations(s, G)
+
+
+def projected(psi: F64, nuisance: F64) -> F64:
+    """Ψ (3n, p) of (n, 3, p), less what the nuisance (n, 3, q) explains of it."""
+    flat = psi.reshape(-1, psi.shape[2])
+    if not nuisance.shape[2]:
+        return flat
+    other = nuisance.reshape(-1, nuisance.shape[2])
+    return np.asarray(flat - other @ np.linalg.lstsq(other, flat, rcond=1e-8)[0])
+
+
+def penalised_gain(scored: ScoredCandidate, settings: ScanSettings) -> float:
+    """Gain less the price of its parameters, and 2 ln of the places where it was tried."""
+    price = settings.parameter_cost * len(scored.parameters)
+    return float(scored.gain - price - 2 * np.log(scored.n_tried))

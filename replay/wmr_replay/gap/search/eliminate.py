@@ -1,0 +1,117 @@
+"""Backward elimination: each effect must be needed and proven beside the others."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.holdout import path_change, prove
+from wmr_replay.gap.evidence.placebo import placebo_p
+from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, fine_costs, price_of
+from wmr_replay.gap.search.slip_test import may_be_slipping
+
+Stages = tuple[tuple[FittedCandidate, ...], ...]
+
+
+def exchange_rivals(
+    problem: Problem, current: Fit, found: list[FittedCandidate], stages: Stages
+) -> tuple[Fit, list[FittedCandidate]]:
+    """The effects with near rivals tried in their places, beside all others.
+
+    An effect that was found while others were still missing may have been the wrong one.
+    """
+    own = problem.settings.selection
+    for i, effect in enumerate(found[:-1]):
+        names = [f.name for f in found]
+        near = stages[i][1 : 1 + own.most_rivals]
+        rivals = [a for a in near if effect.score - a.score < own.rival and a.name not in names]
+        if rivals:
+            in_place = [fitted_in_place_of(effect, rival, problem, current) for rival in rivals]
+            found[i] = best_in_place(problem, effect, current, in_place)
+            current = found[i].fit
+    return current, found
+
+
+def fitted_in_place_of(
+    effect: FittedCandidate, rival: FittedCandidate, problem: Problem, current: Fit
+) -> FittedCandidate:
+    """The rival fitted in place of an effect of the current model."""
+    rest = current.extension.without(effect.name)
+    extension = rest.with_effect(rival.name, rival.fit.extension.effects[rival.name])
+    fit = fit_model(problem, extension, current.noise, problem.settings.budget.ranked_diffusion)
+    return replace(rival, fit=fit)
+
+
+def best_in_place(
+    problem: Problem, effect: FittedCandidate, current: Fit, rivals: list[FittedCandidate]
+) -> FittedCandidate:
+    """The effect or the rival that explains most in fine bins, the others as its alternatives."""
+    here = [replace(effect, fit=current), *rivals]
+    costs = fine_costs(problem, here)
+    best = int(np.argmin(costs))
+    deltas = [(a.name, c - costs[best]) for a, c in zip(here, costs, strict=True) if a is not here[best]]
+    return replace(
+        here[best],
+        alternatives=tuple(deltas),
+        p_value=max(effect.p_value, here[best].p_value),
+        correlation=effect.correlation,
+    )
+
+
+def eliminate(
+    problem: Problem, base: Fit, current: Fit, found: list[FittedCandidate], options: GapOptions
+) -> tuple[Fit, list[FittedCandidate]]:
+    """The effects that pass every gate beside the others.
+
+    While some fail, the weakest of those is dropped, and the rest is tested again.
+    """
+    while found:
+        tested = [through_gates(problem, base, current, f, options) for f in found]
+        failed = [f for f in tested if f.failed]
+        if not failed:
+            return current, tested
+        weakest = min(failed, key=lambda f: f.gain)
+        found = [f for f in found if f.name != weakest.name]
+        current = fit_without(problem, base, current, weakest.name)
+    return base, []
+
+
+def through_gates(
+    problem: Problem, base: Fit, current: Fit, effect: FittedCandidate, options: GapOptions
+) -> FittedCandidate:
+    """One of the current model's effects compared with the same model without it, up to the first gate that
+    it fails.
+    """
+    rest = fit_without(problem, base, current, effect.name)
+    effect = replace(effect, gain=rest.deviance - current.deviance)
+    if effect.gain < price_of(problem, effect.scored, current) + margin_for(problem, current, effect):
+        return replace(effect, failed="needless beside the others")
+    if may_be_slipping(problem, current, effect.name):
+        return replace(effect, failed="no other than the model's own slipping")
+    proof = prove(problem, rest, current)
+    if not proof.holds:
+        return replace(effect, proof=proof, failed="not proven on held-out windows")
+    level = problem.settings.significance.level
+    if placebo_p(problem, rest, current, effect.name, options.seed) > level:
+        return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")
+    small = path_change(problem, rest, current, options.tolerance_s) < options.tolerance_m
+    return replace(effect, proof=proof, failed="moves the path by less than the tolerance" if small else "")
+
+
+def margin_for(problem: Problem, current: Fit, effect: FittedCandidate) -> float:
+    """What an effect must explain beyond its price, in units of deviance; nothing for an only one."""
+    own = problem.settings.selection
+    if len(current.extension.effects) == 1:
+        return 0.0
+    return own.margin_identified if problem.binned.identified and effect.name in LOCAL else own.margin
+
+
+def fit_without(problem: Problem, base: Fit, current: Fit, name: str) -> Fit:
+    """The model fitted again with one effect fewer."""
+    rest = current.extension.without(name)
+    if not rest.effects:
+        return base
+    return fit_model(problem, rest, base.noise, problem.settings.budget.without_diffusion)

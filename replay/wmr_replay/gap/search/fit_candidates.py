@@ -1,0 +1,189 @@
+"""Candidates for the next effect: the best of a scan, fitted in full and ranked."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.filter import Diffusion
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.evidence.holdout import Proof
+from wmr_replay.gap.evidence.significance import wald_p
+from wmr_replay.gap.model.extension import Extension, weight
+from wmr_replay.gap.scan.scan import scan, scan_terms
+from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
+from wmr_replay.gap.search.starts import best_start, search_edges
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCandidate:
+    """A scored candidate fitted in full beside the effects found before.
+
+    ``gain`` is the drop of the deviance, ``score`` the gain less its price, ``p_value`` corrected for
+    everything scanned, ``correlation`` the R² with the other effects. ``failed`` names the gate that it does
+    not pass. ``alternatives`` are (name, BIC difference).
+    """
+
+    scored: ScoredCandidate
+    fit: Fit
+    gain: float
+    score: float
+    p_value: float
+    correlation: float = 0.0
+    proof: Proof | None = None
+    failed: str = ""
+    alternatives: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The effect's name."""
+        return self.scored.name
+
+
+def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[FittedCandidate, ...]:
+    """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
+
+    They are ranked at the diffusion that the best one leaves.
+    """
+    own, budget, price = problem.settings.candidates, problem.settings.budget, problem.settings.scan
+    first = best_fitted(problem, current, terms=terms)
+    if first is None:
+        return ()
+    best, noise = first[0], first[1].noise
+    ranked = rank_at(problem, current, noise, terms=terms)
+    if best.name not in [one.name for one in ranked[: own.most_fitted]]:
+        ranked = [best, *ranked]
+    least = own.promising * max(penalised_gain(one, price) for one in ranked)
+    promising = [
+        one
+        for one in ranked[: own.most_fitted]
+        if one.gain > own.least_gain and penalised_gain(one, price) >= least
+    ]
+    started = [best_start(problem, current, one) for one in promising or ranked[:1]]
+    steps = budget.candidate_steps
+    rough = [(one, gauss_newton(problem, with_candidate(current, one), noise, steps)) for one in started]
+    rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
+    n_names = len({one.name for one in ranked})
+    out = []
+    for i, (one, fit) in enumerate(rough):
+        if i < budget.fully_fitted:
+            edged = search_edges(problem, fit, one.name)
+            fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
+        if not is_at_an_end(problem, fit, one.name):
+            out.append(assessed(problem, current, one, fit, n_names))
+    return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
+
+
+def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredCandidate, Fit] | None:
+    """The best candidate of a scan with its fit.
+
+    A slow disturbance does what a lasting effect does: where the diffusion explains it already, a scan shows
+    little. So the best candidate of a scan with calm disturbances is fitted too.
+    """
+    settings = problem.settings
+    own, budget, price = settings.candidates, settings.budget, settings.scan
+    least = own.least_score_later if current.keys else own.least_score
+    best = rank(problem, current, current.noise, terms=terms)[0]
+    chosen = [best] if penalised_gain(best, price) >= least else []
+    calm = calmed(current.noise, settings.diffusion)
+    if calm is not None:
+        other = rank_at(problem, current, calm, terms=terms)[0]
+        new = other.name not in [one.name for one in chosen]
+        chosen += [other] if penalised_gain(other, price) >= least and new else []
+    started = [best_start(problem, current, one) for one in chosen]
+    fits = [
+        (one, fit_model(problem, with_candidate(current, one), current.noise, budget.best_diffusion))
+        for one in started
+    ]
+    return min(fits, key=lambda pair: pair[1].deviance + price_of(problem, *pair), default=None)
+
+
+def rank_at(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -> list[ScoredCandidate]:
+    """The candidates of a scan at another diffusion than the current fit's, the best first."""
+    steps = problem.settings.budget.last_steps if current.extension.effects else 0
+    here = gauss_newton(problem, current.extension, noise, steps)
+    return rank(problem, here, noise, terms=terms)
+
+
+def rank(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -> list[ScoredCandidate]:
+    """The candidates of a scan at the diffusion ``noise``, the best first."""
+    if terms:
+        scored = scan_terms(problem, current.extension, noise, current.psi)
+    else:
+        scored = scan(problem, current.extension, noise, current.psi).scored
+    price = problem.settings.scan
+    return sorted(scored, key=lambda one: penalised_gain(one, price), reverse=True)
+
+
+def assessed(
+    problem: Problem, current: Fit, scored: ScoredCandidate, fit: Fit, n_names: int
+) -> FittedCandidate:
+    """Gain, score and significance of a fitted candidate.
+
+    p is the larger of the likelihood ratio's and the Wald test's, corrected for everything scanned: each of
+    the ``n_names`` has an equal share of the level, and within it each time and place (weighted Bonferroni).
+    """
+    gain = current.deviance - fit.deviance
+    by_ratio = chi2.sf(max(gain, 0.0), len(scored.parameters))
+    p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_names * scored.n_tried
+    score = gain - price_of(problem, scored, fit)
+    return FittedCandidate(scored, fit, gain, score, float(min(p_value, 1.0)))
+
+
+def compare_in_fine_bins(
+    problem: Problem, fitted: tuple[FittedCandidate, ...]
+) -> tuple[FittedCandidate, ...]:
+    """The same, the two best compared in bins of half the length where they are close.
+
+    Lag and delay differ within a bin.
+    """
+    close = problem.settings.candidates.close
+    if len(fitted) < 2 or fitted[0].score - fitted[1].score > close or fitted[0].score < 0:
+        return fitted
+    costs = fine_costs(problem, fitted[:2])
+    first, second = (fitted[0], fitted[1]) if costs[0] <= costs[1] else (fitted[1], fitted[0])
+    second = replace(second, score=first.score - abs(costs[0] - costs[1]))
+    return (first, second, *fitted[2:])
+
+
+def fine_costs(problem: Problem, fitted: Iterable[FittedCandidate]) -> list[float]:
+    """Deviance and price of each in bins of half the length."""
+    finer, steps = problem.finer(), problem.settings.budget.last_steps
+    fits = [(a, gauss_newton(finer, a.fit.extension, a.fit.noise, steps)) for a in fitted]
+    return [fit.deviance + price_of(problem, a.scored, a.fit) for a, fit in fits]
+
+
+def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a load step lies so near an end of the log that only one side is seen, as of a payload."""
+    if name != "load_step":
+        return False
+    t_s, one_side = problem.binned.t_s, problem.settings.candidates.one_side
+    share = (fit.extension.effects[name]["t0_s"] - t_s[0]) / (t_s[-1] - t_s[0])
+    return not one_side <= share <= 1 - one_side
+
+
+def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:
+    """The current model with the candidate in it."""
+    return current.extension.with_effect(scored.name, scored.parameters)
+
+
+def price_of(problem: Problem, scored: ScoredCandidate, fit: Fit) -> float:
+    """BIC's price ln n of each parameter, and 2 ln of the times and places where it was looked for."""
+    n = seen_parameters(problem, scored, fit)
+    return float(n * np.log(3 * problem.train.sum()) + 2 * np.log(scored.n_tried))
+
+
+def seen_parameters(problem: Problem, scored: ScoredCandidate, fit: Fit) -> int:
+    """How many parameters the log can show.
+
+    A patch that is crossed once shows three: its two ends on the path and the loss.
+    """
+    if scored.name != "low_friction_patch":
+        return len(scored.parameters)
+    acts = weight(scored.name, fit.extension.effects[scored.name], problem.binned)
+    inside = acts > problem.settings.slip.half
+    crossings = int(inside[0]) + int(np.sum(~inside[:-1] & inside[1:]))
+    return 4 if crossings > 1 else 3

@@ -1,0 +1,122 @@
+"""The missing effects together with the contact modes that they are found with."""
+
+from collections.abc import Callable, Iterator
+from functools import cache
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.preliminary import SKID, PreliminaryModels, preliminary_models
+from wmr_replay.gap.search.relabel import with_mode_at, without_skid
+from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
+from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import Log
+
+Progress = Callable[[str, float], None]
+"""Takes the stage and the share of the work that is done, 0 to 1."""
+
+
+class Solution(NamedTuple):
+    """A selection, made with the modes that the identifier sees with the model ``preliminary``."""
+
+    problem: Problem
+    selection: Selection
+    preliminary: Extension
+
+    @property
+    def deviance(self) -> float:
+        """−2 log likelihood; less is more likely."""
+        return self.selection.fit.deviance
+
+    @property
+    def holds(self) -> bool:
+        """Whether something is found; skidding replaced by ideal must be found as an undeclared skid."""
+        found = [effect.name for effect in self.selection.found]
+        return bool(found) and (SKID not in self.preliminary.effects or SKID in found)
+
+
+def find_effects(
+    log: Log, extension: Extension, options: GapOptions, tell: Progress
+) -> tuple[Problem, Selection]:
+    """The selection, and the problem that it was made on.
+
+    With modes identified, modes and effects are found together. Raises InvalidSignal for a short log.
+    """
+    if options.modes == "identified":
+        return find_modes_and_effects(log, extension, options, tell)
+    track = log.mode if options.modes == "given" else None
+    problem = Problem.of(bin_log(log, options.gates, track))
+    return problem, select(problem, extension, options)
+
+
+def find_modes_and_effects(
+    log: Log, extension: Extension, options: GapOptions, tell: Progress
+) -> tuple[Problem, Selection]:
+    """The most likely solution whose effects pass the gates.
+
+    Preliminary models come from the base model's modes. With each, the modes are identified again and the
+    selection is made from the start. Where no solution holds, the answer is that of the base model's modes,
+    or why the log cannot carry a verdict.
+    """
+    track = identified_modes(log, extension, options.gates)
+    first = Problem.of(bin_identified(log, track, options.gates))
+    plain = cache(lambda: forward_selection(first, extension, options))
+    tell("naming", 0.2)
+    preliminary = preliminary_models(log, first, plain, extension, options)
+    tell("naming", 0.4)
+    solutions = [solve_with(model, log, extension, options) for model in preliminary.models]
+    solutions.sort(key=lambda solution: solution.deviance)
+    tell("naming", 0.7)
+    confirmed = []
+    for solution in chain(solutions, fallbacks(preliminary, first, plain, extension, options)):
+        selection = confirm(solution.problem, solution.selection, options)
+        confirmed.append(solution._replace(selection=selection))
+        if confirmed[-1].holds:
+            break
+    refused = (solution for solution in confirmed if solution.selection.refused)
+    best = confirmed[-1] if confirmed[-1].holds else next(refused, confirmed[-1])
+    return best.problem, best.selection
+
+
+def solve_with(model: Extension, log: Log, extension: Extension, options: GapOptions) -> Solution:
+    """The selection with the modes that the identifier sees with a preliminary model."""
+    track = identified_modes(log, model, options.gates)
+    track = without_skid(track) if SKID in model.effects else track
+    problem = Problem.of(bin_identified(log, track, options.gates))
+    solution = Solution(problem, forward_selection(problem, extension, options), model)
+    return with_missed_slipping(solution, extension, options)
+
+
+def fallbacks(
+    preliminary: PreliminaryModels,
+    first: Problem,
+    plain: Callable[[], Selection],
+    extension: Extension,
+    options: GapOptions,
+) -> Iterator[Solution]:
+    """The selection that a local preliminary model comes from, and that of the base model's modes.
+
+    The first one serves where the identifier does not follow a loss of traction that it is told of.
+    """
+    models = preliminary.models
+    if any(name in LOCAL for model in models for name in model.effects):
+        yield with_missed_slipping(Solution(*preliminary.seen_in, models[0]), extension, options)
+    yield Solution(first, plain(), extension)
+
+
+def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
+    """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
+    missed = rows_of_missed_slipping(solution.problem, solution.selection.fit)
+    if not np.any(missed):
+        return solution
+    track = with_mode_at(solution.problem.binned, missed, ContactMode.SLIPPING)
+    problem = solution.problem.relabelled(track)
+    return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))

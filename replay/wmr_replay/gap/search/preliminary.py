@@ -1,0 +1,123 @@
+"""Preliminary models: what seems to be missing while the contact modes are those of the base model.
+
+An identifier takes a missing effect for slip or skid. The modes are identified again with each preliminary
+model (:mod:`.modes_and_effects`).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import chain
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.estimation.modes import bin_identified
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.relabel import with_mode_at, without_skid
+from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
+from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import Log
+
+SKID = "undeclared_skid"
+
+
+class PreliminaryModels(NamedTuple):
+    """Models to identify the modes with, the likeliest first, and the selection that they come from."""
+
+    models: list[Extension]
+    seen_in: tuple[Problem, Selection]
+
+
+def preliminary_models(
+    log: Log,
+    first: Problem,
+    plain: Callable[[], Selection],
+    extension: Extension,
+    options: GapOptions,
+) -> PreliminaryModels:
+    """The preliminary models of the first labelling that has any.
+
+    ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
+    order: without skidding where a robot is said to skid most of the time; without slipping that leaves more
+    traction than the model's; as they are; without slipping where it is said to slip much.
+    """
+    likely = chain(less_skid(log, first), less_slip(first, extension), [first])
+    for problem, local in chain(((problem, True) for problem in likely), no_slip(first)):
+        if problem is first:
+            selection = plain()
+        else:
+            selection = forward_selection(problem, extension, options, terms=False)
+        found = models_from(problem, extension, selection, local=local)
+        if found:
+            return PreliminaryModels(found, (problem, selection))
+    return PreliminaryModels([], (problem, selection))
+
+
+def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:
+    """Skidding replaced by ideal where it is said most of the time."""
+    binned, settings = problem.binned, problem.settings
+    if binned.track is not None and np.mean(binned.skids) > settings.modes.much_skid:
+        yield Problem.of(bin_identified(log, without_skid(binned.track), settings))
+
+
+def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:
+    """Slipping replaced by ideal where it leaves more traction than the model's slipping."""
+    fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
+    doubtful = gentler_than_slipping(problem, fit)
+    if np.any(doubtful):
+        yield problem.relabelled(with_mode_at(problem.binned, doubtful, ContactMode.IDEAL))
+
+
+def no_slip(problem: Problem) -> Iterator[tuple[Problem, bool]]:
+    """Much slipping replaced by ideal; False, since a local loss of traction there may be slipping."""
+    slips = problem.binned.slips
+    if np.mean(slips) > problem.settings.modes.much_slip:
+        yield problem.relabelled(with_mode_at(problem.binned, slips, ContactMode.IDEAL)), False
+
+
+def models_from(
+    problem: Problem, extension: Extension, selection: Selection, *, local: bool = True
+) -> list[Extension]:
+    """The significant effects of a selection as one model, and a skid's near rivals as others.
+
+    Modes without skidding favour an undeclared skid, so what explains nearly as much is considered too.
+    ``local`` says whether a local loss of traction can be told from slipping.
+    """
+    own = problem.settings.modes
+    model = significant_model(problem, extension, selection, local=local)
+    found = [model] if model.effects else []
+    if SKID in model.effects:
+        first, *others = selection.stages[0][: own.most_rivals]
+        near = [c for c in others if c.score > own.rival_share * first.score > 0 and c.name not in LOCAL]
+        named = [(c.name, c.fit.extension.effects[c.name]) for c in near]
+        found += [extension.with_effect(*one) for one in named]
+    return found
+
+
+def significant_model(
+    problem: Problem, extension: Extension, selection: Selection, *, local: bool
+) -> Extension:
+    """The significant effects of a selection that have a name.
+
+    Left out are losses of traction that may be slipping, and an undeclared skid beside something that
+    explains more.
+    """
+    fit, known = selection.fit, [name for name in BY_NAME if local or name not in LOCAL]
+    named = {k: v for k, v in fit.extension.effects.items() if k in known}
+    effects = {k: v for k, v in named.items() if not may_be_slipping(problem, fit, k)}
+    level = problem.settings.significance.level
+    for stage in selection.stages:
+        lasting = [c for c in stage if c.name in BY_NAME and c.name not in LOCAL]
+        best = lasting[0] if lasting else None
+        if best is None or best.p_value > level or best.score <= 0 or best.name in effects:
+            continue
+        if not any({best.name, other} in CONFOUNDED_FORMS for other in effects):
+            effects[best.name] = best.fit.extension.effects[best.name]
+    if next(iter(effects), SKID) != SKID:
+        effects.pop(SKID, None)
+    return replace(extension, effects=effects)

@@ -1,0 +1,53 @@
+"""Every threshold, prior and iteration budget of the gap analysis, each with its reason.
+
+The reason names the source of a value: *statistics* (a level, a quantile, a known distribution), *physics*
+(what a robot or a sensor can do), *numerics* (where an iteration stops), *presentation*, a *judgement*, or
+the *patrol benchmark*: chosen on the simulator's patrol drives, seeds 700000 and following. Values of the
+last two kinds suit those drives and their small robots (20 to 50 kg); they are to be measured again on others.
+"""
+
+from dataclasses import dataclass, field
+
+from wmr_replay.gap.settings.evidence import (
+    ExcitationSettings,
+    HoldOutSettings,
+    PlaceboSettings,
+    SignificanceSettings,
+)
+from wmr_replay.gap.settings.filter import (
+    BudgetSettings,
+    CalibrationSettings,
+    DiffusionSettings,
+    FilterSettings,
+    RefitSettings,
+)
+from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
+from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
+from wmr_replay.gap.settings.scan import ScanSettings
+from wmr_replay.gap.settings.search import CandidateFitSettings, ModeSettings, SelectionSettings, SlipSettings
+
+
+@dataclass(frozen=True)
+class GateSettings:
+    """All settings by the part of the analysis that reads them; ``GapOptions.gates`` carries them."""
+
+    bins: BinSettings = field(default_factory=BinSettings)
+    split: SplitSettings = field(default_factory=SplitSettings)
+    windows: WindowSettings = field(default_factory=WindowSettings)
+    filter: FilterSettings = field(default_factory=FilterSettings)
+    diffusion: DiffusionSettings = field(default_factory=DiffusionSettings)
+    refit: RefitSettings = field(default_factory=RefitSettings)
+    budget: BudgetSettings = field(default_factory=BudgetSettings)
+    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    scan: ScanSettings = field(default_factory=ScanSettings)
+    candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
+    selection: SelectionSettings = field(default_factory=SelectionSettings)
+    modes: ModeSettings = field(default_factory=ModeSettings)
+    slip: SlipSettings = field(default_factory=SlipSettings)
+    significance: SignificanceSettings = field(default_factory=SignificanceSettings)
+    hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)
+    placebo: PlaceboSettings = field(default_factory=PlaceboSettings)
+    excitation: ExcitationSettings = field(default_factory=ExcitationSettings)
+    detectable: DetectableSettings = field(default_factory=DetectableSettings)
+    locate: LocateSettings = field(default_factory=LocateSettings)
+    report: ReportSettings = field(default_factory=ReportSettings)

@@ -1,0 +1,99 @@
+"""Settings of the gates that an effect must pass."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SignificanceSettings:
+    """Likelihood ratio, block-robust Wald test, placebo level."""
+
+    level: float = 0.01
+    """Level of significance, after the correction for everything scanned, and of the placebo test.
+    Statistics: one false name in a hundred logs with nothing missing. The placebo's 99 draws resolve it."""
+
+    block_s: float = 2.0
+    """Length of a block, s. Statistics: several correlation times of the disturbance (0.4 s at the prior), so
+    that the sums over blocks are nearly independent."""
+
+    clip_sd: float = 6.0
+    """Innovations count up to here in the block scores, standard deviations. As
+    ``FilterSettings.outlier_sd``."""
+
+    least_moved: float = 0.05
+    """Share of an effect's mean squared sensitivity from which a row is said to show it. Patrol benchmark."""
+
+
+@dataclass(frozen=True)
+class HoldOutSettings:
+    """The proof on held-out windows."""
+
+    level: float = 0.05
+    """Level of Wilcoxon's test on held-out blocks. Statistics: the usual one; the effect is significant on
+    the fitted rows already."""
+
+    few_windows: int = 4
+    """Below so many windows, none of which shows a difference, the level is stricter by
+    ``few_windows_factor``. Three folds with a window each say nothing against an effect."""
+
+    few_windows_factor: float = 5.0
+    """Divisor of the level then: 0.01, as for significance."""
+
+    least_reduction: float = 0.10
+    """Least reduction of the gap. Patrol benchmark."""
+
+    least_above_floor: float = 0.30
+    """Least reduction of what stands above the noise floor, for a gap that is mostly noise. Patrol
+    benchmark."""
+
+    least_excess: float = 0.05
+    """Least excess over the floor that the reduction is divided by, a share of the floor. Numerics: it
+    bounds the quotient where the gap stands at the floor."""
+
+    clear: float = 1e-4
+    """p of the blocks from which the prediction leaves no doubt. Statistics: a hundredth of the level of
+    significance."""
+
+    least_if_clear: float = 0.03
+    """Least reduction of the gap then. Patrol benchmark."""
+
+    block_s: float = 2.0
+    """Length of a block, s. As ``SignificanceSettings.block_s``."""
+
+    least_moved: float = 0.5
+    """Sum over a block of |change of the whitened innovations| from which the two models differ there.
+    Statistics: half a standard deviation over some 150 innovations is nothing."""
+
+    least_change: float = 0.02
+    """Relative change of a window's gap from which the models differ there. Patrol benchmark."""
+
+    most_slip: float = 0.05
+    """Largest share of identified slipping in a window of the gap. Physics: an identifier's word for a loss
+    of traction is no measurement; 0.2 s of 4 s lie within its switch error."""
+
+    refit_steps: int = 2
+    """Gauss–Newton steps of a model on another fold. Numerics: it starts at the optimum of two thirds of the
+    same rows."""
+
+
+@dataclass(frozen=True)
+class PlaceboSettings:
+    """Logs in which nothing is missing, made by random signs."""
+
+    draws: int = 99
+    """How many. Statistics: the least p is 1/(1 + draws), which is the level 0.01."""
+
+    block_s: float = 2.0
+    """Length of a block of one sign, s. As ``SignificanceSettings.block_s``."""
+
+
+@dataclass(frozen=True)
+class ExcitationSettings:
+    """How strongly the torques must vary for a verdict."""
+
+    least_ratio: float = 3.0
+    """Least ratio of the commanded acceleration's standard deviation to the disturbance's. Statistics: under
+    feedback the torques answer the disturbance; its variance is then at most a ninth of what they ask for.
+    Chosen on the benchmark's patrol and cruise drives."""
+
+    least_other_ratio: float = 2.0
+    """Least ratio of the weaker channel for an effect on both. Patrol benchmark: two thirds."""

@@ -1,0 +1,174 @@
+"""Settings of the likelihood: filter, disturbances, refit, calibration."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+
+
+class FilterSettings(NamedTuple):
+    """Numbers of the compiled filter; a named tuple, so that compiled code takes it as an argument."""
+
+    slip_disturbance_mps2_rthz: float = 0.5
+    """Random walk of v_long and w while slipping, m/s per √s. Covers what quasi-steady slip shares leave
+    out. Patrol benchmark: it fits that small robot's accelerations and ought to scale with the robot's."""
+
+    switch_sd_mps: float = 0.05
+    """Jump of v_long and w at a change of mode, m/s. Physics: an acceleration that is wrong by 1 m/s² for
+    a bin of 0.04 s."""
+
+    outlier_sd: float = 6.0
+    """Largest whitened innovation that counts in full in the likelihood, in standard deviations. Statistics:
+    of Gaussian ones, two in a billion are larger; a jump of the pose must not decide between models."""
+
+    first_variance: float = 0.25
+    """Variance of the first pose and speeds, (0.5 m, rad, m/s)². Statistics: wide beside what the first rows
+    say, so that it does not act."""
+
+
+@dataclass(frozen=True)
+class DiffusionSettings:
+    """Prior and bounds of the disturbances. Five numbers each: sd [m/s²] and correlation time [s] ahead, sd
+    [m/s²] and correlation time [s] in yaw, sd of the lateral velocity [m/s].
+    """
+
+    start: tuple[float, ...] = (0.05, 0.4, 0.05, 0.4, 0.01)
+    """Median of the prior, where a fit begins. Patrol benchmark; the wide prior lets a log say
+    otherwise."""
+
+    calm: tuple[float, ...] = (0.02, 0.4, 0.02, 0.4, 0.002)
+    """A calm disturbance: what is held where a fitted one might explain a missing effect. Patrol benchmark:
+    two fifths of the start's sd ahead and in yaw, a fifth sideways."""
+
+    least: tuple[float, ...] = (1e-4, 0.05, 1e-4, 0.05, 1e-5)
+    """Lower bounds. Numerics: below them the measurement noise hides a disturbance; 0.05 s is little more
+    than a bin."""
+
+    most: tuple[float, ...] = (5.0, 10.0, 5.0, 10.0, 0.5)
+    """Upper bounds. Physics: 5 m/s² is half of gravity; over 10 s a disturbance is constant in a window."""
+
+    prior_sd: float = 3.0
+    """Standard deviation of the logarithms. Statistics: a factor of 20 either way, so that a minute of data
+    outweighs it and an unseen disturbance stays at the start."""
+
+    lateral_tau_s: float = 0.2
+    """Correlation time of the lateral velocity without a skid, s. Physics: it decays at 5/s
+    (``model.base``)."""
+
+    large: float = 5.0
+    """From this ratio of low-frequency densities to a calm disturbance's on, one is made calm. Patrol
+    benchmark."""
+
+    difference: float = 1e-3
+    """Step of the differences in a logarithm. Numerics: far above rounding, far below curvature."""
+
+    longest_step: float = 2.0
+    """Longest step in a logarithm, a factor of 7. Numerics: a Gauss–Newton step is not trusted beyond it."""
+
+    enough: float = 0.2
+    """A fit ends where a step lowers the deviance by less. Statistics: a small part of a
+    parameter's price in BIC, about 8."""
+
+    first_damping: float = 1e-2
+    """Levenberg's damping of the first step, a share of the curvature. Numerics."""
+
+    damping_up: float = 30.0
+    """Factor of the damping after a step that failed. Numerics."""
+
+    damping_down: float = 3.0
+    """Divisor of the damping after a step that succeeded. Numerics."""
+
+    most_damping: float = 10.0
+    """A fit ends where the damping exceeds it. Numerics: the step is a tenth of Newton's by then."""
+
+    @cached_property
+    def start_log(self) -> F64:
+        """Logarithms (5,) of ``start``."""
+        return np.asarray(np.log(self.start))
+
+    @cached_property
+    def calm_log(self) -> F64:
+        """Logarithms (5,) of ``calm``."""
+        return np.asarray(np.log(self.calm))
+
+    @cached_property
+    def bounds_log(self) -> tuple[F64, F64]:
+        """Logarithms of ``least`` and ``most``, (5,) each."""
+        return np.asarray(np.log(self.least)), np.asarray(np.log(self.most))
+
+
+@dataclass(frozen=True)
+class RefitSettings:
+    """Gauss–Newton on the whitened innovations."""
+
+    clip_sd: float = 6.0
+    """Innovations are clipped at so many times their usual size. Statistics: as
+    ``FilterSettings.outlier_sd``."""
+
+    normal_median: float = 0.6745
+    """Median of |e| for a standard normal e, the quantile Φ⁻¹(3/4). Statistics."""
+
+    enough: float = 0.1
+    """A fit ends where a step lowers the deviance by less. Statistics: far below any threshold on gains."""
+
+    dampings: tuple[float, ...] = (1.0, 0.4, 0.1)
+    """Shares of a Gauss–Newton step that are tried in turn. Numerics."""
+
+
+@dataclass(frozen=True)
+class BudgetSettings:
+    """Iterations that each fit may take. Numerics: a fit ends earlier where a step gains too little. Chosen
+    for speed on the patrol benchmark; what larger numbers would change is to be measured.
+    """
+
+    base_diffusion: int = 8
+    """Iterations of the diffusion of a base model, which starts at the prior."""
+
+    without_diffusion: int = 6
+    """Iterations of the diffusion of the model with one effect fewer."""
+
+    diffusion: int = 5
+    """Iterations of the diffusion where none of the other budgets applies."""
+
+    best_diffusion: int = 4
+    """Iterations of the diffusion for the best candidate of a scan."""
+
+    ranked_diffusion: int = 3
+    """Iterations of the diffusion for the two best fitted candidates, and for exchanged ones."""
+
+    steps: int = 3
+    """Gauss–Newton steps before the diffusion is fitted again."""
+
+    ranked_steps: int = 1
+    """The same for the two best fitted candidates, which are near their optimum already."""
+
+    candidate_steps: int = 4
+    """Gauss–Newton steps of a candidate at a fixed diffusion."""
+
+    last_steps: int = 2
+    """Gauss–Newton steps of every last or repeated fit."""
+
+    fully_fitted: int = 2
+    """How many of the fitted candidates have their diffusion fitted too: the two that are compared in fine
+    bins."""
+
+
+@dataclass(frozen=True)
+class CalibrationSettings:
+    """Calibration of a base model on a log."""
+
+    rough_s: float = 0.5
+    """Time over which speed changes are held against torques for the first α, s. Statistics: the
+    noise of a second difference falls with its square; a longer time averages the torque's changes out."""
+
+    least_skid_s: float = 3.0
+    """Shortest skidding in all from which the cornering stiffness is fitted, s. Patrol benchmark."""
+
+    rounds: int = 3
+    """Turns of identifying the modes and fitting. Numerics."""
+
+    iterations: int = 6
+    """Iterations of each fit, of the diffusion and of the parameters. Numerics, as ``BudgetSettings``."""

@@ -1,0 +1,94 @@
+"""Settings of what is reported: detectable sizes, where the gap lies, intervals."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class DetectableSettings:
+    """The smallest size of an effect that a log would have shown."""
+
+    level: float = 0.01
+    """Level of the test whose power is asked. Statistics: ``SignificanceSettings.level``."""
+
+    power: float = 0.9
+    """Power at which a size counts as detectable: nine logs in ten. Statistics: the usual choice."""
+
+    relevant_sizes: tuple[tuple[str, float], ...] = (
+        ("payload", 0.3),
+        ("yaw_inertia", 0.4),
+        ("drive_gain", 0.25),
+        ("rolling_resistance", 0.15),
+        ("viscous_drag", 0.2),
+        ("aerodynamic_drag", 0.2),
+        ("scrub_torque", 0.15),
+        ("yaw_damping", 0.6),
+        ("torque_imbalance", 0.15),
+        ("actuator_lag", 0.15),
+        ("input_delay", 0.15),
+        ("com_offset", 0.05),
+        ("heading_misalignment", 0.05),
+        ("yaw_drift", 0.002),
+    )
+    """Sizes that matter in practice, in the unit of the effect's first parameter. Judgement, for
+    the patrol benchmark's robots of 20 to 50 kg; other robots need other sizes."""
+
+    most_unseen: int = 4
+    """Most effects of a relevant size that a log may miss and still be said to lack nothing. Patrol
+    benchmark."""
+
+
+@dataclass(frozen=True)
+class LocateSettings:
+    """Intervals, places and regimes of the largest prediction errors."""
+
+    block_s: float = 2.0
+    """Length of a block, s. Presentation: as in the tests."""
+
+    cell_m: float = 1.0
+    """Side of a cell on the path, m. Presentation: about a robot's length."""
+
+    most_places: int = 5
+    """Most intervals and most places that are listed. Presentation."""
+
+    least_share: float = 0.05
+    """Least share of the whole excess that a listed block or cell has. Presentation: twice an even share of a
+    drive of 80 s."""
+
+    quantile_bins: int = 5
+    """Bins of equal share for speed, yaw rate and torque. Presentation."""
+
+    heading_bins: int = 8
+    """Bins of the heading, 45° each. Presentation."""
+
+
+@dataclass(frozen=True)
+class ReportSettings:
+    """Intervals and verdicts."""
+
+    ambiguous_bic: float = 10.0
+    """BIC difference below which another effect explains the log nearly as well. Statistics: 10 is "very
+    strong" evidence after Kass and Raftery (1995)."""
+
+    interval_tail: float = 0.025
+    """Probability on either side of a reported interval. Statistics: ``ci95`` names its coverage."""
+
+    interval_in_sd: float = 3.92
+    """Width of a 95 % interval in standard deviations, for those of a model file. Statistics: 2 × 1.96, the
+    normal distribution's."""
+
+    edge_sd_s: float = 0.3
+    """Standard deviation of a time that the unknown form of an edge adds, s. Patrol benchmark:
+    hidden edges have other forms than the candidates'."""
+
+    edge_sd_m: float = 0.15
+    """The same for a place, m. Patrol benchmark, and the width of the candidates' softened edge."""
+
+    least_blocks: int = 5
+    """Fewest degrees of freedom of Student's t for the intervals. Statistics: below, the quantile grows
+    beyond use."""
+
+    bootstrap_draws: int = 999
+    """Resamples of the windows for the reduction's interval. Statistics: quantiles at 2.5 % to a tenth."""
+
+    least_windows: int = 3
+    """Fewest windows for an interval of the reduction. Statistics: two have no distribution."""

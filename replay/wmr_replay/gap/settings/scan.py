@@ -1,0 +1,43 @@
+"""Settings of the scan: what a candidate's freedom costs, and where local effects are looked for."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ScanSettings:
+    """Scores of candidates, and cells of time and places for losses of traction."""
+
+    parameter_cost: float = 8.0
+    """Price of a parameter in deviance. Statistics: BIC's log n is 8.0 for the three components of
+    the fitted rows of a minute (n = 3000); a scan only ranks candidates."""
+
+    most_cells: int = 120
+    """Most cells of time. Numerics: the scan's cost grows with their square."""
+
+    least_cell_s: float = 0.5
+    """Shortest cell of time, s. Patrol benchmark: some twelve rows."""
+
+    longest_interval_s: float = 30.0
+    """Longest slip interval, s. Patrol benchmark: a third of its logs; a longer loss is nearer to a
+    drive gain."""
+
+    shortest_interval_s: float = 1.0
+    """Shortest slip interval, s. Two of the shortest cells: a single one may be an outlier."""
+
+    radii_m: tuple[float, ...] = (0.5, 1.0, 1.5, 2.5)
+    """Radii of the patches that are tried, m. Patrol benchmark; a fit refines them."""
+
+    step_margin: int = 10
+    """A load step is looked for outside the first and last 1/10 of the cells. Beyond, the log shows one side
+    only and the step is a payload."""
+
+    step_loss: tuple[float, float] = (-2.0, 0.9)
+    """Losses of α that a load step may have. Physics: α/(1 + p) = α (1 − loss), a mass from a third to ten
+    times the nominal one."""
+
+    local_loss: tuple[float, float] = (0.02, 1.3)
+    """Losses of traction that are credible. Physics: 0 to 1, with a margin for the error of a linear
+    estimate; a loss below 0.02 is not worth a fit."""
+
+    most_local_loss: float = 0.98
+    """Largest loss at which a fit starts. Numerics: at 1 nothing depends on the torques."""

@@ -1,0 +1,129 @@
+"""Settings of the search: fits of candidates, selection, contact modes."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class CandidateFitSettings:
+    """Which scored candidates are fitted in full, and how the fits are compared. Units of deviance."""
+
+    most_fitted: int = 6
+    """Most candidates fitted in full. Patrol benchmark; each costs a fit."""
+
+    least_gain: float = 8.0
+    """Least gain that a scan must promise. Statistics: the price of one parameter,
+    ``ScanSettings.parameter_cost``."""
+
+    promising: float = 0.3
+    """Least share of the best score that is still fitted. Patrol benchmark: a scan is linear, and its
+    gains are rough where an effect is not."""
+
+    least_score: float = -10.0
+    """Least score of the first candidate that is fitted. Below 0, since a first effect makes the diffusion
+    calmer and gains by that. Patrol benchmark."""
+
+    least_score_later: float = 0.0
+    """The same from the second effect on, where the diffusion is calm already: it must promise a gain."""
+
+    close: float = 25.0
+    """Two fits closer than this are compared in bins of half the length. Patrol benchmark: lag and delay
+    differ within a bin."""
+
+    one_side: float = 0.1
+    """A load step within this share of the log from an end is dropped: it would be a payload. As
+    ``ScanSettings.step_margin``."""
+
+    edge_steps: tuple[float, ...] = (1.0, 0.4, 0.15)
+    """Steps of the search for an edge in time and space, s or m. Numerics: from a cell of the scan down to
+    the softened edge's width, 0.15 (``model.extension``)."""
+
+    edge_gain: float = 1.0
+    """What a step of that search must gain. Statistics: what a change by one standard deviation costs."""
+
+    undeclared_skid_starts: tuple[float, ...] = (0.2, 0.4, 0.8, 1.6, 3.2)
+    """Stiffness ratios from which an undeclared skid is fitted, besides the scan's. Numerics:
+    the slope at no skid says little about its size; each doubles the one before."""
+
+
+@dataclass(frozen=True)
+class SelectionSettings:
+    """Forward selection and backward elimination. Gains are in units of deviance."""
+
+    correlated: float = 0.25
+    """R² from which an effect counts as correlated with those found before. Patrol benchmark."""
+
+    remainder_share: float = 0.15
+    """Share of a found effect's gain that the wrong form of it may leave for a correlated one. Patrol
+    benchmark, in which effects are hidden in other forms than their candidates."""
+
+    confounded_share: float = 0.5
+    """The same for two forms of one cause, actuator lag and input delay. Physics: most real lags lie between
+    a lag of one pole and a delay."""
+
+    margin: float = 10.0
+    """What an effect must explain beyond its price beside others. Statistics: a BIC difference of 10, "very
+    strong" after Kass and Raftery (1995)."""
+
+    margin_identified: float = 30.0
+    """The same for a loss of traction in a time or place where an identifier said the modes: a wrong label
+    explains as much. Patrol benchmark."""
+
+    rival: float = 100.0
+    """Fits within this score of the best are tried in its place once all effects are found. Patrol benchmark:
+    an effect that is still missing distorts the score of the first."""
+
+    most_rivals: int = 2
+    """How many rivals are tried so. Numerics: each costs a fit in fine bins."""
+
+    something_left: float = 2.0
+    """From this ratio of the disturbance's density to a calm one's on, terms of the dictionary are tried.
+    Patrol benchmark."""
+
+
+@dataclass(frozen=True)
+class ModeSettings:
+    """When the contact modes of the base model are doubted."""
+
+    much_skid: float = 0.5
+    """Share of the log called skidding from which skidding is doubted. Judgement: a robot rarely skids for
+    most of a drive, while a yaw that is off looks like a skid that never ends."""
+
+    much_slip: float = 0.12
+    """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
+
+    rival_share: float = 1 / 3
+    """Share of an undeclared skid's score from which another candidate is a preliminary model too. Patrol
+    benchmark."""
+
+    most_rivals: int = 3
+    """First candidates of a stage that are so considered, the skid among them. Numerics: each costs a run of
+    the identifier and a selection."""
+
+
+@dataclass(frozen=True)
+class SlipSettings:
+    """The test of a loss of traction against the base model's own slipping."""
+
+    edge_s: float = 0.4
+    """Left out at both ends of an interval, s. Patrol benchmark: more than the identifier's switch error
+    of 0.3 s (``BinSettings.identified_switch_s``)."""
+
+    shortest_inside_s: float = 0.3
+    """Shortest inside of an interval that is tested, s. Statistics: some seven bins."""
+
+    loss_sd: tuple[float, float] = (0.07, 0.15)
+    """How far slipping's own losses of α and α_yaw lie from quasi-steady ones, standard deviations. Patrol
+    benchmark: σ's transients, on that robot."""
+
+    far: float = 6.0
+    """Squared distance dᵀ C⁻¹ d from which a loss differs clearly. Statistics: χ² with two degrees of
+    freedom exceeds it in 5 % of cases."""
+
+    inside: float = 0.9
+    """Weight of a local effect from which a row lies inside it. The softened edge's upper tenth."""
+
+    half: float = 0.5
+    """Weight from which a local effect acts at all: the edge's middle."""
+
+    least_information: float = 1e-2
+    """Information that regularises a loss, a standard deviation of 10. Numerics: a cell without torque."""
