@@ -31,7 +31,7 @@ def say_speeds(speeds: Speeds) -> None:
     print(f"\n{verdict(ours >= 2e7)}: ours {ours:.3g} a second, 2e7 asked")
     for name, rate in (("np.convolve", convolve), ("AlgDiff", algdiff)):
         print(f"{verdict(ours >= rate)}: ours {ours / rate:.2f} times {name}, at least 1 asked")
-    print(f"{verdict(speeds.same_bits)}: the same bits in other batches, on both roads")
+    print(f"{verdict(speeds.same_bits)}: the same bits in other batches, with both backends")
     print(f"{verdict(speeds.windows >= 1e6)}: {speeds.windows:.3g} irregular windows a second, 1e6 asked")
 
 
