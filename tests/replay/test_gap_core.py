@@ -225,7 +225,9 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
         Theta.HEADING: ("heading_misalignment", "angle_rad"),
         Theta.YAW_DRIFT: ("yaw_drift", "rate_radps"),
     }[place]
-    output = disturbed.filtered(Extension(BASE), NOISE, NO_TARGETS._replace(places=np.array([place])), keep=True)
+    output = disturbed.filtered(
+        Extension(BASE), NOISE, NO_TARGETS._replace(places=np.array([place])), keep=True
+    )
     sides = []
     for size in (-1e-4, 1e-4):
         other = {"slope": {"grade_y_mps2": 0.0}, "pose_lever_arm": {"y_m": 0.0}}.get(key[0], {})
