@@ -15,7 +15,7 @@ estimation by linear identities on windows that restart; Fearnhead, Liu (2007) f
 change points.
 """
 
-from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
 from wmr_replay.identify.algebraic.identifier import AlgebraicIdentifier, AlgebraicSettings
+from wmr_replay.identify.algebraic.priors import Priors, make_priors
 
-__all__ = ["AlgebraicIdentifier", "AlgebraicSettings", "Beliefs", "believe"]
+__all__ = ["AlgebraicIdentifier", "AlgebraicSettings", "Priors", "make_priors"]
