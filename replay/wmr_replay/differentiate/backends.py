@@ -48,7 +48,7 @@ def in_blocks(spec: KernelSpec) -> bool:
 
 
 def make_backend(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Backend:
-    """The backend for a kernel."""
+    """The backend for a kernel of ``n_taps`` taps: blocks where :func:`in_blocks`, else direct."""
     return (BlockBackend if in_blocks(spec) else DirectBackend)(spec, n_taps, step_s, folds)
 
 
@@ -76,7 +76,7 @@ def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
 
 
 class BlockBackend:
-    """Constant work per row."""
+    """Sums over blocks: constant work per row, whatever the window's length."""
 
     def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
         taps = uniform_taps(spec, n_taps, step_s)

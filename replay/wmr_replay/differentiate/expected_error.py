@@ -38,7 +38,7 @@ class Expectation:
 
     @property
     def rmse(self) -> float:
-        """√(sd² + bias²)."""
+        """Root mean square error, √(sd² + bias²)."""
         return float(np.hypot(self.sd, self.bias))
 
 

@@ -113,6 +113,7 @@ class Differentiator:
         return self.push(np.empty(0, np.int64), np.empty((n_signals, 0)), np.empty((len(self._inputs), 0)))
 
     def _append(self, t_ns: I64, samples: F64, inputs: F64) -> F64:
+        """Append to the buffers; returns the samples held, (s, n)."""
         before = self._samples if self._samples is not None and len(self._t_ns) else samples[:, :0]
         self._samples = np.concatenate([before, samples], axis=1)
         self._inputs = np.concatenate([self._inputs, inputs], axis=1)

@@ -37,13 +37,13 @@ class TuningResult:
 
     @property
     def spec(self) -> KernelSpec:
-        """Kernel of the choice."""
+        """Kernel of the chosen design."""
         assert self.choice.spec is not None
         return self.choice.spec
 
     @property
     def window_s(self) -> float:
-        """Window of the choice."""
+        """Window of the chosen design, in s."""
         assert self.choice.window_s is not None
         return self.choice.window_s
 
@@ -100,13 +100,13 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
 
 
 def label_of(spec: KernelSpec, window_s: float) -> str:
-    """A design in words."""
+    """A design in words, for reports."""
     label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
     return label + "".join(f"{', shares' if k == 0 else ''} {s:.2f}" for k, s in enumerate(spec.shares))
 
 
 def best_of(rated: Iterator[Expectation | None]) -> Expectation | None:
-    """The least expected error."""
+    """The expectation with the least rmse; None without any."""
     return min((e for e in rated if e is not None), key=lambda e: e.rmse, default=None)
 
 

@@ -73,7 +73,7 @@ class Chain:
         return done
 
     def _advance(self, rows: SampleBatch) -> Columns:
-        """Rows under one design."""
+        """Repair rows, estimate the kept ones, and fill in the outliers, under one design."""
         rows = self._repair.push(rows)
         estimates = self._outliers.push(rows.kept, self._estimate(rows.without_outliers()))
         return measured_columns(self._start_ns, rows) | estimates

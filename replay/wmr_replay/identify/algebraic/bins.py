@@ -1,7 +1,7 @@
-"""Rows to bins: means over short intervals on a fixed grid in time, without outliers.
+"""Bins: means over short intervals on a fixed grid in time, without outliers.
 
-The mean over an interval is the first iterated integral of the algebraic kernels; it loses nothing that
-matters when the interval is short against the motion, and makes 40 rows at 1 kHz one equation.
+The mean over an interval is the first iterated integral of the algebraic kernels. It keeps the information of
+the rows where the interval is short against the motion, and makes 40 rows at 1 kHz one equation.
 """
 
 from typing import NamedTuple
@@ -46,7 +46,7 @@ class Measured(NamedTuple):
 
 
 def empty_bins() -> Bins:
-    """Nothing seen yet."""
+    """The state before the first row."""
     return Bins(
         np.zeros(N_SUMS), np.zeros(3), np.zeros(3), np.full(5, NONE_NS, np.int64), np.zeros(1, np.int64)
     )
@@ -54,7 +54,7 @@ def empty_bins() -> Bins:
 
 @compiled
 def begin_at(bins: Bins, rows: Measured, i: int) -> None:
-    """The very first row."""
+    """Start the grid of bins at row i, the log's first."""
     bins.stamps_ns[:] = rows.t_ns[i]
     bins.accepted[:] = rows.pose[:, i]
     reopen(bins, rows.t_ns[i])
@@ -62,7 +62,7 @@ def begin_at(bins: Bins, rows: Measured, i: int) -> None:
 
 @compiled
 def discard_open_bin(bins: Bins, rows: Measured, i: int) -> None:
-    """The pose has jumped before row i: what the open bin holds of it is worth nothing."""
+    """Empty the open bin: the pose has jumped before row i."""
     bins.sums[:] = 0.0
     bins.accepted[:] = rows.pose[:, i]
 
@@ -84,7 +84,7 @@ def fill_bin(
     the last two. A bin in which that does not lie is full. The impulse up to a row comes from the efforts'
     mean over the interval that ends with it. A row is outlying when it is further from the last accepted one
     than noise and twice the present motion explain; after five such rows in a row the pose has jumped: the
-    row is accepted, and the bin begins anew with it.
+    row is accepted, and the bin restarts with it.
     """
     sums, impulse, accepted, stamps = bins.sums, bins.impulse, bins.accepted, bins.stamps_ns
     speed, turn = 2.0 * abs(speed_mps) + RULES.margin_mps, 2.0 * abs(turn_radps) + RULES.margin_radps

@@ -1,4 +1,4 @@
-"""Hypotheses branch, and the best are kept."""
+"""Branching of the hypotheses, pruning and merging."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ N_MODES = 3
 
 @compiled
 def branch(all_: Hypotheses, elapsed_s: float, step: Step, priors: Priors) -> None:
-    """Everything that may have happened in the last ``elapsed_s``: a switch, or a change of load."""
+    """Add children for what may have happened in the last ``elapsed_s``: a switch, or a change of load."""
     switched = 1.0 - np.exp(-priors.switch_rate_hz * elapsed_s)
     log_each, log_stayed, onset_sd_s = (
         np.log(0.5 * switched),
@@ -71,7 +71,7 @@ def add_child(all_: Hypotheses, parent: int, mode: int, log_share: float) -> int
 
 @compiled
 def blur_onset(mean: F64, covariance: F64, before: int, mode: int, step: Step, onset_sd_s: float) -> None:
-    """What the unknown instant of the switch, ± ``onset_sd_s``, leaves open."""
+    """Widen the covariance for the unknown instant of the switch, ± ``onset_sd_s``."""
     if (before == ContactMode.SLIPPING) != (mode == ContactMode.SLIPPING) and not np.isnan(step.force):
         covariance[V_LONG, V_LONG] += (mean[ALPHA] * step.force * onset_sd_s) ** 2
         covariance[YAW_RATE, YAW_RATE] += (mean[YAW_GAIN] * step.difference * onset_sd_s) ** 2
@@ -88,7 +88,7 @@ def has_negative_alpha(all_: Hypotheses, i: int) -> bool:
 
 @compiled
 def alike(mean: F64, covariance: F64, mode: I64, i: int, k: int) -> bool:
-    """Whether two hypotheses say the same now and henceforth."""
+    """Whether two hypotheses agree in mode, means and variances, so that their futures agree as well."""
     if mode[i] != mode[k]:
         return False
     for c in (V_LONG, YAW_RATE, ALPHA, MODE_STATE):
@@ -103,7 +103,7 @@ def alike(mean: F64, covariance: F64, mode: I64, i: int, k: int) -> bool:
 
 @compiled
 def prune_and_merge(all_: Hypotheses, spare: Hypotheses) -> None:
-    """The ``RULES.n_kept`` most probable, in that order; those that say the same become one."""
+    """Keep the ``RULES.n_kept`` most probable, in that order; merge those that are alike."""
     log_p, mean, covariance, mode = all_.log_p, all_.mean, all_.covariance, all_.mode
     order = np.argsort(-log_p[: all_.used[0]])
     kept = np.empty(RULES.n_kept, np.int64)

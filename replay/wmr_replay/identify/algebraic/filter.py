@@ -49,7 +49,7 @@ class Filter(NamedTuple):
     """The state that is carried from bin to bin.
 
     ``mean`` (9,) over the hypotheses, the next step's reference; ``last`` (11,) the last bin; ``clocks_s``
-    (3,) when this run began, hypotheses last branched and the pose last jumped; ``gains`` (2, 3) mean and
+    (3,) the last restart, the last branching and the pose's last jump; ``gains`` (2, 3) mean and
     variance of α, β, ℓ; ``output`` (5,) the probabilities of ideal, skidding and slipping, 1 when the pose
     jumped within the last .5 s, and 1 once warm. The rest is scratch.
     """

@@ -43,7 +43,7 @@ class Hypotheses(NamedTuple):
 
 
 def empty_hypotheses() -> Hypotheses:
-    """Room for them."""
+    """An empty set with room for ``CAPACITY`` hypotheses."""
     return Hypotheses(
         np.zeros((CAPACITY, N_UNKNOWNS)),
         np.zeros((CAPACITY, N_UNKNOWNS, N_UNKNOWNS)),
@@ -65,7 +65,7 @@ def copy_row(source: Hypotheses, i: int, target: Hypotheses, k: int) -> None:
 
 @compiled
 def copy_all(source: Hypotheses, target: Hypotheses) -> None:
-    """All rows in use."""
+    """Copy all hypotheses of one set into another."""
     n = source.used[0]
     target.mean[:n], target.covariance[:n] = source.mean[:n], source.covariance[:n]
     target.log_p[:n], target.mode[:n] = source.log_p[:n], source.mode[:n]
@@ -108,7 +108,7 @@ def enter_mode(mean: F64, covariance: F64, mode: int, priors: Priors) -> None:
 
 @compiled
 def release_pose(all_: Hypotheses, priors: Priors) -> None:
-    """The pose has jumped: what was known of x, y and ψ holds no more, what was known of the motion does."""
+    """Widen x, y and ψ of every hypothesis after a jump of the pose; the motion stays."""
     for i in range(all_.used[0]):
         for c, jump in ((X, priors.jump_m), (Y, priors.jump_m), (YAW, priors.jump_rad)):
             all_.covariance[i, c, c] += jump**2
@@ -116,7 +116,7 @@ def release_pose(all_: Hypotheses, priors: Priors) -> None:
 
 @compiled
 def normalise(all_: Hypotheses) -> None:
-    """Probabilities that sum to 1."""
+    """Scale the probabilities so that they sum to 1."""
     n = all_.used[0]
     highest = all_.log_p[:n].max()
     all_.log_p[:n] -= highest + np.log(np.exp(all_.log_p[:n] - highest).sum())

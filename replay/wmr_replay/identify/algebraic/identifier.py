@@ -121,7 +121,7 @@ class AlgebraicIdentifier:
         self._bins, self._filter = empty_bins(), new_filter(self.priors)
 
     def push(self, evidence: Evidence) -> Verdict:
-        """Rows in strictly increasing time."""
+        """Verdicts for rows in strictly increasing time."""
         rows = Measured(evidence.t_ns, evidence.pose, evidence.efforts, evidence.variances, evidence.restarts)
         outputs, at, outliers = filter_rows(rows, self._bins, self._filter, self.priors, self._terms)
         warm = outputs[WARM] > 0.0

@@ -56,7 +56,7 @@ class Step(NamedTuple):
 
 @compiled
 def add_row(out: F64, row: int, factor: float, source: int) -> None:
-    """``out[row] += factor · out[source]``."""
+    """Row operation ``out[row] += factor · out[source]``."""
     for j in range(out.shape[1]):
         out[row, j] += factor * out[source, j]
 
