@@ -10,7 +10,7 @@ from peers import quiet
 from scipy.signal import oaconvolve, savgol_filter
 
 from wmr_replay.differentiate import Derivatives, Differentiator, KernelSpec, uniform_taps
-from wmr_replay.differentiate.stream import joined
+from wmr_replay.differentiate.stream import concatenate_derivatives
 from wmr_schemas.arrays import F64, I64
 
 STEP_S, WINDOW_S, BATCH = 0.001, 0.5, 10_000
@@ -44,7 +44,8 @@ def consume(t_ns: I64, samples: F64) -> int:
 
 def same_bits(t_ns: I64, samples: F64) -> bool:
     """Whether batches of 10,000 and of 777 give the same bits, on the first 50,000 rows."""
-    one, other = (joined(list(stream(t_ns[:50_000], samples[:, :50_000], size))) for size in (BATCH, 777))
+    t_ns, samples = t_ns[:50_000], samples[:, :50_000]
+    one, other = (concatenate_derivatives(list(stream(t_ns, samples, size))) for size in (BATCH, 777))
     return np.array_equal(one.estimates, other.estimates, equal_nan=True)
 
 

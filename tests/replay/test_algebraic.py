@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from wmr_replay.differentiate import Differentiator, KernelSpec
 from wmr_replay.identify import Evidence, Motion, make_rules, motion_of
-from wmr_replay.identify.algebraic import AlgebraicIdentifier, believe
+from wmr_replay.identify.algebraic import AlgebraicIdentifier, make_priors
 from wmr_replay.identify.algebraic import regression as reg
 from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
 from wmr_replay.identify.terms import Terms
@@ -117,14 +117,14 @@ def test_a_regressions_step_is_the_modes_own_equations_to_third_order(mode):
     force, difference, alpha, yaw_gain, decay = 20.0, 6.0, 0.03, 0.02, 3.0
     own = {IDEAL: 0.0, SKIDDING: -0.2, SLIPPING: 0.006}[mode]
     start = np.array([1.0, 2.0, 0.7, 2.0, own, 0.4, alpha, yaw_gain, np.log(decay)])
-    beliefs = believe(BLIND_ROBOT)
+    priors = make_priors(BLIND_ROBOT)
     errors = []
     for dt_s in (0.08, 0.04):
         at = reg.Reference(
             start[2] + 0.5 * dt_s * start[5], start[3], start[4], start[5], alpha, yaw_gain, start[8]
         )
         matrix = np.zeros((6, 10))
-        reg.transition(mode, at, reg.Step(dt_s, force, difference), beliefs, matrix)
+        reg.transition(mode, at, reg.Step(dt_s, force, difference), priors, matrix)
         state = np.append(start[:4], [own if mode == SKIDDING else 0.0, start[5]])
         rate = rates(mode, force, difference, alpha, yaw_gain, decay, own)
         exact = solve_ivp(rate, (0, dt_s), state, rtol=1e-11, atol=1e-13).y[:, -1]
@@ -146,7 +146,7 @@ def test_corrections_are_weighted_least_squares():
     expected = np.linalg.solve(information, np.linalg.solve(prior, mean) + picks.T @ (pose / variances))
     spread, error = prior[:3, :3] + np.diag(variances), pose - mean[:3]
     found, covariance = mean.copy(), prior.copy()
-    log_likelihood, chi_square = reg.correct(found, covariance, pose, variances, np.zeros(9))
+    log_likelihood, chi_square = reg.measurement_update(found, covariance, pose, variances, np.zeros(9))
     assert found == pytest.approx(expected, rel=1e-9)
     assert covariance == pytest.approx(np.linalg.inv(information), rel=1e-8, abs=1e-9)
     assert chi_square == pytest.approx(error @ np.linalg.solve(spread, error))

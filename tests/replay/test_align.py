@@ -1,15 +1,19 @@
 """Alignment: reordering, holds, counts, unwrapping, causality and chunking."""
 
 import itertools
+import subprocess
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.align import Aligner, Reorder
+from wmr_replay.align import Aligner, Reorder, SampleBatch, concatenate
 from wmr_replay.align.hold import hold_mean
 from wmr_schemas.batches import RawBatch, Rows
+from wmr_schemas.status import Status
 
 MS = 1_000_000
 
@@ -27,11 +31,11 @@ def batch(pose=None, torque=None, mode=None):
 def align(batches, **options):
     aligner = Aligner(**options)
     parts = [aligner.push(b) for b in batches] + [aligner.finish()]
-    joined = {
+    columns = {
         name: np.concatenate([getattr(p, name) for p in parts], axis=-1)
         for name in ("t_ns", "pose", "inputs", "mode_true")
     }
-    return joined, aligner.counts
+    return columns, aligner.counts
 
 
 def pose_rows(t_ms, order=None):
@@ -172,3 +176,34 @@ def test_reorder_gives_rows_back_once_they_can_have_no_predecessor():
     first = reorder.push(batch(pose_rows([0, 5, 12], order=[0, 1, 2])))
     assert list(first.pose.t_ns // MS) == [0]
     assert list(reorder.finish().pose.t_ns // MS) == [5, 12]
+
+
+def test_a_batch_without_outliers_and_its_parts_keep_rows_together():
+    t_ns = np.arange(6, dtype=np.int64)
+    pose, inputs = np.arange(18.0).reshape(3, 6), np.arange(24.0).reshape(4, 6)
+    raw = SampleBatch.measured(t_ns, pose, inputs, np.zeros(6, np.int8))
+    assert raw.kept.all()
+    assert not raw.restarts.any()
+    assert raw.without_outliers() is raw
+    status = np.array([Status.OK, Status.OUTLIER, Status.POSE_JUMP, Status.OK, Status.OUTLIER, Status.OK])
+    repaired = replace(raw, pose=pose + 100, repair=status.astype(np.int8))
+    good = repaired.without_outliers()
+    assert good.t_ns.tolist() == [0, 2, 3, 5]
+    assert good.restarts.tolist() == [False, True, False, False]
+    assert np.array_equal(good.pose, good.pose_raw + 100)
+    assert np.array_equal(good.inputs, inputs[:, [0, 2, 3, 5]])
+    again = concatenate([repaired.part(slice(2)), repaired.part(slice(2, None))])
+    for name in ("t_ns", "pose_raw", "pose", "inputs", "mode_true", "repair"):
+        assert np.array_equal(getattr(again, name), getattr(repaired, name)), name
+
+
+def test_alignment_is_light():
+    """It needs signals and batches: no message, no table, no file, no other room of the replay."""
+    listed = "import sys, wmr_replay.align; print(*sorted(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", listed], capture_output=True, text=True, check=True)
+    loaded = set(done.stdout.split())
+    heavy = {"google.protobuf", "mcap", "rosbags", "polars", "pyarrow", "rerun", "click", "msgspec"}
+    assert not heavy & loaded
+    rooms = {name.split(".")[1] for name in loaded if name.startswith("wmr_replay.")}
+    assert rooms == {"align"}
+    assert not {name for name in loaded if name.startswith(("wmr_schemas.messages", "wmr_schemas.tables"))}

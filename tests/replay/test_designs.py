@@ -9,7 +9,7 @@ import pytest
 
 from wmr_replay.differentiate import KernelSpec, uniform_taps
 from wmr_replay.differentiate.backends import in_blocks
-from wmr_replay.differentiate.joint import JointJudge, tune_jointly
+from wmr_replay.differentiate.joint import JointErrorModel, tune_jointly
 from wmr_replay.jobs.run import run_log
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import ReplayModel
@@ -160,7 +160,7 @@ def test_expected_errors_are_noise_bias_and_steps_as_worked_out_by_hand():
     """A noise-free straight line has no bias: what is left are Σ h² and the error on tⁿ/n!, t ≥ 0."""
     t_s = np.arange(400) * STEP_S
     line = np.stack([t_s, 2 * t_s, -t_s])
-    judge = JointJudge(line, SIGMA, STEP_S, OLD)
+    model = JointErrorModel(line, SIGMA, STEP_S, OLD)
     new = KernelSpec(3, 0, 1, 0.5)
     ratios = []
     for order in (1, 2):
@@ -173,7 +173,7 @@ def test_expected_errors_are_noise_bias_and_steps_as_worked_out_by_hand():
             squares.append((SIGMA[0] ** 2 * np.sum(taps**2), np.sum(errors**2)))
         (noise, blur), (new_noise, new_blur) = squares
         ratios.append((new_noise + noise * new_blur / blur) / (2 * noise))
-    assert judge.judge(new, 121).ratio == pytest.approx(np.sqrt(np.mean(ratios)), rel=0.02)
+    assert model.rate(new, 121).ratio == pytest.approx(np.sqrt(np.mean(ratios)), rel=0.02)
 
 
 def test_a_stretch_too_short_says_so():

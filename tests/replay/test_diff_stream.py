@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from wmr_replay.differentiate import Derivatives, Differentiator, KernelSpec
-from wmr_replay.differentiate.backends import BlockRoad, DirectRoad
-from wmr_replay.differentiate.stream import joined
+from wmr_replay.differentiate.backends import BlockBackend, DirectBackend
+from wmr_replay.differentiate.stream import concatenate_derivatives
 from wmr_schemas.status import Status
 
 
@@ -127,7 +127,7 @@ def test_nothing_drifts_however_long_the_log(irregular):
         late = 500_000  # 1000 blocks hold 2 µs more than 500 s; the stamps there lie within the tolerance
         t_ns[late:] += 2000
     u = rng.normal(size=(1, n))
-    whole = joined(list(stream(fresh(), t_ns, x, u, 65_536)))
+    whole = concatenate_derivatives(list(stream(fresh(), t_ns, x, u, 65_536)))
     short = fresh().push(t_ns[late:], x[:, late:], u[:, late:])
     tail = slice(late + 600, None)
     assert np.count_nonzero(short.state == Status.OK) > 9000
@@ -248,7 +248,7 @@ def test_steep_kernels_take_the_direct_road():
     differentiators = [
         Differentiator(spec, window_s=0.4, step_s=0.01) for spec in (KernelSpec(3, 1, 1), KernelSpec(7))
     ]
-    assert [type(d._road) for d in differentiators] == [BlockRoad, DirectRoad]
+    assert [type(d._backend) for d in differentiators] == [BlockBackend, DirectBackend]
 
 
 def test_finish_gives_no_rows_before_and_after_data():

@@ -10,7 +10,7 @@ from wmr_replay.identify.independence import (
     NOT_INDEPENDENT,
     UNKNOWN,
     fresh_independence,
-    judge_independence,
+    track_independence,
 )
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, not_excluded
@@ -88,7 +88,7 @@ def odometry(rule, n=500, step_s=1 / 30):
 @pytest.mark.parametrize("rule", ["start", "middle", "end"])
 def test_a_pose_integrated_from_wheel_speeds_is_recognised(rule):
     t_ns, pose = odometry(rule)
-    verdict = judge_independence(t_ns, pose, fresh_independence())
+    verdict = track_independence(t_ns, pose, fresh_independence())
     assert (verdict[:20] == UNKNOWN).all()
     assert (verdict[25:] == NOT_INDEPENDENT).all()
 
@@ -96,7 +96,7 @@ def test_a_pose_integrated_from_wheel_speeds_is_recognised(rule):
 @pytest.mark.parametrize("sd", [1e-3, 0.05])
 def test_a_measured_pose_is_recognised_as_independent(sd):
     t_ns, pose = odometry("middle")
-    verdict = judge_independence(
+    verdict = track_independence(
         t_ns, pose + np.random.default_rng(0).normal(size=pose.shape) * sd, fresh_independence()
     )
     assert (verdict[60:] == INDEPENDENT).all()

@@ -40,10 +40,11 @@ class Aligner:
         return self._align(self._reorder.push(batch))
 
     def finish(self) -> SampleBatch:
-        """The rows that were waiting."""
+        """The rows that were still held back, at the end of the log."""
         return self._align(self._reorder.finish())
 
     def _align(self, ready: RawBatch) -> SampleBatch:
+        """Sorted signals → one row per pose sample."""
         pose = self._clean_pose(ready.pose)
         inputs = self._hold(pose.t_ns, self._clean_torque(ready.torque))
         mode_true = self._truth(pose.t_ns, ready.mode)
@@ -53,6 +54,7 @@ class Aligner:
         return SampleBatch.measured(pose.t_ns, pose.values, inputs, mode_true)
 
     def _clean_pose(self, rows: Rows) -> Rows:
+        """Rows without NaN, infinities and repeated stamps, the yaw unwrapped; losses are counted."""
         finite = np.asarray(np.isfinite(rows.values).all(axis=0))
         self.counts.n_pose_not_finite += int(np.count_nonzero(~finite))
         self.counts.n_pose_backward = self._reorder.n_late[0]
@@ -72,6 +74,7 @@ class Aligner:
         return yaw + 2 * np.pi * turns
 
     def _clean_torque(self, rows: Rows) -> Rows:
+        """The first row of each stamp; repeated and late ones are counted."""
         first = np.asarray(np.diff(rows.t_ns, prepend=EARLIEST) != 0)
         self.counts.n_torque_duplicate += int(np.count_nonzero(~first))
         self.counts.n_torque_backward = self._reorder.n_late[1]
@@ -80,6 +83,7 @@ class Aligner:
         return rows
 
     def _hold(self, pose_ns: I64, arrived: Rows) -> F64:
+        """Mean inputs (4, n) of the intervals that end at the pose stamps; later inputs are held back."""
         rows = join(self._inputs, arrived)
         if not pose_ns.size:
             self._inputs = rows
@@ -92,6 +96,7 @@ class Aligner:
         return means
 
     def _truth(self, pose_ns: I64, arrived: Rows) -> I8:
+        """The mode in force at each pose stamp, (n,), −1 where there is none."""
         rows = join(self._modes, arrived)
         mode, used = last_before(pose_ns, rows.t_ns, rows.values[0], self._mode)
         if used:

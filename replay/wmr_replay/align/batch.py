@@ -28,6 +28,7 @@ class SampleBatch:
     repair: I8
 
     def __len__(self) -> int:
+        """Number of rows, n."""
         return len(self.t_ns)
 
     @classmethod
@@ -50,7 +51,7 @@ class SampleBatch:
         return SampleBatch(*(getattr(self, field.name)[..., index] for field in fields(self)))
 
     def without_outliers(self) -> "SampleBatch":
-        """The rows of ``kept``."""
+        """The rows of the mask ``kept``; the batch itself where all are kept."""
         kept = self.kept
         return self if kept.all() else self.part(kept)
 

@@ -36,7 +36,7 @@ class Lag:
         self._before_ns: int | None = None
 
     def push(self, t_ns: I64, inputs: F64) -> F64:
-        """Rows of increasing stamps."""
+        """Inputs (k, n) as they act, from rows of increasing stamps."""
         if not t_ns.size:
             return inputs
         before_ns = int(t_ns[0]) if self._before_ns is None else self._before_ns

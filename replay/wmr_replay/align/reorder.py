@@ -1,4 +1,4 @@
-"""Rows of several signals into the order of their stamps, within a stated window.
+"""Sort rows of several signals by their stamps, within a stated window.
 
 Channels of one log are interleaved by the time of recording, which differs from the time of measurement by
 transport delays. A row is handed on once some row of the log is stamped ``window_ns`` later; a row that comes
@@ -38,13 +38,13 @@ class Reorder:
         return RawBatch(*(ready for ready, _ in parts))
 
     def finish(self) -> RawBatch:
-        """Everything that is left."""
+        """All rows that were held back, by stamp."""
         held = self._held or (Rows.empty(3), Rows.empty(4), Rows.empty(1))
         self._held = None
         return RawBatch(*(sort(rows) for rows in held))
 
     def _in_time(self, signals: tuple[Rows, ...]) -> tuple[Bool, ...]:
-        """Whether each row came before its place was handed on, judged in file order."""
+        """Mask of the rows that came in time, in file order: within the window of the newest stamp before."""
         stamps = np.concatenate([rows.t_ns for rows in signals])
         if not stamps.size:
             return tuple(np.ones(0, bool) for _ in signals)
@@ -66,7 +66,7 @@ def take(rows: Rows, index: Bool | I64) -> Rows:
 
 
 def join(first: Rows, second: Rows) -> Rows:
-    """Rows one after the other."""
+    """Two batches of rows, one after the other."""
     if not len(first) or not len(second):
         return first if len(first) else second
     return Rows(
@@ -77,7 +77,7 @@ def join(first: Rows, second: Rows) -> Rows:
 
 
 def in_order(rows: Rows) -> bool:
-    """Whether stamps increase."""
+    """Whether the stamps strictly increase."""
     return bool((rows.t_ns[1:] > rows.t_ns[:-1]).all())
 
 
@@ -91,7 +91,7 @@ def divide(rows: Rows, limit_ns: int) -> tuple[Rows, Rows]:
 
 
 def between(rows: Rows, part: slice) -> Rows:
-    """Consecutive rows, as a view."""
+    """Consecutive rows of a slice, as a view."""
     return Rows(rows.t_ns[part], rows.order[part], rows.values[:, part])
 
 

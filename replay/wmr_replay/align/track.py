@@ -10,13 +10,12 @@ import math
 import numpy as np
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.clipping import clipped_update
 from wmr_schemas.compiled import compiled
 
 CAPACITY = 2048
 NOISE_ROWS = 500.0
 REGULAR = 0.2
-CLIPPED_SQUARE = 0.9950072780344535
-"""E[min(z², 9)] of a standard normal z."""
 
 
 def fresh_track() -> F64:
@@ -62,9 +61,7 @@ def is_regular(held: F64, n: int, step_s: float) -> bool:
 def followed(held: F64, n: int, k: int, variance: float, gain: float) -> float:
     """s² ← s² + (min(d², 9 s²)/b − s²) g/500 with the newest third difference d = (…)/√20 of column k."""
     difference = held[n - 1, k] - held[n - 4, k] + 3.0 * (held[n - 3, k] - held[n - 2, k])
-    square = min(difference * difference * 0.05, 9.0 * variance)
-    new: float = variance + gain / NOISE_ROWS * (square / CLIPPED_SQUARE - variance)
-    return new
+    return clipped_update(variance, difference * difference * 0.05, gain / NOISE_ROWS)
 
 
 @compiled

@@ -72,6 +72,7 @@ class AdaptiveDifferentiator:
             )
 
         def reading_at(delay_s: float, window_s: float) -> Differentiator:
+            """A differentiator of that window whose estimates describe t − ``delay_s``."""
             at = replace(spec, theta=1 - 2 * delay_s / (round(window_s / step_s) * step_s))
             return Differentiator(at, window_s=window_s, step_s=step_s, folds=folds)
 
@@ -91,7 +92,7 @@ class AdaptiveDifferentiator:
         return self._answers[-1].n_gaps
 
     def push(self, t_ns: I64, samples: F64, inputs: F64) -> Derivatives:
-        """As :meth:`Differentiator.push`."""
+        """Rows as for :meth:`Differentiator.push`; each takes the answer of one window."""
         sigma = self._noise.push(t_ns, samples)
         tests = [test.push(t_ns, samples, inputs) for test in self._tests]
         answers = (
@@ -111,6 +112,7 @@ def taken(answers: list[Derivatives], index: I64) -> Derivatives:
     """Row i of ``answers[index[i]]``; of the shortest window where ``index`` is −1."""
 
     def pick(name: str) -> F64:
+        """Column ``name`` of the windows taken, rows first."""
         columns = np.stack([getattr(answer, name) for answer in answers])
         return np.asarray(np.moveaxis(columns, -1, 1)[np.maximum(index, 0), np.arange(len(index))])
 

@@ -1,5 +1,5 @@
-"""The roads from samples to derivatives: in blocks (constant work per row), or each window anew for steep
-kernels.
+"""Backends of the differentiator: sums over blocks, with constant work per row, or each window by itself, for
+steep kernels.
 """
 
 from typing import NamedTuple, Protocol
@@ -19,7 +19,7 @@ from wmr_schemas.status import Status
 
 MAX_BLOCK_DEGREE, MAX_MOMENT = 6, 10
 """Largest D = top + κ + μ and 2 top + κ + μ in blocks: a polynomial over half of [−1, 1] loses up to a factor
-5.8^D, and the normal matrix holds moments up to the latter. Within them both roads agree to 1e-9 sd.
+5.8^D, and the normal matrix holds moments up to the latter. Within these the backends agree to 1e-9 sd.
 """
 SUMS = np.array([1.0, 0.0, 0.0])
 """Of the taps of order 0, 1 and 2; an input's taps sum to 1 too."""
@@ -34,7 +34,7 @@ class Answer(NamedTuple):
     state: I8
 
 
-class Road(Protocol):
+class Backend(Protocol):
     """Both kinds of windows of one kernel."""
 
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
@@ -42,14 +42,14 @@ class Road(Protocol):
 
 
 def in_blocks(spec: KernelSpec) -> bool:
-    """Whether a kernel takes the fast road."""
+    """Whether the block backend holds a kernel to 1e-9 standard deviations."""
     weights = spec.kappa + spec.mu
     return spec.top_degree + weights <= MAX_BLOCK_DEGREE and 2 * spec.top_degree + weights <= MAX_MOMENT
 
 
-def make_road(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Road:
-    """The road for a kernel."""
-    return (BlockRoad if in_blocks(spec) else DirectRoad)(spec, n_taps, step_s, folds)
+def make_backend(spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> Backend:
+    """The backend for a kernel of ``n_taps`` taps: blocks where :func:`in_blocks`, else direct."""
+    return (BlockBackend if in_blocks(spec) else DirectBackend)(spec, n_taps, step_s, folds)
 
 
 def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:
@@ -75,8 +75,8 @@ def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
     return Answer(answer.estimates[:, :, n_old:], answer.inputs[:, n_old:], gains, state)
 
 
-class BlockRoad:
-    """Constant work per row."""
+class BlockBackend:
+    """Sums over blocks: constant work per row, whatever the window's length."""
 
     def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
         taps = uniform_taps(spec, n_taps, step_s)
@@ -86,7 +86,7 @@ class BlockRoad:
         self._fit = make_fit(spec, round((n_taps - 1) * step_s * NS_PER_S))
 
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
-        """See :class:`Road`."""
+        """See :class:`Backend`."""
         uniform, irregular = split(windows, n_old)
         answer = start_answer(signals, uniform, self._gains)
         if uniform.any():
@@ -96,7 +96,7 @@ class BlockRoad:
         return cut(answer, windows, n_old)
 
 
-class DirectRoad:
+class DirectBackend:
     """The work of a window in each row, for kernels of high degree or with steep weights."""
 
     def __init__(self, spec: KernelSpec, n_taps: int, step_s: float, folds: tuple[int, ...]) -> None:
@@ -107,7 +107,7 @@ class DirectRoad:
         self._fit = make_fit(spec, round((n_taps - 1) * step_s * NS_PER_S))
 
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
-        """See :class:`Road`."""
+        """See :class:`Backend`."""
         uniform, irregular = split(windows, n_old)
         answer = start_answer(signals, uniform, self._gains)
         for s, signal in enumerate(signals.samples):

@@ -1,7 +1,7 @@
 """Recursive differentiators to compare with, as impulse responses: Butterworth filters and a Kalman smoother.
 
-They are linear and time-invariant, so a response cut off where it has decayed tells all about them. Neither
-is on the road: their memory has no end, a gap or an outlier stays in it.
+They are linear and time-invariant: their impulse response, cut off where it has decayed, describes them
+completely. The replay uses neither, for their memory has no end: a gap or an outlier stays in it.
 """
 
 import numpy as np

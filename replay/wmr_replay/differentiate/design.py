@@ -52,7 +52,7 @@ class KernelSpec:
         return np.array([1.0] * (self.degree + 1) + list(self.shares))
 
     def delay_s(self, window_s: float) -> float:
-        """δ = T(1 − θ)/2."""
+        """δ = T(1 − θ)/2 for the window T = ``window_s``."""
         return window_s * (1 - self.theta) / 2
 
 

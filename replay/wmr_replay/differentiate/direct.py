@@ -1,5 +1,5 @@
-"""Weighted least squares on the actual times, each window anew: the road for kernels too steep for
-``blocks``.
+"""Weighted least squares on the actual times, solved for each window by itself: the backend for kernels that
+are too steep for ``blocks``.
 """
 
 import numpy as np

@@ -81,7 +81,7 @@ def power_derivative(power: int, order: int, age: Fraction) -> Fraction:
 
 
 def to_long(value: Fraction) -> np.longdouble:
-    """A rational in extended precision."""
+    """The nearest number in extended precision to a rational."""
     high = float(value)
     return np.longdouble(high) + np.longdouble(float(value - Fraction(high)))
 

@@ -74,11 +74,11 @@ class Family:
         return self._factors * shares
 
     def taps(self, kernels: F64, order: int) -> F64:
-        """(L,), newest first."""
+        """Taps (L,) of one order, newest sample first."""
         return np.asarray(kernels[order] @ self._basis)
 
     def gain(self, kernels: F64, order: int) -> float:
-        """Σ h²."""
+        """Σ h² of one order: variance of the estimate for white noise of variance 1."""
         return float(kernels[order] @ self._inner @ kernels[order])
 
     def errors(self, kernels: F64, order: int, part: slice = slice(None)) -> F64:

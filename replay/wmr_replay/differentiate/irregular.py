@@ -120,14 +120,14 @@ def weigh(kernel: F64, moments: F64) -> F64:
 
 @compiled
 def put(values: F64, rows: I64, out: F64) -> None:
-    """``out[rows] = values``."""
+    """Scatter: ``out[rows] = values``, both (m,)."""
     for i in range(len(rows)):
         out[rows[i]] = values[i]
 
 
 @compiled
 def put_covariances(values: F64, rows: I64, out: F64) -> None:
-    """``out[:, :, rows] = values``."""
+    """Scatter: ``out[:, :, rows] = values``, (3, 3, m)."""
     for a in range(len(values)):
         for b in range(len(values)):
             put(values[a, b], rows, out[a, b])

@@ -1,7 +1,7 @@
-"""One design for several signals and orders, to take the place of a given one at the same delay.
+"""One design for several signals and orders, which replaces a given one at the same delay.
 
-A stretch of a log holds few of the sudden changes to come. Judged on it alone, long windows win that blur the
-next switch of mode. So steps are added to what the stretch shows (``judge``): steps of x⁽ⁿ⁾, as
+A stretch of a log holds few of the sudden changes to come. On it alone, long windows win that blur the next
+switch of mode. So steps are added to what the stretch shows (``expected_error``): steps of x⁽ⁿ⁾, as
 frequent as gives the old design as much error from them as it has from noise. That is where a window's length
 is in balance: noise falls and blur rises with it.
 """
@@ -15,8 +15,8 @@ import numpy as np
 
 from wmr_replay.differentiate.backends import in_blocks
 from wmr_replay.differentiate.design import KernelSpec
+from wmr_replay.differentiate.expected_error import MIN_ROWS, SEED, least_shares
 from wmr_replay.differentiate.family import ORDERS, Family, Guesses
-from wmr_replay.differentiate.judge import MIN_ROWS, SEED, least_shares
 from wmr_replay.differentiate.smoother import smooth
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
@@ -41,11 +41,11 @@ class JointChoice:
     worst_ratio: float
 
 
-class JointJudge:
+class JointErrorModel:
     """Expected error of a design in the derivatives of all signals (s, n) beside that of an ``old`` one: its
     kernel and window. Noise ``sigma`` (s,).
 
-    As in ``judge``, a smooth guess stands in for the true signals, and what it holds of noise is taken off.
+    As in ``expected_error``, a smooth guess stands in for the true signals, and its own noise is subtracted.
     """
 
     def __init__(self, signals: F64, sigma: F64, step_s: float, old: tuple[KernelSpec, float]) -> None:
@@ -92,7 +92,7 @@ class JointJudge:
         triangle: F64 = np.linalg.qr(residuals)[1]
         return triangle.T
 
-    def judge(self, spec: KernelSpec, n_taps: int, family: Family | None = None) -> JointChoice:
+    def rate(self, spec: KernelSpec, n_taps: int, family: Family | None = None) -> JointChoice:
         """Its expected error beside the old design's; ``family``, if given, holds it."""
         within = family or Family(spec, n_taps, self.guesses)
         shares = np.zeros(within.size)
@@ -110,26 +110,26 @@ def window_steps(old_delay_s: float, max_delay_s: float, step_s: float) -> list[
     return list(dict.fromkeys(ceil(length_s / step_s - 1e-6) for length_s in lengths_s))
 
 
-def judged_candidates(judge: JointJudge, max_delay_s: float) -> Iterator[JointChoice]:
-    """Kernels on the fast road, of whole degrees and with shares. Windows up to 2 δ_max are read in their
+def rated_candidates(model: JointErrorModel, max_delay_s: float) -> Iterator[JointChoice]:
+    """Kernels of the block backend, of whole degrees and with shares. Windows up to 2 δ_max are read in their
     middle, longer ones at δ_max.
     """
-    windows = window_steps(judge.old_delay_s, max_delay_s, judge.step_s)
+    windows = window_steps(model.old_delay_s, max_delay_s, model.step_s)
     for steps, (kappa, mu) in product(windows, WEIGHTS):
-        theta = max(0.0, 1 - 2 * max_delay_s / (steps * judge.step_s))
+        theta = max(0.0, 1 - 2 * max_delay_s / (steps * model.step_s))
         base = KernelSpec(2, kappa, mu, theta)
         largest = max(extra for extra in range(4) if extra == 0 or steps >= extra + 5)
-        family = Family(replace(base, degree=2 + largest), steps + 1, judge.guesses)
-        roomy = judge.n - steps >= 2 * MIN_ROWS
-        nested = judge.nested_residuals(family) if roomy else np.empty((0, 0))
+        family = Family(replace(base, degree=2 + largest), steps + 1, model.guesses)
+        roomy = model.n - steps >= 2 * MIN_ROWS
+        nested = model.nested_residuals(family) if roomy else np.empty((0, 0))
         for spec in (replace(base, degree=degree) for degree in DEGREES if steps >= degree + 3):
             if in_blocks(spec):
-                yield judge.judge(spec, steps + 1, family)
+                yield model.rate(spec, steps + 1, family)
         for n_extra in (1, 2, 3):
             top = replace(base, degree=2 + n_extra)
             if roomy and in_blocks(top) and steps >= n_extra + 6:
                 shared = replace(base, shares=least_shares(nested[: n_extra + 1]))
-                yield judge.judge(shared, steps + 1, family)
+                yield model.rate(shared, steps + 1, family)
 
 
 def tune_jointly(
@@ -153,6 +153,6 @@ def tune_jointly(
             f"{stretch.shape[1]} samples are too few to tune on (24 is the least), or the delay of "
             f"{max_delay_s:g} s is not above 0"
         )
-    judge = JointJudge(stretch, np.maximum(sigma, 1e-9), step_s, old)
-    good = [choice for choice in judged_candidates(judge, max_delay_s) if choice.worst_ratio <= 1.0]
+    model = JointErrorModel(stretch, np.maximum(sigma, 1e-9), step_s, old)
+    good = [choice for choice in rated_candidates(model, max_delay_s) if choice.worst_ratio <= 1.0]
     return min(good, key=lambda choice: choice.ratio, default=None)

@@ -9,12 +9,10 @@ constant.
 import numpy as np
 
 from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.clipping import clipped_update
 from wmr_schemas.compiled import compiled
 
 MAD_TO_SD = 1.4826
-CLIPPED_SQUARE = 0.9950072780344535
-"""E[min(z², 9)] of a standard normal z."""
-PER_CLIPPED_SQUARE = 1 / CLIPPED_SQUARE
 UNIFORM = 20**-0.5
 """1/√(1 + 3² + 3² + 1): of the differences 1, −3, 3, −1 on uniform stamps."""
 HOLE_IN_STEPS = 3.5
@@ -52,8 +50,7 @@ def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: f
                 difference = a * (x[i - 3] - last) + b * (x[i - 2] - last) + c * (x[i - 1] - last)
                 square = difference * difference
                 if np.isfinite(square):
-                    variance += gain * (min(square, 9.0 * variance) * PER_CLIPPED_SQUARE - variance)
-                    variances[s] = max(variance, LEAST_SD**2)
+                    variances[s] = max(clipped_update(variance, square, gain), LEAST_SD**2)
         for s in range(n_signals):
             out[s, i - n_old] = variances[s]
     return out

@@ -1,6 +1,6 @@
 """A smooth guess at what lies behind a noisy stretch: Whittaker's smoother, its stiffness by Mallows' C_p.
 
-Not causal: used on an initial stretch to judge candidates by, never on the road.
+Not causal: it rates candidate designs on a stretch, and no result is computed from it.
 """
 
 from typing import NamedTuple

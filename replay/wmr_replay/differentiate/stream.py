@@ -1,6 +1,6 @@
 """The differentiator as a stage: rows in, derivatives of order 0, 1 and 2 out, one row for each.
 
-Uniform windows take taps computed once, the others are solved on their actual stamps. Which road a row takes
+Uniform windows take taps computed once, the others are solved on their actual stamps. The backend of a row
 depends on its own window alone, so neither the batches nor later rows change a bit.
 """
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from wmr_replay.differentiate.backends import make_road
+from wmr_replay.differentiate.backends import make_backend
 from wmr_replay.differentiate.blocks import Signals
 from wmr_replay.differentiate.design import KernelSpec
 from wmr_replay.differentiate.windows import UNIFORM_TOLERANCE_NS, WindowRules, find_windows
@@ -41,8 +41,8 @@ class Derivatives:
         return np.asarray(per_signal[:, None, :] * factors)
 
 
-def joined(parts: list[Derivatives]) -> Derivatives:
-    """Consecutive results as one."""
+def concatenate_derivatives(parts: list[Derivatives]) -> Derivatives:
+    """Consecutive batches of derivatives as one."""
     names = [field.name for field in fields(Derivatives)]
     return Derivatives(*(np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in names))
 
@@ -78,7 +78,7 @@ class Differentiator:
         window_ns, step_ns = round(self.window_s * NS_PER_S), step_s * NS_PER_S
         hole_ns = max(window_ns // 4, round(1.5 * step_ns))
         self._rules = WindowRules(window_ns, step_ns, hole_ns, n_taps, max((n_taps + 1) // 2, least))
-        self._road = make_road(spec, n_taps, step_s, folds)
+        self._backend = make_backend(spec, n_taps, step_s, folds)
         self._t_ns = np.empty(0, np.int64)
         self._samples: F64 | None = None
         self._inputs = np.empty((len(folds), 0))
@@ -101,18 +101,19 @@ class Differentiator:
         self.n_gaps += windows.n_holes
         block_ns = self._rules.window_ns + UNIFORM_TOLERANCE_NS
         signals = Signals(self._t_ns, held, self._inputs, self._folds, start_ns, block_ns)
-        answer = self._road.rows(signals, windows, n_old)
+        answer = self._backend.rows(signals, windows, n_old)
         delay_s = np.where(answer.state == Status.OK, self.delay_s, np.nan)
         coverage = windows.coverage[n_old:]
         self._forget(windows.first)
         return Derivatives(answer.estimates, answer.inputs, answer.gains, answer.state, coverage, delay_s)
 
     def finish(self) -> Derivatives:
-        """Nothing is held back: no rows."""
+        """An empty batch: no rows are held back."""
         n_signals = 0 if self._samples is None else len(self._samples)
         return self.push(np.empty(0, np.int64), np.empty((n_signals, 0)), np.empty((len(self._inputs), 0)))
 
     def _append(self, t_ns: I64, samples: F64, inputs: F64) -> F64:
+        """Append to the buffers; returns the samples held, (s, n)."""
         before = self._samples if self._samples is not None and len(self._t_ns) else samples[:, :0]
         self._samples = np.concatenate([before, samples], axis=1)
         self._inputs = np.concatenate([self._inputs, inputs], axis=1)

@@ -1,7 +1,7 @@
 """Choice of (T, N, κ, μ, shares) from a stretch of the signal: the least expected error at a bounded delay.
 
-Butterworth filters and Kalman smoothers are judged by the same rule (``judge``), so the comparison is honest:
-where a recursive filter expects less error, the result says so.
+Butterworth filters and Kalman smoothers are rated by the same rule (``expected_error``): where a recursive
+filter has less expected error, the result says so.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ import numpy as np
 
 from wmr_replay.differentiate.baselines import butterworth_response, delay_of, kalman_response
 from wmr_replay.differentiate.design import KernelSpec, uniform_taps
-from wmr_replay.differentiate.judge import MIN_ROWS, Expectation, Judge
+from wmr_replay.differentiate.expected_error import MIN_ROWS, ErrorModel, Expectation
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 
@@ -37,23 +37,25 @@ class TuningResult:
 
     @property
     def spec(self) -> KernelSpec:
-        """Kernel of the choice."""
+        """Kernel of the chosen design."""
         assert self.choice.spec is not None
         return self.choice.spec
 
     @property
     def window_s(self) -> float:
-        """Window of the choice."""
+        """Window of the chosen design, in s."""
         assert self.choice.window_s is not None
         return self.choice.window_s
 
 
-def shared_kernels(judge: Judge, max_delay_s: float, longest_s: float) -> Iterator[tuple[KernelSpec, int]]:
+def shared_kernels(
+    model: ErrorModel, max_delay_s: float, longest_s: float
+) -> Iterator[tuple[KernelSpec, int]]:
     """Kernels exact to degree 2 that take of the degrees 3 to 5 what lowers the error most."""
-    for base, n_taps in candidate_kernels(max_delay_s, judge.step_s, longest_s):
-        roomy = judge.n - n_taps >= 2 * MIN_ROWS and n_taps >= 2 + N_SHARES + 3
+    for base, n_taps in candidate_kernels(max_delay_s, model.step_s, longest_s):
+        roomy = model.n - n_taps >= 2 * MIN_ROWS and n_taps >= 2 + N_SHARES + 3
         if base.degree == 2 and base.kappa == 0 and roomy:
-            yield replace(base, shares=judge.best_shares(base, n_taps, N_SHARES)), n_taps
+            yield replace(base, shares=model.best_shares(base, n_taps, N_SHARES)), n_taps
 
 
 def candidate_kernels(
@@ -81,50 +83,50 @@ def tune(signal: F64, sigma: float, max_delay_s: float, *, step_s: float, order:
             f"{len(signal)} samples are too few to tune on (24 is the least), or the delay of "
             f"{max_delay_s:g} s or the noise of {sigma:g} is not above 0"
         )
-    judge = Judge(np.asarray(signal, np.float64), sigma, order, step_s)
+    model = ErrorModel(np.asarray(signal, np.float64), sigma, order, step_s)
     longest_s = (len(signal) - MIN_ROWS) * step_s
-    judged = []
+    rated = []
     kernels = chain(
-        candidate_kernels(max_delay_s, step_s, longest_s), shared_kernels(judge, max_delay_s, longest_s)
+        candidate_kernels(max_delay_s, step_s, longest_s), shared_kernels(model, max_delay_s, longest_s)
     )
     for spec, n_taps in kernels:
         window_s = (n_taps - 1) * step_s
         taps = uniform_taps(spec, n_taps, step_s)[order]
-        judged.append(judge.expect(taps, spec.delay_s(window_s), label_of(spec, window_s), spec, window_s))
-    ranked = sorted((e for e in judged if e is not None), key=lambda e: e.rmse)
+        rated.append(model.expect(taps, spec.delay_s(window_s), label_of(spec, window_s), spec, window_s))
+    ranked = sorted((e for e in rated if e is not None), key=lambda e: e.rmse)
     ranked = [e for e in ranked if e.delay_s <= max_delay_s + step_s / 1000]
-    best = [best_of(peers) for peers in (butterworths(judge, max_delay_s), kalmans(judge, max_delay_s))]
+    best = [best_of(peers) for peers in (butterworths(model, max_delay_s), kalmans(model, max_delay_s))]
     return TuningResult(order, ranked[0], tuple(ranked), *best)
 
 
 def label_of(spec: KernelSpec, window_s: float) -> str:
-    """A design in words."""
+    """A design in words, for reports."""
     label = f"T = {window_s:.4g} s, N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}"
     return label + "".join(f"{', shares' if k == 0 else ''} {s:.2f}" for k, s in enumerate(spec.shares))
 
 
-def best_of(judged: Iterator[Expectation | None]) -> Expectation | None:
-    """The least expected error."""
-    return min((e for e in judged if e is not None), key=lambda e: e.rmse, default=None)
+def best_of(rated: Iterator[Expectation | None]) -> Expectation | None:
+    """The expectation with the least rmse; None without any."""
+    return min((e for e in rated if e is not None), key=lambda e: e.rmse, default=None)
 
 
-def butterworths(judge: Judge, max_delay_s: float) -> Iterator[Expectation | None]:
+def butterworths(model: ErrorModel, max_delay_s: float) -> Iterator[Expectation | None]:
     """Butterworth filters of n + 1 and n + 2 poles, each at its own delay at low frequency."""
-    cutoffs_hz = np.geomspace(0.05 / max_delay_s, 0.4 / judge.step_s, 40)
-    for poles, cutoff_hz in product((judge.order + 1, judge.order + 2), cutoffs_hz):
-        taps = butterworth_response(judge.order, poles, cutoff_hz, judge.step_s, judge.n)
+    cutoffs_hz = np.geomspace(0.05 / max_delay_s, 0.4 / model.step_s, 40)
+    for poles, cutoff_hz in product((model.order + 1, model.order + 2), cutoffs_hz):
+        taps = butterworth_response(model.order, poles, cutoff_hz, model.step_s, model.n)
         if taps is None:
             continue
-        delay_s = delay_of(taps, judge.order, judge.step_s)
+        delay_s = delay_of(taps, model.order, model.step_s)
         if delay_s <= max_delay_s:
-            yield judge.expect(taps, delay_s, f"Butterworth, {poles} poles, {cutoff_hz:.3g} Hz")
+            yield model.expect(taps, delay_s, f"Butterworth, {poles} poles, {cutoff_hz:.3g} Hz")
 
 
-def kalmans(judge: Judge, max_delay_s: float) -> Iterator[Expectation | None]:
+def kalmans(model: ErrorModel, max_delay_s: float) -> Iterator[Expectation | None]:
     """Fixed-lag Kalman smoothers at the whole delay."""
-    lag = int(max_delay_s / judge.step_s + 1e-9)
-    unit = judge.sigma**2 / judge.step_s ** (2 * judge.order + 2)
+    lag = int(max_delay_s / model.step_s + 1e-9)
+    unit = model.sigma**2 / model.step_s ** (2 * model.order + 2)
     for ratio in 10.0 ** np.arange(-14, 1, 0.5):
-        taps = kalman_response(judge.order, ratio * unit, judge.sigma, lag, judge.step_s, judge.n)
+        taps = kalman_response(model.order, ratio * unit, model.sigma, lag, model.step_s, model.n)
         if taps is not None:
-            yield judge.expect(taps, lag * judge.step_s, f"Kalman, lag {lag}, intensity {ratio * unit:.3g}")
+            yield model.expect(taps, lag * model.step_s, f"Kalman, lag {lag}, intensity {ratio * unit:.3g}")

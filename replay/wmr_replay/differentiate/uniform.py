@@ -1,4 +1,4 @@
-"""The fast road: uniform stamps, constant work per row (see ``blocks``)."""
+"""Block backend on uniform stamps: constant work per row (see ``blocks``)."""
 
 import numpy as np
 

@@ -1,5 +1,6 @@
-"""Was the pose integrated from wheel speeds? Then v_lat ≡ 0 by construction, and skidding cannot be seen in
-it.
+"""Test whether the pose is independent of the wheel speeds.
+
+A pose that was integrated from wheel speeds has v_lat ≡ 0 by construction: skidding cannot be seen in it.
 """
 
 from typing import NamedTuple
@@ -9,13 +10,25 @@ import numpy as np
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled import compiled
 
-RELATIVE_TOLERANCE = 5e-4
-TOLERANCE_MPS = 1e-4
-MOVING_MPS = 0.02
-MEMORY_STEPS = 50.0
-EVIDENCE_STEPS = 20
-
 INDEPENDENT, NOT_INDEPENDENT, UNKNOWN = 1, -1, 0
+
+
+class IndependenceRules(NamedTuple):
+    """Thresholds of the test, which compiled code takes as constants."""
+
+    relative_tolerance: float = 5e-4
+    """Lateral over longitudinal step that still counts as numerical noise."""
+    tolerance_mps: float = 1e-4
+    """Lateral speed that still counts as numerical noise: .1 mm/s, from rounding of the logged numbers."""
+    moving_mps: float = 0.02
+    """Slower steps do not count: at rest every pose obeys the constraint."""
+    memory_steps: float = 50.0
+    """Steps over which the running share is averaged: .5 s at 100 Hz."""
+    evidence_steps: int = 20
+    """Moving steps before a verdict."""
+
+
+RULES = IndependenceRules()
 
 
 @compiled
@@ -28,7 +41,7 @@ def lateral_is_noise(step: tuple[float, float], yaw_before: float, yaw_after: fl
     for yaw in (yaw_before, 0.5 * (yaw_before + yaw_after), yaw_after):
         cos, sin = np.cos(yaw), np.sin(yaw)
         along, across = abs(step[0] * cos + step[1] * sin), abs(step[1] * cos - step[0] * sin)
-        if across <= RELATIVE_TOLERANCE * along + TOLERANCE_MPS * step_s:
+        if across <= RULES.relative_tolerance * along + RULES.tolerance_mps * step_s:
             return True
     return False
 
@@ -40,16 +53,16 @@ class IndependenceState(NamedTuple):
 
     last_ns: I64
     last: F64
-    tally: F64
+    counts: F64
 
 
 def fresh_independence() -> IndependenceState:
-    """Nothing seen yet."""
+    """The state before the first row."""
     return IndependenceState(np.zeros(1, np.int64), np.full(3, np.nan), np.zeros(3))
 
 
 @compiled
-def judge_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
+def track_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
     """INDEPENDENT, NOT_INDEPENDENT or UNKNOWN at each row, (n,), from the steps up to it.
 
     A running median test over the steps at .02 m/s or more: once more than half of the recent ones break the
@@ -57,24 +70,24 @@ def judge_independence(t_ns: I64, pose: F64, state: IndependenceState) -> F64:
     shown that, it is not. ``pose`` (3, n); ``state`` is carried on in place.
     """
     out = np.empty(t_ns.shape[0])
-    tally = state.tally
+    counts = state.counts
     for i in range(t_ns.shape[0]):
-        if tally[1] == np.inf:
+        if counts[1] == np.inf:
             out[i:] = INDEPENDENT
             return out
         step = pose[0, i] - state.last[0], pose[1, i] - state.last[1]
         step_s = (t_ns[i] - state.last_ns[0]) * 1e-9
-        if np.hypot(step[0], step[1]) > MOVING_MPS * step_s:
+        if np.hypot(step[0], step[1]) > RULES.moving_mps * step_s:
             breaks = 0.0 if lateral_is_noise(step, state.last[2], pose[2, i], step_s) else 1.0
-            tally[0] += (breaks - tally[0]) / min(tally[2] + 1.0, MEMORY_STEPS)
-            tally[1] += breaks
-            tally[2] += 1.0
+            counts[0] += (breaks - counts[0]) / min(counts[2] + 1.0, RULES.memory_steps)
+            counts[1] += breaks
+            counts[2] += 1.0
         state.last_ns[0] = t_ns[i]
         state.last[:] = pose[:, i]
-        if tally[1] >= EVIDENCE_STEPS and tally[0] > 0.5:
-            tally[1] = np.inf
-        if tally[1] == np.inf:
+        if counts[1] >= RULES.evidence_steps and counts[0] > 0.5:
+            counts[1] = np.inf
+        if counts[1] == np.inf:
             out[i] = INDEPENDENT
         else:
-            out[i] = NOT_INDEPENDENT if tally[2] >= EVIDENCE_STEPS else UNKNOWN
+            out[i] = NOT_INDEPENDENT if counts[2] >= RULES.evidence_steps else UNKNOWN
     return out

@@ -1,4 +1,4 @@
-"""What every identifier takes in and what it says."""
+"""Input and output of every identifier."""
 
 from typing import NamedTuple, Protocol
 
@@ -9,12 +9,14 @@ from wmr_schemas.arrays import F64, I8, I64, U8, Bool
 
 
 class Evidence(NamedTuple):
-    """What is known up to each of n rows of strictly increasing time.
+    """Evidence at n rows of strictly increasing time; no row depends on a later one.
 
-    ``t_ns`` (n,); ``pose`` (3, n) x, y, yaw unwrapped; ``efforts`` (2, n) left and right, each the mean over
-    the interval that ends at the row, NaN where unknown; ``motion`` and ``force`` (n,), the sum of the
-    efforts through the same window; ``variances`` (2, n) of position and yaw noise; ``independence`` (n,);
-    ``restarts`` (n,): the pose has jumped, and has been carried back to within about its noise.
+    ``t_ns`` (n,) stamps. ``pose`` (3, n) repaired x, y in m and unwrapped yaw in rad. ``efforts`` (2, n) left
+    and right in N·m, each the mean over the interval that ends at the row, NaN where unknown. ``motion`` at
+    the instants t − δ. ``force`` (n,) the sum of the efforts in N·m through the same window as the motion.
+    ``known_acceleration`` (n,) dv_long/dt in m/s² by the model's further effects. ``variances`` (2, n) of the
+    noise of position and yaw. ``independence`` (n,) of the pose from wheel speeds. ``restarts`` (n,) rows
+    before which the pose has jumped; the repair leaves an error of about its noise.
     """
 
     t_ns: I64
@@ -29,10 +31,11 @@ class Evidence(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What an identifier says at each row, (n,); NaN where unknown.
+    """An identifier's answer at each row, (n,); NaN where unknown.
 
-    ``posterior`` (4, n) over ideal, skidding, slipping, both; all NaN from an identifier that has no
-    probabilities.
+    C_d with the thresholds of C_k and C_d; ``posterior`` (4, n) over ideal, skidding, slipping, both, all NaN
+    without probabilities; α in (m/s²)/(N·m) with its standard deviation; ``mode`` (ContactMode), ``mode_set``
+    (ModeSet) and ``outcome`` (Status).
     """
 
     c_d_mps2: F64

@@ -55,7 +55,7 @@ def body_motion(estimates: F64, gains: F64, variances: F64) -> F64:
 
 
 def motion_of(estimates: F64, gains: F64, variances: F64) -> Motion:
-    """:func:`body_motion` with its rows named."""
+    """The rows of :func:`body_motion` as a :class:`Motion`."""
     return Motion(*body_motion(estimates, gains, variances))
 
 

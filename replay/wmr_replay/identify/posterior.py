@@ -1,4 +1,4 @@
-"""From a posterior over the modes to a mode, a mode set and a reason."""
+"""From a posterior over the modes to a mode, a mode set and a status."""
 
 from typing import NamedTuple
 
@@ -12,13 +12,14 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.status import Status
 
 NOT_EXCLUDED = 0.05
-"""A mode is excluded when its posterior is below this."""
+"""A mode is excluded when its posterior is below this, as at the usual level of a test."""
 
 
-class Said(NamedTuple):
-    """What an identifier has said so far, after each of m bins: ``posterior`` (4, m), NaN where it had not
-    started, α and its sd (m,), whether the pose had just ``jumped`` (m,); which of these each row goes by,
-    ``at`` (n,).
+class BinEstimates(NamedTuple):
+    """Estimates of an identifier after each of m bins, and the bin that each of n rows takes.
+
+    ``posterior`` (4, m), NaN before the identifier has started; ``alpha`` and ``alpha_sd`` (m,); ``jumped``
+    (m,): the pose has just jumped; ``at`` (n,): index of the last bin that is complete at a row.
     """
 
     posterior: F64
@@ -28,30 +29,8 @@ class Said(NamedTuple):
     at: I64
 
 
-def decide(paper: Verdict, evidence: Evidence, said: Said, min_confidence: float, n_modes: int) -> Verdict:
-    """Verdicts from what was said last at each row.
-
-    ``mode`` is the most probable mode where it reaches ``min_confidence``, else −1. Where the pose is not
-    independent no mode is named and none excluded. The constraints and their thresholds are taken over from
-    ``paper``, and its whole verdict where the identifier has not started (a robot whose α is not known yet).
-    """
-    n, modes = len(said.at), decided_modes(said.posterior, min_confidence)
-    shown = Decision(
-        np.empty((4, n)),
-        paper.alpha.copy(),
-        paper.alpha_sd.copy(),
-        paper.mode.copy(),
-        paper.mode_set.copy(),
-        paper.outcome.copy(),
-    )
-    decide_rows(said, modes, evidence.independence, evidence.force, shown)
-    if n_modes == 3:
-        shown.posterior[3] = np.nan
-    return paper._replace(**shown._asdict())
-
-
 class Decision(NamedTuple):
-    """Columns of a verdict that are filled in, (n,) and (4, n)."""
+    """Columns of a verdict that the posterior decides, (4, n) and (n,)."""
 
     posterior: F64
     alpha: F64
@@ -59,6 +38,30 @@ class Decision(NamedTuple):
     mode: I8
     mode_set: U8
     outcome: I8
+
+
+def decide(
+    paper: Verdict, evidence: Evidence, estimates: BinEstimates, min_confidence: float, n_modes: int
+) -> Verdict:
+    """Verdicts (n,) from the latest estimates at each row.
+
+    ``mode`` is the most probable mode where it reaches ``min_confidence``, else −1. Where the pose is not
+    independent no mode is named and none excluded. The constraints and their thresholds are those of
+    ``paper``; before the identifier has started (a robot whose α is not known yet) the whole verdict is.
+    """
+    n, modes = len(estimates.at), decided_modes(estimates.posterior, min_confidence)
+    decision = Decision(
+        np.empty((4, n)),
+        paper.alpha.copy(),
+        paper.alpha_sd.copy(),
+        paper.mode.copy(),
+        paper.mode_set.copy(),
+        paper.outcome.copy(),
+    )
+    decide_rows(estimates, modes, evidence.independence, evidence.force, decision)
+    if n_modes == 3:
+        decision.posterior[3] = np.nan
+    return paper._replace(**decision._asdict())
 
 
 @compiled
@@ -70,29 +73,38 @@ def decided_modes(posterior: F64, min_confidence: float) -> I8:
         for k in range(4):
             best = k if posterior[k, i] > posterior[best, i] else best
             left += 1 << k if posterior[k, i] >= NOT_EXCLUDED else 0
-        out[0, i], out[1, i] = best if posterior[best, i] >= min_confidence else ContactMode.UNDECIDED, left
+        out[0, i] = best if posterior[best, i] >= min_confidence else ContactMode.UNDECIDED
+        out[1, i] = left
     return out
 
 
 @compiled
-def decide_rows(said: Said, modes: I8, independence: F64, force: F64, shown: Decision) -> None:
-    """The rows of :func:`decide`, over what ``paper`` says. An undecided row has a reason: no torque, too
-    small torques, too little turning.
+def decide_rows(
+    estimates: BinEstimates, modes: I8, independence: F64, force: F64, decision: Decision
+) -> None:
+    """The rows of :func:`decide`, in place of those in ``decision``, which holds the paper's verdict.
+
+    An undecided row keeps the paper's reason (torques too small, too little turning), or has no torque.
     """
-    at, said_posterior, said_alpha, said_sd = said.at, said.posterior, said.alpha, said.alpha_sd
-    posterior, alpha, alpha_sd = shown.posterior, shown.alpha, shown.alpha_sd
-    mode, mode_set, outcome, jumped = shown.mode, shown.mode_set, shown.outcome, said.jumped
+    at, bin_posterior, bin_alpha, bin_sd = (
+        estimates.at,
+        estimates.posterior,
+        estimates.alpha,
+        estimates.alpha_sd,
+    )
+    posterior, alpha, alpha_sd = decision.posterior, decision.alpha, decision.alpha_sd
+    mode, mode_set, outcome, jumped = decision.mode, decision.mode_set, decision.outcome, estimates.jumped
     for i in range(len(at)):
         m = at[i]
-        started = not np.isnan(said_posterior[0, m])
+        started = not np.isnan(bin_posterior[0, m])
         if started:
-            alpha[i], alpha_sd[i] = said_alpha[m], said_sd[m]
+            alpha[i], alpha_sd[i] = bin_alpha[m], bin_sd[m]
         if not started or independence[i] == NOT_INDEPENDENT:
             for k in range(4):
                 posterior[k, i] = np.nan
             continue
         for k in range(4):
-            posterior[k, i] = said_posterior[k, m]
+            posterior[k, i] = bin_posterior[k, m]
         mode[i], mode_set[i] = modes[0, m], modes[1, m]
         if jumped[m]:
             outcome[i] = Status.POSE_JUMP

@@ -5,7 +5,7 @@ import numpy as np
 from wmr_replay.align import PoseRepair, SampleBatch
 from wmr_replay.differentiate import Derivatives, NoiseTracker
 from wmr_replay.identify import Evidence, Motion, motion_of, wheel_slip
-from wmr_replay.identify.independence import fresh_independence, judge_independence
+from wmr_replay.identify.independence import fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
@@ -73,7 +73,7 @@ class Chain:
         return done
 
     def _advance(self, rows: SampleBatch) -> Columns:
-        """Rows under one design."""
+        """Repair rows, estimate the kept ones, and fill in the outliers, under one design."""
         rows = self._repair.push(rows)
         estimates = self._outliers.push(rows.kept, self._estimate(rows.without_outliers()))
         return measured_columns(self._start_ns, rows) | estimates
@@ -107,7 +107,7 @@ class Chain:
                 motion, derivatives.estimates[2, 0], derivatives.inputs[:2]
             ),
             variances=variances,
-            independence=judge_independence(rows.t_ns, rows.pose, self._independence),
+            independence=track_independence(rows.t_ns, rows.pose, self._independence),
             restarts=rows.restarts,
         )
 

@@ -51,7 +51,7 @@ def rule_window_s(settings: Settings, spec: KernelSpec, step_s: float, position_
 
 
 def first_design(settings: Settings, step_s: float, position_sd_m: float) -> Design:
-    """What the log begins with."""
+    """The design that holds at the log's start: the given one, or the rule's."""
     spec = KernelSpec(settings.degree, settings.kappa, settings.mu, settings.theta)
     if settings.window_s is not None:
         return Design(spec, settings.window_s, "given", "the window was given")

@@ -55,7 +55,7 @@ class Engine:
         return self._chain.n_outliers if self._chain else 0
 
     def push(self, batch: RawBatch) -> list[Columns]:
-        """Rows that the batch completes."""
+        """The rows of the table that the batch completes."""
         if self._first_pose_ns is None and len(batch.pose.t_ns):
             self._first_pose_ns = int(batch.pose.t_ns[0])
         corrected = self.model.corrected(batch, self._first_pose_ns or 0)
@@ -69,6 +69,7 @@ class Engine:
         return done + rest
 
     def _advance(self, rows: SampleBatch) -> list[Columns]:
+        """Aligned rows → rows of the table; the initial stretch is held until it is complete."""
         if not len(rows):
             return []
         if self._lag is not None:

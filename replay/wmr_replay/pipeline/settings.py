@@ -89,9 +89,9 @@ class Settings:
 
     @property
     def all_modes(self) -> ModeSet:
-        """``mode_set`` when nothing is excluded."""
+        """``mode_set`` of a row in which nothing is excluded."""
         return ModeSet.ALL if self.simultaneous else ModeSet.ALL_SINGLE
 
     def as_dict(self) -> dict[str, Any]:
-        """As they stand in ``summary.settings``."""
+        """The settings as ``summary.settings`` holds them."""
         return asdict(self)

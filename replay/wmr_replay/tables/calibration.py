@@ -1,4 +1,4 @@
-"""How honest the posterior is: Brier score and expected calibration error, gathered while rows stream by."""
+"""Calibration of the posterior: Brier score and expected calibration error, collected batch by batch."""
 
 import numpy as np
 import polars as pl

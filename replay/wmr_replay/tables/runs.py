@@ -30,6 +30,7 @@ class ModeRuns:
         return np.diff(self.start_ns, append=self.end_ns) / 1e9
 
     def __len__(self) -> int:
+        """Number of runs, n."""
         return len(self.start_ns)
 
 
@@ -67,5 +68,6 @@ class RunCollector:
         return ModeRuns(t_ns, n, mode_true, mode, warming, self._end_ns)
 
     def _reduce(self, rows: pl.DataFrame) -> pl.DataFrame:
+        """Consecutive rows of equal keys as one row."""
         grouped = rows.group_by(pl.struct(self.KEYS).rle_id().alias("run"), maintain_order=True)
         return grouped.agg(pl.col("t_ns").first(), pl.col("n").sum(), pl.col(self.KEYS).first()).drop("run")

@@ -56,7 +56,7 @@ class SummaryCollector:
 
     @property
     def duration_s(self) -> float:
-        """Last minus first pose stamp."""
+        """Last minus first pose stamp, in s."""
         return 0.0 if self.first_ns is None else (self.last_ns - self.first_ns) / 1e9
 
     def status_shares(self) -> dict[str, float]:
@@ -113,7 +113,7 @@ def summary_row(facts: LogFacts, collected: SummaryCollector, runs: ModeRuns) ->
 
 
 def summary_frame(row: dict[str, Any]) -> pl.DataFrame:
-    """The row as a table."""
+    """The summary row as a table of one row."""
     return pl.DataFrame([row], schema=polars_schema(SUMMARY))
 
 

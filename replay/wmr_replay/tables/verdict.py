@@ -1,4 +1,4 @@
-"""The result in a sentence or two, for a person."""
+"""The verdict: the result of a replay in a sentence or two."""
 
 from collections.abc import Mapping
 
@@ -28,7 +28,7 @@ def verdict_sentence(
     alpha: tuple[float, float] | None,
     robot: RobotParameters,
 ) -> str:
-    """What the rows after warm-up say.
+    """The verdict on the rows after warm-up.
 
     ``shares`` by mode label (with ``undecided``) and ``statuses`` by status are shares of those rows;
     ``alpha`` is the last estimate with its sd.

@@ -3,7 +3,7 @@
 The paper's differentiator with κ = μ = 0 is the least-squares fit of a polynomial on a window of fixed
 length; it averages over whatever mode the window holds. Here every window starts at a supposed switch and
 grows until the next one, and the fit is of the mode's own equations, which are linear in few unknowns: the
-motion, α, its like in yaw, and what the mode leaves free
+motion, α, the yaw gain, and what the mode leaves free
 (:mod:`~wmr_replay.identify.algebraic.regression`). Hypotheses about when the mode switched
 (:mod:`~wmr_replay.identify.algebraic.branches`) are weighed by the likelihood of the poses under these fits:
 a Bayesian sequential test (:mod:`~wmr_replay.identify.algebraic.filter`). It needs torques and pose alone,
@@ -15,7 +15,7 @@ estimation by linear identities on windows that restart; Fearnhead, Liu (2007) f
 change points.
 """
 
-from wmr_replay.identify.algebraic.beliefs import Beliefs, believe
 from wmr_replay.identify.algebraic.identifier import AlgebraicIdentifier, AlgebraicSettings
+from wmr_replay.identify.algebraic.priors import Priors, make_priors
 
-__all__ = ["AlgebraicIdentifier", "AlgebraicSettings", "Beliefs", "believe"]
+__all__ = ["AlgebraicIdentifier", "AlgebraicSettings", "Priors", "make_priors"]

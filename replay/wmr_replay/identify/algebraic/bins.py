@@ -1,23 +1,19 @@
-"""Rows to bins: means over short intervals on a fixed grid in time, without outliers.
+"""Bins: means over short intervals on a fixed grid in time, without outliers.
 
-The mean over an interval is the first iterated integral of the algebraic kernels; it loses nothing that
-matters when the interval is short against the motion, and makes 40 rows at 1 kHz one equation.
+The mean over an interval is the first iterated integral of the algebraic kernels. It keeps the information of
+the rows where the interval is short against the motion, and makes 40 rows at 1 kHz one equation.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.identify.algebraic.rules import RULES
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.compiled import compiled
 
-BIN_NS = 40_000_000
 COUNT, T, POSE, IMPULSE, VARIANCES, N_SUMS = 0, 1, 2, 5, 8, 11
-OUTLIER_SD, MAX_OUTLIERS = 6.0, 5
-MARGIN_MPS, MARGIN_RADPS = 1.0, 1.0
 NONE_NS = 2**62
-MIN_SD = 1e-4
-"""No pose is trusted beyond .1 mm and .1 mrad."""
 
 
 class Bins(NamedTuple):
@@ -49,8 +45,8 @@ class Measured(NamedTuple):
     restarts: Bool
 
 
-def no_bins() -> Bins:
-    """Nothing seen yet."""
+def empty_bins() -> Bins:
+    """The state before the first row."""
     return Bins(
         np.zeros(N_SUMS), np.zeros(3), np.zeros(3), np.full(5, NONE_NS, np.int64), np.zeros(1, np.int64)
     )
@@ -58,15 +54,15 @@ def no_bins() -> Bins:
 
 @compiled
 def begin_at(bins: Bins, rows: Measured, i: int) -> None:
-    """The very first row."""
+    """Start the grid of bins at row i, the log's first."""
     bins.stamps_ns[:] = rows.t_ns[i]
     bins.accepted[:] = rows.pose[:, i]
     reopen(bins, rows.t_ns[i])
 
 
 @compiled
-def forget(bins: Bins, rows: Measured, i: int) -> None:
-    """The pose has jumped before row i: what the open bin holds of it is worth nothing."""
+def discard_open_bin(bins: Bins, rows: Measured, i: int) -> None:
+    """Empty the open bin: the pose has jumped before row i."""
     bins.sums[:] = 0.0
     bins.accepted[:] = rows.pose[:, i]
 
@@ -75,11 +71,11 @@ def forget(bins: Bins, rows: Measured, i: int) -> None:
 def beyond(away: float, moved: float, variance: float) -> bool:
     """Whether a distance is more than noise (6 sd of a difference) and motion explain."""
     rest = away - moved
-    return bool(rest > 0.0 and rest * rest > 2.0 * OUTLIER_SD**2 * variance)
+    return bool(rest > 0.0 and rest * rest > 2.0 * RULES.outlier_sd**2 * variance)
 
 
 @compiled
-def fill(
+def fill_bin(
     bins: Bins, rows: Measured, i: int, speed_mps: float, turn_radps: float, outliers: Bool
 ) -> tuple[int, int]:
     """Rows from i on into the open bin, until it is full, ends, or the pose jumps; row i does belong there.
@@ -88,10 +84,10 @@ def fill(
     the last two. A bin in which that does not lie is full. The impulse up to a row comes from the efforts'
     mean over the interval that ends with it. A row is outlying when it is further from the last accepted one
     than noise and twice the present motion explain; after five such rows in a row the pose has jumped: the
-    row is accepted, and the bin begins anew with it.
+    row is accepted, and the bin restarts with it.
     """
     sums, impulse, accepted, stamps = bins.sums, bins.impulse, bins.accepted, bins.stamps_ns
-    speed, turn = 2.0 * abs(speed_mps) + MARGIN_MPS, 2.0 * abs(turn_radps) + MARGIN_RADPS
+    speed, turn = 2.0 * abs(speed_mps) + RULES.margin_mps, 2.0 * abs(turn_radps) + RULES.margin_radps
     start_ns, last_ns, end_ns, accepted_ns = stamps[0], stamps[1], stamps[2], stamps[3]
     n_far = bins.outliers[0]
     along, around, silent_s = impulse[0], impulse[1], impulse[2]
@@ -119,7 +115,7 @@ def fill(
         far = beyond(max(abs(at_x - x), abs(at_y - y)), speed * dt_s, position)
         far = far or beyond(abs(at_yaw - yaw), turn * dt_s, turning)
         n_far = n_far + 1 if far else 0
-        if n_far > MAX_OUTLIERS:
+        if n_far > RULES.max_outliers:
             sums[:] = 0.0
             n_far, far = 0, False
         outliers[i] = far
@@ -153,7 +149,7 @@ def opens_after(bins: Bins, t_ns: int) -> bool:
 def reopen(bins: Bins, t_ns: int) -> None:
     """The bin in which ``t_ns`` lies is the open one, and empty."""
     start_ns = bins.stamps_ns[0]
-    bins.stamps_ns[2] = start_ns + ((t_ns - start_ns) // BIN_NS + 1) * BIN_NS
+    bins.stamps_ns[2] = start_ns + ((t_ns - start_ns) // RULES.bin_ns + 1) * RULES.bin_ns
     bins.sums[:] = 0.0
 
 
@@ -164,5 +160,5 @@ def means(bins: Bins) -> F64:
     for c in range(N_SUMS):
         out[c] = bins.sums[c] / bins.sums[COUNT]
         if c >= VARIANCES:
-            out[c] = out[c] / bins.sums[COUNT] + MIN_SD**2
+            out[c] = out[c] / bins.sums[COUNT] + RULES.min_sd**2
     return out

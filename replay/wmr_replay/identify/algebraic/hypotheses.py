@@ -8,26 +8,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.identify.algebraic.beliefs import Beliefs
+from wmr_replay.identify.algebraic.priors import Priors
 from wmr_replay.identify.algebraic.regression import (
     ALPHA,
     LOG_DECAY,
+    MODE_STATE,
     N_UNKNOWNS,
-    OWN,
     V_LONG,
     YAW,
     YAW_RATE,
     X,
     Y,
 )
+from wmr_replay.identify.algebraic.rules import RULES
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled import compiled
 from wmr_schemas.modes import ContactMode
 
-N_KEPT = 12
-CAPACITY = 3 * N_KEPT + 1
+CAPACITY = 3 * RULES.n_kept + 1
 """Each may have two children, and the first one more."""
-MIN_GAIN_LOG = float(np.log(0.01))
 
 
 class Hypotheses(NamedTuple):
@@ -43,8 +42,8 @@ class Hypotheses(NamedTuple):
     used: I64
 
 
-def no_hypotheses() -> Hypotheses:
-    """Room for them."""
+def empty_hypotheses() -> Hypotheses:
+    """An empty set with room for ``CAPACITY`` hypotheses."""
     return Hypotheses(
         np.zeros((CAPACITY, N_UNKNOWNS)),
         np.zeros((CAPACITY, N_UNKNOWNS, N_UNKNOWNS)),
@@ -66,7 +65,7 @@ def copy_row(source: Hypotheses, i: int, target: Hypotheses, k: int) -> None:
 
 @compiled
 def copy_all(source: Hypotheses, target: Hypotheses) -> None:
-    """All rows in use."""
+    """Copy all hypotheses of one set into another."""
     n = source.used[0]
     target.mean[:n], target.covariance[:n] = source.mean[:n], source.covariance[:n]
     target.log_p[:n], target.mode[:n] = source.log_p[:n], source.mode[:n]
@@ -74,7 +73,7 @@ def copy_all(source: Hypotheses, target: Hypotheses) -> None:
 
 
 @compiled
-def begin(all_: Hypotheses, pose: F64, variances: F64, gains: F64, beliefs: Beliefs) -> None:
+def initialise(all_: Hypotheses, pose: F64, variances: F64, gains: F64, priors: Priors) -> None:
     """One hypothesis for each mode, at a pose; ``gains`` (2, 3): mean and variance of α, β and ℓ."""
     for mode in range(3):
         mean, covariance = all_.mean[mode], all_.covariance[mode]
@@ -83,41 +82,41 @@ def begin(all_: Hypotheses, pose: F64, variances: F64, gains: F64, beliefs: Beli
         mean[:3], mean[ALPHA:] = pose, gains[0]
         for c in range(3):
             covariance[c, c], covariance[ALPHA + c, ALPHA + c] = variances[c], gains[1, c]
-        covariance[V_LONG, V_LONG] = beliefs.start_speed_mps**2
-        covariance[YAW_RATE, YAW_RATE] = beliefs.start_yaw_rate_radps**2
-        enter(mean, covariance, mode, beliefs)
-        p = beliefs.start_slipping if mode == ContactMode.SLIPPING else 0.5 * (1.0 - beliefs.start_slipping)
+        covariance[V_LONG, V_LONG] = priors.start_speed_mps**2
+        covariance[YAW_RATE, YAW_RATE] = priors.start_yaw_rate_radps**2
+        enter_mode(mean, covariance, mode, priors)
+        p = priors.start_slipping if mode == ContactMode.SLIPPING else 0.5 * (1.0 - priors.start_slipping)
         if mode == ContactMode.SKIDDING:
-            covariance[OWN, OWN] = beliefs.start_lateral_mps**2
+            covariance[MODE_STATE, MODE_STATE] = priors.start_lateral_mps**2
         all_.mode[mode], all_.log_p[mode] = mode, np.log(p)
     all_.used[0] = 3
 
 
 @compiled
-def enter(mean: F64, covariance: F64, mode: int, beliefs: Beliefs) -> None:
+def enter_mode(mean: F64, covariance: F64, mode: int, priors: Priors) -> None:
     """The mode's own unknown at its onset: v_lat = 0, or ρα with ρ = ``traction`` ± ``traction_sd``."""
-    mean[OWN] = 0.0
-    covariance[OWN] = 0.0
-    covariance[:, OWN] = 0.0
+    mean[MODE_STATE] = 0.0
+    covariance[MODE_STATE] = 0.0
+    covariance[:, MODE_STATE] = 0.0
     if mode == ContactMode.SLIPPING:
-        mean[OWN] = beliefs.traction * mean[ALPHA]
-        covariance[OWN] = beliefs.traction * covariance[ALPHA]
-        covariance[:, OWN] = covariance[OWN]
-        spread = (beliefs.traction**2 + beliefs.traction_sd**2) * covariance[ALPHA, ALPHA]
-        covariance[OWN, OWN] = spread + (beliefs.traction_sd * mean[ALPHA]) ** 2
+        mean[MODE_STATE] = priors.traction * mean[ALPHA]
+        covariance[MODE_STATE] = priors.traction * covariance[ALPHA]
+        covariance[:, MODE_STATE] = covariance[MODE_STATE]
+        spread = (priors.traction**2 + priors.traction_sd**2) * covariance[ALPHA, ALPHA]
+        covariance[MODE_STATE, MODE_STATE] = spread + (priors.traction_sd * mean[ALPHA]) ** 2
 
 
 @compiled
-def release_pose(all_: Hypotheses, beliefs: Beliefs) -> None:
-    """The pose has jumped: what was known of x, y and ψ holds no more, what was known of the motion does."""
+def release_pose(all_: Hypotheses, priors: Priors) -> None:
+    """Widen x, y and ψ of every hypothesis after a jump of the pose; the motion stays."""
     for i in range(all_.used[0]):
-        for c, jump in ((X, beliefs.jump_m), (Y, beliefs.jump_m), (YAW, beliefs.jump_rad)):
+        for c, jump in ((X, priors.jump_m), (Y, priors.jump_m), (YAW, priors.jump_rad)):
             all_.covariance[i, c, c] += jump**2
 
 
 @compiled
 def normalise(all_: Hypotheses) -> None:
-    """Probabilities that sum to 1."""
+    """Scale the probabilities so that they sum to 1."""
     n = all_.used[0]
     highest = all_.log_p[:n].max()
     all_.log_p[:n] -= highest + np.log(np.exp(all_.log_p[:n] - highest).sum())
@@ -135,9 +134,9 @@ def mean_of(all_: Hypotheses, log_decay: float) -> F64:
         p, skids = np.exp(all_.log_p[i]), all_.mode[i] == ContactMode.SKIDDING
         skidding += p if skids else 0.0
         for c in range(N_UNKNOWNS):
-            if skids or c not in (OWN, LOG_DECAY):
+            if skids or c not in (MODE_STATE, LOG_DECAY):
                 out[c] += p * all_.mean[i, c]
-    out[OWN] /= skidding
+    out[MODE_STATE] /= skidding
     out[LOG_DECAY] /= skidding
     return out
 
@@ -147,7 +146,7 @@ def gains_of(all_: Hypotheses) -> F64:
     """Mean and variance of α, β and ℓ, (2, 3), over the hypotheses that hold at least 1 %."""
     total, out = 0.0, np.zeros((2, 3))
     for i in range(all_.used[0]):
-        if all_.log_p[i] < MIN_GAIN_LOG:
+        if all_.log_p[i] < RULES.min_gain_log:
             continue
         p = np.exp(all_.log_p[i])
         total += p

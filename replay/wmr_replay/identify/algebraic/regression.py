@@ -18,15 +18,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.identify.algebraic.beliefs import Beliefs
+from wmr_replay.identify.algebraic.priors import Priors
+from wmr_replay.identify.algebraic.rules import RULES
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
 from wmr_schemas.modes import ContactMode
 
-X, Y, YAW, V_LONG, OWN, YAW_RATE, ALPHA, YAW_GAIN, LOG_DECAY, ONE = range(10)
+X, Y, YAW, V_LONG, MODE_STATE, YAW_RATE, ALPHA, YAW_GAIN, LOG_DECAY, ONE = range(10)
 N_UNKNOWNS, N_MOVING = 9, 6
 """x … ω move; α, β and ℓ stay, but for their drift."""
-MIN_LOG_DECAY, MAX_LOG_DECAY = -2.0, 4.0
 
 
 class Reference(NamedTuple):
@@ -56,13 +56,13 @@ class Step(NamedTuple):
 
 @compiled
 def add_row(out: F64, row: int, factor: float, source: int) -> None:
-    """``out[row] += factor · out[source]``."""
+    """Row operation ``out[row] += factor · out[source]``."""
     for j in range(out.shape[1]):
         out[row, j] += factor * out[source, j]
 
 
 @compiled
-def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
+def transition(mode: int, at: Reference, step: Step, priors: Priors, out: F64) -> None:
     """A of z⁺ = A (z, 1) into ``out`` (6, 10): the unknowns that move, the midpoint rule throughout."""
     dt_s = step.dt_s
     known = not np.isnan(step.force)
@@ -70,8 +70,8 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
     out[:, :] = 0.0
     for i in range(N_MOVING):
         out[i, i] = 1.0
-    out[V_LONG, OWN if mode == ContactMode.SLIPPING else ALPHA] = force * dt_s
-    out[YAW_RATE, YAW_GAIN] = difference * dt_s * (beliefs.traction if mode == ContactMode.SLIPPING else 1.0)
+    out[V_LONG, MODE_STATE if mode == ContactMode.SLIPPING else ALPHA] = force * dt_s
+    out[YAW_RATE, YAW_GAIN] = difference * dt_s * (priors.traction if mode == ContactMode.SLIPPING else 1.0)
     out[V_LONG, ONE], out[YAW_RATE, ONE] = step.ahead_mps2 * dt_s, step.turning_radps2 * dt_s
     if mode == ContactMode.SKIDDING:
         skid(at, step, out)
@@ -84,20 +84,23 @@ def transition(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64)
 def skid(at: Reference, step: Step, out: F64) -> None:
     """v_lat, exact for a constant λ and a constant drive a − vω, and its share in dv_long/dt."""
     dt_s = step.dt_s
-    log_decay = min(max(at.log_decay, MIN_LOG_DECAY), MAX_LOG_DECAY)
+    log_decay = min(max(at.log_decay, RULES.min_log_decay), RULES.max_log_decay)
     decay = np.exp(log_decay)
     left = np.exp(-decay * dt_s)
     reach_s = (1.0 - left) / decay
     linear = -at.v_long_mps * at.yaw_rate_radps
     drive = linear + step.aside_mps2
     by_decay = -decay * dt_s * left * at.v_lat_mps + drive * (decay * dt_s * left - (1.0 - left)) / decay
-    out[OWN, OWN] = left
-    out[OWN, V_LONG], out[OWN, YAW_RATE] = -reach_s * at.yaw_rate_radps, -reach_s * at.v_long_mps
-    out[OWN, LOG_DECAY] = by_decay
-    out[OWN, ONE] = reach_s * (step.aside_mps2 - linear) - by_decay * log_decay
+    out[MODE_STATE, MODE_STATE] = left
+    out[MODE_STATE, V_LONG], out[MODE_STATE, YAW_RATE] = (
+        -reach_s * at.yaw_rate_radps,
+        -reach_s * at.v_long_mps,
+    )
+    out[MODE_STATE, LOG_DECAY] = by_decay
+    out[MODE_STATE, ONE] = reach_s * (step.aside_mps2 - linear) - by_decay * log_decay
     share = at.yaw_rate_radps * dt_s / 6.0
-    add_row(out, V_LONG, share, OWN)
-    out[V_LONG, OWN] += share
+    add_row(out, V_LONG, share, MODE_STATE)
+    out[V_LONG, MODE_STATE] += share
 
 
 @compiled
@@ -114,29 +117,29 @@ def displace(mode: int, at: Reference, dt_s: float, out: F64) -> None:
         out[row, YAW] += half * turned
         out[row, ONE] -= dt_s * turned * at.yaw_rad
         if mode == ContactMode.SKIDDING:
-            add_row(out, row, half * across, OWN)
-            out[row, OWN] += half * across
+            add_row(out, row, half * across, MODE_STATE)
+            out[row, MODE_STATE] += half * across
 
 
 @compiled
-def disturbance(mode: int, at: Reference, step: Step, beliefs: Beliefs, out: F64) -> None:
+def process_noise(mode: int, at: Reference, step: Step, priors: Priors, out: F64) -> None:
     """What the regression leaves out, as white noise over the step: variances into ``out`` (9,)."""
     dt_s, known = step.dt_s, not np.isnan(step.force)
     out[:] = 0.0
-    out[V_LONG] = (beliefs.long_diffusion if known else beliefs.free_long_diffusion) ** 2 * dt_s
-    out[YAW_RATE] = (beliefs.yaw_diffusion if known else beliefs.free_yaw_diffusion) ** 2 * dt_s
+    out[V_LONG] = (priors.long_diffusion if known else priors.free_long_diffusion) ** 2 * dt_s
+    out[YAW_RATE] = (priors.yaw_diffusion if known else priors.free_yaw_diffusion) ** 2 * dt_s
     if mode == ContactMode.SLIPPING and known:
-        out[YAW_RATE] += (beliefs.yaw_traction_diffusion * at.yaw_gain * step.difference) ** 2 * dt_s
+        out[YAW_RATE] += (priors.yaw_traction_diffusion * at.yaw_gain * step.difference) ** 2 * dt_s
     if mode == ContactMode.SKIDDING:
-        side = beliefs.side_force_diffusion * at.v_long_mps * at.yaw_rate_radps
-        out[OWN] = (side**2 + beliefs.long_diffusion**2) * dt_s
-    out[ALPHA] = (beliefs.gain_drift * at.alpha) ** 2 * dt_s
-    out[YAW_GAIN] = (beliefs.gain_drift * at.yaw_gain) ** 2 * dt_s
-    out[LOG_DECAY] = beliefs.log_decay_drift**2 * dt_s
+        side = priors.side_force_diffusion * at.v_long_mps * at.yaw_rate_radps
+        out[MODE_STATE] = (side**2 + priors.long_diffusion**2) * dt_s
+    out[ALPHA] = (priors.gain_drift * at.alpha) ** 2 * dt_s
+    out[YAW_GAIN] = (priors.gain_drift * at.yaw_gain) ** 2 * dt_s
+    out[LOG_DECAY] = priors.log_decay_drift**2 * dt_s
 
 
 @compiled(fastmath={"contract", "reassoc"})
-def predict(mean: F64, covariance: F64, matrix: F64, noise: F64, work: F64) -> None:
+def time_update(mean: F64, covariance: F64, matrix: F64, noise: F64, work: F64) -> None:
     """Z ← A (z, 1), P ← A P Aᵀ + diag(noise), in place; ``work`` (6, 10) is scratch."""
     multiply(mean, covariance, matrix, work)
     for i in range(N_MOVING):
@@ -169,7 +172,9 @@ def multiply(mean: F64, covariance: F64, matrix: F64, out: F64) -> None:
 
 
 @compiled(fastmath={"contract", "reassoc"})
-def correct(mean: F64, covariance: F64, pose: F64, variances: F64, row: F64) -> tuple[float, float]:
+def measurement_update(
+    mean: F64, covariance: F64, pose: F64, variances: F64, row: F64
+) -> tuple[float, float]:
     """Least squares with one more pose, (3,) each; returns its log likelihood and the χ² of its errors.
 
     ``row`` (9,) is scratch.

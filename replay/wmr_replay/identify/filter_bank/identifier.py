@@ -10,7 +10,7 @@ from wmr_replay.identify.filter_bank.start import start_population
 from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
 from wmr_replay.identify.filter_bank.steps import Drift, run_bins
 from wmr_replay.identify.interface import Evidence, Verdict
-from wmr_replay.identify.posterior import Said, decide
+from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_schemas.arrays import F64, I64, NS_PER_S
@@ -73,7 +73,7 @@ class BankIdentifier:
         said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
         self._said = said[:, -1]
         alpha = np.exp(said[4])
-        answers = Said(said[:4], alpha, alpha * np.sqrt(said[5]), said[6] >= JUMP_PROBABLE, done)
+        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), said[6] >= JUMP_PROBABLE, done)
         return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
 
     def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:

@@ -19,7 +19,7 @@ class AlphaState(NamedTuple):
 
 
 def fresh_alpha() -> AlphaState:
-    """Nothing seen yet."""
+    """The regression before its first row."""
     long_ago = np.int64(-(2**61))
     return AlphaState(np.zeros(2), np.zeros(3), np.array([long_ago, long_ago, long_ago]))
 
@@ -33,7 +33,7 @@ def regress_alpha(
 
     y = dv_long/dt − v_lat ω/3 = α F in ideal rolling and in skidding, (14) and (15). A row counts once a
     window has passed after it, and one before it, without a sign of slip: it then holds no slip itself.
-    Returns the stamp before which nothing more happens without slip.
+    Returns the stamp before which a call without slip changes nothing.
     """
     sums, pending, stamps = state.sums, state.pending, state.stamps_ns
     if slips:

@@ -21,10 +21,6 @@ from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
 
-UNKNOWN_SKID_TIME_S = 0.1
-"""Lateral time constant that is presumed, where the stiffness is unknown, to ask whether a skid would show.
-"""
-ALPHA_KNOWN_WITHIN = 0.1
 THIRD = 1 / 3
 SET_IDEAL, SET_SKIDDING, SET_SLIPPING = int(ModeSet.IDEAL), int(ModeSet.SKIDDING), int(ModeSet.SLIPPING)
 NONE_EXCLUDED = int(ModeSet.ALL_SINGLE)
@@ -32,7 +28,7 @@ NONE_EXCLUDED = int(ModeSet.ALL_SINGLE)
 
 
 class Rules(NamedTuple):
-    """Constants of the scheme. NaN: unknown."""
+    """Constants of the scheme, from settings and robot; NaN where unknown."""
 
     threshold_sd: float
     min_c_k_mps: float
@@ -43,6 +39,16 @@ class Rules(NamedTuple):
     average_speed_mps: float
     window_ns: int
     min_sideslip: float
+    unknown_skid_time_s: float = 0.1
+    """Lateral time constant where the stiffness is unknown, to decide whether a skid would show. The paper's
+    robot has v/8 s with v in m/s: this is its value at .8 m/s.
+    """
+    alpha_known_within: float = 0.1
+    """Without a nominal α, C_d uses the regression's once its relative sd is below this: an error of 10 % of
+    the torque's share, which the usual threshold of 3 sd covers in moderate driving.
+    """
+    min_average_speed_mps: float = 0.3
+    """Floor of the average speed in assumption 4 of the paper, where the robot stands almost still."""
 
 
 def make_rules(
@@ -80,10 +86,10 @@ def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: flo
     """
     speed = rules.average_speed_mps
     if np.isnan(speed):
-        speed = max(np.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2), 0.3)
-    settle_s = (
-        UNKNOWN_SKID_TIME_S if np.isnan(rules.skid_time_per_speed) else rules.skid_time_per_speed * speed
-    )
+        speed = np.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2)
+        speed = max(speed, rules.min_average_speed_mps)
+    known = not np.isnan(rules.skid_time_per_speed)
+    settle_s = rules.skid_time_per_speed * speed if known else rules.unknown_skid_time_s
     return abs(v_long * yaw_rate) * settle_s >= threshold
 
 
@@ -120,7 +126,7 @@ def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
 
 
 @compiled
-def judge_rows(
+def threshold_rows(
     t_ns: I64, motion: Motion, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
 ) -> tuple[F64, I8]:
     """The scheme row by row: ``force`` = Σeffort through the same window as the ``motion``, (n,).
@@ -146,7 +152,7 @@ def judge_rows(
             continue
         yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
-        if np.isnan(used) and fitted_sd <= ALPHA_KNOWN_WITHIN * fitted:
+        if np.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
             used = fitted
         threshold_k = max(
             rules.threshold_sd * v_lat_sds[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
@@ -186,8 +192,8 @@ class PaperIdentifier:
         self._alpha = fresh_alpha()
 
     def push(self, evidence: Evidence) -> Verdict:
-        """Rows in strictly increasing time; see :func:`judge_rows`."""
-        values, verdicts = judge_rows(
+        """Rows in strictly increasing time; see :func:`threshold_rows`."""
+        values, verdicts = threshold_rows(
             evidence.t_ns,
             evidence.motion,
             evidence.force,

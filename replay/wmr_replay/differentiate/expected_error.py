@@ -1,8 +1,8 @@
-"""What a differentiator is expected to do on a stretch of a signal.
+"""Expected error of a linear differentiator on a stretch of a signal.
 
-Noise comes from the taps: σ² Σ h². Bias needs the true derivative, which nobody has: a smooth guess stands in
-for it (``smoother``), and the part of the apparent bias that is only noise left in the guess is taken off,
-measured on a noise realisation sent the same way.
+The noise follows from the taps: σ² Σ h². The bias needs the true derivative, which is unknown: a smooth guess
+stands in for it (``smoother``). Noise that is left in the guess adds to the apparent bias. A realisation of
+noise through the same smoother measures that part, which is subtracted.
 """
 
 from dataclasses import dataclass, replace
@@ -27,9 +27,7 @@ def convolved(signal: F64, taps: F64) -> F64:
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a differentiator is expected to do on such a signal, in units of the derivative; ``label`` names
-    it.
-    """
+    """Expected error of differentiator ``label`` in units of the derivative: noise ``sd`` and ``bias``."""
 
     label: str
     delay_s: float
@@ -40,11 +38,11 @@ class Expectation:
 
     @property
     def rmse(self) -> float:
-        """√(sd² + bias²)."""
+        """Root mean square error, √(sd² + bias²)."""
         return float(np.hypot(self.sd, self.bias))
 
 
-class Judge:
+class ErrorModel:
     """Expected error of any linear differentiator on a stretch (n,), sampled every ``step_s``, noise of sd
     ``sigma``.
     """
