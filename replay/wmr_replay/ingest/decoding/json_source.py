@@ -124,7 +124,7 @@ class JsonSource:
         return self._kinds[row]
 
     def exemplar(self, row: int) -> bytes:
-        """One message's text."""
+        """The text of the message in that row."""
         start = self.starts[row]
         return self.data[start : start + self.lengths[row]].tobytes()
 
