@@ -1,6 +1,8 @@
 """Synthetic logs as batches, without a file in between; the yardstick."""
 
 import importlib.util
+import os
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,6 +21,9 @@ from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, record, synthesise
 
+HERE = Path(__file__).parent
+SHARED = Path(os.environ.get("WMR_SHARED_DATA", HERE.parents[1].parent / "shared" / "data"))
+NOT_SHARED = "the shared data are not beside the project"
 SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 
 
@@ -113,3 +118,52 @@ def short_logs(tmp_path_factory):
     for seed, name in enumerate(("a.mcap", "b.mcap", "below/c.mcap")):
         record(synthesise("random", seed=seed, duration_s=6, sensors=SENSORS), folder / name)
     return folder
+
+
+@pytest.fixture(scope="session")
+def shared_data():
+    """``shared_data("logs", "a.mcap")``: a file or folder of the shared data, see their README.
+
+    Without the shared data the test is skipped; with them a file that is missing is a failure.
+    """
+
+    def path(*parts: str) -> Path:
+        if not SHARED.is_dir():
+            pytest.skip(NOT_SHARED)
+        found = SHARED.joinpath(*parts)
+        assert found.exists(), f"{found} is missing in the shared data"
+        return found
+
+    return path
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """In CI no test may be skipped for want of shared data that are there."""
+    report = yield
+    skipped_here = (
+        report.skipped and not hasattr(report, "wasxfail") and "beside the project" in str(report.longrepr)
+    )
+    if skipped_here and SHARED.is_dir() and os.environ.get("CI"):
+        report.outcome, report.longrepr = "failed", f"skipped although {SHARED} is there: {report.longrepr}"
+    return report
+
+
+@pytest.fixture(scope="session")
+def conformance():
+    """The module that writes the files of MCAP's conformance suite."""
+    return _module("conformance")
+
+
+@pytest.fixture(scope="session")
+def real_shapes():
+    """The module that writes logs in the shapes of real ones."""
+    return _module("real_shapes")
+
+
+def _module(name: str):
+    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module

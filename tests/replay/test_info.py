@@ -13,7 +13,6 @@ from wmr_schemas import PAPER_ROBOT, ModeTrack, PoseTrack, TorqueTrack
 from wmr_schemas.errors import ChannelNotFound
 from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, ros2
 
-LOGS = Path(__file__).parents[2].parent / "shared" / "data" / "logs"
 T0 = 1_700_000_000_000_000_000
 N = 101
 
@@ -129,8 +128,12 @@ def test_a_mapping_file_is_heeded(log, tmp_path):
     assert facts["robot"] == {"alpha": 2.0}
 
 
-@pytest.mark.skipif(not LOGS.is_dir(), reason="the real logs are not beside the project")
-def test_the_turtlebots_log_warns_of_odometry_and_empty_efforts():
-    text = run(LOGS / "fuse_turtlebot3.mcap")
+@pytest.mark.parametrize("source", ["made", "real"])
+def test_a_turtlebots_log_warns_of_odometry_and_empty_efforts(source, shared_data, real_shapes, tmp_path):
+    if source == "real":
+        path = shared_data("logs", "fuse_turtlebot3.mcap")
+    else:
+        path = real_shapes.turtlebot(tmp_path / "turtlebot.mcap")
+    text = run(path)
     assert "by its name the pose is odometry" in text
     assert "2741 torque messages without an effort" in text

@@ -1,6 +1,5 @@
 """Decimal numbers in JSON: the double that Python reads, bit for bit, or a plain refusal."""
 
-import math
 import struct
 
 import numpy as np
@@ -63,8 +62,7 @@ def test_what_is_no_json_number_is_refused(text):
 
 
 @pytest.mark.parametrize("text", ["1e400", "-1e999999", "5e-324", "123456789012345678901"])
-def test_what_cannot_be_told_for_sure_is_refused(text):
-    assert math.isfinite(float(text)) or "e" in text
+def test_numbers_beyond_the_normal_doubles_or_19_digits_are_refused(text):
     assert read(text)[1] == -1
 
 

@@ -19,8 +19,6 @@ from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, polars_schema
 from wmr_synth import Sensors, record, synthesise
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data" / "logs"
-needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the shared logs do not lie beside the project")
 SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 BINARY = Path(sys.executable).with_name("wmr-replay")
 
@@ -218,23 +216,34 @@ def test_a_model_file_parameter_overrides_the_logs_own(log, tmp_path):
     assert json.loads(done.stdout)["settings"]["robot"] == {"alpha": 0.05}
 
 
-@needs_data
-def test_turtlebot_odometry_is_recognised_and_no_claim_about_skidding_is_made(tmp_path):
-    done = command("run", DATA / "fuse_turtlebot3.mcap", "--out", "out", cwd=tmp_path)
+@pytest.mark.parametrize("source", ["made", "real"])
+def test_turtlebot_odometry_is_recognised_and_no_claim_about_skidding_is_made(
+    source, shared_data, real_shapes, tmp_path
+):
+    if source == "real":
+        path = shared_data("logs", "fuse_turtlebot3.mcap")
+    else:
+        path = real_shapes.turtlebot(tmp_path / "turtlebot.mcap")
+    done = command("run", path, "--out", "out", cwd=tmp_path)
     assert "integrated from wheel speeds" in done.stdout
     assert "without wheel torques ideal rolling and slipping cannot be told apart" in done.stdout
-    samples = pl.read_parquet(tmp_path / "out" / "fuse_turtlebot3.samples.parquet")
+    samples = pl.read_parquet(tmp_path / "out" / f"{path.stem}.samples.parquet")
     assert len(samples) == 2741
     warm = samples.filter(pl.col("status") != "warming_up")
+    assert len(warm) > 2000
     assert (warm["status"] == "pose_not_independent").mean() > 0.95
     assert (samples["mode"] == -1).all()
     assert samples["c_d_mps2"].null_count() == len(samples)
     assert warm["v_lat_mps"].abs().median() < 3e-4
 
 
-@needs_data
-def test_a_log_of_commands_only_gets_exit_code_3(tmp_path):
-    message = command("run", DATA / "replay_testing_cmd_vel_only.mcap", cwd=tmp_path, code=3).stderr
+@pytest.mark.parametrize("source", ["made", "real"])
+def test_a_log_of_commands_only_gets_exit_code_3(source, shared_data, real_shapes, tmp_path):
+    if source == "real":
+        path = shared_data("logs", "replay_testing_cmd_vel_only.mcap")
+    else:
+        path = real_shapes.commands_only(tmp_path / "commands.mcap")
+    message = command("run", path, cwd=tmp_path, code=3).stderr
     for fact in ("no pose", "/vehicle/cmd_vel (geometry_msgs/msg/TwistStamped)", "--pose TOPIC"):
         assert fact in message
 

@@ -86,7 +86,7 @@ def test_a_log_without_torques_says_what_to_try(tmp_path):
 def test_torques_that_say_nothing_do_not_serve(tmp_path):
     log = log_of()
     path = written(tmp_path, Log(log.pose, torque_of(log.pose.t_ns, np.nan)))
-    with pytest.raises(LogUnusable, match=r"no row has an effort for both wheels|no wheel torques"):
+    with pytest.raises(LogUnusable, match="no row has an effort for both wheels"):
         read(path)
 
 

@@ -1,4 +1,4 @@
-"""A part of a log, by log time: what ``--start`` and ``--end`` mean."""
+"""A range of log time, as the user gives it with ``--start`` and ``--end``."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -25,7 +25,9 @@ class Between:
         return self.start is not None or self.end is not None
 
     def limits_ns(self, first_ns: int) -> tuple[int, int] | None:
-        """The limits for a log that starts at ``first_ns``. Raises InvalidSetting."""
+        """First and last log time in ns, for a log that starts at ``first_ns``; None without limits.
+        Raises InvalidSetting.
+        """
         if not self:
             return None
         start = first_ns if self.start is None else instant_ns(self.start, first_ns)
@@ -36,7 +38,7 @@ class Between:
 
 
 def instant_ns(text: str, first_ns: int) -> int:
-    """One instant in ns of log time. Raises InvalidSetting."""
+    """Log time in ns of one instant as the user wrote it. Raises InvalidSetting."""
     if text.strip().lstrip("+-").isdecimal() and abs(int(text)) >= _FIRST_ABSOLUTE_NS:
         return int(text)
     try:
@@ -47,6 +49,7 @@ def instant_ns(text: str, first_ns: int) -> int:
 
 
 def _iso_ns(text: str) -> int:
+    """Nanoseconds since 1970 of an ISO 8601 text; UTC unless it says otherwise. Raises InvalidSetting."""
     try:
         moment = datetime.fromisoformat(text)
     except ValueError:

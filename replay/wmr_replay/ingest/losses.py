@@ -1,4 +1,4 @@
-"""What could not be used of a log: counted, and said in words."""
+"""Losses of a log: messages, chunks and efforts that could not be used, as counts and notes."""
 
 from dataclasses import dataclass, field
 
@@ -16,7 +16,7 @@ class Losses:
     notes: list[str] = field(default_factory=list)
 
     def any(self) -> bool:
-        """Whether anything in the file was damaged or lost; an effort that was never recorded is no loss."""
+        """Whether anything in the file was damaged or lost. An effort that was never recorded is no loss."""
         return bool(self.n_undecodable or self.n_chunks_damaged or self.truncated or self.notes)
 
     def counts(self) -> dict[str, int | bool]:
@@ -29,7 +29,7 @@ class Losses:
         }
 
     def note(self, text: str) -> None:
-        """Add a note; a thoroughly damaged file does not fill the memory with them."""
+        """Add a note; after 100 notes one line stands for the others."""
         if len(self.notes) < _MAX_NOTES:
             self.notes.append(text)
         elif len(self.notes) == _MAX_NOTES:

@@ -61,13 +61,14 @@ class LogReader:
         self.position_bytes = 0
 
     def _folder(self) -> Path:
-        """Where packed files are unpacked; it goes with the reader."""
+        """The folder into which packed files are unpacked; it is removed with the reader."""
         if self._copies is None:
             self._copies = Path(tempfile.mkdtemp(prefix="wmr-replay-"))
             weakref.finalize(self, shutil.rmtree, self._copies, ignore_errors=True)
         return self._copies
 
     def _candidates(self) -> list[Candidate]:
+        """All channels with their schemas and first messages, by id."""
         catalogue, parts = self.survey.catalogue, self.files
         return [
             Candidate(
@@ -81,7 +82,7 @@ class LogReader:
 
     @property
     def size_bytes(self) -> int:
-        """Size of the file."""
+        """Size in bytes of all files of the log."""
         return self.survey.size_bytes
 
     @property
@@ -91,7 +92,7 @@ class LogReader:
 
     @property
     def stamp_notes(self) -> list[str]:
-        """What is out of the ordinary in the stamps of pose and torque: duplicates, steps back, gaps, jitter.
+        """Irregular stamps of pose and torque: duplicates, backward steps, gaps, jitter.
 
         The truth is stamped when it changes, so its steps mean nothing.
         """
@@ -116,8 +117,8 @@ class LogReader:
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
-        for begun in work_ahead(self.files.paths, spans, reading.begin):
-            batch, span = reading.push(begun), begun.last
+        for group in work_ahead(self.files.paths, spans, reading.begin):
+            batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
             yield batch
         self.message_counts = reading.message_counts
@@ -133,14 +134,14 @@ class LogReader:
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
-        """What the survey of the file's frame already found."""
+        """Losses that the survey has found, before any chunk is read."""
         found = self.survey
         return Losses(
             n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
         )
 
     def _own_parameters(self) -> RobotParameters:
-        """The log's metadata record; a broken one is remarked on and left aside."""
+        """Parameters of the log's metadata record; a broken record gives a remark and no parameters."""
         try:
             return RobotParameters.from_metadata(self.survey.metadata.get(METADATA_NAME, {}))
         except InvalidFile as error:

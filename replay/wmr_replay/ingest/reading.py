@@ -1,4 +1,4 @@
-"""One pass over a log: groups of spans in, batches of rows out, and an account of what was met."""
+"""One pass over a log: groups of spans in, batches of rows out, messages and losses counted."""
 
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ _TRUSTED_MESSAGES = 1 << 20
 
 @dataclass(frozen=True, eq=False)
 class ReadSpan:
-    """A span of ``n_bytes``: its messages within the limits; ``stop`` is where the walk over it ended."""
+    """A span that was read: its size in bytes, its messages within the limits, and where the walk ended."""
 
     span: Span
     problem: str
@@ -39,20 +39,20 @@ class ReadSpan:
 
 @dataclass(frozen=True, eq=False)
 class GroupInProgress:
-    """A group of spans on its way: the wanted messages, and by role their columns. The records are gone."""
+    """A group of spans: places of the wanted messages, and columns by role. The bytes may be gone."""
 
     found: list[ReadSpan]
-    shares: MessageTable
+    messages: MessageTable
     columns: list[ColumnBuilder]
 
     @property
     def last(self) -> Span:
-        """The last of the spans."""
+        """The last span of the group."""
         return self.found[-1].span
 
 
 class Reading:
-    """``push(begun) -> RawBatch`` and ``finish()``, like every stage, with ``begin(file, spans)`` before."""
+    """A stage with ``push(group) -> RawBatch`` and ``finish()``; ``begin(file, spans)`` makes the group."""
 
     def __init__(
         self,
@@ -77,37 +77,38 @@ class Reading:
         self.not_concerned: Counter[str] = Counter()
 
     def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
-        """Read spans of a file, find their messages, decode what can be at once; any thread may do it."""
+        """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
         n_expected = self._n_expected(spans)
         table = MessageTable(len(self.uses), max(n_expected, default=0))
-        begun = GroupInProgress([], table, self._columns(n_expected))
+        group = GroupInProgress([], table, self._columns(n_expected))
         ids = self.files.ids[spans[0].file_index]
         ids = self.same_ids if ids is None else ids
         message_counts = self.counts_by_workspace[workspace]
         for span in spans:
             block = load(file, span, workspace)
-            n, stop = begun.shares.add(block.data, ids, self.role_of, self.limits_ns, message_counts)
-            begun.found.append(ReadSpan(span, block.problem, len(block.data), n, stop))
-            self._read(begun, block.data)
-        for decoder, columns in zip(self.decoders.values(), begun.columns, strict=True):
+            n, stop = group.messages.add(block.data, ids, self.role_of, self.limits_ns, message_counts)
+            group.found.append(ReadSpan(span, block.problem, len(block.data), n, stop))
+            self._read(group, block.data)
+        for decoder, columns in zip(self.decoders.values(), group.columns, strict=True):
             decoder.close(columns)
-        return begun
+        return group
 
     def _n_expected(self, spans: Sequence[Span]) -> list[int]:
-        """How many messages of each role the index tells of, as far as its word is taken."""
+        """Number of messages of each role by the index, at most about a million each."""
         counts = (sum(span.counts.get(use.channel.id, 0) for span in spans) for use in self.uses.values())
         return [min(count, _TRUSTED_MESSAGES) for count in counts]
 
     def _columns(self, n_expected: list[int]) -> list[ColumnBuilder]:
+        """Empty columns for each role, with room for the messages of a group."""
         return [decoder.begin(n) for decoder, n in zip(self.decoders.values(), n_expected, strict=True)]
 
-    def _read(self, begun: GroupInProgress, data: U8) -> None:
+    def _read(self, group: GroupInProgress, data: U8) -> None:
         """Decode the block that was added last."""
-        counts = begun.shares.counts.tolist()
+        counts = group.messages.counts.tolist()
         for role, decoder in enumerate(self.decoders.values()):
-            columns = begun.columns[role]
+            columns = group.columns[role]
             if counts[role] > columns.n:
-                decoder.read(columns, data, *begun.shares.places(role, columns.n, counts[role]))
+                decoder.read(columns, data, *group.messages.places(role, columns.n, counts[role]))
 
     @property
     def message_counts(self) -> MessageCounts:
@@ -117,18 +118,19 @@ class Reading:
             total.add(message_counts)
         return total
 
-    def push(self, begun: GroupInProgress) -> RawBatch:
+    def push(self, group: GroupInProgress) -> RawBatch:
         """The rows of a group, in the order of the file."""
-        for found in begun.found:
+        for found in group.found:
             self._judge(found)
-        rows = {role: self._rows(k, role, begun) for k, role in enumerate(self.uses)}
-        self.n_used += int(begun.shares.counts.sum())
+        rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
+        self.n_used += int(group.messages.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
 
-    def _rows(self, k: int, role: str, begun: GroupInProgress) -> Rows:
-        decoded, shares = self.decoders[role].finish(begun.columns[k]), begun.shares
-        t_ns, values, order = decoded.stamp_ns, decoded.values, shares.order(k) + self.n_used
-        publish_ns, log_ns = shares.publish_ns(k), shares.log_ns(k)
+    def _rows(self, k: int, role: str, group: GroupInProgress) -> Rows:
+        """The rows of one role out of a group, and an account of its messages."""
+        decoded, messages = self.decoders[role].finish(group.columns[k]), group.messages
+        t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(k) + self.n_used
+        publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
         if not decoded.all_used:
             self._count(role, decoded)
         kept = self.clocks[role].stamped(t_ns, decoded.used)
@@ -140,6 +142,7 @@ class Reading:
         return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
 
     def _count(self, role: str, decoded: Decoded) -> None:
+        """Count the messages of a role that are undecodable or do not concern it."""
         self.undecodable[role] += decoded.n_undecodable
         self.not_concerned[role] += int((~decoded.used).sum()) - decoded.n_undecodable
 
@@ -161,11 +164,12 @@ class Reading:
             )
 
     def _where(self, span: Span) -> str:
+        """Where a span is, as a text."""
         place = f"the chunk at byte {span.offset}"
         return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
     def finish(self, n_expected: int | None = None) -> None:
-        """Complete the account; ``n_expected`` messages are in the file by its own statistics."""
+        """Note all losses; ``n_expected`` is the number of messages by the file's own statistics."""
         for role, n in self.undecodable.items():
             self.losses.n_undecodable += n
             if n:
@@ -183,7 +187,7 @@ class Reading:
 
     @property
     def remarks(self) -> list[str]:
-        """What a user may want to know though nothing was lost."""
+        """Facts about the channels in use that are no losses."""
         topics = {role: use.channel.topic for role, use in self.uses.items()}
         found = [
             f"{topics[role]}: {clock.n_unstamped} messages carry no stamp and are left out"
@@ -195,11 +199,12 @@ class Reading:
 
 
 def _expected(span: Span) -> str:
+    """How many messages a span has by its index, as a text; empty without an index."""
     n = sum(span.counts.values())
     return f" ({n} messages by its index)" if n else ""
 
 
 def n_unknown(torques: F64) -> int:
-    """In how many columns of (2, n) a value is missing."""
+    """Number of columns of (2, n) in which a value is NaN."""
     missing = np.isnan(torques)
     return int(missing.any(axis=0).sum()) if missing.any() else 0

@@ -1,4 +1,4 @@
-"""A log whole: its signals as checked tracks in memory, in the order of their stamps, each stamp once."""
+"""A whole log in memory: its signals as checked tracks, sorted by stamp, each stamp once."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,12 +17,12 @@ MOST_ROWS = 10_000_000
 """Rows of pose and torque that are held, at 240 bytes each while they are read and sorted: 2.4 GB at most."""
 
 Progress = Callable[[str, float], None]
-"""Called with what is being done and the share that is done, 0 to 1."""
+"""Called with the name of the present step and the share that is done, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class WholeLog:
-    """A log in memory, the hash of its file, and what was noticed on the way in."""
+    """A log in memory, the hash of its file, and notes about losses and irregularities."""
 
     log: Log
     sha256: str
@@ -85,14 +85,14 @@ def read_rows(reader: LogReader, progress: Progress | None) -> tuple[Rows, Rows,
         if progress is not None:
             progress("reading", reader.position_bytes / max(reader.size_bytes, 1))
     pose, torque, mode = (
-        joined([getattr(batch, name) for batch in batches], n_columns)
+        concatenate_rows([getattr(batch, name) for batch in batches], n_columns)
         for name, n_columns in (("pose", 3), ("torque", 4), ("mode", 1))
     )
     return pose, torque, mode
 
 
-def joined(pieces: list[Rows], n_columns: int) -> Rows:
-    """Rows one after the other."""
+def concatenate_rows(pieces: list[Rows], n_columns: int) -> Rows:
+    """Concatenate rows of one signal; ``n_columns`` is needed when there are none."""
     pieces = [Rows.empty(n_columns), *pieces]
     return Rows(
         np.concatenate([rows.t_ns for rows in pieces]),
@@ -108,13 +108,13 @@ def once_each(rows: Rows, usable: Bool, name: str) -> tuple[Rows, str]:
     first = np.diff(rows.t_ns[chosen], prepend=np.iinfo(np.int64).min) != 0
     kept = chosen[first]
     left_out = (int((~usable).sum()), "hold no usable value"), (int((~first).sum()), "repeat a stamp")
-    said = [f"{n} {name} rows {why}" for n, why in left_out if n]
-    note = f"{' and '.join(said)}; they are left out" if said else ""
+    reasons = [f"{n} {name} rows {why}" for n, why in left_out if n]
+    note = f"{' and '.join(reasons)}; they are left out" if reasons else ""
     return Rows(rows.t_ns[kept], rows.order[kept], rows.values[:, kept]), note
 
 
 def check_content(path: Path, pose: Rows, torque: Rows, mode: Rows, mode_topic: str | None) -> None:
-    """Raises LogUnusable where a signal has a channel but no row that says anything."""
+    """Raises LogUnusable where a signal has a channel but no usable row."""
     advice = f"`wmr-replay info {path}` says what the log holds; --start and --end choose the part."
     if len(pose) < 2:
         raise LogUnusable(path, f"{len(pose)} usable poses in it", advice)
@@ -125,15 +125,15 @@ def check_content(path: Path, pose: Rows, torque: Rows, mode: Rows, mode_topic: 
 
 
 def pose_track(rows: Rows) -> PoseTrack:
-    """The pose, checked."""
+    """The pose as a checked track. Raises InvalidSignal."""
     return PoseTrack(rows.t_ns, *rows.values)
 
 
 def torque_track(rows: Rows) -> TorqueTrack:
-    """The torques, checked; an effort that is not finite is unknown."""
+    """The torques as a checked track; an effort that is not finite is unknown."""
     return TorqueTrack(rows.t_ns, *np.where(np.isfinite(rows.values), rows.values, np.nan))
 
 
 def mode_track(rows: Rows) -> ModeTrack | None:
-    """The contact mode, checked; None without one."""
+    """The contact mode as a checked track; None without rows."""
     return ModeTrack(rows.t_ns, rows.values[0].astype(np.int8)) if len(rows) else None

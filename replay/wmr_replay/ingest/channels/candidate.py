@@ -1,4 +1,4 @@
-"""A channel that may serve: its schema, its first messages, and what can be made of them."""
+"""A channel that may serve as a signal: its schema, its first messages, and whether a binding fits them."""
 
 import re
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Candidate:
 
     @property
     def schema_name(self) -> str:
-        """The schema's name, for people."""
+        """The schema's name as it is shown to users."""
         return self.schema.name if self.schema else "no schema"
 
     @property
@@ -37,7 +37,9 @@ class Candidate:
         return re.split(r"[/.:]", self.schema.name)[-1] if self.schema else ""
 
     def mentions(self, word: bytes) -> bool:
-        """Whether the word occurs in the schema or, for want of one, in a message: a cheap first test."""
+        """Whether the word occurs in the schema or, without a schema, in a first message: a cheap first
+        test.
+        """
         if self.schema and word in self.schema.data:
             return True
         return self.channel.message_encoding == "json" and any(word in sample.data for sample in self.samples)

@@ -54,7 +54,9 @@ class Clock:
         return cls("publish time" if published else "log time", reason)
 
     def stamped(self, header_ns: I64, used: Bool) -> Bool:
-        """Which of the messages in use carry a stamp, if they go by it; the others are counted."""
+        """Which of the messages in use (n,) carry a stamp, if the channel goes by the header's; others are
+        counted.
+        """
         if not self.zero_is_none or header_ns.all():
             return used
         kept: Bool = used & (header_ns != 0)
@@ -62,7 +64,7 @@ class Clock:
         return kept
 
     def stamps(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
-        """Stamps of one block's messages by this clock."""
+        """Stamps (n,) in ns of one block's messages by this clock."""
         t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
         if len(t_ns):
             self.offsets_ns += _typical_offsets(t_ns, log_ns)
@@ -75,7 +77,7 @@ class Clock:
         return float(np.median(self.offsets_ns)) / NS_PER_S if self.offsets_ns else None
 
     def describe(self) -> str:
-        """One line for people."""
+        """One line of text: the clock, the reason, its offset from the log time and the offset's drift."""
         text = self.name + (f" ({self.reason})" if self.reason else "")
         if self.offset_s is None or self.name == "log time":
             return text

@@ -1,8 +1,8 @@
 """The product of two moving transforms, such as map → odom (a localiser's) and odom → base_link (odometry's).
 
-Every transform of the second edge, stamped t, gives a row: the first edge's value is held, the one with the
-latest stamp ≤ t among its last KEPT ones that the file holds before. Nothing that is stamped later, or
-recorded later, takes part. Rows before the first value of the first edge are left out.
+Every transform of the second edge, stamped t, gives a row. The first edge's value is held: the one with the
+latest stamp ≤ t among the last KEPT ones that come before in the file. Values that are stamped or recorded
+later are not used. Rows before the first value of the first edge are left out.
 """
 
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from wmr_replay.ingest.channels.transforms import (
     Entry,
     Rigid,
     TransformBinding,
+    fixed_entries,
     multiply,
-    relied_on,
     rotate,
 )
 from wmr_replay.ingest.decoding.bindings import (
@@ -56,7 +56,7 @@ class ComposedBinding:
 
     def recipe(self, layout: Layout) -> Recipe:
         """Whichever of the two the message holds."""
-        found = {entry.edge: entry for entry in reversed(relied_on(layout))}
+        found = {entry.edge: entry for entry in reversed(fixed_entries(layout))}
         first, second = found.get(self.first), found.get(self.second)
         last = second or first
         if last is None:
@@ -70,17 +70,19 @@ class ComposedBinding:
 
 
 def _columns(layout: Layout, entry: Entry | None) -> tuple[Column, ...]:
+    """Raw columns of one edge's translation and rotation; unknown without an entry."""
     return (UNKNOWN,) * _N if entry is None else tuple(one(layout, path) for path in entry.numbers)
 
 
 def _stamp(layout: Layout, entry: Entry | None) -> tuple[Column, ...]:
+    """Raw columns of the seconds and nanoseconds of an entry's stamp; 0 where they are absent."""
     if entry is None or entry.stamp is None:
         return Column(), Column()
     return tuple(Column(((leaf, 1.0),)) if (leaf := layout.leaf(path)) else Column() for path in entry.stamp)
 
 
 class TransformComposer:
-    """``push(stamp_ns, raw, used) -> (raw, used)``: block after block, in the order of the file."""
+    """Composes the rows of :class:`ComposedBinding`, block after block in the order of the file."""
 
     def __init__(self, between: Rigid) -> None:
         self.between = between
@@ -88,7 +90,9 @@ class TransformComposer:
         self.values: F64 = np.empty((_N, 0))
 
     def push(self, stamp_ns: I64, raw: F64, used: Bool) -> tuple[F64, Bool]:
-        """The composed transforms (7, n), and which rows have one."""
+        """Stamps (n,) in ns, raw columns (16, n) and used rows (n,), to transforms (7, n) and which rows
+        have one.
+        """
         is_first, is_second = (used & ~np.isnan(raw[part][0]) for part in (_FIRST, _SECOND))
         seconds, nanoseconds = raw[_STAMP][:, is_first].astype(np.int64)
         self.stamp_ns = np.concatenate((self.stamp_ns, seconds * NS_PER_S + nanoseconds))
@@ -131,7 +135,7 @@ def _product(first: F64, between: Rigid, second: F64) -> F64:
 
 
 def composer_of(binding: Binding) -> TransformComposer | None:
-    """What composes the rows of a binding, if that is needed."""
+    """The composer that the rows of a binding need, or None."""
     if isinstance(binding, PlacedBinding):
         return composer_of(binding.pose)
     return TransformComposer(binding.between) if isinstance(binding, ComposedBinding) else None

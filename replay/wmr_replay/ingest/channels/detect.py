@@ -1,7 +1,7 @@
-"""Which channel is the pose, which the torques, which the truth, and why every other one is not.
+"""Detection: a channel for each of pose, torque and true mode, and for every other channel a reason.
 
-What the user named wins. Otherwise an external pose comes before odometry, canonical topics come first, and
-a joint state counts when it names a left and a right wheel.
+A topic that the user names is used. Otherwise an external pose comes before odometry, canonical topics come
+first, and a joint state counts when it names a left and a right wheel.
 """
 
 from collections.abc import Callable
@@ -59,29 +59,29 @@ class Plan:
 
     @property
     def pose(self) -> Channel | None:
-        """The pose channel."""
+        """The channel of the pose, if there is one."""
         return self.channel("pose")
 
     @property
     def torque(self) -> Channel | None:
-        """The torque channel."""
+        """The channel of the torques, if there is one."""
         return self.channel("torque")
 
     @property
     def truth(self) -> Channel | None:
-        """The channel with the true mode."""
+        """The channel of the true contact mode, if there is one."""
         return self.channel("truth")
 
     def channel(self, role: str) -> Channel | None:
-        """The channel in that role."""
+        """The channel in that role, if there is one."""
         return self.uses[role].channel if role in self.uses else None
 
     def role(self, channel_id: int) -> str | None:
-        """The role of a channel."""
+        """The role of a channel, or None."""
         return next((role for role, use in self.uses.items() if use.channel.id == channel_id), None)
 
     def as_dict(self) -> dict[str, dict[str, object]]:
-        """The channels in use by role, for the record."""
+        """Id, topic and schema of the channels in use, by role."""
         return {
             role: {"id": use.channel.id, "topic": use.channel.topic, "schema": use.schema_name}
             for role, use in self.uses.items()
@@ -129,6 +129,7 @@ def _rank(
 def _choose(
     plan: Plan, role: str, ranked: list[tuple[Rank, int, Candidate, Binding]], mapping: LogMapping
 ) -> None:
+    """Give the role to the best candidate, and note for the others that it comes first."""
     _, chosen_id, best, binding = ranked[0]
     for _, channel_id, _, _ in ranked[1:]:
         plan.why_not[channel_id] = f"{best.channel.topic} comes first as {role}"

@@ -1,4 +1,4 @@
-"""Which frames a log knows: what moves in which channel, and what stands fast, from the first messages."""
+"""The frames of a log: moving transforms by channel and static ones, from the first messages."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -37,6 +37,7 @@ class Frames:
         return frames
 
     def _add(self, candidate: Candidate) -> None:
+        """Enter the transforms of a channel's first messages; those of a static topic are rigid."""
         for sample in candidate.samples:
             try:
                 layout = candidate.definition.layout(sample.data)
@@ -48,8 +49,10 @@ class Frames:
                 else:
                     self.moving.setdefault(candidate.channel.id, {})[entry.edge] = entry
 
-    def way(self, start: str, end: str) -> Rigid | None:
-        """From one frame to another over rigid transforms alone."""
+    def rigid_path(self, start: str, end: str) -> Rigid | None:
+        """The rigid transform from one frame to another, composed of rigid edges alone; None if there is
+        none.
+        """
         waiting, ways = deque([start]), {start: Rigid()}
         while waiting and end not in ways:
             here = waiting.popleft()
@@ -85,15 +88,21 @@ class Frames:
         return TransformBinding(edge, edges[edge].stamp)
 
     def _single(self, edges: dict[Edge, Entry], parent: str, child: str) -> Binding | None:
+        """One moving transform between two rigid ones that together lead from parent to child."""
         for edge, entry in edges.items():
-            before, after = self.way(parent, edge[0]), self.way(edge[1], child)
+            before, after = self.rigid_path(parent, edge[0]), self.rigid_path(edge[1], child)
             if before is not None and after is not None:
                 return TransformBinding(edge, entry.stamp, before, after)
         return None
 
     def _double(self, edges: dict[Edge, Entry], parent: str, child: str) -> Binding | None:
+        """Two moving transforms with rigid ones around them that together lead from parent to child."""
         for first, second in permutations(edges, 2):
-            ways = self.way(parent, first[0]), self.way(first[1], second[0]), self.way(second[1], child)
+            ways = (
+                self.rigid_path(parent, first[0]),
+                self.rigid_path(first[1], second[0]),
+                self.rigid_path(second[1], child),
+            )
             before, between, after = ways
             if before is not None and between is not None and after is not None:
                 return ComposedBinding(first, second, edges[second].stamp, before, between, after)

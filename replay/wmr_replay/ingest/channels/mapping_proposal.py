@@ -1,4 +1,4 @@
-"""What was found in a log, as the mapping file that would find it again."""
+"""A mapping file out of a plan: with it the same channels and fields are used again."""
 
 from dataclasses import replace
 
@@ -18,9 +18,9 @@ from wmr_schemas.mapping_file import LogMapping, PoseFields
 from wmr_schemas.robot import RobotParameters
 
 
-def proposed_mapping(plan: Plan, said: LogMapping, robot: RobotParameters) -> LogMapping:
-    """``said`` with everything that the plan added to it: topics, fields, frames, joints, parameters."""
-    found = replace(said, robot=robot if robot.known() else None)
+def proposed_mapping(plan: Plan, wanted: LogMapping, robot: RobotParameters) -> LogMapping:
+    """``wanted`` with everything that detection added to it: topics, fields, frames, joints, parameters."""
+    found = replace(wanted, robot=robot if robot.known() else None)
     if pose := plan.uses.get("pose"):
         found = replace(found, pose_topic=pose.channel.topic, pose=_pose(pose.binding, found.pose))
     if torque := plan.uses.get("torque"):
@@ -32,17 +32,18 @@ def proposed_mapping(plan: Plan, said: LogMapping, robot: RobotParameters) -> Lo
     return found
 
 
-def _pose(binding: Binding, said: PoseFields) -> PoseFields:
+def _pose(binding: Binding, wanted: PoseFields) -> PoseFields:
+    """``wanted`` with the pose's fields or frames that a binding uses."""
     if isinstance(binding, PlacedBinding):
-        return _pose(binding.pose, said)
+        return _pose(binding.pose, wanted)
     if isinstance(binding, StructPoseBinding):
-        return replace(said, position=binding.position, orientation=binding.orientation)
+        return replace(wanted, position=binding.position, orientation=binding.orientation)
     if isinstance(binding, TransformBinding):
         parent, child = binding.edge
-        return replace(said, parent=said.parent or parent, child=said.child or child)
+        return replace(wanted, parent=wanted.parent or parent, child=wanted.child or child)
     if isinstance(binding, PlanarPoseBinding):
-        return replace(said, x=binding.x, y=binding.y, yaw=binding.yaw)
-    return said
+        return replace(wanted, x=binding.x, y=binding.y, yaw=binding.yaw)
+    return wanted
 
 
 def _joints(use: Use) -> tuple[tuple[str, ...], tuple[str, ...]]:

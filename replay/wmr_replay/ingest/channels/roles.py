@@ -1,4 +1,4 @@
-"""Whether a channel can serve as pose, torque or truth, by schema and content, and how well."""
+"""Tests of a channel for the roles pose, torque and true mode, by schema and content, each with a rank."""
 
 import re
 
@@ -67,7 +67,7 @@ def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
 
 def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Position and orientation; external before odometry, then the canonical topic, then the schema."""
-    topic, name, said = candidate.channel.topic, candidate.short_name, mapping.pose
+    topic, name, wanted = candidate.channel.topic, candidate.short_name, mapping.pose
     if mapping.pose_topic is None:
         schemaless = candidate.schema is None and candidate.mentions(b"orientation")
         if name not in (*POSE_SCHEMAS, *TRANSFORM_SCHEMAS) and not schemaless:
@@ -78,22 +78,22 @@ def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tupl
     candidate.try_out(binding)
     kind = POSE_SCHEMAS.index(name) if name in POSE_SCHEMAS else len(POSE_SCHEMAS)
     rank = is_odometry(candidate, binding), topic != POSE_TOPIC, kind, -candidate.n_messages
-    if said.yaw_offset_rad or any(said.lever_arm_m):
-        binding = PlacedBinding(binding, said.yaw_offset_rad, said.lever_arm_m)
+    if wanted.yaw_offset_rad or any(wanted.lever_arm_m):
+        binding = PlacedBinding(binding, wanted.yaw_offset_rad, wanted.lever_arm_m)
     return binding, rank
 
 
 def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> Binding:
     """The fields that the mapping names, else a transform, else the first known form."""
-    said, definition = mapping.pose, candidate.definition
+    wanted, definition = mapping.pose, candidate.definition
     stamp = stamp_paths(definition)
-    if said.x and said.y and said.yaw:
-        _check_fields(candidate, said.x, said.y, said.yaw)
-        return PlanarPoseBinding(said.x, said.y, said.yaw, stamp)
-    if candidate.short_name in TRANSFORM_SCHEMAS and not said.position:
+    if wanted.x and wanted.y and wanted.yaw:
+        _check_fields(candidate, wanted.x, wanted.y, wanted.yaw)
+        return PlanarPoseBinding(wanted.x, wanted.y, wanted.yaw, stamp)
+    if candidate.short_name in TRANSFORM_SCHEMAS and not wanted.position:
         alone = candidate.short_name in {"TransformStamped", "FrameTransform"}
-        return frames.binding(candidate.channel.id, said.parent, said.child, alone=alone)
-    forms = [(said.position, said.orientation)] if said.position and said.orientation else _POSE_FORMS
+        return frames.binding(candidate.channel.id, wanted.parent, wanted.child, alone=alone)
+    forms = [(wanted.position, wanted.orientation)] if wanted.position and wanted.orientation else _POSE_FORMS
     form = next((f for f in forms if candidate.has(f"{f[0]}.x", f"{f[1]}.w")), None)
     if form is None:
         raise DoesNotServe("no position with an orientation")
@@ -101,6 +101,7 @@ def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> 
 
 
 def _check_fields(candidate: Candidate, *paths: str) -> None:
+    """Raises DoesNotServe unless the messages have all of these fields."""
     for path in paths:
         if not candidate.has(path):
             raise DoesNotServe(f"no field {path}")
@@ -120,27 +121,31 @@ def torque_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tu
 
 
 def _may_have_torques(candidate: Candidate) -> bool:
+    """Whether a schema has efforts, as a cheap first test."""
     return candidate.mentions(b"effort") or candidate.short_name == "DynamicJointState"
 
 
 def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
-    said, stamp = mapping.torque, stamp_paths(candidate.definition)
-    gain = said.torque_constant_nm_per_a * said.gear_ratio
-    slower = said.gear_ratio if said.speeds_before_gear else 1.0
-    signs = said.left_sign, said.right_sign
+    """The fields that the mapping names, else joints with interfaces, else joint states. Raises
+    DoesNotServe.
+    """
+    wanted, stamp = mapping.torque, stamp_paths(candidate.definition)
+    gain = wanted.torque_constant_nm_per_a * wanted.gear_ratio
+    slower = wanted.gear_ratio if wanted.speeds_before_gear else 1.0
+    signs = wanted.left_sign, wanted.right_sign
     wheels = Wheels(
         mapping.left_joints,
         mapping.right_joints,
         (signs[0] * gain, signs[1] * gain),
         (signs[0] / slower, signs[1] / slower),
     )
-    if said.left_fields and said.right_fields:
-        speeds = said.left_speed_fields, said.right_speed_fields
-        _check_fields(candidate, *said.left_fields, *said.right_fields, *speeds[0], *speeds[1])
-        return FieldTorqueBinding(stamp, (said.left_fields, said.right_fields), speeds, wheels)
+    if wanted.left_fields and wanted.right_fields:
+        speeds = wanted.left_speed_fields, wanted.right_speed_fields
+        _check_fields(candidate, *wanted.left_fields, *wanted.right_fields, *speeds[0], *speeds[1])
+        return FieldTorqueBinding(stamp, (wanted.left_fields, wanted.right_fields), speeds, wheels)
     if candidate.has("joint_names", "interface_values"):
-        return InterfaceBinding(stamp, wheels, said.efforts or "effort", said.speeds or "velocity")
-    names, efforts, speed = said.names or "name", said.efforts or "effort", said.speeds or "velocity"
+        return InterfaceBinding(stamp, wheels, wanted.efforts or "effort", wanted.speeds or "velocity")
+    names, efforts, speed = wanted.names or "name", wanted.efforts or "effort", wanted.speeds or "velocity"
     if not candidate.has(names, efforts):
         named = mapping.torque_topic is not None
         raise DoesNotServe(f"no field {names} with a field {efforts}" if named else UNRELATED)

@@ -1,4 +1,4 @@
-"""The steps between the stamps of a channel: duplicates, backward steps, gaps, jitter."""
+"""Statistics of the steps between the stamps of a channel: duplicates, backward steps, gaps, jitter."""
 
 from dataclasses import dataclass
 
@@ -76,12 +76,12 @@ class StampSteps:
 
     @property
     def furthest_back_s(self) -> float:
-        """The largest backward step."""
+        """The largest backward step in s; 0 without one."""
         return self.furthest_back_ns / NS_PER_S
 
     @property
     def longest_s(self) -> float:
-        """The longest step."""
+        """The longest step forward in s; 0 without one."""
         return self.longest_ns / NS_PER_S
 
     @property

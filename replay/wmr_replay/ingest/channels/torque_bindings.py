@@ -1,4 +1,4 @@
-"""How torques are taken from messages: joints by name, joints with interfaces by name, or plain fields."""
+"""Bindings of wheel torques: joints by name, joints with named interfaces, or plain fields."""
 
 from dataclasses import dataclass
 
@@ -49,7 +49,7 @@ class TorqueBinding:
         return wheel_recipe(layout, self.stamp, torques, speeds, self.wheels)
 
     def values(self, raw: F64) -> F64:
-        """As they are."""
+        """The raw columns: left and right torque in N·m, left and right speed in rad/s."""
         return raw
 
 
@@ -64,7 +64,7 @@ class InterfaceBinding:
     n_raw: int = 4
 
     def recipe(self, layout: Layout) -> Recipe:
-        """As of a joint state."""
+        """Left and right effort, left and right velocity; NaN where a joint lacks the interface."""
         names = layout.names("joint_names")
         sides = self.wheels.sides(names)
         interfaces = [layout.names(f"interface_values[{k}].interface_names") for k in range(len(names))]
@@ -81,7 +81,7 @@ class InterfaceBinding:
         return wheel_recipe(layout, self.stamp, torques, speeds, self.wheels)
 
     def values(self, raw: F64) -> F64:
-        """As they are."""
+        """The raw columns: left and right torque in N·m, left and right speed in rad/s."""
         return raw
 
 
@@ -98,16 +98,16 @@ class FieldTorqueBinding:
     def recipe(self, layout: Layout) -> Recipe:
         """Left and right torque, left and right speed. Raises Undecodable where a field is missing."""
         columns = [
-            _joined([one(layout, path) for path in paths], gain)
+            _scaled_sum([one(layout, path) for path in paths], gain)
             for paths, gain in zip(self.torques, self.wheels.torque_gains, strict=True)
         ]
         for paths, gain in zip(self.speeds, self.wheels.speed_gains, strict=True):
             parts = [one(layout, path) for path in paths]
-            columns.append(_joined(parts, gain / len(parts)) if parts else UNKNOWN)
+            columns.append(_scaled_sum(parts, gain / len(parts)) if parts else UNKNOWN)
         return Recipe(stamp_terms(layout, self.stamp), tuple(columns))
 
     def values(self, raw: F64) -> F64:
-        """As they are."""
+        """The raw columns: left and right torque in N·m, left and right speed in rad/s."""
         return raw
 
 
@@ -130,5 +130,6 @@ def _side(leaves: list[Leaf | None], gain: float) -> Column:
     return Column(found) if len(found) == len(leaves) else UNKNOWN
 
 
-def _joined(columns: list[Column], gain: float) -> Column:
+def _scaled_sum(columns: list[Column], gain: float) -> Column:
+    """Gain times the sum of columns without constants."""
     return Column(tuple((leaf, gain * g) for column in columns for leaf, g in column.terms))

@@ -1,6 +1,6 @@
 """Poses out of transforms: ``tf2_msgs/TFMessage``, ``TransformStamped``, ``foxglove.FrameTransform(s)``.
 
-One transform of a message moves (parent → child); transforms that never move stand before and after it.
+One transform of a message moves (parent → child); static transforms may precede and follow it.
 """
 
 from dataclasses import dataclass
@@ -33,7 +33,7 @@ class Rigid:
     rotation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     def inverse(self) -> "Rigid":
-        """The way back."""
+        """The inverse transform, from the child to the parent."""
         x, y, z, w = self.rotation
         back = np.array((-x, -y, -z, w))
         place = -rotate(back, np.array(self.translation))
@@ -71,6 +71,7 @@ def entries(layout: Layout) -> list[Entry]:
 
 
 def _entry(layout: Layout, stem: str) -> Entry | None:
+    """The transform whose fields start with ``stem``, in one of the known forms."""
     for parent, child, translation, rotation in _FORMS:
         frames = layout.texts.get(stem + parent), layout.texts.get(stem + child)
         if frames[0] is not None and frames[1] is not None:
@@ -82,7 +83,7 @@ def _entry(layout: Layout, stem: str) -> Entry | None:
     return None
 
 
-def relied_on(layout: Layout) -> list[Entry]:
+def fixed_entries(layout: Layout) -> list[Entry]:
     """The transforms that a message holds; the names of all their frames join the skeleton."""
     found = entries(layout)
     for entry in found:
@@ -102,14 +103,14 @@ class TransformBinding:
     n_raw: int = 7
 
     def recipe(self, layout: Layout) -> Recipe:
-        """Translation x, y, z and rotation x, y, z, w. The names of all frames are relied on."""
-        mine = next((entry for entry in relied_on(layout) if entry.edge == self.edge), None)
+        """Translation x, y, z and rotation x, y, z, w. The names of all frames join the skeleton."""
+        mine = next((entry for entry in fixed_entries(layout) if entry.edge == self.edge), None)
         if mine is None:
             raise NotConcerned(f"no transform {' → '.join(self.edge)}")
         return Recipe(stamp_terms(layout, mine.stamp), tuple(one(layout, path) for path in mine.numbers))
 
     def values(self, raw: F64) -> F64:
-        """Before ∘ transform ∘ after."""
+        """x, y and yaw (3, n) of before ∘ transform ∘ after."""
         place, turn = raw[:3], raw[3:]
         with np.errstate(invalid="ignore"):
             turn = turn / np.sqrt((turn**2).sum(axis=0))

@@ -1,4 +1,4 @@
-"""Robots that the model does not fit, told by their joints and messages: steered and omnidirectional ones.
+"""Robots that the model does not describe, recognised by names: steered and omnidirectional ones.
 
 The model is a differential drive (skid steering included): two driven sides, no steering, no sideways wheel.
 """
@@ -17,7 +17,7 @@ _CONSEQUENCE = (
 
 
 def unsupported_kinds(found: Sequence[Candidate]) -> list[str]:
-    """A remark for each kind of drive that the log speaks of and the model does not know."""
+    """A remark for each kind of drive that the log's names indicate and the model does not describe."""
     names = [name for candidate in found for name in _names(candidate)]
     remarks = []
     for kind, pattern in (("steered", _STEERED), ("omnidirectional", _SIDEWAYS)):

@@ -1,4 +1,4 @@
-"""Which joints are wheels, and on which side: by name, never by position."""
+"""Left and right wheels among joints, by their names and never by their positions in a message."""
 
 import re
 from collections.abc import Sequence
@@ -55,6 +55,7 @@ def wheel_joints(names: Sequence[str], left: Sequence[str] = (), right: Sequence
 
 
 def _sides(names: Sequence[str], indices: Sequence[int]) -> Sides:
+    """Those of ``indices`` whose names say left, and those whose names say right."""
     return (
         tuple(k for k in indices if side_of(names[k]) == "left"),
         tuple(k for k in indices if side_of(names[k]) == "right"),

@@ -1,8 +1,8 @@
 """One compiled pass over binary messages of one layout: skeleton compared, fields gathered and added up.
 
-A :class:`Program` is a layout with a recipe in the form that the pass works through: words of the skeleton,
-and one operation for each number. Layouts that it cannot express (big-endian numbers, messages shorter than a
-word) have no program and take the way of :mod:`~wmr_replay.ingest.decoding.binary_source`.
+A :class:`BinaryProgram` is a layout with a recipe in the form that the pass works through: words of the
+skeleton, and one operation for each number. Layouts that it cannot express (big-endian numbers, messages
+shorter than a word) have no program; they are read by :mod:`~wmr_replay.ingest.decoding.binary_source`.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ _AT_ONCE = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class BinaryProgram:
     """For messages of ``length`` bytes: ``skeleton`` (3, k) offset, mask and expected bits of words;
     ``steps`` (5, m) kind, offset, shift, bytes and column of each number (column −1: the stamp); ``gains``
     and ``factors`` (m,); ``constants`` (n_raw,).
@@ -51,14 +51,14 @@ class Program:
         return filled
 
 
-def compile_program(layout: Layout, recipe: Recipe) -> Program | None:
+def compile_program(layout: Layout, recipe: Recipe) -> BinaryProgram | None:
     """The program of a recipe, or None when it has to be read in the general way."""
     length = len(layout.exemplar)
     numbers = [(leaf, _STAMP, 1.0, factor) for leaf, factor in recipe.stamp]
     numbers += [(leaf, k, gain, 1) for k, column in enumerate(recipe.columns) for leaf, gain in column.terms]
     if length < _WORD or any(leaf.dtype.startswith(">") for leaf, _, _, _ in numbers):
         return None
-    return Program(
+    return BinaryProgram(
         length,
         _words(layout),
         np.array([_step(leaf, column, length) for leaf, column, _, _ in numbers], np.int64)

@@ -12,6 +12,7 @@ from wmr_schemas.compiled import compiled
 
 @compiled
 def _agree(data: U8, starts: I64, offsets: I64, masks: U8, expected: U8) -> Bool:
+    """Which messages equal the expected bytes at these offsets under their masks."""
     same = np.ones(len(starts), np.bool_)
     for row in range(len(starts)):
         for k in range(len(offsets)):
@@ -28,12 +29,12 @@ class BinarySource:
         self.data, self.starts, self.lengths = data, starts, lengths
 
     def kinds(self, rows: I64) -> I64:
-        """Lengths of the messages."""
+        """Lengths in bytes: messages of different lengths never share a layout."""
         found: I64 = self.lengths[rows]
         return found
 
     def exemplar(self, row: int) -> bytes:
-        """One message's bytes."""
+        """The bytes of the message in that row."""
         start = self.starts[row]
         return self.data[start : start + self.lengths[row]].tobytes()
 
@@ -57,6 +58,7 @@ class BinarySource:
         return self._gather(rows, leaf).astype(np.int64, copy=False)
 
     def _gather(self, rows: I64, leaf: Leaf) -> np.ndarray[Any, Any]:
+        """The numbers of a leaf in these messages, in its own type."""
         places = self.starts[rows] + leaf.offset
         if leaf.dtype in {"varint", "zigzag"}:
             return self._varints(places, leaf)

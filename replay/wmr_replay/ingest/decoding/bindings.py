@@ -1,7 +1,8 @@
-"""What a signal takes from a message: which fields, and what becomes of them.
+"""Bindings: the fields of a message that a signal needs, and the signal's values from them.
 
-A binding looks at the layout of an exemplar and answers with a :class:`Recipe`, sums of fields that hold
-for every message of that layout, or with :class:`NotConcerned`, such as a joint state without wheels.
+A binding turns the layout of an exemplar into a :class:`Recipe`: each raw column is a sum of fields, the same
+for every message of that layout. It raises :class:`NotConcerned` for messages that hold nothing for the
+signal, such as a joint state without wheels.
 """
 
 from dataclasses import dataclass
@@ -15,14 +16,14 @@ from wmr_schemas.arrays import F64
 
 @dataclass(frozen=True)
 class Column:
-    """constant + Σ gain·leaf."""
+    """One raw column of a signal: constant + Σ gain·leaf."""
 
     terms: tuple[tuple[Leaf, float], ...] = ()
     constant: float = 0.0
 
 
 class NotConcerned(Exception):
-    """Such messages hold nothing for the signal, and why."""
+    """Messages of this layout hold nothing for the signal; the text says why."""
 
 
 UNKNOWN = Column(constant=float("nan"))
@@ -37,7 +38,7 @@ class Recipe:
 
 
 class Binding(Protocol):
-    """A signal's claim on the messages of a channel."""
+    """The fields of a channel's messages that make up one signal."""
 
     @property
     def stamp(self) -> tuple[str, str] | None:
@@ -106,12 +107,12 @@ class PlanarPoseBinding:
     n_raw: int = 3
 
     def recipe(self, layout: Layout) -> Recipe:
-        """The three fields."""
+        """The fields of x, y and yaw. Raises Undecodable when one is missing."""
         columns = tuple(one(layout, path) for path in (self.x, self.y, self.yaw))
         return Recipe(stamp_terms(layout, self.stamp), columns)
 
     def values(self, raw: F64) -> F64:
-        """As they are."""
+        """The raw columns: x and y in m, yaw in rad."""
         return raw
 
 
@@ -129,16 +130,16 @@ class PlacedBinding:
 
     @property
     def stamp(self) -> tuple[str, str] | None:
-        """That of the pose."""
+        """Paths of the stamp of the measured pose."""
         return self.pose.stamp
 
     @property
     def n_raw(self) -> int:
-        """That of the pose."""
+        """Number of raw columns of the measured pose."""
         return self.pose.n_raw
 
     def recipe(self, layout: Layout) -> Recipe:
-        """That of the pose."""
+        """The recipe of the measured pose."""
         return self.pose.recipe(layout)
 
     def values(self, raw: F64) -> F64:
@@ -168,16 +169,16 @@ def yaw_of(quaternion: F64) -> F64:
 
 @dataclass(frozen=True)
 class ModeBinding:
-    """The true contact mode."""
+    """The field that holds the true contact mode."""
 
     stamp: tuple[str, str] | None
     field: str = "mode"
     n_raw: int = 1
 
     def recipe(self, layout: Layout) -> Recipe:
-        """The field."""
+        """The field of the mode. Raises Undecodable when it is missing."""
         return Recipe(stamp_terms(layout, self.stamp), (one(layout, self.field),))
 
     def values(self, raw: F64) -> F64:
-        """As it is."""
+        """The raw column: the mode's number."""
         return raw

@@ -49,21 +49,25 @@ def ros1_layout(definition: Node, message: bytes) -> Layout:
 
 
 class _Walk:
+    """One walk over one message, field after field, which fills in a layout."""
+
     def __init__(self, message: bytes, order: str, max_alignment: int, start: int, wide: int = 1) -> None:
         self.order, self.max_alignment, self.wide_bytes = order, max_alignment, wide
         self.message, self.position = message, start
         self.layout = Layout(message)
 
     def run(self, definition: Node) -> Layout:
+        """The layout of the message. Raises Undecodable."""
         self._node(definition, "")
         return self.layout
 
     @property
     def n_left(self) -> int:
-        """Bytes behind the last field."""
+        """Number of bytes behind the last field."""
         return len(self.message) - self.position
 
     def _node(self, node: Node, path: str) -> None:
+        """Walk over one field of any type."""
         if node.count is not None:
             self._repeated(Node(node.name, node.fields), node.count, path)
         elif node.fields is not None:
@@ -78,12 +82,14 @@ class _Walk:
             raise Undecodable(f"{path}: {node.name} has no fixed form in CDR")
 
     def _struct(self, fields: tuple[tuple[str, Node], ...], path: str) -> None:
+        """Walk over the fields of a message type."""
         if not fields and self.max_alignment > 1:
             self._advance(1, 1)  # an empty message carries one dummy byte
         for name, node in fields:
             self._node(node, f"{path}.{name}" if path else name)
 
     def _repeated(self, item: Node, count: int, path: str) -> None:
+        """Walk over an array, or a sequence (``count`` −1)."""
         if count < 0:
             count = self._length()
         self.layout.counts[path] = count
@@ -97,16 +103,19 @@ class _Walk:
             self._node(item, f"{path}[{k}]")
 
     def _numbers(self, name: str, count: int) -> Leaf:
+        """The leaf of ``count`` numbers of a primitive type."""
         size = int(PRIMITIVES[name][1])
         return Leaf(self._advance(size, size * count), self.order + PRIMITIVES[name], count, size)
 
     def _string(self, path: str) -> None:
+        """Enter a string and its place."""
         length = self._length()
         start = self._advance(1, length)
         content = self.message[start : start + length].removesuffix(b"\0")
         self.layout.texts[path] = Text(start, content.decode(errors="replace"), length)
 
     def _length(self) -> int:
+        """Read a length of 32 bits, which joins the skeleton."""
         start = self._advance(4, 4)
         self.layout.fix(start, start + 4)
         return int.from_bytes(self.message[start : start + 4], "little" if self.order == "<" else "big")

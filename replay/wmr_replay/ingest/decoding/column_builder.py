@@ -28,7 +28,7 @@ class ColumnBuilder:
         self.values: F64 | None = None
 
     def take(self, n: int) -> slice:
-        """The next ``n`` rows."""
+        """Take the next ``n`` rows; the columns grow where they have no room."""
         rows = slice(self.n, self.n + n)
         self.n += n
         if self.n > len(self.used):

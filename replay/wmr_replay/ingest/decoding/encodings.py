@@ -1,4 +1,4 @@
-"""From encoding and schema to a definition: what messages are made of, and how to read them in columns."""
+"""Definitions by encoding and schema: the fields of a channel's messages, and how to read them in columns."""
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -64,20 +64,20 @@ class RosDefinition:
         return self.node.has(path)
 
     def layout(self, message: bytes) -> Layout:
-        """Walk one message."""
+        """Walk one message. Raises Undecodable."""
         return self.walk(self.node, message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """ColumnBuilder by byte offset."""
+        """The messages as columns, by byte offset."""
         return BinarySource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:
-        """Words compared, numbers gathered."""
+        """The pass that compares words and gathers numbers, where it can express the layout."""
         return compile_program(layout, recipe)
 
 
 class ProtobufDefinition:
-    """Protobuf messages."""
+    """Protobuf messages, by their descriptor."""
 
     spelling_varies = False
 
@@ -89,15 +89,15 @@ class ProtobufDefinition:
         return has_field(self.descriptor, path)
 
     def layout(self, message: bytes) -> Layout:
-        """Walk one message."""
+        """Walk one message. Raises Undecodable."""
         return protobuf_layout(self.descriptor, message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """ColumnBuilder by byte offset."""
+        """The messages as columns, by byte offset."""
         return BinarySource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:
-        """Words compared, numbers gathered."""
+        """The pass that compares words and gathers numbers, where it can express the layout."""
         return compile_program(layout, recipe)
 
 
@@ -120,15 +120,15 @@ class JsonDefinition:
         return path in self.fields
 
     def layout(self, message: bytes) -> Layout:
-        """Parse one message."""
+        """Decode one message. Raises Undecodable."""
         return json_layout(message)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """ColumnBuilder by the ordinal of a value."""
+        """The messages as columns, by the ordinal of a scalar value."""
         return JsonSource(data, starts, lengths)
 
     def program(self, layout: Layout, recipe: Recipe) -> Program | None:
-        """Text compared, numbers read in place."""
+        """The pass that compares text and reads numbers in place."""
         return compile_template(layout, recipe)
 
 

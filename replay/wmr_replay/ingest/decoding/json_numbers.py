@@ -1,4 +1,4 @@
-"""Decimal numbers of JSON to the nearest double, compiled; what is beyond it is told, never guessed.
+"""Decimal numbers of JSON to the nearest double, compiled. Numbers beyond its reach are refused.
 
 Up to 2⁵³ and 10^±22 one exact product or quotient (Clinger 1990); otherwise the algorithm of Eisel and
 Lemire ("Number parsing at a gigabyte per second", Software: Practice and Experience 51, 2021, section 5): the
@@ -50,6 +50,7 @@ def _product(a: Any, b: Any) -> Any:
 
 @lean
 def _leading_zeros(value: Any) -> int:
+    """Number of zero bits above the highest set bit of a positive 64-bit word."""
     zeros = 0
     for step in (32, 16, 8, 4, 2, 1):
         free = (value >> np.uint64(64 - step)) == 0

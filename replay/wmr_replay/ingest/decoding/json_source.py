@@ -16,8 +16,8 @@ import numpy as np
 from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
-_NUMBER, _TEXT = -1, -2
-"""Kinds of fields; an array has its length in place of a kind."""
+_NUMBER, _TEXT = -2, -3
+"""Kinds of fields; an array has its length in place of a kind. Python gives −1 and −2 the same hash."""
 _UNDECODABLE = 0
 _INT64 = range(-(1 << 63), 1 << 63)
 
@@ -124,7 +124,7 @@ class JsonSource:
         return self._kinds[row]
 
     def exemplar(self, row: int) -> bytes:
-        """One message's text."""
+        """The text of the message in that row."""
         start = self.starts[row]
         return self.data[start : start + self.lengths[row]].tobytes()
 

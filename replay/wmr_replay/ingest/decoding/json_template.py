@@ -171,6 +171,7 @@ def _run(  # noqa: PLR0913, PLR0917
     kinds: I64, steps: I64, gains: F64, factors: I64, constants: F64, numbers: F64, wholes: I64,
     stamp_ns: I64, raw: F64, used: Bool,
 ) -> int:  # fmt: skip
+    """Fill in the messages that fit the template; return how many they are."""
     filled = 0
     for k in range(len(starts)):
         row, start, stop = first + k, starts[k], starts[k] + lengths[k]

@@ -1,4 +1,4 @@
-"""The place of every field in a message, found once and reused for all messages that are built alike.
+"""The place of every field in a message, found once and used for all messages of the same layout.
 
 A :class:`Layout` comes from walking one *exemplar* message in Python. Another message has the same layout
 when a few of its bytes, the *skeleton* (string and sequence lengths, tags, joint names), equal the
@@ -31,7 +31,7 @@ class Leaf:
     stride: int = 1
 
     def item(self, k: int) -> "Leaf":
-        """The k-th of several numbers."""
+        """The leaf of the k-th number alone."""
         return Leaf(self.offset + k * self.stride, self.dtype, 1, self.stride)
 
 
@@ -58,7 +58,7 @@ class Layout:
     """Fields with their default value are left out on the wire (protobuf)."""
 
     def fix(self, start: int, stop: int, mask: int = 0xFF) -> None:
-        """These places belong to the skeleton."""
+        """Add these places to the skeleton, with a mask of the bits that must agree."""
         for offset in range(start, stop):
             self.skeleton[offset] = self.skeleton.get(offset, 0) | mask
 
@@ -71,7 +71,7 @@ class Layout:
         return row.item(int(index[:-1])) if row is not None and int(index[:-1]) < row.count else None
 
     def names(self, path: str) -> list[str]:
-        """The strings of a sequence. They join the skeleton, for somebody relies on them."""
+        """The strings of a sequence, which join the skeleton. Raises Undecodable."""
         found = []
         for k in range(self.counts.get(path, 0)):
             text = self.texts.get(f"{path}[{k}]")
@@ -101,7 +101,7 @@ class Source(Protocol):
         """Lengths, or hashes of the structure: messages of different kinds never share a layout."""
 
     def exemplar(self, row: int) -> bytes:
-        """One message's bytes."""
+        """The bytes of the message in that row."""
 
     def agree(self, layout: Layout, rows: I64) -> Bool:
         """Which of these messages, all of the exemplar's kind, share its layout."""

@@ -1,4 +1,4 @@
-"""Messages of a block that no program at hand could read: filled in layout by layout."""
+"""Messages of a block that fit no compiled program: filled in layout by layout."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -34,14 +34,14 @@ class PendingMessages:
 
     @property
     def first(self) -> int:
-        """The first message that waits."""
+        """Index of the first message that waits."""
         return int(np.argmax(self.waiting))
 
     def by_kind(self) -> list[tuple[int, I64]]:
         """The messages that wait, kind by kind."""
         rows = np.flatnonzero(self.waiting)
         kinds = self.source.kinds(rows)
-        if len(kinds) and (kinds == kinds[0]).all():  # the rule
+        if len(kinds) and (kinds == kinds[0]).all():  # usually there is one kind
             return [(int(kinds[0]), rows)]
         return [(kind, rows[kinds == kind]) for kind in np.unique(kinds).tolist()]
 
@@ -61,7 +61,7 @@ class PendingMessages:
         return n_filled
 
     def settle(self, rows: I64) -> None:
-        """Mark these messages as settled."""
+        """Mark these messages as settled, whether their rows are filled in or not."""
         self.waiting[rows] = False
 
     def fill(self, layout: Layout, recipe: Recipe | None, rows: I64) -> tuple[I64, I64]:

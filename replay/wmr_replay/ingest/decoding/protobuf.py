@@ -48,6 +48,7 @@ def parse_descriptor(name: str, data: bytes) -> Descriptor:
 
 
 def _dependencies_first(files: dict[str, FileDescriptorProto]) -> list[str]:
+    """The files' names in an order in which each follows its dependencies."""
     done: list[str] = []
 
     def visit(name: str) -> None:
@@ -80,12 +81,14 @@ def protobuf_layout(descriptor: Descriptor, message: bytes) -> Layout:
 
 
 class _Walk:
+    """One walk over one message's wire format, which fills in a layout."""
+
     def __init__(self, layout: Layout) -> None:
         self.layout, self.data = layout, layout.exemplar
         self.position = 0
 
     def message(self, descriptor: Descriptor, path: str, start: int, stop: int) -> None:
-        """All fields between two offsets."""
+        """Walk over all fields between two byte offsets. Raises Undecodable."""
         if path.count(".") > _MAX_DEPTH:
             raise Undecodable("nested too deeply")
         self.position = start
@@ -105,6 +108,7 @@ class _Walk:
                     self._put(name, field, leaf)
 
     def _bytes(self, field: FieldDescriptor | None, name: str, start: int, stop: int) -> None:
+        """Enter a field with a length: a message, a string, or packed numbers."""
         if field is None:
             return
         if field.type == Proto.TYPE_MESSAGE and field.message_type is not None:
@@ -128,6 +132,7 @@ class _Walk:
             self.layout.leaves[f"{name}[{first + k}]"] = row.item(k)
 
     def _put(self, name: str, field: FieldDescriptor, leaf: Leaf) -> None:
+        """Enter the leaf of a field at its path."""
         self.layout.leaves[self._indexed(name, field)] = leaf
 
     def _indexed(self, name: str, field: FieldDescriptor) -> str:
@@ -139,6 +144,7 @@ class _Walk:
         return f"{name}[{k}]"
 
     def _number(self, wire_type: int, field: FieldDescriptor | None, stop: int) -> Leaf:
+        """The leaf of a number, moved past. Raises Undecodable."""
         start = self.position
         if wire_type == _VARINT:
             size, dtype = self._varint_bytes(stop), "varint"
@@ -154,6 +160,7 @@ class _Walk:
         return Leaf(start, dtype if field is None else _declared(field, dtype), 1, size)
 
     def _varint_bytes(self, stop: int) -> int:
+        """Length in bytes of the varint at the present position. Raises Undecodable."""
         for size in range(1, _VARINT_BYTES + 1):
             if self.position + size > stop:
                 break

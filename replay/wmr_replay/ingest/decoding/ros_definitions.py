@@ -92,6 +92,7 @@ def full_name(name: str) -> str:
 
 
 def _message(name: str, types: Any, above: tuple[str, ...]) -> Node:
+    """The tree of a message type. Raises UnknownDefinition."""
     if name in above:
         raise UnknownDefinition(f"{name} contains itself")
     if name.rpartition("/")[2] in {"wstring", "WString"} and name not in types:
@@ -105,6 +106,7 @@ def _message(name: str, types: Any, above: tuple[str, ...]) -> Node:
 
 
 def _node(entry: Any, types: Any, above: tuple[str, ...]) -> Node:
+    """The tree of a field, from an entry of rosbags' parser. Raises UnknownDefinition."""
     kind, detail = entry[0].name, entry[1]
     if kind == "NAME":
         return _message(detail, types, above)

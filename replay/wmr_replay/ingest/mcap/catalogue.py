@@ -41,6 +41,7 @@ class Catalogue:
                 self.n_malformed += 1
 
     def _enter(self, opcode: int, content: bytes, summary: bool) -> None:
+        """Add one schema or channel record. Raises Malformed."""
         if opcode == Opcode.SCHEMA:
             self._put(self.schemas, parse_schema(content), summary)
         elif opcode == Opcode.CHANNEL:
@@ -49,6 +50,7 @@ class Catalogue:
             raise Malformed("message too short")
 
     def _put(self, shelf: dict[int, Entry], entry: Entry, summary: bool) -> None:
+        """Add a description unless a better one of the same id is there."""
         key = type(entry), entry.id
         if key in self.from_data or (summary and entry.id in shelf):
             return

@@ -1,7 +1,8 @@
 """From a stretch of the file to the bytes of its records: reading, decompressing, checking.
 
-A chunk's header is not trusted: nothing is allocated on its word alone. What cannot be read yields no bytes
-and a reason; of a chunk that the file's end cuts off, the records in front of the cut are recovered.
+A chunk's header is not trusted: memory grows with the data, not with the header's claim. A chunk that
+cannot be read gives no bytes and a reason. Of a chunk that the file's end cuts off, the records before
+the cut are recovered.
 """
 
 from collections.abc import Callable
@@ -17,7 +18,7 @@ from wmr_schemas.arrays import U8
 MAX_CHUNK_BYTES = 2 << 30
 """No writer makes chunks of this size; a header that claims more is damaged."""
 _TRUSTED_BYTES = 64 << 20
-"""Up to this size a chunk's word is taken when its frame does not say how much it holds."""
+"""Up to this size memory is allocated by the chunk's header where the frame does not state its size."""
 _PIECE_BYTES = 1 << 20
 NO_BYTES: U8 = np.frombuffer(b"", np.uint8)
 Buffer = bytes | memoryview
@@ -78,7 +79,7 @@ def load(file: BinaryIO, span: Span, workspace: Workspace) -> Block:
 
 
 def load_by_index(file: BinaryIO, span: Span, claimed: ChunkHead, workspace: Workspace) -> Block:
-    """Read a whole chunk record in one go, and believe its own head if it is the one that the index tells."""
+    """Read a whole chunk record at once, and check that its own head is the one in the index."""
     file.seek(span.offset)
     record = file.read(HEAD.size + claimed.head_bytes + span.data_bytes)
     try:
@@ -117,10 +118,12 @@ def open_chunk(head: ChunkHead, stored: bytes, workspace: Workspace, *, whole: b
 
 
 def _plain(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    """Records that are not compressed, at most one byte more than ``size``."""
     return stored[: size + 1]
 
 
 def _zstd(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    """Records decompressed, at most one byte more than ``size``. Raises ValueError."""
     import zstandard  # noqa: PLC0415 – only logs that use it pay for it
 
     try:
@@ -145,6 +148,7 @@ def _read_at_most(stream: BinaryIO, size: int) -> Buffer:
 
 
 def _lz4(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
+    """Records decompressed, at most one byte more than ``size``. Raises ValueError, RuntimeError."""
     from lz4.frame import LZ4FrameDecompressor  # noqa: PLC0415
 
     if not stored:

@@ -1,7 +1,7 @@
-"""A survey from the file's own index: a handful of small reads, where every read is a request.
+"""A survey from the file's own index: a few small reads, for files of which every read is a request.
 
-The index is believed only as a whole: its checksum holds, its records fit, and its counts add up to the
-file's statistics. What it says of a chunk is checked again when the chunk is read.
+The index is used only if its checksum holds, its records fit, and its counts add up to the file's statistics.
+Its description of a chunk is checked again when the chunk is read.
 """
 
 import struct
@@ -51,7 +51,7 @@ def surveyed(path: LogPath) -> Survey:
 
 
 def indexed_survey(file: BinaryIO, size_bytes: int) -> Survey | None:
-    """What the summary says of a file; None when it has none, or one that is not to be believed."""
+    """The survey by the file's summary; None without a summary, or with one that fails a check."""
     summary = read_summary(file, size_bytes)
     if not summary:
         return None
@@ -82,6 +82,7 @@ def read_summary(file: BinaryIO, size_bytes: int) -> bytes:
 
 
 def _enter_header(found: Survey, file: BinaryIO) -> None:
+    """Profile and library out of the file's first record. Raises Malformed."""
     file.seek(0)
     data = file.read(_HEADER_BYTES)
     opcode, length = HEAD.unpack_from(data, len(MAGIC))
@@ -92,6 +93,9 @@ def _enter_header(found: Survey, file: BinaryIO) -> None:
 
 
 def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
+    """Statistics, chunk indexes, metadata and descriptions out of the summary. Raises Malformed,
+    struct.error.
+    """
     position, starts = 0, []
     while position < len(summary):
         opcode, length = HEAD.unpack_from(summary, position)
@@ -112,6 +116,7 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
 
 
 def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
+    """Name and content of the metadata record to which an index record points. Raises Malformed."""
     cursor = Cursor(content)
     offset, length = cursor.uint(8), cursor.uint(8)
     file.seek(offset)

@@ -1,7 +1,7 @@
-"""The files of a log: each surveyed and sampled for itself, then joined as if they were one.
+"""The files of a log, each surveyed and sampled by itself, and joined as one.
 
-Files of one recording number their channels as they please. Channels of equal topic, schema and encoding are
-one channel; within a file they stay apart.
+The files of one recording may number their channels differently. Channels of equal topic, schema and
+encoding are one channel; within a file they stay apart.
 """
 
 from collections import Counter
@@ -38,7 +38,7 @@ class LogFiles:
 
 
 def join_files(paths: list[LogPath]) -> LogFiles:
-    """Survey and sample the files."""
+    """Survey and sample the files of one log, and join them."""
     surveys = [surveyed(path) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
@@ -51,11 +51,14 @@ def join_files(paths: list[LogPath]) -> LogFiles:
 
 
 class _Joiner:
+    """Joins surveys and samples of several files under common channel ids."""
+
     def __init__(self, paths: list[LogPath]) -> None:
         self.known: dict[Identity, int] = {}
         self.files = LogFiles(paths, Survey(0), [])
 
     def run(self, surveys: list[Survey], samplers: list[Sampler]) -> LogFiles:
+        """The joined files, in the order of their paths."""
         for k, (found, sampler) in enumerate(zip(surveys, samplers, strict=True)):
             ids = self._common_ids(found.catalogue)
             self.files.ids.append(ids)
@@ -104,6 +107,7 @@ class _Joiner:
 
 
 def _moved(span: Span, file_index: int, ids: I64) -> Span:
+    """A span with its file's index, and counts by common channel ids."""
     counts = {int(ids[channel_id]): n for channel_id, n in span.counts.items()}
     return replace(span, file_index=file_index, counts=counts)
 

@@ -1,4 +1,4 @@
-"""Messages by channel as they are read: how many, and when."""
+"""Number and times of the messages of each channel, counted as they are read."""
 
 from dataclasses import dataclass, field
 
@@ -31,21 +31,21 @@ class ChannelCount:
 
 @dataclass
 class MessageCounts:
-    """Tallies by channel id."""
+    """Messages by channel id (65536,): how many, first and last log time in ns."""
 
     n: I64 = field(default_factory=lambda: np.zeros(N_CHANNEL_IDS, np.int64))
     first_ns: I64 = field(default_factory=lambda: np.full(N_CHANNEL_IDS, _LATEST, np.int64))
     last_ns: I64 = field(default_factory=lambda: np.full(N_CHANNEL_IDS, _EARLIEST, np.int64))
 
     def add(self, other: "MessageCounts") -> None:
-        """Count what another one has counted."""
+        """Add the counts of another instance."""
         self.n += other.n
         np.minimum(self.first_ns, other.first_ns, out=self.first_ns)
         np.maximum(self.last_ns, other.last_ns, out=self.last_ns)
 
     @property
     def by_channel(self) -> dict[int, ChannelCount]:
-        """By the ids that have messages."""
+        """Counts by channel id, of channels that have messages."""
         return {
             k: ChannelCount(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
             for k in np.flatnonzero(self.n).tolist()

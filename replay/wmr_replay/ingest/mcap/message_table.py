@@ -63,5 +63,6 @@ class MessageTable:
         return self._column(role, LOG_NS)
 
     def _column(self, role: int, column: int) -> I64:
+        """One column (n,) of a role's messages."""
         found: I64 = self.table[role, column, : self.counts[role]]
         return found

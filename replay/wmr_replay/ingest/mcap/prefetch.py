@@ -63,27 +63,29 @@ def groups(spans: Sequence[Span]) -> Iterator[list[Span]]:
 
 
 def extent(span: Span) -> tuple[int, int]:
-    """Bytes of records, and messages; where nobody counted them, as many as small ones would be."""
+    """Bytes of records and number of messages in a span; without an index, as many as messages of 128
+    bytes.
+    """
     size = span.head.uncompressed_bytes if span.head else span.data_bytes
     return size, sum(span.counts.values()) or size // _SMALL_MESSAGE_BYTES
 
 
 class _PerThread:
-    """What each thread has for itself: one of the log's files at a time, and a workspace."""
+    """What each thread has for itself: one open file of the log at a time, and a workspace."""
 
     def __init__(self, paths: Sequence[LogPath]) -> None:
         self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
 
     @property
     def workspace(self) -> Workspace:
-        """The calling thread's."""
+        """The workspace of the calling thread."""
         if not hasattr(self._own, "workspace"):
             self._own.workspace = Workspace()
         workspace: Workspace = self._own.workspace
         return workspace
 
     def file(self, file_index: int) -> BinaryIO:
-        """The calling thread's."""
+        """That file of the log, opened by the calling thread for itself."""
         if getattr(self._own, "file_index", None) != file_index:
             if hasattr(self._own, "file"):
                 self._own.file.close()
@@ -93,6 +95,6 @@ class _PerThread:
         return file
 
     def close(self) -> None:
-        """Close every thread's."""
+        """Close the files of every thread."""
         for file in self._opened:
             file.close()

@@ -87,7 +87,7 @@ class Cursor:
         return piece
 
     def uint(self, n_bytes: int) -> int:
-        """An unsigned integer."""
+        """An unsigned integer of ``n_bytes``. Raises Malformed."""
         return int.from_bytes(self.take(n_bytes), "little")
 
     def text(self) -> str:
@@ -111,13 +111,13 @@ def parse_header(data: bytes) -> tuple[str, str]:
 
 
 def parse_schema(data: bytes) -> Schema:
-    """A Schema record."""
+    """A Schema record's content. Raises Malformed."""
     cursor = Cursor(data)
     return Schema(cursor.uint(2), cursor.text(), cursor.text(), cursor.take(cursor.uint(4)))
 
 
 def parse_channel(data: bytes) -> Channel:
-    """A Channel record."""
+    """A Channel record's content. Raises Malformed."""
     cursor = Cursor(data)
     return Channel(cursor.uint(2), cursor.uint(2), cursor.text(), cursor.text())
 

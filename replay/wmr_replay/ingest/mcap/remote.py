@@ -1,4 +1,4 @@
-"""Logs behind URLs: whether they can be read by ranges at all, and which log one is without reading it."""
+"""MCAP files behind URLs: whether ranges of them can be read, and their identity by a few reads."""
 
 import json
 from collections.abc import Callable
@@ -13,7 +13,8 @@ _PIECE_BYTES = 8 << 20
 
 
 def readable_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]:
-    """The file itself where ranges of it can be read, else a copy of the whole in ``folder()``, and why.
+    """The file itself where ranges of it can be read, else a copy of the whole in ``folder()``, and the
+    reason for the copy.
 
     A copy is made when the server gives no ranges, when the file's index is missing or does not add up, and
     when the file as a whole is packed. Raises LogUnusable.
@@ -31,7 +32,7 @@ def readable_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, s
 
 
 def range_obstacle(path: RemotePath) -> str:
-    """What stands against reading ranges of the file; nothing when they can be read.
+    """Why the file cannot be read by ranges; empty when it can.
 
     Raises LogUnusable when it is no MCAP file at all.
     """

@@ -20,7 +20,7 @@ _KEPT_BYTES = 1 << 18
 
 @dataclass(frozen=True)
 class Sample:
-    """One message of a channel."""
+    """The data of one message, and its times in ns."""
 
     data: bytes
     log_ns: int
@@ -50,6 +50,7 @@ class Sampler:
         return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
 
     def _needs(self, span: Span) -> bool:
+        """Whether the span may hold a message or a description that is missing."""
         in_file = self.survey.statistics or {}
         expected = span.counts or in_file
         return not expected or any(
@@ -58,11 +59,13 @@ class Sampler:
         )
 
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
+        """Whether a channel is not described yet, or has fewer samples than wanted."""
         wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
         few = self.seen.get(channel_id, 0) < min(wanted, n_messages)
         return few or channel_id not in self.catalogue.channels
 
     def _take(self, data: U8) -> None:
+        """Enter the descriptions and the messages of a span's records."""
         self.n_bytes += len(data)
         found = walk(data)
         self.catalogue.enter(data, found.others)
@@ -71,6 +74,7 @@ class Sampler:
             self.seen[channel_id] = self.seen.get(channel_id, 0) + count
 
     def _keep(self, data: U8, messages: Messages, channel_id: int) -> None:
+        """Keep the channel's first messages, within the limits of number and size."""
         kept = self.samples.setdefault(channel_id, [])
         for row in np.flatnonzero(messages.channel == channel_id)[: _N_KEPT - len(kept)].tolist():
             start, length = int(messages.offset[row]), int(messages.length[row])

@@ -1,4 +1,4 @@
-"""What a file holds, from the heads of its records alone: no chunk is opened, nothing relies on a summary.
+"""Survey of a file by the heads of its records: no chunk is opened, and no summary is needed.
 
 One pass in file order. Where a record's length cannot be true, reading goes on at the next chunk that the
 summary points to, if there is one; what lies between is reported.
@@ -69,7 +69,7 @@ class Surveyor:
         )
 
     def run(self) -> Survey:
-        """The whole file."""
+        """Survey the whole file, from its first record to its footer."""
         position: int | None = len(MAGIC)
         while position is not None and position < self.size:
             position = self._step(position)
@@ -104,6 +104,7 @@ class Surveyor:
         return stop if fits else self._lost(position, f"a record of type {opcode:#04x} claims {length} bytes")
 
     def _enter(self, opcode: int, position: int, length: int, fits: bool) -> None:
+        """Take in a record; a malformed one is noted."""
         try:
             self._take(opcode, position, length, fits)
         except Malformed as error:
@@ -111,6 +112,7 @@ class Surveyor:
             self.result.notes.append(f"byte {position}: a malformed record of type {opcode:#04x} ({error})")
 
     def _take(self, opcode: int, position: int, length: int, fits: bool) -> None:
+        """Take in a record by its type. Raises Malformed."""
         if opcode == Opcode.CHUNK:
             self._chunk(position, length, fits)
         elif opcode == Opcode.MESSAGE_INDEX:
@@ -126,6 +128,7 @@ class Surveyor:
             self.result.profile, self.result.library = parse_header(self._content(position, length))
 
     def _chunk(self, position: int, length: int, fits: bool) -> None:
+        """Add the span of a chunk record. Raises Malformed."""
         available = min(length, self.size - position - HEAD.size)
         head = parse_chunk_head(self._content(position, min(available, _CHUNK_HEAD_BYTES)))
         start = position + HEAD.size + head.head_bytes
@@ -142,11 +145,13 @@ class Surveyor:
         )
 
     def _message_index(self, position: int, length: int) -> None:
+        """Count the last chunk's messages of one channel, by the length of their index."""
         channel_id = int.from_bytes(self._content(position, min(length, 2)), "little")
         if self.result.spans and self.result.spans[-1].head is not None:
             self.result.spans[-1].counts[channel_id] = max(length - 6, 0) // 16
 
     def _plain(self, position: int, stop: int) -> int:
+        """Walk over records outside chunks; return where the walk ended."""
         data = np.frombuffer(self._read(position, max(WINDOW_BYTES, stop - position)), np.uint8)
         found = walk(data, plain=True)
         self.result.catalogue.enter(data, found.others, summary=self.in_summary)
@@ -163,10 +168,12 @@ class Surveyor:
         return position + found.stop
 
     def _footer(self, stop: int) -> None:
+        """Note a missing closing magic."""
         if self._read(stop, len(MAGIC)) != MAGIC:
             self._ends_early("the closing magic is missing")
 
     def _lost(self, position: int, what: str) -> int | None:
+        """Note a record that cannot be read; return the next chunk's offset, or None at the end."""
         resume = self._next_landmark(position)
         if resume < self.size:
             self.result.notes.append(
@@ -177,18 +184,22 @@ class Surveyor:
         return None
 
     def _ends_early(self, what: str) -> None:
+        """Note that the file is truncated, and where."""
         self.result.truncated = True
         self.result.notes.append(what)
 
     def _next_landmark(self, position: int) -> int:
+        """Offset of the next chunk by the summary, or the file's size."""
         k = bisect_right(self.landmarks, position)
         return self.landmarks[k] if k < len(self.landmarks) else self.size
 
     def _read(self, position: int, n_bytes: int) -> bytes:
+        """At most ``n_bytes`` from ``position`` on."""
         self.file.seek(position)
         return self.file.read(n_bytes)
 
     def _content(self, position: int, length: int) -> bytes:
+        """At most ``length`` bytes of the content of the record at ``position``."""
         return self._read(position + HEAD.size, length)
 
 
@@ -207,6 +218,7 @@ def indexed_chunks(file: BinaryIO, size: int) -> list[tuple[int, int]]:
 
 
 def _chunk_indexes(summary: bytes) -> list[tuple[int, int]]:
+    """Starts and lengths in bytes out of the summary's chunk index records."""
     found, position = [], 0
     while position + HEAD.size <= len(summary):
         opcode, length = HEAD.unpack_from(summary, position)

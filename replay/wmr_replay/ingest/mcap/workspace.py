@@ -1,4 +1,4 @@
-"""What one thread opens chunks with: a decompressor, and memory that serves one chunk after another."""
+"""The decompressor and the memory with which one thread opens chunk after chunk."""
 
 import zlib
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""What a path leads to: one MCAP file, the files of a rosbag2 directory, or a file to be unpacked first."""
+"""The MCAP files behind a path: one file, those of a rosbag2 directory, or one to be unpacked first."""
 
 import re
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def _listed(metadata: LogPath) -> list[str]:
 
 
 def _natural(path: LogPath) -> list[str]:
-    """Sorts ``bag_2`` before ``bag_10``."""
+    """A key that sorts ``bag_2`` before ``bag_10``."""
     return [piece.zfill(12) if piece.isdigit() else piece for piece in _FIRST_NUMBER.split(path.name)]
 
 

@@ -1,4 +1,4 @@
-"""Whether a path leads to an MCAP file at all; if not, what it leads to and what to do about it."""
+"""Check of a file's first bytes for MCAP's magic; other formats are named, with advice."""
 
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import LogUnusable

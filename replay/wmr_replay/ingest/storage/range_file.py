@@ -18,11 +18,11 @@ class RangeFile(io.RawIOBase):
         self._position = 0
 
     def readable(self) -> bool:
-        """Yes."""
+        """True: the file is open for reading."""
         return True
 
     def seekable(self) -> bool:
-        """Yes."""
+        """True: any byte can be read next."""
         return True
 
     def tell(self) -> int:
@@ -30,7 +30,7 @@ class RangeFile(io.RawIOBase):
         return self._position
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Go somewhere; nothing is fetched."""
+        """Set the position of the next byte; nothing is fetched."""
         self._position = (
             offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._position, io.SEEK_END: self._size}[whence]
         )
@@ -45,6 +45,7 @@ class RangeFile(io.RawIOBase):
         return data
 
     def _fetched(self, n_bytes: int) -> bytes:
+        """Exactly ``n_bytes`` from the position on. Raises LogUnusable after three attempts."""
         problem = ""
         for _ in range(N_ATTEMPTS):
             try:
@@ -61,7 +62,7 @@ class RangeFile(io.RawIOBase):
         raise LogUnusable(self._place, f"byte {self._position} cannot be fetched ({problem})", NETWORK)
 
     def close(self) -> None:
-        """Let go of the connection."""
+        """Close the connection to the server."""
         if not self.closed:
             self._file.close()
         super().close()

@@ -1,7 +1,7 @@
 """Where a log lies: a path on this machine, or a URL whose bytes are fetched range by range.
 
-:class:`RemotePath` answers as far as ingest asks a ``pathlib.Path``, so that the code behind it needs no
-second road. Protocols are those of fsspec; ``s3://`` goes through Arrow's own client, which is there anyway.
+:class:`RemotePath` answers as far as ingest asks a ``pathlib.Path``, so that the code behind it is
+the same for both. Protocols are those of fsspec; ``s3://`` uses Arrow's own client.
 """
 
 import os
@@ -83,7 +83,7 @@ class RemotePath:
             yield RemotePath(system.unstrip_protocol(found) if SEPARATOR not in found else found)
 
     def glob(self, pattern: str) -> Iterator["RemotePath"]:
-        """Files directly in this folder."""
+        """The files directly in this folder whose names match."""
         depth = str(self).rstrip("/").count("/") + 1
         for file in self.walk():
             if str(file).count("/") == depth and Path(file.name).match(pattern):
@@ -99,7 +99,7 @@ class RemotePath:
             raise unreachable(self, error) from None
 
     def open(self, mode: str = "rb") -> BinaryIO:
-        """For reading: every ``read`` fetches exactly what it asks for."""
+        """Open the file for reading; every ``read`` fetches exactly the bytes that it asks for."""
         size, (system, path) = size_of(self), located(self)
         try:
             file = system.open(path, "rb", cache_type="none", size=size)
@@ -120,7 +120,7 @@ LogPath: TypeAlias = Path | RemotePath
 
 
 def log_path(text: str) -> LogPath:
-    """A user's word as a place."""
+    """The place that a user's text means: a URL or a path."""
     return RemotePath(text) if is_url(text) else Path(text)
 
 
@@ -153,6 +153,7 @@ def located(path: RemotePath) -> tuple[Any, str]:
 
 @lru_cache(maxsize=256)
 def _located(url: str) -> tuple[Any, str]:
+    """Fsspec's file system and the path in it, kept for the next call."""
     from fsspec.core import url_to_fs  # noqa: PLC0415 – an extra
 
     if url.startswith(("s3://", "s3a://")):
@@ -174,7 +175,7 @@ def _s3() -> Any:
 
 
 def gives_ranges(path: RemotePath) -> bool:
-    """Whether the other side hands out parts of the file."""
+    """Whether the server gives parts of the file."""
     if path.details.get("partial") is False or path.details.get("size") is None:
         return False
     try:
@@ -187,7 +188,7 @@ def gives_ranges(path: RemotePath) -> bool:
 
 
 def download(path: RemotePath, copy: Path) -> None:
-    """The whole file. Raises LogUnusable."""
+    """Fetch the whole file into ``copy``. Raises LogUnusable."""
     system, inside = located(path)
     try:
         system.get_file(inside, str(copy))
