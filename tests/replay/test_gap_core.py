@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
@@ -225,7 +225,9 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
         Theta.HEADING: ("heading_misalignment", "angle_rad"),
         Theta.YAW_DRIFT: ("yaw_drift", "rate_radps"),
     }[place]
-    output = disturbed.filtered(Extension(BASE), NOISE, NO_TARGETS._replace(places=np.array([place])), keep=True)
+    output = disturbed.filtered(
+        Extension(BASE), NOISE, NO_TARGETS._replace(places=np.array([place])), keep=True
+    )
     sides = []
     for size in (-1e-4, 1e-4):
         other = {"slope": {"grade_y_mps2": 0.0}, "pose_lever_arm": {"y_m": 0.0}}.get(key[0], {})
