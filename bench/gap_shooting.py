@@ -117,7 +117,7 @@ def promise(change: F64, moves: F64, at: F64) -> float:
 
 
 def starts_of(binned: BinnedLog, candidate: Candidate) -> list[dict[str, float]]:
-    """Where a candidate is looked for: small sizes, the grids, moments and places of the binned."""
+    """Where a candidate is looked for: small sizes, the grids, moments and places of the log."""
     end = float(binned.t_s[-1])
     if candidate.name == "load_step":
         return [{"mass_ratio": 0.1, "t0_s": share * end} for share in STARTS_S]

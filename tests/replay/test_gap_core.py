@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step

@@ -1,204 +1,390 @@
-"""What the gap analysis does between a scan and a verdict: starts, modes taken anew, placebo, remainders."""
+"""The gates on inputs whose answer is known: constructed innovations with and without an effect, and short
+logs of a plain loop. The oracles are the statistics of Gaussian noise and the kinematics of a straight drive.
+"""
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom
 
-from wmr_replay.gap import GapOptions
-from wmr_replay.gap.analyse import analyse, base_model
-from wmr_replay.gap.estimation.binned_log import drive_of
-from wmr_replay.gap.estimation.modes import as_it_acts, identified_modes, lasting_effects
+from wmr_replay.gap.estimation.covariance import inverse_information, robust_covariance
+from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import gauss_newton
-from wmr_replay.gap.evidence.placebo import placebo_p
-from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.evidence.excitation import excitation_ratios, too_calm_for
+from wmr_replay.gap.evidence.holdout import (
+    Fold,
+    GapChange,
+    blocks_p,
+    clearly_smaller,
+    gap_change,
+    path_change,
+    prove,
+)
+from wmr_replay.gap.evidence.placebo import block_scores, placebo_p
+from wmr_replay.gap.evidence.significance import correlation, wald_p
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.result.assemble import joined
-from wmr_replay.gap.search.attempts import fitted
-from wmr_replay.gap.search.hints import suggestions
-from wmr_replay.gap.search.relabel import leaves_more, like_slipping, unlike_slipping, without_skid
-from wmr_replay.gap.search.scan import scan
-from wmr_replay.gap.search.with_modes import Answer
-from wmr_schemas.model_file import Effect
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.modes_and_effects import Solution
+from wmr_replay.gap.search.preliminary import models_from
+from wmr_replay.gap.search.select import Selection, confirm, first_tested, forward_selection, remainder
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log, ModeTrack
-from wmr_synth import hidden_log
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
-GIVEN = GapOptions(modes="given")
-SWITCH_S = 0.3
-SLIPPING = 2
-
-
-def problem_of(log: Log, *, margin_s: float = 0.04):
-    """The log with its own labels, and its base model."""
-    return Problem.of(drive_of(log, log.mode, margin_s=margin_s)), base_model(log, None, GIVEN).extension
+SETTINGS = GateSettings()
+HOLD_OUT = SETTINGS.hold_out
+ROBOT = RobotParameters(alpha=0.28, alpha_yaw=0.34, half_track_m=0.25)
+BASE = Base(0.28, 0.34, 0.25, 8.0, 0.0, 0.5, 0.5, 0.0, 5.0)
+NOISE = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
+SD = (0.004, 0.004, 0.003)
+DISTURBANCE_MPS2, KEPT = 0.015, float(np.exp(-0.01 / 0.4))
 
 
-def relabelled(log: Log, start_s: float, end_s: float, mode: int) -> Log:
-    """The log with another mode between two times."""
-    seconds = (log.mode.t_ns - log.pose.t_ns[0]) / 1e9
-    inside = (seconds >= start_s) & (seconds < end_s)
-    track = ModeTrack(log.mode.t_ns, np.where(inside, mode, log.mode.mode).astype(np.int8))
-    return Log(log.pose, log.torque, track, log.robot)
+def made_log(seed: int, *, drag_per_s: float = 0.0, seconds: float = 40.0, lively: bool = True) -> Log:
+    """A drive of a plain loop at 100 Hz with a viscous drag: speeds held for 1.5 s under a disturbance, or a
+    constant torque straight ahead.
+    """
+    rng = np.random.default_rng(seed)
+    n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
+    wanted = np.repeat(rng.uniform(-1.5, 1.5, (n // 150 + 1, 2)), 150, axis=0)[:n] * [1.0, 0.15]
+    z, d, path, sent = np.zeros(5), np.zeros(2), np.zeros((n, 3)), np.zeros((n, 2))
+    for k in range(n):
+        path[k] = z[:3]
+        total, difference = 2 * (wanted[k] - z[3:]) / [BASE.alpha, BASE.alpha_yaw] if lively else (0.5, 0.0)
+        sent[k] = (total - difference) / 2, (total + difference) / 2
+        acc = np.array([BASE.alpha * total - drag_per_s * z[3], BASE.alpha_yaw * difference]) + d
+        d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
+        v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2
+        z += dt * np.array([v * np.cos(yaw), v * np.sin(yaw), (z[4] + acc[1] * dt / 2) / l, *acc])
+    t_ns = np.arange(n, dtype=np.int64) * 10_000_000
+    pose = path + rng.normal(size=(n, 3)) * SD
+    torque = TorqueTrack(t_ns, *sent.T.copy(), *np.full((2, n), np.nan))
+    return Log(PoseTrack(t_ns, *pose.T.copy()), torque, None, ROBOT)
+
+
+def problem_of(log: Log, *, margin_s: float | None = None) -> Problem:
+    return Problem.of(bin_log(log, SETTINGS, margin_s=margin_s))
+
+
+@pytest.fixture(scope="module")
+def drive():
+    """40 s of the base model."""
+    return problem_of(made_log(1))
+
+
+@pytest.fixture(scope="module")
+def dragged():
+    """The same with a drag of 0.1 1/s; the model without it and the model with it."""
+    problem = problem_of(made_log(1, drag_per_s=0.1))
+    without = fit_model(problem, Extension(BASE))
+    with_it = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.0}}), without.noise)
+    return problem, without, with_it
+
+
+def made_fit(problem: Problem, extension: Extension, e, psi=None) -> Fit:
+    """A fit with constructed innovations (n, 3) and sensitivities (n, 3, q)."""
+    fit = Fit(problem, extension, NOISE, float((e[problem.train] ** 2).sum()), e, (e**2).sum(axis=1))
+    if psi is not None:
+        vars(fit)["psi"] = psi
+    return fit
+
+
+def estimated(problem: Problem, rng, size: float, *, coloured: bool = False) -> Fit:
+    """A drag estimated by least squares from white innovations, or innovations alike within each 2 s."""
+    n = len(problem.binned)
+    psi, e = rng.normal(size=(n, 3, 1)), rng.normal(size=(n, 3))
+    if coloured:
+        block = (problem.binned.t_s // 2).astype(int)
+        psi = np.repeat(rng.normal(size=(block.max() + 1, 3, 1)), np.bincount(block), axis=0)
+        e = (e + 2 * rng.normal(size=(block.max() + 1, 3))[block]) / np.sqrt(5)
+    e = e + size * psi[:, :, 0]
+    flat, y = psi[problem.train].reshape(-1, 1), e[problem.train].ravel()
+    value = float(np.linalg.lstsq(flat, y, rcond=None)[0][0])
+    extension = Extension(BASE, {"viscous_drag": {"c1_per_s": value}})
+    return made_fit(problem, extension, e - value * psi[:, :, 0], psi)
+
+
+# Significance: the Wald test
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_the_wald_test_keeps_its_level_on_noise(drive, coloured):
+    rng, draws, level = np.random.default_rng(2), 400, 0.05
+    p = [wald_p(drive, estimated(drive, rng, 0.0, coloured=coloured), "viscous_drag") for _ in range(draws)]
+    most = binom.ppf(0.999, draws, level)
+    assert 0 < np.sum(np.array(p) < level) <= most
+
+
+def test_a_test_for_white_noise_would_not_keep_its_level_on_coloured_noise(drive):
+    rng, p = np.random.default_rng(3), []
+    for _ in range(200):
+        fit = estimated(drive, rng, 0.0, coloured=True)
+        plain = inverse_information(fit.psi[drive.train])
+        p.append(abs(fit.values[0]) / np.sqrt(plain[0, 0]) > 1.96)
+    assert np.mean(p) > 0.3
+
+
+@pytest.mark.parametrize(("in_sd", "least", "most"), [(0.0, 1e-3, 1.0), (8.0, 0.0, 1e-4)])
+def test_an_effect_of_known_size_is_significant_by_its_standard_deviations(drive, in_sd, least, most):
+    sd = 1 / np.sqrt(3 * drive.train.sum())
+    rng = np.random.default_rng(4)
+    p = [wald_p(drive, estimated(drive, rng, in_sd * sd), "viscous_drag") for _ in range(20)]
+    assert least <= np.median(p) <= most
+
+
+def test_the_robust_covariance_is_the_spread_of_the_estimates(drive):
+    rng = np.random.default_rng(5)
+    fits = [estimated(drive, rng, 0.0, coloured=True) for _ in range(300)]
+    spread = np.std([fit.values[0] for fit in fits])
+    told = np.sqrt(np.mean([robust_covariance(drive, fit)[0][0, 0] for fit in fits]))
+    assert told == pytest.approx(spread, rel=0.15)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.0, 0.99), st.integers(0, 2**16))
+def test_the_correlation_of_two_effects_is_r_squared(drive, r, seed):
+    rng, n = np.random.default_rng(seed), len(drive.binned)
+    flat = np.zeros((n, 3, 2))
+    a, b = np.linalg.qr(rng.normal(size=(3 * int(drive.train.sum()), 2)))[0].T
+    flat[drive.train] = np.column_stack([a, r * a + np.sqrt(1 - r**2) * b]).reshape(-1, 3, 2)
+    effects = {"viscous_drag": {"c1_per_s": 0.1}, "rolling_resistance": {"c0_mps2": 0.1}}
+    fit = made_fit(drive, Extension(BASE, effects), np.zeros((n, 3)), flat)
+    for name in effects:
+        assert correlation(drive, fit, name) == pytest.approx(r**2, abs=1e-9)
+
+
+# Significance and remainder in the selection
+
+
+def candidate(
+    name: str, gain: float, *, score: float = 1.0, p: float = 1e-6, fit: Fit | None = None, size: float = 0.1
+) -> FittedCandidate:
+    return FittedCandidate(ScoredCandidate(name, {"size": size}, gain, 1), fit, gain, score, p)  # type: ignore[arg-type]
+
+
+@given(st.floats(0.0, 1.0), st.floats(-10.0, 10.0))
+def test_a_candidate_is_significant_by_level_and_score(drive, p, score):
+    extension = Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}})
+    fit = made_fit(drive, extension, np.zeros((len(drive.binned), 3)))
+    stage = (candidate("viscous_drag", 50.0, score=score, p=p, fit=fit),)
+    (tested,) = first_tested(drive, fit, fit, stage, [])
+    assert (tested.failed == "") == (p <= 0.01 and score > 0)
 
 
 @pytest.mark.parametrize(
-    ("hide", "key", "share"),
+    ("name", "correlated", "least"),
     [
-        ("wheel_viscous:nm_per_radps=.03", "nm_per_radps", 0.35),
-        ("viscous_drag:c1_per_s=.2", "c1_per_s", 0.35),
-        ("torque_imbalance:ratio=.1", "ratio", 0.2),
-        ("undeclared_skid:stiffness_ratio=.8", "stiffness_ratio", 0.6),
+        ("viscous_drag", 0.2, 0.0),
+        ("viscous_drag", 0.3, 15.0),
+        ("actuator_lag", 0.3, 50.0),
+        ("actuator_lag", 0.2, 0.0),
     ],
 )
-def test_a_scan_promises_an_effect_at_about_its_size(hide, key, share):
-    log, truth = hidden_log("patrol", seed=90_101, hide=[hide], noise="rtk")
-    problem, extension = problem_of(log)
-    fit = fitted(problem, extension)
-    (effect,) = truth["effects"]
-    (lead,) = (lead for lead in scan(problem, extension, fit.noise).leads if lead.name == effect["name"])
-    assert lead.gain > 20
-    assert lead.parameters[key] == pytest.approx(effect["parameters"][key], rel=share)
+def test_a_remainder_is_a_share_of_what_a_correlated_effect_explained(drive, name, correlated, least):
+    fit = made_fit(drive, Extension(BASE), np.zeros((len(drive.binned), 3)))
+    found = [candidate("input_delay", 100.0, fit=fit)]
+    tried = replace(candidate(name, 20.0, fit=fit), correlation=correlated)
+    assert remainder(drive, fit, fit, tried, found) == pytest.approx(least)
 
 
-def test_a_placebo_explains_less_than_an_effect_and_more_than_none():
-    log, _ = hidden_log("patrol", seed=90_102, hide=["viscous_drag:c1_per_s=.1"], noise="rtk")
-    problem, extension = problem_of(log)
-    rest = fitted(problem, extension)
-    name, parameters = "viscous_drag", {"c1_per_s": 0.1}
-    with_it = fitted(problem, extension.with_effect(name, parameters), rest.noise)
-    assert placebo_p(problem, rest, with_it, name) == pytest.approx(0.01)
-    beside = fitted(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
+def test_a_local_remainder_is_a_share_of_what_was_explained_there(drive):
+    n = len(drive.binned)
+    inside = (drive.binned.t_s > 10) & (drive.binned.t_s < 20)
+    effects = {"slip_interval": {"start_s": 10.0, "end_s": 20.0, "loss": 0.5}}
+    psi = np.zeros((n, 3, 3))
+    psi[inside, :, 2] = 1.0
+    fit = made_fit(drive, Extension(BASE, effects), np.zeros((n, 3)), psi)
+    explained = np.where(inside, 2.0, 50.0)
+    base, current = replace(fit, row_deviance=explained), replace(fit, row_deviance=np.zeros(n))
+    told = remainder(drive, base, current, candidate("slip_interval", 9.0, fit=fit), [])
+    assert told == pytest.approx(0.15 * 2.0 * np.sum(inside & drive.train))
+
+
+# Hold-out
+
+
+def gaps(position_m, floor_m=0.0, n=9) -> WindowErrors:
+    """Windows with the same gap in position and, scaled, in yaw."""
+    position, floor = np.full(n, float(position_m)), np.full(n, float(floor_m))
+    return WindowErrors(position, 0.1 * position, floor, 0.1 * floor, np.arange(float(n)))
+
+
+@given(st.floats(0.0, 0.95), st.floats(0.0, 0.9))
+def test_the_reduction_of_the_gap_is_known(reduction, floor):
+    change = gap_change(gaps(1.0, floor), gaps(1.0 - reduction, floor), HOLD_OUT)
+    if reduction <= HOLD_OUT.least_change:
+        assert change is None
+        return
+    above = 1 - np.sqrt(max((1 - reduction) ** 2 - floor**2, 0) / (1 - floor**2))
+    assert change.reduction == pytest.approx(reduction, abs=1e-9)
+    assert change.above_floor == pytest.approx(above, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("reduction", "above_floor", "p_value", "holds"),
+    [
+        (0.11, 0.0, 0.04, True),
+        (0.09, 0.0, 0.04, False),
+        (0.09, 0.31, 0.04, True),
+        (0.09, 0.29, 0.04, False),
+        (0.04, 0.0, 1e-5, True),
+        (0.04, 0.0, 1e-3, False),
+        (0.02, 0.0, 1e-9, False),
+        (-0.5, -0.5, 1e-9, False),
+    ],
+)
+def test_a_gap_is_clearly_smaller_by_one_of_three_measures(reduction, above_floor, p_value, holds):
+    assert clearly_smaller(GapChange(reduction, above_floor), p_value, HOLD_OUT) is holds
+
+
+def folds_of(problem: Problem, gains) -> list[Fold]:
+    """Two models whose deviances differ by ``gains`` (n,), and whose innovations differ everywhere."""
+    e = np.zeros((len(problem.binned), 3))
+    without = replace(made_fit(problem, Extension(BASE), e + 1), row_deviance=gains)
+    return [Fold(problem, without, made_fit(problem, Extension(BASE), e))]
+
+
+@pytest.fixture(scope="module")
+def long_drive():
+    """Five minutes at the noise of the others, for statistics over blocks."""
+    return problem_of(made_log(6, seconds=300.0))
+
+
+def test_equal_models_are_told_apart_no_more_often_than_the_level(long_drive):
+    rng, draws = np.random.default_rng(7), 400
+    p = [blocks_p(folds_of(long_drive, rng.normal(size=len(long_drive.binned)))) for _ in range(draws)]
+    least, most = binom.ppf([0.001, 0.999], draws, 0.05)
+    assert least <= np.sum(np.array(p) < 0.05) <= most
+
+
+def test_a_better_prediction_is_seen_and_a_worse_one_is_not(long_drive):
+    noise = np.random.default_rng(8).normal(size=len(long_drive.binned))
+    assert blocks_p(folds_of(long_drive, noise + 0.3)) < 1e-4
+    assert blocks_p(folds_of(long_drive, noise - 0.3)) > 0.999
+
+
+def test_models_that_never_differ_prove_nothing(long_drive):
+    (fold,) = folds_of(long_drive, np.ones(len(long_drive.binned)))
+    same = replace(fold.without, row_deviance=np.zeros(len(long_drive.binned)))
+    assert blocks_p([fold._replace(with_it=same)]) == 1
+
+
+def test_a_drag_is_proven_and_an_effect_that_is_not_there_is_not(dragged):
+    problem, without, with_it = dragged
+    assert with_it.values[0] == pytest.approx(0.1, rel=0.1)
+    proof = prove(problem, without, with_it)
+    assert proof.holds
+    assert proof.p_value < 1e-3
+    assert np.mean(proof.after.position_m) < 0.3 * np.mean(proof.before.position_m)
+    beside = fit_model(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
+    assert not prove(problem, with_it, beside).holds
+    assert not prove(problem, with_it, with_it).holds
+
+
+# Tolerance
+
+
+@pytest.mark.parametrize("gain", [-0.2, 0.1])
+def test_an_effect_moves_the_path_by_what_kinematics_say(gain):
+    """A change Δa of the acceleration on a straight drive, each path fitted by a line: what is left of
+    ½ Δa t² over T has the root mean square |Δa| T²/(2 √180).
+    """
+    problem = problem_of(made_log(9, seconds=20.0, lively=False))
+    without = evaluate(problem, Extension(BASE), NOISE)
+    with_it = evaluate(problem, Extension(BASE, {"drive_gain": {"ratio": gain}}), NOISE)
+    for seconds in (2.0, 4.0):
+        expected = abs(gain) * BASE.alpha * 0.5 * seconds**2 / (2 * np.sqrt(180))
+        assert path_change(problem, without, with_it, seconds) == pytest.approx(expected, rel=0.08)
+    assert path_change(problem, without, without, 4.0) == 0
+
+
+# Placebo
+
+
+def test_block_scores_add_up_to_the_score(drive):
+    rng, n = np.random.default_rng(10), int(drive.train.sum())
+    psi, e = rng.normal(size=(3 * n, 4)), rng.normal(size=(n, 3))
+    scores = block_scores(drive, psi, e)
+    np.testing.assert_allclose(scores.sum(axis=0), psi.T @ e.ravel())
+    assert len(scores) == len(np.unique(drive.binned.t_s[drive.train] // 2))
+
+
+def test_a_drag_explains_more_than_placebo_logs_and_nothing_does_not(dragged):
+    problem, without, with_it = dragged
+    assert placebo_p(problem, without, with_it, "viscous_drag") == pytest.approx(0.01)
+    beside = fit_model(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
     assert placebo_p(problem, with_it, beside, "payload") > 0.2
 
 
-def test_a_placebo_is_drawn_by_the_seed():
-    log, _ = hidden_log("patrol", seed=90_103, noise="poor")
-    problem, extension = problem_of(log)
-    rest = fitted(problem, extension)
-    with_it = fitted(problem, extension.with_effect("payload", {"mass_ratio": 0.0}), rest.noise)
-    shares = [placebo_p(problem, rest, with_it, "payload", seed) for seed in (1, 1, 2)]
-    assert shares[0] == shares[1]
-    assert all(0.01 <= share <= 1 for share in shares)
+# Excitation
 
 
-def test_slipping_that_leaves_other_traction_than_the_models_is_told_from_it():
-    hide = ["slip_interval:start_s=30,end_s=39,loss=.4"]
-    log, _ = hidden_log("patrol", seed=90_104, hide=hide, noise="rtk")
-    called_so = relabelled(log, 30.0, 39.0, SLIPPING)
-    problem, extension = problem_of(called_so, margin_s=SWITCH_S)
-    rows = unlike_slipping(problem, fitted(problem, extension))
-    t_s = problem.drive.t_s
-    true_slip = (problem.drive.mode == SLIPPING) & ((t_s < 29.5) | (t_s > 39.5))
-    assert rows[(t_s > 31) & (t_s < 38) & (problem.drive.mode == SLIPPING)].all()
-    assert true_slip.any()
-    assert not rows[true_slip].any()
+@settings(max_examples=40, deadline=None)
+@given(st.floats(0.5, 8.0), st.floats(0.5, 8.0))
+def test_excitation_is_asked_for_by_channel(drive, ahead, turning):
+    efforts = drive.binned.torque.means(drive.binned.t_s, Extension(BASE).input_effects())[:, drive.train]
+    commanded = BASE.alpha * np.std(efforts.sum(axis=0)), BASE.alpha_yaw * np.std(efforts[1] - efforts[0])
+    noise = NOISE._replace(long_sd_mps2=commanded[0] / ahead, yaw_sd_mps2=commanded[1] / turning)
+    assert excitation_ratios(drive, Extension(BASE), noise) == pytest.approx((ahead, turning))
+    both = max(ahead, turning) >= 3 and min(ahead, turning) >= 2
+    carried = {
+        "viscous_drag": ahead >= 3,
+        "yaw_damping": turning >= 3,
+        "pose_lever_arm": turning >= 3,
+        "drive_gain": both,
+        "heading_misalignment": True,
+    }
+    for name, enough in carried.items():
+        reason = too_calm_for(name, drive, Extension(BASE), noise)
+        assert (reason == "") == enough, (name, reason)
+        assert enough or reason.startswith(f"{name} would explain part of it")
 
 
-def test_where_nothing_slips_nothing_is_unlike_slipping():
-    log, _ = hidden_log("cruise", seed=90_105, noise="rtk")
-    problem, extension = problem_of(log)
-    assert not unlike_slipping(problem, fitted(problem, extension)).any()
+# The selection as a whole
 
 
-def test_modes_without_skid_keep_slipping():
-    track = ModeTrack(np.arange(4, dtype=np.int64), np.array([0, 1, 2, 3], np.int8))
-    assert without_skid(track).mode.tolist() == [0, 0, 2, 2]
+@pytest.mark.parametrize("drag_per_s", [0.0, 0.1])
+def test_the_selection_finds_a_drag_and_nothing_else(drag_per_s):
+    problem = problem_of(made_log(11, drag_per_s=drag_per_s))
+    options = GapOptions(modes="ideal", max_effects=1)
+    forward = forward_selection(problem, Extension(BASE), options)
+    selection = confirm(problem, forward, options)
+    assert [f.name for f in selection.found] == (["viscous_drag"] if drag_per_s else [])
+    if drag_per_s:
+        wide = replace(options, tolerance_m=1.0)
+        assert not confirm(problem, forward, wide).found
+        strict = replace(SETTINGS, significance=replace(SETTINGS.significance, level=1e-300))
+        stricter = replace(problem, binned=replace(problem.binned, settings=strict))
+        (stage,) = forward_selection(stricter, Extension(BASE), options, terms=False).stages
+        assert stage[0].failed == "not significant"
 
 
-def test_a_loss_of_traction_is_held_against_slipping_in_both_channels():
-    base = base_of(RobotParameters(alpha=0.5, half_track_m=0.3))._replace(slip_share=0.2, slip_share_yaw=0.4)
-    loss = np.array([[0.8, 0.6], [0.5, 0.55], [0.8, 0.1], [0.95, 0.95], [0.5, 0.6]])
-    covariance = np.tile(np.eye(2) * 0.02**2, (5, 1, 1))
-    assert leaves_more(base, loss, covariance).tolist() == [False, True, True, False, True]
-    assert not leaves_more(base, loss, covariance * 400).any()
+# Preliminary models
 
 
-@pytest.mark.parametrize(("loss", "like"), [(0.4, False), (0.85, True)])
-def test_a_loss_that_is_found_may_be_slipping(loss, like):
-    log, truth = hidden_log(
-        "patrol", seed=90_106, hide=[f"slip_interval:start_s=30,end_s=40,loss={loss}"], noise="rtk"
-    )
-    problem, extension = problem_of(log, margin_s=SWITCH_S)
-    (effect,) = truth["effects"]
-    fit = fitted(problem, extension.with_effect("slip_interval", effect["parameters"]))
-    assert like_slipping(problem, fit, "slip_interval") is like
-    given, _ = problem_of(log)
-    assert not like_slipping(given, fit, "slip_interval")
-
-
-def test_a_loss_beside_the_path_may_be_anything():
-    log, _ = hidden_log("patrol", seed=90_112, noise="rtk")
-    problem, extension = problem_of(log, margin_s=SWITCH_S)
-    place = {"x_m": 1e3, "y_m": 1e3, "radius_m": 0.5, "loss": 0.4}
-    fit = fitted(problem, extension)
-    beside = gauss_newton(problem, extension.with_effect("low_friction_patch", place), fit.noise, 0)
-    assert like_slipping(problem, beside, "low_friction_patch")
-
-
-def test_torques_act_less_where_traction_is_lost():
-    log, _ = hidden_log("patrol", seed=90_107, noise="mocap")
-    seconds = (log.torque.t_ns - log.pose.t_ns[0]) / 1e9
-    inside, outside = (seconds > 31) & (seconds < 39), (seconds < 29) | (seconds > 41)
-    extension = base_model(log, None, GIVEN).extension
-    assert as_it_acts(log, extension) is log
-    lost = extension.with_effect("slip_interval", {"start_s": 30.0, "end_s": 40.0, "loss": 0.4})
-    acting = as_it_acts(log, lost).torque
-    np.testing.assert_allclose(acting.left_nm[inside], 0.6 * log.torque.left_nm[inside], rtol=1e-6)
-    np.testing.assert_allclose(acting.right_nm[outside], log.torque.right_nm[outside], rtol=1e-6, atol=1e-9)
-    loaded = extension.with_effect("load_step", {"mass_ratio": 0.25, "t0_s": 20.0})
-    acting = as_it_acts(log, loaded).torque
-    late = seconds > 23
-    total, difference = log.torque.left_nm + log.torque.right_nm, log.torque.right_nm - log.torque.left_nm
-    np.testing.assert_allclose(
-        (acting.left_nm + acting.right_nm)[late], total[late] / 1.25, rtol=1e-3, atol=1e-9
-    )
-    np.testing.assert_allclose(acting.right_nm - acting.left_nm, difference, atol=1e-9)
-
-
-def test_torques_act_less_in_a_place():
-    log, _ = hidden_log("patrol", seed=90_108, noise="mocap")
-    drive = drive_of(log)
-    x, y = drive.pose[len(drive) // 2, :2]
-    extension = base_model(log, None, GIVEN).extension
-    place = {"x_m": float(x), "y_m": float(y), "radius_m": 1.0, "loss": 0.5}
-    acting = as_it_acts(log, extension.with_effect("low_friction_patch", place)).torque
-    at = [np.interp(log.torque.t_ns, log.pose.t_ns, p) for p in (log.pose.x_m, log.pose.y_m)]
-    distance = np.hypot(at[0] - x, at[1] - y)
-    inside, outside = distance < 0.7, distance > 1.5
-    assert inside.sum() > 20
-    np.testing.assert_allclose(acting.left_nm[inside], 0.5 * log.torque.left_nm[inside], rtol=0.06)
-    np.testing.assert_allclose(acting.left_nm[outside], log.torque.left_nm[outside], rtol=1e-3)
-
-
-def test_a_slip_interval_that_the_identifier_calls_slipping_is_found():
-    log, _ = hidden_log(
-        "patrol", seed=90_109, hide=["slip_interval:start_s=28,end_s=37,loss=.45"], noise="rtk"
-    )
-    result = analyse(Log(log.pose, log.torque, None, log.robot))
-    assert [effect.name for effect in result.effects] == ["slip_interval"]
-    assert result.effects[0].parameters["loss"].value == pytest.approx(0.45, abs=0.12)
-
-
-def told(stages, effects, robot):
-    """A selection in which every attempt of the ``stages``, (name, score, p), was fitted to a size of .1."""
-    extension = Extension(base_of(robot))
+def selection_of(problem: Problem, stages, effects) -> Selection:
+    """A selection whose candidates, (name, score, p), were fitted to a size of 0.1."""
+    e, extension = np.zeros((len(problem.binned), 3)), Extension(BASE)
     made = tuple(
         tuple(
-            SimpleNamespace(
-                lead=SimpleNamespace(name=name),
-                score=score,
-                p_value=p_value,
-                fit=SimpleNamespace(extension=extension.with_effect(name, {"size": 0.1})),
-            )
-            for name, score, p_value in stage
+            candidate(n, s, score=s, p=p, fit=made_fit(problem, extension.with_effect(n, {"size": 0.1}), e))
+            for n, s, p in stage
         )
         for stage in stages
     )
     for name in effects:
         extension = extension.with_effect(name, {"size": 0.1})
-    return SimpleNamespace(stages=made, fit=SimpleNamespace(extension=extension)), Extension(base_of(robot))
+    return Selection(made_fit(problem, Extension(BASE), e), made_fit(problem, extension, e), (), made)
 
 
 @pytest.mark.parametrize(
@@ -211,11 +397,7 @@ def told(stages, effects, robot):
             ["payload", "undeclared_skid"],
             [["payload"]],
         ),
-        (
-            [[("input_delay", 90.0, 1e-9)], [("actuator_lag", 30.0, 1e-4)]],
-            ["input_delay"],
-            [["input_delay"]],
-        ),
+        ([[("input_delay", 90.0, 1e-9)], [("actuator_lag", 30.0, 1e-4)]], ["input_delay"], [["input_delay"]]),
         (
             [[("viscous_drag", 90.0, 1e-9)], [("scrub_torque", 30.0, 1e-4)]],
             ["viscous_drag"],
@@ -226,80 +408,40 @@ def told(stages, effects, robot):
             ["undeclared_skid"],
             [["undeclared_skid"], ["pose_lever_arm"], ["slope"]],
         ),
+        (
+            [[("undeclared_skid", 90.0, 1e-9), ("pose_lever_arm", 60.0, 1e-9), ("slope", 29.0, 1e-9)]],
+            ["undeclared_skid"],
+            [["undeclared_skid"], ["pose_lever_arm"]],
+        ),
     ],
 )
-def test_hints_are_what_is_significant_and_its_near_rivals(stages, effects, expected):
-    selection, extension = told(stages, effects, RobotParameters(alpha=0.5, half_track_m=0.3))
-    problem = SimpleNamespace(drive=SimpleNamespace(identified=True))
-    assert [list(hint.effects) for hint in suggestions(problem, extension, selection)] == expected
+def test_preliminary_models_are_what_is_significant_and_its_near_rivals(drive, stages, effects, expected):
+    found = models_from(drive, Extension(BASE), selection_of(drive, stages, effects))
+    assert [list(model.effects) for model in found] == expected
 
 
-def test_skidding_taken_for_ideal_must_be_found_as_an_undeclared_skid():
-    def answer(hint, *found):
-        selection = SimpleNamespace(
-            found=[SimpleNamespace(lead=SimpleNamespace(name=name)) for name in found]
-        )
-        return Answer(None, selection, SimpleNamespace(effects={hint: {}}))
-
-    assert answer("payload", "payload").holds
-    assert answer("payload", "drive_gain").holds
-    assert not answer("payload").holds
-    assert answer("undeclared_skid", "payload", "undeclared_skid").holds
-    assert not answer("undeclared_skid", "payload").holds
-
-
-def test_a_model_out_of_all_bounds_is_infinitely_unlikely():
-    log, _ = hidden_log("patrol", seed=90_110, noise="rtk")
-    problem, extension = problem_of(log)
-    wild = extension.with_effect("viscous_drag", {"c1_per_s": -1e6})
-    noise = fitted(problem, extension).noise
-    with np.errstate(all="ignore"):
-        fit = gauss_newton(problem, wild, noise, 3)
-    assert fit.deviance == np.inf
+@pytest.mark.parametrize(
+    ("preliminary", "found", "holds"),
+    [
+        ("payload", ["payload"], True),
+        ("payload", ["drive_gain"], True),
+        ("payload", [], False),
+        ("undeclared_skid", ["payload", "undeclared_skid"], True),
+        ("undeclared_skid", ["payload"], False),
+    ],
+)
+def test_skidding_replaced_by_ideal_must_be_found_as_an_undeclared_skid(drive, preliminary, found, holds):
+    selection = selection_of(drive, [], [])
+    selection = replace(selection, found=tuple(candidate(name, 50.0) for name in found))
+    assert Solution(drive, selection, Extension(BASE, {preliminary: {"size": 0.1}})).holds is holds
 
 
-def test_the_identifier_knows_the_base_models_effects_and_the_new_ones():
-    base = base_of(RobotParameters(alpha=0.5, half_track_m=0.3))
-    known = {
-        "viscous_drag": {"c1_per_s": 0.2},
-        "torque_saturation": {"limit_nm": 3.0},
-        "slip_interval": {"start_s": 1.0, "end_s": 2.0, "loss": 0.5},
-    }
-    extension = Extension(base, {"viscous_drag": {"c1_per_s": 0.1}}, 1.0, known)
-    extension = extension.with_effect("torque_saturation", {"limit_nm": 4.0})
-    extension = extension.with_effect("payload", {"mass_ratio": 0.3})
-    told = {effect.name: dict(effect.parameters) for effect in lasting_effects(extension)}
-    assert told == {
-        "viscous_drag": {"c1_per_s": pytest.approx(0.3)},
-        "torque_saturation": {"limit_nm": 3.0},
-        "payload": {"mass_ratio": 0.3},
-    }
-
-
-def test_modes_are_the_same_whether_an_effect_is_known_or_new():
-    log, truth = hidden_log("patrol", seed=90_111, hide=["viscous_drag:c1_per_s=.3"], noise="rtk")
-    base = base_model(log, None, GIVEN).extension
-    (effect,) = truth["effects"]
-    known = Extension(base.base, {}, base.wheel_radius_m, {effect["name"]: effect["parameters"]})
-    new = base.with_effect(effect["name"], effect["parameters"])
-    modes = [identified_modes(log, extension).mode for extension in (base, known, new)]
-    np.testing.assert_array_equal(modes[1], modes[2])
-    assert np.mean(modes[0] != modes[1]) > 0.1
-
-
-def test_an_effect_that_the_base_has_already_adds_up():
-    base = (
-        Effect("yaw_drift", {"rate_radps": -0.006}),
-        Effect("torque_saturation", {"limit_nm": 2.0}),
-        Effect("slip_interval", {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}),
-    )
-    new = (
-        Effect("yaw_drift", {"rate_radps": -0.0003}, {"rate_radps": 1e-5}),
-        Effect("torque_saturation", {"limit_nm": 3.0}),
-        Effect("slip_interval", {"start_s": 5.0, "end_s": 6.0, "loss": 0.4}),
-        Effect("payload", {"mass_ratio": 0.2}),
-    )
-    drift, limit, first, payload, second = joined(base, new)
-    assert drift == Effect("yaw_drift", {"rate_radps": pytest.approx(-0.0063)}, {"rate_radps": 1e-5})
-    assert limit == base[1]
-    assert (first, payload, second) == (base[2], new[3], new[2])
+def test_an_identifier_is_believed_less_near_a_switch():
+    log = made_log(12, seconds=20.0)
+    modes = np.full(2, ContactMode.IDEAL, np.int8)
+    modes[1] = ContactMode.SKIDDING
+    track = ModeTrack(np.array([0, 10_000_000_000]), modes)
+    given, told = (bin_log(log, SETTINGS, track, margin_s=margin_s) for margin_s in (None, 0.3))
+    assert (given.identified, told.identified) == (False, True)
+    unsure = [binned.unsure(binned.skids).sum() * SETTINGS.bins.bin_s for binned in (given, told)]
+    assert unsure == pytest.approx([3 * 0.04, 17 * 0.04])  # a bin either side, and 0.3 s in whole bins

@@ -7,9 +7,9 @@ from scipy.stats import linregress
 
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log

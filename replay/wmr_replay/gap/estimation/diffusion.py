@@ -7,8 +7,9 @@ curvature. Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225.
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import Diffusion, FilterOutput
+from wmr_replay.gap.estimation.filter import FilterOutput
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings.filter import DiffusionSettings

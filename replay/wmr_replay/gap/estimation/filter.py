@@ -11,6 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.gap.estimation.process_noise import (
+    Diffusion,
+    add_noise,
+    decay_disturbances,
+    decays,
+    first_covariance,
+)
 from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
     active_ranges,
@@ -21,18 +28,10 @@ from wmr_replay.gap.estimation.sensitivity import (
     update_sensitivities,
 )
 from wmr_replay.gap.model.dynamics import (
-    D_LAT,
-    D_LONG,
-    D_YAW,
     N_MOTION,
     N_STATE,
-    V_LAT,
     Base,
     Row,
-    V,
-    W,
-    X,
-    Y,
     halfway,
     measured,
     responses,
@@ -42,27 +41,8 @@ from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
-from wmr_schemas.modes import ContactMode
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
-
-
-class Diffusion(NamedTuple):
-    """Disturbances: standard deviation and correlation time of each; the lateral one is a velocity."""
-
-    long_sd_mps2: float
-    long_tau_s: float
-    yaw_sd_mps2: float
-    yaw_tau_s: float
-    lat_sd_mps: float
-    lat_tau_s: float
-
-    @property
-    def densities_mps2_rthz(self) -> tuple[float, float]:
-        """Root density at low frequency ahead and in yaw, √Q = s √(2 τ), of correlation s² exp(−|t|/τ)."""
-        long = self.long_sd_mps2 * np.sqrt(2 * self.long_tau_s)
-        yaw = self.yaw_sd_mps2 * np.sqrt(2 * self.yaw_tau_s)
-        return float(long), float(yaw)
 
 
 class FilterInput(NamedTuple):
@@ -84,52 +64,6 @@ class FilterOutput(NamedTuple):
     states: F64
     sensitivities: F64
     log_variances: F64
-
-
-@compiled(error_model="numpy")
-def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
-    """Share of each disturbance left after ``dt``: of v_long and v_lat, of w, and of a lateral velocity."""
-    kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
-    return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
-
-
-@compiled(error_model="numpy")
-def add_noise(
-    P: F64,
-    row: F64,
-    previous_mode: float,
-    noise: Diffusion,
-    kept: tuple[float, float, float],
-    settings: FilterSettings,
-) -> None:
-    """Add the process noise of one step to ``P`` (9, 9); exact for the Ornstein–Uhlenbeck states."""
-    dt, mode = row[Row.DT], int(row[Row.MODE])
-    kept_long, kept_yaw, kept_lat = kept
-    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
-    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
-    P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
-    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
-        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
-    else:
-        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
-    if row[Row.LOOSE] > 0.0:
-        P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
-        P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
-        P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
-    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
-        P[V, V] += settings.slip_disturbance_mps2_rthz**2 * dt
-        P[W, W] += settings.slip_disturbance_mps2_rthz**2 * dt
-    if mode != previous_mode:
-        P[V, V] += settings.switch_sd_mps**2
-        P[W, W] += settings.switch_sd_mps**2
-
-
-@compiled(error_model="numpy")
-def decay_disturbances(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
-    """Multiply the disturbances' rows of ``F`` (9, 9) and ``z`` (9,) by the shares that a step leaves."""
-    for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
-        z[d] *= share
-        F[d, d] *= share
 
 
 @compiled(error_model="numpy")
@@ -177,19 +111,6 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
         z[i] += gain[i] * error
         P[i, i] = max(P[i, i], 1e-16)
     return float(s)
-
-
-@compiled(error_model="numpy")
-def first_covariance(noise: Diffusion, variance: float) -> F64:
-    """(9, 9): ``variance`` for pose and speeds, the stationary distribution for the disturbances."""
-    P = np.zeros((N_STATE, N_STATE))
-    for i in range(N_STATE):
-        P[i, i] = variance
-    P[D_LONG, D_LONG] = noise.long_sd_mps2**2
-    P[D_LAT, D_LAT] = noise.long_sd_mps2**2
-    P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
-    P[V_LAT, V_LAT] = noise.lat_sd_mps**2 + 1e-6
-    return P
 
 
 @compiled(error_model="numpy")

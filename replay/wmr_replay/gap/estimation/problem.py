@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import Diffusion, FilterInput, FilterOutput, filter_pass
+from wmr_replay.gap.estimation.filter import FilterInput, FilterOutput, filter_pass
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_STATE, V, W

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.candidates import candidate_of, is_place
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings.filter import RefitSettings

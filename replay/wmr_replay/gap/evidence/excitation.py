@@ -6,8 +6,8 @@ explain it. So the acceleration that the torques command must vary by several ti
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.dictionary import form_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension

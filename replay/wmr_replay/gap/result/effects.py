@@ -7,8 +7,8 @@ from scipy.stats import t as student
 
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import noise_model
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import is_place

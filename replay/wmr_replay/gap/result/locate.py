@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import Diffusion
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import Row, V, W
 from wmr_replay.gap.result.result import Interval, Regime, Region, Where

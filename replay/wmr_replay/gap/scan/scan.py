@@ -5,8 +5,8 @@ What the model holds already is projected out of sensitivities and innovations (
 
 from dataclasses import dataclass
 
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.library import LibraryColumns
 from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate, normal_equations

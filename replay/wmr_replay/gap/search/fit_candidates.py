@@ -7,8 +7,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from wmr_replay.gap.estimation.diffusion import calmed
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p

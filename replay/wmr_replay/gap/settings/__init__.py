@@ -3,7 +3,7 @@
 The reason names the source of a value: *statistics* (a level, a quantile, a known distribution), *physics*
 (what a robot or a sensor can do), *numerics* (where an iteration stops), *presentation*, a *judgement*, or
 the *patrol benchmark*: chosen on the simulator's patrol drives, seeds 700000 and following. Values of the
-last two kinds suit those drives and their small robots (20 to 50 kg); they are to be measured again on others.
+last two kinds suit those drives and their small robots (20 to 50 kg); they are to be measured again.
 """
 
 from dataclasses import dataclass, field

@@ -36,7 +36,7 @@ class HoldOutSettings:
     ``few_windows_factor``. Three folds with a window each say nothing against an effect."""
 
     few_windows_factor: float = 5.0
-    """Divisor of the level then: 0.01, as for significance."""
+    """Divisor of the level then: 0.01. As ``SignificanceSettings.level``."""
 
     least_reduction: float = 0.10
     """Least reduction of the gap. Patrol benchmark."""

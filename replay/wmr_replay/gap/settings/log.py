@@ -12,7 +12,8 @@ class BinSettings:
     100 Hz log in fours. Lag and delay are compared in bins of half the length as well."""
 
     least_rows: int = 200
-    """Fewest bins of a log, 8 s. The first 8 s are fitted; a held-out window comes after them."""
+    """Fewest bins of a log, 8 s. Statistics: the first 8 s are fitted, so that less has no
+    held-out window."""
 
     least_position_sd_m: float = 2e-5
     """Floor of the position noise, m. Physics: the resolution at which files store positions, 0.1 mm and
@@ -54,7 +55,8 @@ class WindowSettings:
     """Length, s. The definition of the reported metric (``position_rms_4s``), not a threshold."""
 
     slack_s: float = 0.06
-    """By how much a window may fall short, s. One and a half bins, so that four seconds of bins are whole."""
+    """By how much a window may fall short, s. Numerics: one and a half bins, so that four
+    seconds of bins are a whole window."""
 
     longest_hole_s: float = 0.5
     """Longest step inside a window, s. Patrol benchmark: a window with a

@@ -22,14 +22,15 @@ class ScanSettings:
     drive gain."""
 
     shortest_interval_s: float = 1.0
-    """Shortest slip interval, s. Two of the shortest cells: a single one may be an outlier."""
+    """Shortest slip interval, s. Statistics: two of the shortest cells, since a single
+    one may be an outlier."""
 
     radii_m: tuple[float, ...] = (0.5, 1.0, 1.5, 2.5)
     """Radii of the patches that are tried, m. Patrol benchmark; a fit refines them."""
 
     step_margin: int = 10
-    """A load step is looked for outside the first and last 1/10 of the cells. Beyond, the log shows one side
-    only and the step is a payload."""
+    """A load step is looked for outside the first and last 1/10 of the cells. Judgement: nearer to an end
+    the log shows one side only, as of a payload."""
 
     step_loss: tuple[float, float] = (-2.0, 0.9)
     """Losses of α that a load step may have. Physics: α/(1 + p) = α (1 − loss), a mass from a third to ten

@@ -23,7 +23,8 @@ class CandidateFitSettings:
     calmer and gains by that. Patrol benchmark."""
 
     least_score_later: float = 0.0
-    """The same from the second effect on, where the diffusion is calm already: it must promise a gain."""
+    """The same from the second effect on, where the diffusion is calm already. Statistics: it
+    must promise a gain."""
 
     close: float = 25.0
     """Two fits closer than this are compared in bins of half the length. Patrol benchmark: lag and delay
@@ -120,10 +121,11 @@ class SlipSettings:
     freedom exceeds it in 5 % of cases."""
 
     inside: float = 0.9
-    """Weight of a local effect from which a row lies inside it. The softened edge's upper tenth."""
+    """Weight of a local effect from which a row lies inside it. Judgement: the softened
+    edge's upper tenth."""
 
     half: float = 0.5
-    """Weight from which a local effect acts at all: the edge's middle."""
+    """Weight from which a local effect acts at all. Judgement: the edge's middle."""
 
     least_information: float = 1e-2
     """Information that regularises a loss, a standard deviation of 10. Numerics: a cell without torque."""

@@ -1,0 +1,92 @@
+"""The disturbances of the filter as Ornstein–Uhlenbeck states, and all other process noise.
+
+A disturbance with standard deviation s and correlation time τ has the autocorrelation s² exp(−|t|/τ); a step
+of length dt keeps the share exp(−dt/τ) of it and adds the variance s² (1 − exp(−2 dt/τ)).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.model.dynamics import D_LAT, D_LONG, D_YAW, N_STATE, V_LAT, Row, V, W, X, Y
+from wmr_replay.gap.settings.filter import FilterSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
+
+
+class Diffusion(NamedTuple):
+    """Standard deviation and correlation time of each disturbance; the lateral one is a velocity."""
+
+    long_sd_mps2: float
+    long_tau_s: float
+    yaw_sd_mps2: float
+    yaw_tau_s: float
+    lat_sd_mps: float
+    lat_tau_s: float
+
+    @property
+    def densities_mps2_rthz(self) -> tuple[float, float]:
+        """Root density at low frequency ahead and in yaw, √Q = s √(2 τ), of correlation s² exp(−|t|/τ)."""
+        long = self.long_sd_mps2 * np.sqrt(2 * self.long_tau_s)
+        yaw = self.yaw_sd_mps2 * np.sqrt(2 * self.yaw_tau_s)
+        return float(long), float(yaw)
+
+
+@compiled(error_model="numpy")
+def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
+    """Share of each disturbance left after ``dt``: of v_long and v_lat, of w, and of a lateral velocity."""
+    kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
+    return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
+
+
+@compiled(error_model="numpy")
+def add_noise(
+    P: F64,
+    row: F64,
+    mode_before: float,
+    noise: Diffusion,
+    kept: tuple[float, float, float],
+    settings: FilterSettings,
+) -> None:
+    """Add the process noise of one step to ``P`` (9, 9); exact for the Ornstein–Uhlenbeck states."""
+    dt, mode = row[Row.DT], int(row[Row.MODE])
+    kept_long, kept_yaw, kept_lat = kept
+    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
+    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
+    P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
+    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
+        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
+    else:
+        P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
+    if row[Row.LOOSE] > 0.0:
+        P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
+        P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
+        P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
+    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
+        P[V, V] += settings.slip_disturbance_mps2_rthz**2 * dt
+        P[W, W] += settings.slip_disturbance_mps2_rthz**2 * dt
+    if mode != mode_before:
+        P[V, V] += settings.switch_sd_mps**2
+        P[W, W] += settings.switch_sd_mps**2
+
+
+@compiled(error_model="numpy")
+def decay_disturbances(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
+    """Multiply the disturbances' rows of ``F`` (9, 9) and ``z`` (9,) by the shares that a step leaves."""
+    for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
+        z[d] *= share
+        F[d, d] *= share
+
+
+@compiled(error_model="numpy")
+def first_covariance(noise: Diffusion, variance: float) -> F64:
+    """(9, 9): ``variance`` for pose and speeds, the stationary distribution for the disturbances."""
+    P = np.zeros((N_STATE, N_STATE))
+    for i in range(N_STATE):
+        P[i, i] = variance
+    P[D_LONG, D_LONG] = noise.long_sd_mps2**2
+    P[D_LAT, D_LAT] = noise.long_sd_mps2**2
+    P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
+    P[V_LAT, V_LAT] = noise.lat_sd_mps**2 + 1e-6
+    return P

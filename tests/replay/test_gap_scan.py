@@ -1,0 +1,93 @@
+"""Between a scan and a verdict, on simulated logs: scores, placebo logs, bounds, the merged model."""
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap import GapOptions
+from wmr_replay.gap.analyse import base_model
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
+from wmr_replay.gap.evidence.placebo import placebo_p
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.result.effects import merged_effects
+from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.model_file import Effect
+from wmr_schemas.signals import Log
+from wmr_synth import hidden_log
+
+GIVEN = GapOptions(modes="given")
+SETTINGS = GateSettings()
+
+
+def problem_of(log: Log):
+    """The log with its own labels, and its base model."""
+    return Problem.of(bin_log(log, SETTINGS, log.mode)), base_model(log, None, GIVEN).extension
+
+
+@pytest.mark.parametrize(
+    ("hide", "key", "share"),
+    [
+        ("wheel_viscous:nm_per_radps=.03", "nm_per_radps", 0.35),
+        ("viscous_drag:c1_per_s=.2", "c1_per_s", 0.35),
+        ("torque_imbalance:ratio=.1", "ratio", 0.2),
+        ("undeclared_skid:stiffness_ratio=.8", "stiffness_ratio", 0.6),
+    ],
+)
+def test_a_scan_promises_an_effect_at_about_its_size(hide, key, share):
+    log, truth = hidden_log("patrol", seed=90_101, hide=[hide], noise="rtk")
+    problem, extension = problem_of(log)
+    fit = fit_model(problem, extension)
+    (effect,) = truth["effects"]
+    (scored,) = (one for one in scan(problem, extension, fit.noise).scored if one.name == effect["name"])
+    assert scored.gain > 20
+    assert scored.parameters[key] == pytest.approx(effect["parameters"][key], rel=share)
+
+
+def test_a_placebo_explains_less_than_an_effect_and_more_than_none():
+    log, _ = hidden_log("patrol", seed=90_102, hide=["viscous_drag:c1_per_s=.1"], noise="rtk")
+    problem, extension = problem_of(log)
+    rest = fit_model(problem, extension)
+    name, parameters = "viscous_drag", {"c1_per_s": 0.1}
+    with_it = fit_model(problem, extension.with_effect(name, parameters), rest.noise)
+    assert placebo_p(problem, rest, with_it, name) == pytest.approx(0.01)
+    beside = fit_model(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
+    assert placebo_p(problem, with_it, beside, "payload") > 0.2
+
+
+def test_a_placebo_is_drawn_by_the_seed():
+    log, _ = hidden_log("patrol", seed=90_103, noise="poor")
+    problem, extension = problem_of(log)
+    rest = fit_model(problem, extension)
+    with_it = fit_model(problem, extension.with_effect("payload", {"mass_ratio": 0.0}), rest.noise)
+    shares = [placebo_p(problem, rest, with_it, "payload", seed) for seed in (1, 1, 2)]
+    assert shares[0] == shares[1]
+    assert all(0.01 <= share <= 1 for share in shares)
+
+
+def test_a_model_out_of_all_bounds_is_infinitely_unlikely():
+    log, _ = hidden_log("patrol", seed=90_110, noise="rtk")
+    problem, extension = problem_of(log)
+    wild = extension.with_effect("viscous_drag", {"c1_per_s": -1e6})
+    noise = fit_model(problem, extension).noise
+    with np.errstate(all="ignore"):
+        fit = gauss_newton(problem, wild, noise, 3)
+    assert fit.deviance == np.inf
+
+
+def test_an_effect_that_the_base_has_already_adds_up():
+    base = (
+        Effect("yaw_drift", {"rate_radps": -0.006}),
+        Effect("torque_saturation", {"limit_nm": 2.0}),
+        Effect("slip_interval", {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}),
+    )
+    new = (
+        Effect("yaw_drift", {"rate_radps": -0.0003}, {"rate_radps": 1e-5}),
+        Effect("torque_saturation", {"limit_nm": 3.0}),
+        Effect("slip_interval", {"start_s": 5.0, "end_s": 6.0, "loss": 0.4}),
+        Effect("payload", {"mass_ratio": 0.2}),
+    )
+    drift, limit, first, payload, second = merged_effects(base, new)
+    assert drift == Effect("yaw_drift", {"rate_radps": pytest.approx(-0.0063)}, {"rate_radps": 1e-5})
+    assert limit == base[1]
+    assert (first, payload, second) == (base[2], new[3], new[2])
