@@ -21,7 +21,7 @@ Keys = list[tuple[str, str]]
 
 
 class Shot(NamedTuple):
-    """A fitted model: its residuals' BIC, what is in it, and where it starts."""
+    """A fitted model: its BIC, its effects and its initial state."""
 
     bic: float
     extension: Extension
@@ -29,7 +29,7 @@ class Shot(NamedTuple):
 
 
 def shot_names(log: Log) -> list[str]:
-    """Effects by forward selection on BIC, up to three."""
+    """Names of up to three effects, by forward selection on BIC."""
     drive = drive_of(log, log.mode)
     base = Extension(base_of(log.robot), {}, log.robot.wheel_radius_m)
     current = fitted(drive, base, starting_motion(drive, 0, base.base))
@@ -43,7 +43,7 @@ def shot_names(log: Log) -> list[str]:
 
 
 def errors(drive: Drive, extension: Extension, start: F64) -> F64:
-    """Whitened residuals of the whole log; a simulation that runs away counts as far off."""
+    """Whitened residuals (3n,) of the whole log; a diverged simulation gets large finite residuals."""
     out = np.empty(3 * len(drive))
     rows, scale = extension.rows(drive), np.sqrt(drive.variances)
     residuals(start, rows, drive.pose, extension.theta(), extension.base, scale, out)
@@ -51,7 +51,7 @@ def errors(drive: Drive, extension: Extension, start: F64) -> F64:
 
 
 def fitted(drive: Drive, extension: Extension, start: F64) -> Shot:
-    """Initial motion and every parameter by Levenberg and Marquardt within bounds."""
+    """Fit initial motion and all parameters by bounded nonlinear least squares."""
     keys: Keys = [(name, key) for name, p in extension.effects.items() for key in p]
     library = {candidate.name: candidate for candidate in LIBRARY}
     bounds = np.array([library[name].bounds[key] for name, key in keys]).reshape(-1, 2)
@@ -74,7 +74,7 @@ def fitted(drive: Drive, extension: Extension, start: F64) -> Shot:
 
 
 def changed(extension: Extension, keys: Keys, values: F64) -> Extension:
-    """Other values for the parameters."""
+    """The model with other parameter values."""
     effects = {name: dict(p) for name, p in extension.effects.items()}
     for (name, key), value in zip(keys, values, strict=True):
         effects[name][key] = float(value)
@@ -82,7 +82,7 @@ def changed(extension: Extension, keys: Keys, values: F64) -> Extension:
 
 
 def promising(drive: Drive, current: Shot) -> list[Extension]:
-    """Of every candidate and start the few that lower the sum of squares most, to first order."""
+    """The few candidates, each at its best start, that lower the sum of squares most to first order."""
     at = errors(drive, current.extension, current.start)
     moves = motion_slopes(drive, current, at)
     ranked = []
@@ -98,7 +98,7 @@ def promising(drive: Drive, current: Shot) -> list[Extension]:
 
 
 def motion_slopes(drive: Drive, current: Shot, at: F64) -> F64:
-    """How the residuals fall with each component of the initial motion (3n, 5)."""
+    """Negative derivative (3n, 5) of the residuals by each component of the initial motion."""
     columns = []
     for j in range(N_START):
         other = current.start.copy()
@@ -108,7 +108,7 @@ def motion_slopes(drive: Drive, current: Shot, at: F64) -> F64:
 
 
 def promise(change: F64, moves: F64, at: F64) -> float:
-    """How far a multiple of ``change`` lowers the sum of squares beside a new initial motion."""
+    """Decrease of the sum of squares by the best multiple of ``change`` with the best initial motion."""
     A = np.column_stack([change, moves])
     A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-30)
     left = at - A @ np.linalg.lstsq(A, at, rcond=1e-9)[0]
@@ -116,7 +116,7 @@ def promise(change: F64, moves: F64, at: F64) -> float:
 
 
 def starts_of(drive: Drive, candidate: Candidate) -> list[dict[str, float]]:
-    """Where a candidate is looked for: small sizes, the grids, moments and places of the drive."""
+    """Start parameters of a candidate: small sizes, its grid, or times and places of the log."""
     end = float(drive.t_s[-1])
     if candidate.name == "load_step":
         return [{"mass_ratio": 0.1, "t0_s": share * end} for share in STARTS_S]
@@ -139,5 +139,5 @@ def starts_of(drive: Drive, candidate: Candidate) -> list[dict[str, float]]:
 
 
 def signed(candidate: Candidate) -> bool:
-    """Whether its size may be negative."""
+    """Whether the candidate's size may be negative."""
     return next(iter(candidate.bounds.values()))[0] < 0

@@ -1,4 +1,4 @@
-"""Speed: two orders of three signals, T = .5 s at 1 kHz, in input samples × signals × orders a second."""
+"""Speed in input samples × signals × orders a second: two orders of three signals, T = .5 s at 1 kHz."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -19,7 +19,7 @@ SPEC = KernelSpec(2)
 
 
 def best_of_three(work: Callable[[], object]) -> float:
-    """Shortest of three runs in s, after one to warm up."""
+    """Shortest time [s] of three runs, after one to warm up."""
     work()
     times = []
     for _ in range(3):
@@ -30,7 +30,7 @@ def best_of_three(work: Callable[[], object]) -> float:
 
 
 def stream(t_ns: I64, samples: F64, batch: int) -> Iterator[Derivatives]:
-    """Ours, batch by batch, as a consumer would take it."""
+    """Derivatives of our differentiator, batch by batch."""
     stage = Differentiator(SPEC, window_s=WINDOW_S, step_s=STEP_S)
     for a in range(0, len(t_ns), batch):
         stamps = t_ns[a : a + batch]
@@ -38,12 +38,12 @@ def stream(t_ns: I64, samples: F64, batch: int) -> Iterator[Derivatives]:
 
 
 def consume(t_ns: I64, samples: F64) -> int:
-    """Take every batch and keep none."""
+    """Consume every batch without keeping it; return the number of rows."""
     return sum(len(part.state) for part in stream(t_ns, samples, BATCH))
 
 
 def same_bits(t_ns: I64, samples: F64) -> bool:
-    """Whether batches of 10,000 and of 777 give the same bits, on the first 50,000 rows."""
+    """Whether batches of 10,000 and of 777 rows give the same bits on the first 50,000 rows."""
     one, other = (joined(list(stream(t_ns[:50_000], samples[:, :50_000], size))) for size in (BATCH, 777))
     return np.array_equal(one.estimates, other.estimates, equal_nan=True)
 
@@ -71,7 +71,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Speeds:
-    """Samples × signals × orders a second by name; irregular windows a second; bits whatever the batches."""
+    """Samples × signals × orders a second by name; irregular windows a second; whether bits agree."""
 
     rates: dict[str, float]
     windows: float
@@ -85,7 +85,7 @@ class Speeds:
 
 
 def measure_speeds() -> Speeds:
-    """All of them, one after the other."""
+    """Measure all speeds, one after the other."""
     rng = np.random.default_rng(0)
     samples = rng.standard_normal((N_SIGNALS, N_ROWS)).cumsum(axis=1)
     t_ns = 10**18 + np.arange(N_ROWS) * 1_000_000
