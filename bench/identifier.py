@@ -98,7 +98,7 @@ def make_log(scenario, variance, rate_hz, seed, stiffness):
 
 
 def carried(t_ns, friction):
-    """Cap (n,) of a wheel's contribution to dv_long/dt, μ g/2 [m/s²], on the nearest slippery stretch in time.
+    """Cap (n,) of a wheel's contribution to dv_long/dt, μ g/2 [m/s²], of the nearest slippery stretch.
 
     None for a log without limited traction.
     """

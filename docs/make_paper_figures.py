@@ -202,7 +202,7 @@ def main() -> None:
     """Read the command line and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=IMAGES, help="folder of the pictures")
-    parser.add_argument("--quick", action="store_true", help="short logs, to try the road")
+    parser.add_argument("--quick", action="store_true", help="short logs, to try the command")
     options = parser.parse_args()
     make_figures(options.out, quick=options.quick)
 

@@ -1,4 +1,4 @@
-"""What the gap analysis does between a scan and a verdict: starts, modes taken anew, placebo, remainders."""
+"""The gap analysis between scan and verdict: starts, repeated mode identification, placebo, remainders."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Real logs against mcap and mcap-ros2-support, the independent readers; every file opens or says why not."""
+"""Real logs against mcap and mcap-ros2-support: each file is read, or rejected with the reason."""
 
 import hashlib
 from collections import Counter
