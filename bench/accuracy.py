@@ -1,4 +1,7 @@
-"""Accuracy: algorithm × signal × noise at one delay; parameters from one realisation, scored on another."""
+"""Accuracy by algorithm, signal and noise at one delay.
+
+The parameters are chosen on one realisation of noise and scored on another.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,27 +16,30 @@ from wmr_replay.differentiate.tuning import tune
 from wmr_schemas.arrays import F64
 
 HEAD_ROWS = 2000
-"""Slow rivals choose on as many rows, and so does ``tune``, without truth."""
+"""Rows on which slow peers choose their parameters; ``tune`` chooses on the same rows, without truth."""
 NOISES = (0.001, 0.01, 0.1)
 
 
 def run_stage(stage: Differentiator | AdaptiveDifferentiator, r: Realisation) -> F64:
-    """Send a realisation through a stage."""
+    """Estimates (n,) of a stage on a realisation."""
     return np.asarray(stage.push(r.t_ns, r.noisy[None], np.empty((0, len(r.t_ns)))).estimates[0, r.order])
 
 
 def spec_at(steps: int, degree: int, kappa: int, mu: int, shares: tuple[float, ...] = ()) -> KernelSpec:
-    """A kernel that is read ``DELAY_S`` before its newest sample."""
+    """The kernel whose described instant lies ``DELAY_S`` before its newest sample."""
     return KernelSpec(degree, kappa, mu, 1 - 2 * DELAY_S / (steps * STEP_S), shares)
 
 
 def fixed_window(spec: KernelSpec, steps: int) -> Estimate:
-    """Ours, one window."""
+    """Our differentiator with one window."""
     return lambda r: run_stage(Differentiator(spec, window_s=steps * STEP_S, step_s=STEP_S), r)
 
 
 def shared_window(train: Realisation, steps: int, mu: int) -> tuple[str, Estimate]:
-    """Ours, one window, exact to degree 2, shares of degrees 3 to 5 by least squares on the truth."""
+    """Our differentiator with one window, exact to degree 2.
+
+    The shares of degrees 3 to 5 are fitted to the truth by least squares.
+    """
     nested = np.stack(
         [fixed_window(spec_at(steps, n, 0, mu), steps)(train)[train.scored] for n in (2, 3, 4, 5)]
     )
@@ -44,7 +50,7 @@ def shared_window(train: Realisation, steps: int, mu: int) -> tuple[str, Estimat
 
 
 def adaptive_window(degree: int, first: int, last: int, confidence: float) -> Estimate:
-    """Ours, several windows at one delay."""
+    """Our adaptive differentiator: several windows at one delay."""
     windows_s = tuple(s * STEP_S for s in WINDOW_STEPS[first:last])
     options = {"windows_s": windows_s, "step_s": STEP_S, "common_delay_s": DELAY_S, "confidence": confidence}
     return lambda r: run_stage(
@@ -53,7 +59,7 @@ def adaptive_window(degree: int, first: int, last: int, confidence: float) -> Es
 
 
 def ours(train: Realisation) -> Candidates:
-    """Fixed windows, with whole degrees and with shares, and adaptive ones."""
+    """Our candidates: fixed windows with whole degrees, fixed windows with shares, and adaptive windows."""
     grid = [
         (steps, spec_at(steps, n, k, m))
         for steps, n, (k, m) in product(WINDOW_STEPS, (2, 3, 4, 5), ((0, 0), (0, 1), (1, 1)))
@@ -72,7 +78,7 @@ def ours(train: Realisation) -> Candidates:
 
 
 def tuned_without_truth(train: Realisation) -> Estimate:
-    """Ours with what ``tune`` picks from the noisy head of the training realisation alone."""
+    """Our differentiator with the kernel that ``tune`` chooses on the noisy head of ``train``."""
     t_s = (train.t_ns - train.t_ns[0])[:HEAD_ROWS] * 1e-9
     uniform = np.interp(np.arange(0, t_s[-1], STEP_S), t_s, train.noisy[:HEAD_ROWS])
     found = tune(uniform, train.sigma, DELAY_S, step_s=STEP_S, order=train.order)
@@ -87,14 +93,14 @@ def tuned_without_truth(train: Realisation) -> Estimate:
 
 @dataclass(frozen=True)
 class Score:
-    """What an algorithm chose, and its error on the other realisation."""
+    """The parameters that an algorithm chose, and its error on the other realisation."""
 
     label: str
     rmse: float
 
 
 def choose_and_score(candidates: Candidates, train: Realisation, test: Realisation) -> Score | None:
-    """The candidate of least error on ``train``, scored on ``test``."""
+    """The candidate with the least error on ``train``, scored on ``test``."""
     if not candidates:
         return None
     errors = [train.rmse(estimate(train)) for _, estimate in candidates]
@@ -106,7 +112,7 @@ Makers = dict[str, Callable[[int], Candidates]]
 
 
 def score_all(makers: Makers, train: Realisation, test: Realisation) -> dict[str, Score]:
-    """Every algorithm of a family."""
+    """The best candidate of every algorithm of a family."""
     scores = {}
     for name, make in makers.items():
         score = choose_and_score(make(train.order), train.head(HEAD_ROWS) if name in SLOW else train, test)
@@ -127,11 +133,11 @@ class Row:
 
     @property
     def ratio(self) -> float:
-        """Ours over the best finite-window peer; at most 1.02 wanted."""
+        """Our error over that of the best finite-window peer; the requirement is at most 1.02."""
         return self.ours.rmse / min(score.rmse for score in self.finite.values())
 
     def cells(self) -> list[str]:
-        """As text."""
+        """The cells of the table's row."""
         peers = {**self.finite, **self.recursive}
         listed = [f"{peers[n].rmse:.3g}" if n in peers else "–" for n in (*FINITE, *RECURSIVE)]
         best = min(self.recursive.values(), key=lambda s: s.rmse).rmse
@@ -170,7 +176,7 @@ def accuracy_row(name: str, order: int, sigma: float, irregular: bool) -> Row:
 
 
 def cases(quick: bool) -> list[tuple[str, int, float, bool]]:
-    """All, or a few."""
+    """All cases, or a few for a quick run."""
     if quick:
         return [
             ("three sines", 1, 0.01, False),

@@ -1,4 +1,4 @@
-"""Large logs to measure with: an odometry-like pose and a JointState at 1 kHz, in each encoding."""
+"""Large logs for measurements: an odometry-like pose and a JointState at 1 kHz, in each encoding."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,7 +42,7 @@ JOINTS = ("front_left_wheel", "front_right_wheel", "rear_left_wheel", "rear_righ
 
 
 def signals(start: int, stop: int) -> tuple[PoseTrack, TorqueTrack]:
-    """Rows start … stop − 1 of a drive in circles with noise; any cut gives the same rows."""
+    """Rows start … stop − 1 of a motion in circles with noise; the rows do not depend on the division."""
     k = np.arange(start, stop)
     rng = np.random.default_rng([start, stop])
     noise = rng.normal(0, 1e-3, (7, len(k)))
@@ -91,17 +91,17 @@ def messages(encoding: str, start: int, stop: int) -> tuple[list[bytes], list[by
 
 
 def codec_of(encoding: str) -> Codec:
-    """The canonical log's codec."""
+    """The codec of the canonical log."""
     return {"ros2": ros2.CODEC, "protobuf": proto.CODEC, "json": jsonmsg.CODEC}[encoding]
 
 
 def blocks(n_rows: int) -> Iterator[tuple[int, int]]:
-    """Row ranges of at most BLOCK."""
+    """Ranges of at most BLOCK rows."""
     return ((start, min(start + BLOCK, n_rows)) for start in range(0, n_rows, BLOCK))
 
 
 def write_log(path: Path, encoding: str, n_messages: int) -> Path:
-    """A log of ``n_messages`` messages, half of them poses, zstd in 1 MiB chunks."""
+    """Write a log of ``n_messages`` messages, half of them poses, zstd in 1 MiB chunks."""
     codec = codec_of(encoding)
     names = (
         ("nav_msgs/msg/Odometry", codec.torque.name)

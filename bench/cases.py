@@ -1,4 +1,4 @@
-"""Test signals with known derivatives, and the stamps that they are sampled at."""
+"""Test signals with known derivatives, and their sampling stamps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ def three_sines(t_s: F64, order: int) -> F64:
 
 
 def chirp(t_s: F64, order: int) -> F64:
-    """A sine whose frequency swings between .1 and .9 Hz."""
+    """A sine whose frequency oscillates between .1 and .9 Hz."""
     swing = 2 * np.pi * 0.05
     phase = 2 * np.pi * (0.5 * t_s - 0.4 * np.sin(swing * t_s) / swing)
     rate = 2 * np.pi * (0.5 - 0.4 * np.cos(swing * t_s))
@@ -36,7 +36,7 @@ def chirp(t_s: F64, order: int) -> F64:
 
 
 def steps_of_logistic(t_s: F64, order: int) -> F64:
-    """A metre forward every 4 s, smoothly within about a second."""
+    """Logistic steps of one metre every 4 s, each about a second long."""
     total = np.zeros_like(t_s)
     for centre in np.arange(2.0, t_s[-1] + 4, 4.0):
         y = 1 / (1 + np.exp(-np.clip((t_s - centre) / 0.15, -60, 60)))
@@ -46,7 +46,7 @@ def steps_of_logistic(t_s: F64, order: int) -> F64:
 
 
 def switching(t_s: F64, order: int) -> F64:
-    """Acceleration −1.5, 0 or 1.5, switching every 3 s: what a change of contact mode does."""
+    """An acceleration of −1.5, 0 or 1.5 that switches every 3 s, as at a change of contact mode."""
     levels = np.random.default_rng(11).permutation([-1.5, 0.0, 1.5] * 40)
     k = np.minimum((t_s / SWITCH_S).astype(int), len(levels) - 1)
     since = t_s - k * SWITCH_S
@@ -67,7 +67,7 @@ SIGNALS: dict[str, Signal] = {
 
 @dataclass(frozen=True, eq=False)
 class Realisation:
-    """A noisy signal on its stamps, and what its derivative was ``DELAY_S`` before each."""
+    """A noisy signal on its stamps, and its true derivative ``DELAY_S`` before each stamp."""
 
     t_ns: I64
     noisy: F64
@@ -77,7 +77,7 @@ class Realisation:
 
     @property
     def scored(self) -> slice:
-        """Rows from the third second on: every window is full by then."""
+        """Rows from the third second on, where every window is full."""
         return slice(300, None)
 
     def head(self, n: int) -> "Realisation":
@@ -85,13 +85,13 @@ class Realisation:
         return Realisation(self.t_ns[:n], self.noisy[:n], self.truth[:n], self.sigma, self.order)
 
     def rmse(self, estimate: F64) -> float:
-        """Root mean square error; infinite when an estimate is missing."""
+        """Root mean square error; infinite if an estimate is missing."""
         error = (estimate - self.truth)[self.scored]
         return float(np.sqrt(np.mean(error**2))) if np.isfinite(error).all() else float("inf")
 
 
 def realise(signal: Signal, order: int, sigma: float, irregular: bool, seed: int) -> Realisation:
-    """Sampled at 100 Hz, with 10 % jitter and 5 % dropouts when ``irregular``."""
+    """A realisation sampled at 100 Hz, with 10 % jitter and 5 % dropouts if ``irregular``."""
     rng = np.random.default_rng(seed)
     t_s = np.arange(N_ROWS) * STEP_S
     if irregular:

@@ -1,4 +1,4 @@
-"""Speed, drift and accuracy of the differentiator beside its peers, in one run. Needs the ``bench`` extra.
+"""Speed, drift and accuracy of the differentiator and its peers, in one run. Needs the ``bench`` extra.
 
 python bench/differentiator.py [--quick]
 """
@@ -12,18 +12,18 @@ from speed import Speeds, measure_speeds
 
 
 def print_row(cells: list[str]) -> None:
-    """A line of a Markdown table, at once."""
+    """Print a line of a Markdown table immediately."""
     print("| " + " | ".join(cells) + " |", flush=True)
 
 
 def print_head(cells: list[str]) -> None:
-    """Head of a Markdown table."""
+    """Print the head of a Markdown table."""
     print_row(cells)
     print_row(["---"] * len(cells))
 
 
 def say_speeds(speeds: Speeds) -> None:
-    """The table of speeds and what was asked of it."""
+    """Print the table of speeds and whether the requirements hold."""
     print_head(["", "a second", "over np.convolve"])
     for cells in speeds.lines():
         print_row(cells)
@@ -36,7 +36,7 @@ def say_speeds(speeds: Speeds) -> None:
 
 
 def say_ratios(rows: list[Row]) -> None:
-    """What the table of accuracies amounts to."""
+    """Print the error ratios and whether the requirements hold."""
     ratios = [row.ratio for row in rows]
     least, most = min(ratios), max(ratios)
     print(
@@ -55,7 +55,7 @@ def say_ratios(rows: list[Row]) -> None:
 
 
 def main() -> None:
-    """Print the tables and what they amount to."""
+    """Print all tables and whether the requirements hold."""
     start, quick = time.perf_counter(), "--quick" in sys.argv
     print("Speed: input samples × signals × orders a second (2 orders, 3 signals, T = 0.5 s at 1 kHz)\n")
     say_speeds(measure_speeds())

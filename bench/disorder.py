@@ -1,8 +1,8 @@
-"""A copy of a log whose messages are out of order: shuffled within windows of their log time, chunk by chunk.
+"""Copy a log with its messages shuffled within windows of their log time, chunk by chunk.
 
     python bench/disorder.py LOG COPY [--window 1.8]
 
-The copy has neither index nor summary. To measure what `run` then needs:
+The copy has neither index nor summary. To measure time and memory of `run` on it:
 
     /usr/bin/time -v wmr-replay run COPY
 """
@@ -29,7 +29,7 @@ def record(opcode: Opcode, content: bytes) -> bytes:
 
 
 def shuffled(data: np.ndarray, window_ns: int, rng: np.random.Generator) -> bytes:
-    """The records of a chunk: schemas and channels first, messages in a random order within each window."""
+    """The records of a chunk: schemas and channels, then messages in random order within each window."""
     found = walk(data)
     messages, others = found.messages, found.others.tolist()
     sizes = [HEAD_BYTES + HEAD.unpack(data[k : k + HEAD.size].tobytes())[1] for k in others]
@@ -43,7 +43,7 @@ def shuffled(data: np.ndarray, window_ns: int, rng: np.random.Generator) -> byte
 
 
 def disorder(path: Path, copy: Path, window_s: float) -> None:
-    """Write the copy."""
+    """Write the shuffled copy."""
     rng, pack, workspace = np.random.default_rng(SEED), zstandard.ZstdCompressor(), Workspace()
     window_ns = round(window_s * 1e9)
     with path.open("rb") as file, copy.open("wb") as out:
@@ -62,12 +62,12 @@ def disorder(path: Path, copy: Path, window_s: float) -> None:
 
 
 def text(value: str) -> bytes:
-    """A string of a record."""
+    """A length-prefixed string of a record."""
     return struct.pack("<I", len(value.encode())) + value.encode()
 
 
 def main() -> None:
-    """From the command line."""
+    """Read the command line and write the copy."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("log", type=Path)
     parser.add_argument("copy", type=Path)

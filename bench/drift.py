@@ -1,4 +1,4 @@
-"""Drift: the last window of 1e8 streamed samples, in exact rationals and beside a log that begins late."""
+"""Drift: the last window of 1e8 streamed samples against exact rationals and a log that begins late."""
 
 import time
 from collections.abc import Iterator
@@ -17,7 +17,7 @@ MOST_SD = 1e-9
 
 
 def batches(n_rows: int, seed: int) -> Iterator[tuple[I64, F64]]:
-    """A sine on an offset of a million, with noise: stamps and samples (1, 10,000)."""
+    """Stamps (10,000,) and samples (1, 10,000) of a noisy sine on an offset of a million."""
     rng = np.random.default_rng(seed)
     for first in range(0, n_rows, BATCH):
         index = np.arange(first, first + BATCH)
@@ -26,7 +26,7 @@ def batches(n_rows: int, seed: int) -> Iterator[tuple[I64, F64]]:
 
 
 def exact_last(samples: F64) -> tuple[Fraction, Fraction]:
-    """First and second derivative in the middle of a parabola fitted to 501 samples, oldest first."""
+    """First and second derivative at the middle of a parabola fitted to 501 samples, oldest first."""
     place, values = range(-(N_TAPS // 2), N_TAPS // 2 + 1), [Fraction(float(x)) for x in samples]
     s2, s4 = sum(k**2 for k in place), sum(k**4 for k in place)
     sums = [sum((k**p * x for k, x in zip(place, values, strict=True)), Fraction(0)) for p in (0, 1, 2)]
@@ -36,7 +36,7 @@ def exact_last(samples: F64) -> tuple[Fraction, Fraction]:
 
 
 def drift_lines(n_rows: int) -> Iterator[str]:
-    """What the last row is off by, in standard deviations of the estimate, and how long it all took."""
+    """Report lines: the error of the last row in standard deviations of the estimate, and the time taken."""
     stage = Differentiator(KernelSpec(2), window_s=WINDOW_S, step_s=STEP_S)
     start, held = time.perf_counter(), []
     for t_ns, samples in batches(n_rows, seed=3):
@@ -58,5 +58,5 @@ def drift_lines(n_rows: int) -> Iterator[str]:
 
 
 def verdict(holds: bool) -> str:
-    """For a line of the report."""
+    """PASS or SHORTFALL for a line of the report."""
     return "PASS" if holds else "SHORTFALL"

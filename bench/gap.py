@@ -1,11 +1,11 @@
-"""The gap analysis on logs with hidden effects: what it names, what it says when nothing is missing.
+"""Benchmark of the gap analysis on logs with hidden effects, and on logs in which nothing is missing.
 
     python bench/gap.py [--cases all|quick|NAME,…] [--jobs 2] [--seed 500000] [--out FILE]
     python bench/gap.py --report [--out FILE]     writes the tables of docs/gap-benchmark.md
     python bench/gap.py --baselines [--out FILE]  the baselines on a part of the same logs
 
-Rows go to a JSON-lines file as they come; a run that is started again carries on, unless the sources have
-changed since. All logs are made in memory from seeds; the truth never enters the analysis.
+Rows are appended to a JSON-lines file as they are computed. A run that is started again continues there,
+unless the sources have changed. All logs are made in memory from seeds; the truth never enters the analysis.
 """
 
 import argparse
@@ -33,7 +33,7 @@ Row = dict[str, Any]
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a results file; one broken off by an interruption is left out."""
+    """The rows of a results file; an incomplete last row is left out."""
     rows = []
     for line in path.read_text().splitlines() if path.exists() else []:
         try:
@@ -44,7 +44,7 @@ def read_rows(path: Path) -> list[Row]:
 
 
 def interleaved(lists: list[list[Case]]) -> Iterator[Case]:
-    """The cases of all lists in one order, mixed: a run cut short has something of everything."""
+    """The cases of all lists, shuffled together, so that an interrupted run covers every list."""
     mixed = random.Random(1)
     tagged = []
     for i, cases in enumerate(lists):
@@ -56,7 +56,7 @@ def interleaved(lists: list[list[Case]]) -> Iterator[Case]:
 def run_all(
     work: Callable[[Any], Row], tasks: list[Any], path: Path, jobs: int, prepare: Callable[[], None]
 ) -> None:
-    """Every task's row appended to the file, with progress and the time that is left."""
+    """Append the row of every task to the file, and print progress and remaining time."""
     path.parent.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     with path.open("a") as file, ProcessPoolExecutor(jobs, initializer=prepare) as pool:
@@ -69,7 +69,7 @@ def run_all(
 
 
 def finished(pool: ProcessPoolExecutor, work: Callable[[Any], Row], tasks: Iterable[Any]) -> Iterator[Row]:
-    """Rows as they come."""
+    """Rows in the order of completion."""
     futures = [pool.submit(work, task) for task in tasks]
     try:
         for future in as_completed(futures):
@@ -79,7 +79,7 @@ def finished(pool: ProcessPoolExecutor, work: Callable[[Any], Row], tasks: Itera
 
 
 def run_cases(choice: str, seed: int, path: Path, jobs: int) -> None:
-    """The cases that the file does not hold yet."""
+    """The cases that are not yet in the file."""
     state = state_of_sources()
     known = {row["key"]: row["state"] for row in read_rows(path)}
     cases = interleaved([list(cases_of(s, seed)) for s in chosen_sets(choice)])
@@ -89,7 +89,7 @@ def run_cases(choice: str, seed: int, path: Path, jobs: int) -> None:
 
 
 def main() -> None:
-    """Run, or report."""
+    """Run the benchmark or its baselines, or write the report."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -111,7 +111,7 @@ def main() -> None:
 
 
 def baseline_file(out: Path) -> Path:
-    """Where the baselines' rows stand."""
+    """Path of the file with the baselines' rows."""
     return out.with_suffix(".baselines.jsonl")
 
 

@@ -1,6 +1,6 @@
 """Baselines on a part of the benchmark's logs: PySINDy's STLSQ, single shooting + BIC, "always drive gain".
 
-They get what favours them: the true contact modes, and of all settings the best one at each noise level.
+They have two advantages: the true contact modes, and the best of all settings at each noise level.
 """
 
 import json
@@ -24,14 +24,14 @@ N_SINGLE, N_NOTHING = len(SINGLES) * len(NOISES), 30
 
 
 def baseline_cases(seed: int) -> list[Case]:
-    """Every effect once at every noise, and logs with nothing missing."""
+    """Cases: every effect once at every noise, and logs with nothing missing."""
     sets = {s.name: s for s in SETS}
     nothing = islice(cases_of(sets["nothing"], seed), N_NOTHING)
     return [*islice(cases_of(sets["single"], seed), N_SINGLE), *nothing]
 
 
 def rows_of(case: Case) -> list[Row]:
-    """What each method and setting says of one log, first name first."""
+    """Rows of one log: the effects named by each method and setting, the first name first."""
     simulated = case.simulated()
     log, modes = simulated.log, schedule_of(simulated.facts)
     told = Log(log.pose, log.torque, ModeTrack(START_NS + modes.t_ns, modes.mode), log.robot)
@@ -50,14 +50,16 @@ def rows_of(case: Case) -> list[Row]:
 
 
 def claimed(names: list[str]) -> Row:
-    """Names in the form of a result."""
+    """Names in the form of a result of the analysis."""
     effects = [{"name": name, "class": [name], "alternatives": {}, "parameters": {}} for name in names]
     return {"verdict": "named" if names else "nothing_missing", "effects": effects, "notes": []}
 
 
 def best_setting(rows: list[Row]) -> str:
-    """The setting with the best sum of two shares: right first names of effects with a term, silence where
-    nothing is missing.
+    """The setting with the best sum of two shares.
+
+    They are the share of right first names among effects with a term, and the share of logs with nothing
+    missing on which nothing is named.
     """
     by_setting: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
@@ -73,7 +75,7 @@ def best_setting(rows: list[Row]) -> str:
 
 
 def kept_rows(rows: list[Row]) -> list[Row]:
-    """Of the methods with settings, those of the best at each noise."""
+    """Rows to report: of a method with settings, only those of the best setting at each noise."""
     kept = [row for row in rows if "|" not in row["method"]]
     for noise in NOISES:
         tried = [row for row in rows if "|" in row["method"] and row["noise"] == noise]
@@ -86,7 +88,7 @@ def kept_rows(rows: list[Row]) -> list[Row]:
 
 
 def run_baselines(seed: int, path: Path, jobs: int) -> None:
-    """All of them, into a file of their own."""
+    """Run all baselines and write their rows to a separate file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(jobs) as pool:
         rows = [row for rows in pool.map(rows_of, baseline_cases(seed)) for row in rows]

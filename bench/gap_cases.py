@@ -1,6 +1,6 @@
-"""The cases of the gap benchmark: what is hidden, in which drive, at which noise, by seed.
+"""The cases of the gap benchmark: hidden effects, scenario and noise, by seed.
 
-A case is decided by its set and its place in it; everything random follows from its seed.
+Set and index determine a case. Everything random in it follows from its seed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,8 +27,10 @@ NOTHING: tuple[tuple[str, ...], ...] = ((),)
 
 @dataclass(frozen=True)
 class CaseSet:
-    """``worlds`` are hidden in turn, each ``repeats`` times at each noise level; ``first`` is added to the
-    seed's base: sets with the same one share their logs.
+    """A set of cases.
+
+    ``worlds`` are the combinations of effects. They are hidden in turn, each ``repeats`` times at each noise
+    level. ``first`` is added to the base seed: sets with the same ``first`` share their logs.
     """
 
     name: str
@@ -42,7 +44,7 @@ class CaseSet:
 
 @dataclass(frozen=True)
 class Case:
-    """One log: set, its number there, what is hidden, noise and seed."""
+    """One log: its set, its index in the set, hidden effects, noise and seed."""
 
     set: CaseSet
     number: int
@@ -52,11 +54,11 @@ class Case:
 
     @property
     def key(self) -> str:
-        """What a row of results is found by."""
+        """Key of the case's row of results."""
         return f"{self.set.name}/{'+'.join(self.hide) or 'nothing'}/{self.noise}/{self.seed}"
 
     def simulated(self) -> SimulatedLog:
-        """The log that the analysis sees, and beside it what it does not."""
+        """The simulated log, with the truth that the analysis does not get."""
         robot = drawn_robot(np.random.default_rng([self.seed, 1]))
         world = drawn_world(self.hide, self.seed, robot, DURATION_S, self.set.disturbance)
         sensors = Sensors(100.0, 100.0, *NOISE_LEVELS[self.noise])
@@ -72,7 +74,7 @@ class Case:
 
 
 def drawn_pairs(n: int) -> tuple[tuple[str, str], ...]:
-    """``n`` pairs of different effects, drawn once for all."""
+    """``n`` pairs of different effects, drawn with a fixed seed."""
     pairs = list(combinations(EFFECTS, 2))
     chosen = np.random.default_rng(20090).permutation(len(pairs))[:n]
     return tuple(pairs[k] for k in chosen)
@@ -91,11 +93,11 @@ SETS = (
     CaseSet("beyond", 80_000, BEYONDS, 5),
 )
 QUICK = {"single": 1, "single-identified": 1, "nothing": 10, "cruise-nothing": 3, "strong-nothing": 3}
-"""Repeats of a quick look, by set."""
+"""Repeats in a quick run, by set."""
 
 
 def cases_of(case_set: CaseSet, base_seed: int) -> Iterator[Case]:
-    """The cases of a set in order: a first case of each world at each noise before any second one."""
+    """The cases of a set in order: one case of each world at each noise before any repeats."""
     n = len(case_set.worlds) * case_set.repeats * len(NOISES)
     worlds = [world for world in case_set.worlds for _ in NOISES]
     for k, (hide, noise) in enumerate(islice(zip(cycle(worlds), cycle(NOISES), strict=False), n)):
@@ -103,7 +105,10 @@ def cases_of(case_set: CaseSet, base_seed: int) -> Iterator[Case]:
 
 
 def chosen_sets(choice: str) -> Sequence[CaseSet]:
-    """``all``, ``quick``, or names with commas. Raises SystemExit naming the sets where one is unknown."""
+    """The sets of ``all``, ``quick`` or comma-separated names.
+
+    Raises SystemExit with the known sets if a name is unknown.
+    """
     if choice == "all":
         return SETS
     if choice == "quick":

@@ -1,4 +1,4 @@
-"""The tables of docs/gap-benchmark.md out of the rows of bench/gap.py."""
+"""Write the tables of docs/gap-benchmark.md from the rows of bench/gap.py."""
 
 import re
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ Row = dict[str, Any]
 
 
 def rivals(rows: Sequence[Row], scores: Rows) -> str:
-    """The baselines beside the analysis, on the same logs."""
+    """The table of the baselines and the analysis, on the same logs."""
     own = {one.row["key"]: one for one in scores}
     by_method: dict[str, list[Score]] = {}
     for row in rows:
@@ -46,7 +46,7 @@ def rivals(rows: Sequence[Row], scores: Rows) -> str:
 
 
 def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
-    """The page with its blocks made anew; that of the baselines stays where there are none."""
+    """The page with its tables replaced; the table of the baselines is kept if there are no rows for it."""
     makers = {
         "asked": tables.asked,
         "singles": tables.singles,
@@ -62,13 +62,13 @@ def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
 
 
 def latest(rows: Sequence[Row]) -> list[Row]:
-    """The last row of each key; rows of several states of the sources do not go together."""
+    """The last row of each key."""
     by_key = {row["key"] + row.get("method", ""): row for row in rows}
     return list(by_key.values())
 
 
 def write_report(rows: Sequence[Row], baselines: Sequence[Row]) -> None:
-    """Fill the page; rows of a state of the sources other than the last one's are left out, and counted."""
+    """Fill the page with the rows of the last state of the sources; count and leave out the others."""
     rows = latest(rows)
     state = rows[-1]["state"] if rows else ""
     kept = [score(row) for row in rows if row["state"] == state]

@@ -1,4 +1,4 @@
-"""One case analysed: what the analysis said beside what was hidden, as a row that stands for itself."""
+"""One case analysed: a self-contained row with the result of the analysis and the hidden effects."""
 
 import time
 import zlib
@@ -29,7 +29,7 @@ SOURCES = (
 
 
 def state_of_sources() -> str:
-    """A checksum of everything that a row depends on: rows of another state are not carried on."""
+    """A checksum of all sources that a row depends on; rows of another state are not reused."""
     files = sorted(path for root in SOURCES for path in (ROOT / root).rglob("*.py"))
     return f"{zlib.crc32(b''.join(path.read_bytes() for path in files)):08x}"
 
@@ -43,7 +43,7 @@ class Task:
 
 
 def row_of(task: Task) -> dict[str, Any]:
-    """The row of one case; what the analysis sees is the log alone. An exception becomes its text."""
+    """The row of one case. The analysis gets only the log. An exception is recorded as text."""
     case = task.case
     simulated = case.simulated()
     hidden = [{"name": e.name, "parameters": e.parameters} for e in effects_of(simulated.facts)]
@@ -77,12 +77,12 @@ def row_of(task: Task) -> dict[str, Any]:
 
 
 def without_modes(log: Log) -> Log:
-    """The log without its mode track, so that none can be used."""
+    """The log without its mode track, so that the analysis cannot use it."""
     return Log(log.pose, log.torque, None, log.robot)
 
 
 def said(result: GapResult) -> dict[str, Any]:
-    """The verdict and its effects."""
+    """Verdict and named effects of a result, as part of a row."""
     return {
         "verdict": result.verdict,
         "sentence": result.sentence,
@@ -92,7 +92,7 @@ def said(result: GapResult) -> dict[str, Any]:
 
 
 def effect_row(effect: FoundEffect) -> dict[str, Any]:
-    """One effect as it was named."""
+    """One named effect, as part of a row."""
     return {
         "name": effect.name,
         "class": list(effect.confound_class),
@@ -103,9 +103,7 @@ def effect_row(effect: FoundEffect) -> dict[str, Any]:
 
 
 def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], float]:
-    """First and last time of each window that the result's held-out gap is over, in s of the log; and the
-    length of a bin.
-    """
+    """First and last time [s] of each window of the result's held-out gap, and the length [s] of a bin."""
     traces = result.traces
     t_s, identified = traces.t_s, result.modes == "identified"
     settings, slips = GateSettings(), traces.mode >= ContactMode.SLIPPING
@@ -119,7 +117,7 @@ def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], floa
 
 
 def metric(said_gap: GapMetric, true: np.ndarray) -> dict[str, float]:
-    """The held-out gap before, after, at the floor, and that of the true model on the same windows."""
+    """The held-out gap before and after, its floor, and the true model's gap on the same windows."""
     held = said_gap.held_out
     error = float(np.sqrt(np.mean(true**2))) if len(true) == said_gap.windows else float("nan")
     return {
@@ -132,6 +130,6 @@ def metric(said_gap: GapMetric, true: np.ndarray) -> dict[str, float]:
 
 
 def warm_up() -> None:
-    """Compile everything before the clock runs."""
+    """Compile everything before times are measured."""
     for case_set in SETS[:2]:
         row_of(Task(Case(case_set, -1, ("viscous_drag",), "rtk", 7), ""))

@@ -1,4 +1,4 @@
-"""What a row of results is worth."""
+"""Scores of a row of results against the hidden effects."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -12,16 +12,19 @@ PLANES = (
     frozenset({"payload", "yaw_inertia", "drive_gain"}),
     frozenset({"viscous_drag", "yaw_damping", "wheel_viscous"}),
 )
-"""Any two of these have exactly the same motions: two hidden, two others of them named is right."""
+"""Within each set, any two effects have the same motions as any other two: naming another pair is right."""
 CLOSE_BIC = 10.0
-"""An ambiguity set holds the alternatives that are worse by less than this."""
+"""An ambiguity set holds the alternatives whose BIC is worse by less than this."""
 CLAIMS = ("named", "ambiguous")
 
 
 @dataclass(frozen=True)
 class Score:
-    """``first``: the first name is right; ``first_among``: it or one of its close alternatives; ``exact`` and
-    ``exact_among`` likewise for the whole set; ``false``: effects named that stand for nothing hidden.
+    """Score of one row.
+
+    ``first``: the first name is right. ``first_among``: the first name or one of its close alternatives is
+    right. ``exact`` and ``exact_among``: the same for the whole set of names. ``false``: named effects of
+    which neither the name nor a close alternative was hidden.
     """
 
     row: Row
@@ -33,33 +36,33 @@ class Score:
 
     @property
     def claims(self) -> bool:
-        """Whether anything is said to be missing, by name."""
+        """Whether the verdict names a missing effect."""
         return self.row.get("verdict") in CLAIMS
 
     @property
     def verdict(self) -> str:
-        """The verdict, or that the analysis failed."""
+        """The verdict, or ``error`` if the analysis failed."""
         return "error" if "error" in self.row else str(self.row["verdict"])
 
     @property
     def said(self) -> str:
-        """What was named, or the verdict."""
+        """The named effects, or the verdict."""
         names = " + ".join(effect["name"] for effect in self.row.get("effects", ()))
         return names if self.claims or self.verdict == "unnamed" else self.verdict.replace("_", " ")
 
     @property
     def hidden(self) -> str:
-        """What was hidden."""
+        """The hidden effects as text."""
         return " + ".join(names_of(self.row)) or "nothing"
 
 
 def names_of(row: Row) -> tuple[str, ...]:
-    """The hidden effects."""
+    """Names of the hidden effects of a row."""
     return tuple(effect["name"] for effect in row["hidden"])
 
 
 def score(row: Row) -> Score:
-    """The row against what was hidden."""
+    """Score a row against its hidden effects."""
     hidden = names_of(row)
     effects = row.get("effects", ()) if row.get("verdict") in CLAIMS else ()
     alone = [{effect["name"]} for effect in effects]
@@ -81,13 +84,13 @@ def close_to(effect: Row) -> set[str]:
 
 
 def in_one_plane(hidden: Iterable[str], named: Iterable[str]) -> bool:
-    """Two effects hidden and two named, all of one plane."""
+    """Whether two effects are hidden and two named, all of one set of ``PLANES``."""
     hidden, named = set(hidden), set(named)
     return len(hidden) == len(named) == 2 and any(hidden | named <= plane for plane in PLANES)
 
 
 def matches(sets: list[set[str]], hidden: tuple[str, ...]) -> bool:
-    """Each hidden effect in a set of its own, and no set left over."""
+    """Whether the sets can be assigned to the hidden effects one to one, each set containing its effect."""
     if len(sets) != len(hidden):
         return False
     return any(
@@ -96,14 +99,15 @@ def matches(sets: list[set[str]], hidden: tuple[str, ...]) -> bool:
 
 
 def unfounded(among: list[set[str]], effects: Iterable[Row], hidden: tuple[str, ...]) -> tuple[str, ...]:
-    """Names whose ambiguity set holds nothing that is hidden."""
+    """Named effects whose ambiguity set holds no hidden effect."""
     pairs = zip(among, effects, strict=True)
     return tuple(effect["name"] for one, effect in pairs if not one & set(hidden))
 
 
 def covered(scores: Iterable[Score]) -> dict[tuple[str, str, bool], list[bool]]:
-    """By effect, parameter and whether the hidden form is the candidate's: did the 95 % interval hold the
-    truth, wherever the effect was named.
+    """For each named hidden effect, whether the 95 % interval covers the truth.
+
+    The keys are effect, parameter, and whether the hidden form is the candidate's.
     """
     found: dict[tuple[str, str, bool], list[bool]] = {}
     for one in scores:

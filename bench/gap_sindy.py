@@ -1,8 +1,8 @@
 """PySINDy's sequentially thresholded least squares on the terms of the library's effects.
 
-Equation errors dv/dt − α Σu and l·yaw_acc − α_yaw Δu by local cubic fits (Savitzky and Golay) over windows
-in which the robot rolls ideally all along, torques through the same filter; every term is scaled to unit
-root mean square, so that the threshold is an acceleration in m/s².
+The equation errors are dv/dt − α Σu and l·yaw_acc − α_yaw Δu. The derivatives come from local cubic fits
+(Savitzky and Golay) over windows of ideal rolling; the torques pass through the same filter. Every term is
+scaled to unit root mean square, so that the threshold is an acceleration in m/s².
 """
 
 import warnings
@@ -46,7 +46,7 @@ Terms = dict[str, F64]
 
 
 def sindy_names(log: Log) -> dict[str, list[str]]:
-    """By setting: effects named, the largest contribution first."""
+    """Named effects by setting, the largest contribution first."""
     found = {}
     for window_s in WINDOWS_S:
         channels = equations(log, window_s)
@@ -57,7 +57,7 @@ def sindy_names(log: Log) -> dict[str, list[str]]:
 
 
 def equations(log: Log, window_s: float) -> dict[str, tuple[Terms, F64]]:
-    """By channel: the terms and the equation error, at rows where the robot rolled ideally all along."""
+    """Terms and equation error by channel, at rows whose whole window is ideal rolling."""
     pose, torque, robot = log.pose, log.torque, log.robot
     dt = float(np.median(np.diff(pose.t_ns))) / NS_PER_S
     size = 2 * round(window_s / dt / 2) + 1
@@ -108,19 +108,22 @@ def equations(log: Log, window_s: float) -> dict[str, tuple[Terms, F64]]:
 
 
 def ideal_throughout(log: Log, size: int) -> np.ndarray:
-    """Rows whose whole window is ideal, those at the edges left out."""
+    """Mask (n,) of rows whose whole window is ideal rolling; rows at the edges are left out."""
     held = np.searchsorted(log.mode.t_ns, log.pose.t_ns, side="right") - 1
     ideal = (log.mode.mode[np.maximum(held, 0)] == 0).astype(np.int8)
     return minimum_filter1d(ideal, size, mode="constant", cval=0).astype(bool)
 
 
 def sparse(terms: Terms, error: F64, threshold: float) -> dict[str, tuple[float, float]]:
-    """By active term: its coefficient and its contribution (root mean square over that of the error)."""
+    """Coefficient and contribution of each active term.
+
+    The contribution is the term's root mean square over that of the error.
+    """
     columns = np.column_stack(list(terms.values()))
     size = np.sqrt(np.mean(columns**2, axis=0))
     optimiser = STLSQ(threshold=threshold, alpha=1e-6, max_iter=20)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns where no term is left
+        warnings.simplefilter("ignore")  # STLSQ warns if no term is left
         optimiser.fit(columns / size, error[:, None])
     share = optimiser.coef_[0] / np.std(error)
     return {
@@ -131,7 +134,10 @@ def sparse(terms: Terms, error: F64, threshold: float) -> dict[str, tuple[float,
 
 
 def named(active: dict[str, dict[str, tuple[float, float]]]) -> list[str]:
-    """Effects of the active terms: one of both channels where both have it, in like size."""
+    """Effects of the active terms, the largest contribution first.
+
+    A term that is active in both channels with consistent coefficients is one effect.
+    """
     worth: dict[str, float] = {}
     left = {(channel, key): entry for channel, found in active.items() for key, entry in found.items()}
     for key, name in BOTH_TERMS.items():
@@ -145,7 +151,7 @@ def named(active: dict[str, dict[str, tuple[float, float]]]) -> list[str]:
 
 
 def alike(key: str, ahead: float, around: float) -> bool:
-    """Whether both coefficients may be one effect's: a gain's are equal, a friction's have the same sign."""
+    """Whether both coefficients can be one effect's: equal for a gain, of the same sign for a friction."""
     if key == "gain":
         return abs(ahead - around) < ALIKE * max(abs(ahead), abs(around))
     return ahead * around > 0

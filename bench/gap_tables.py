@@ -1,4 +1,4 @@
-"""Tables of the gap benchmark, each from scores to Markdown."""
+"""Markdown tables of the gap benchmark from its scores."""
 
 import re
 from collections import Counter
@@ -30,22 +30,22 @@ def share(hits: int, n: int) -> str:
 
 
 def rate(rows: Rows, holds: Callable[[Score], bool]) -> str:
-    """In how many rows something holds."""
+    """The share of rows for which ``holds`` is true, with its interval."""
     return share(sum(map(holds, rows)), len(rows))
 
 
 def of_set(scores: Rows, *names: str) -> list[Score]:
-    """The rows of some sets."""
+    """The rows of the given sets."""
     return [one for one in scores if one.row["set"] in names]
 
 
 def at_noise(scores: Rows, noise: str) -> list[Score]:
-    """The rows of a noise level; all of them for ``all``."""
+    """The rows of a noise level, or all rows for ``all``."""
     return [one for one in scores if noise in ("all", one.row["noise"])]
 
 
 def asked(scores: Rows) -> str:
-    """The figures that were asked for."""
+    """The table of required and measured figures."""
     single, identified = of_set(scores, "single"), of_set(scores, "single-identified")
     nothing, poor = of_set(scores, "nothing", "nothing-identified"), of_set(scores, *POOR)
     ratios = ratios_of([*single, *identified])
@@ -76,7 +76,7 @@ def asked(scores: Rows) -> str:
 
 
 def ratios_of(scores: Rows) -> list[float]:
-    """Held-out position error after over the true model's, by log."""
+    """Held-out position error of the extended model over that of the true model, one value for each log."""
     rows = [one.row["position"] for one in scores if "position" in one.row]
     return [row["after"] / row["true"] for row in rows if np.isfinite(row["true"])]
 
@@ -92,7 +92,7 @@ def quantile(values: Sequence[float], q: float) -> str:
 
 
 def singles(scores: Rows) -> str:
-    """One effect: by modes and noise."""
+    """The table of one and two hidden effects by set and noise."""
     lines = []
     for name in ("single", "single-identified", "pair"):
         for noise in (*NOISES, "all"):
@@ -117,7 +117,7 @@ def singles(scores: Rows) -> str:
 
 
 def by_effect(scores: Rows) -> str:
-    """One line for each effect."""
+    """The table with one line for each effect."""
     lines = []
     for name in dict.fromkeys(one.hidden for one in of_set(scores, "single")):
         cells = []
@@ -135,17 +135,17 @@ def by_effect(scores: Rows) -> str:
 
 
 def counted(rows: Rows, holds: Callable[[Score], bool]) -> str:
-    """Hits of how many."""
+    """The count of rows for which something holds, as ``k/n``."""
     return f"{sum(map(holds, rows))}/{len(rows)}"
 
 
 def listed(things: Iterable[str]) -> str:
-    """Things with how often they came, the most frequent first."""
+    """Items with their counts, the most frequent first."""
     return "; ".join(f"{thing} ({n})" for thing, n in Counter(things).most_common())
 
 
 def silence(scores: Rows) -> str:
-    """Where nothing, or nothing certain, should be named."""
+    """The table of the sets in which nothing, or nothing certain, should be named."""
     lines = []
     for name in ("nothing", "nothing-identified", *POOR, "beyond"):
         for noise in (*NOISES, "all"):
@@ -158,7 +158,7 @@ def silence(scores: Rows) -> str:
 
 
 def reasons(scores: Rows) -> str:
-    """Why the analysis abstained, where it did."""
+    """The table of reasons for a verdict of not enough excitation."""
     notes = Counter(
         (one.row["set"], shortened(note))
         for one in scores
@@ -171,12 +171,12 @@ def reasons(scores: Rows) -> str:
 
 
 def shortened(note: str) -> str:
-    """Without numbers and lists that differ from log to log."""
+    """A reason without the numbers and lists that differ between logs."""
     return re.sub(r"[-−]?\d+(\.\d+)?(e-?\d+)?", "…", note.partition(" have shown ")[0])
 
 
 def coverage(scores: Rows) -> str:
-    """95 % intervals by effect and parameter."""
+    """The table of coverage of the 95 % intervals by effect and parameter."""
     found = covered(of_set(scores, "single", "pair"))
     lines = []
     for own, label in ((True, "as its candidate"), (False, "another")):
@@ -191,7 +191,7 @@ def coverage(scores: Rows) -> str:
 
 
 def failures(scores: Rows) -> str:
-    """Every log on which the set of effects was not exact or something false was named, by seed."""
+    """The table of logs with an inexact set of effects or a false name, by seed."""
     lines = []
     for one in scores:
         good = not one.false if one.row["set"] in POOR else one.exact

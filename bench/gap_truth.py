@@ -1,7 +1,7 @@
-"""The error of the true model: the hidden plant itself over each held-out window, without its disturbance.
+"""The error of the true model: the hidden plant over each held-out window, without its disturbance.
 
-As ``wmr_replay.gap.estimation.path_error`` does for a model, the initial motion of each window is fitted to
-its poses; what the plant has besides (σ, actuators, wheel angles) starts where it really was.
+The initial motion of each window is fitted to its poses, as ``wmr_replay.gap.estimation.path_error`` does for
+a model. The other states of the plant (σ, actuators, wheel angles) start at their true values.
 """
 
 from dataclasses import dataclass, replace
@@ -29,7 +29,7 @@ SLOPE_STEP = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class TruePlant:
-    """Everything that decides the motion but the disturbance: instants, modes, torques as logged, effects."""
+    """What determines the motion except the disturbance: instants, modes, logged torques, effects."""
 
     t_ns: I64
     mode: I8
@@ -64,12 +64,12 @@ class TruePlant:
 
 
 def effects_of(facts: dict[str, Any]) -> tuple[Effect, ...]:
-    """The hidden effects with every parameter decided."""
+    """The hidden effects with all parameters drawn."""
     return tuple(Effect(e["name"], e["parameters"]) for e in facts["effects"])
 
 
 def schedule_of(facts: dict[str, Any]) -> ModeTrack:
-    """The true modes, from the simulation's start."""
+    """The true modes from the start of the simulation."""
     stamps = [round(row["t_s"] * NS_PER_S) for row in facts["modes"]]
     return ModeTrack(np.array(stamps, np.int64), np.array([row["mode"] for row in facts["modes"]], np.int8))
 
@@ -106,7 +106,7 @@ def coast(
 
 
 def true_states(simulated: SimulatedLog, true: TruePlant) -> F64:
-    """The plant's states (n, 14) at the logged poses: motion as it was, actuators by the torques alone."""
+    """The plant's states (n, 14) at the logged poses: the true motion, actuators from the logged torques."""
     m = simulated.truth
     out = np.zeros((len(m.t_ns), plant.N_EXTENDED))
     out[:, plant.X], out[:, plant.Y], out[:, plant.YAW] = m.x_m, m.y_m, m.yaw_rad
@@ -124,7 +124,7 @@ def true_states(simulated: SimulatedLog, true: TruePlant) -> F64:
 def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]], bin_s: float) -> F64:
     """Root mean squares (n, 2) of position [m] and yaw [rad] over each window [start, end] in s.
 
-    Poses are averaged over bins of ``bin_s``, as the analysis has them.
+    Poses are averaged over bins of ``bin_s``, as in the analysis.
     """
     true = TruePlant.of(simulated)
     states = true_states(simulated, true)
@@ -143,14 +143,14 @@ def true_errors(simulated: SimulatedLog, windows_s: list[tuple[float, float]], b
 
 
 def bin_starts(t_s: F64, bin_s: float) -> I64:
-    """First pose of each bin of a window."""
+    """Index of the first pose of each bin of a window."""
     return np.flatnonzero(np.diff(np.floor((t_s - t_s[0]) / bin_s + 1e-6), prepend=-1.0) > 0)
 
 
 def fitted_residuals(
     true: TruePlant, simulated: SimulatedLog, start: F64, rows: I64, measured: F64, sd: F64, bins: I64
 ) -> F64:
-    """Measured − simulated, the mean of each bin, after the best initial motion."""
+    """Measured − simulated pose, averaged over each bin, from the best initial motion."""
     stamps = simulated.log.pose.t_ns[rows] - START_NS
     first, last = np.searchsorted(true.t_ns, [stamps[0], stamps[-1] + 1])
     kept = np.searchsorted(true.t_ns, stamps) - first
@@ -178,14 +178,14 @@ def fitted_residuals(
 
 
 def moved(state: F64, place: int) -> F64:
-    """The state with one component a little larger."""
+    """The state with one component slightly increased."""
     other = state.copy()
     other[place] += SLOPE_STEP
     return other
 
 
 def seen(simulated: SimulatedLog, rows: I64, path: F64, effects: tuple[Effect, ...]) -> F64:
-    """The poses (n, 3) that the sensor shows of the plant's states, yaw unwrapped as the log's."""
+    """The poses (n, 3) that the sensor measures of the plant's states, yaw unwrapped as in the log."""
     part = simulated.truth.take(rows)
     motion = replace(part, x_m=path[:, plant.X], y_m=path[:, plant.Y], yaw_rad=path[:, plant.YAW])
     motion = as_seen(motion, effects)

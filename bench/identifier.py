@@ -1,13 +1,13 @@
-"""The identifiers beside the yardstick: accuracy, delay, calibration, α, speed.
+"""Accuracy, delay, calibration, α and speed of the identifiers, compared with the yardstick.
 
     python bench/identifier.py [--seeds 40] [--identifiers paper,bank] [--sets paper] [--stiffness 2]
     python bench/identifier.py --speed
 
-Each log's nominal α is wrong by a factor drawn from 1/2 to 2 and the noise level is not told; the yardstick
-knows everything. --stiffness multiplies the nominal stiffnesses. In the sets called "limited" slip comes of
-slippery ground; there the yardstick is told what each slippery stretch carries, but not when it begins.
---speed takes process CPU time instead, of logs in memory to the samples table, the best of seven and their
-median.
+Each log's nominal α is wrong by a factor drawn from 1/2 to 2, and the identifiers do not get the noise level.
+The yardstick gets all true parameters. --stiffness multiplies the nominal stiffnesses. In the sets called
+"limited", slip is caused by slippery ground; there the yardstick gets the cap of each slippery stretch, but
+not its start. --speed measures process CPU time instead, from logs in memory to the samples table: the best
+of seven runs and their median.
 """
 
 import argparse
@@ -72,7 +72,7 @@ KNOWN = YARDSTICK.Truth(
 
 @dataclass(frozen=True)
 class Outcome:
-    """One log's scores."""
+    """Scores of one log."""
 
     accuracy: float
     delay_s: float
@@ -98,8 +98,9 @@ def make_log(scenario, variance, rate_hz, seed, stiffness):
 
 
 def carried(t_ns, friction):
-    """What a wheel adds to dv_long/dt at most, μ g/2, on the slippery stretch nearest in time; None without
-    any.
+    """Cap (n,) of a wheel's contribution to dv_long/dt, μ g/2 [m/s²], of the nearest slippery stretch.
+
+    None for a log without limited traction.
     """
     if friction is None:
         return None
@@ -128,7 +129,7 @@ def score(samples, duration_s, seconds):
 
 
 def by_yardstick(log, caps, variance, template):
-    """The yardstick's answer in the form of a samples table."""
+    """The yardstick's result in the form of a samples table."""
     posterior = YARDSTICK.yardstick(log, KNOWN, variance**0.5, variance**0.5, caps)
     said = ~np.isnan(posterior[0])
     mode = np.where(said, np.argmax(np.nan_to_num(posterior), axis=0), -1).astype(np.int8)
@@ -197,7 +198,7 @@ def report_speed(seconds=120.0):
 
 
 def main():
-    """Evaluate the sets that were asked for."""
+    """Evaluate the selected sets, or the speed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=40)
     parser.add_argument("--first-seed", type=int, default=100)

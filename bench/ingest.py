@@ -1,8 +1,8 @@
-"""How fast ingest is, as ratios from one run: against decompression alone, and against mcap-ros2-support.
+"""Speed of ingest as ratios from one run: to decompression alone, and to mcap-ros2-support.
 
-The floor decompresses every chunk with the library that ingest uses and copies the result once; it is
-measured with one thread, and with as many threads as ingest uses. Times are the shortest of several, taken in
-turns; CPU times are of the same runs, all threads together.
+The floor decompresses every chunk with the library that ingest uses and copies the result once. It is
+measured with one thread, and with as many threads as ingest uses. Times are the shortest of several runs, in
+turns; CPU times are of the same runs, over all threads.
 
     python bench/ingest.py [--messages 2000000] [--dir DIR] [--repeats 3]
 """
@@ -69,13 +69,13 @@ def floor(path: Path, threads: int) -> int:
 
 
 def columns(path: Path) -> int:
-    """All columns of pose and torque, kept in their batches; how many rows they have."""
+    """Read all columns of pose and torque and keep their batches; return the number of rows."""
     kept = list(open_log(path).batches())
     return sum(len(batch.pose) + len(batch.torque) for batch in kept)
 
 
 def peer(path: Path) -> int:
-    """All messages through mcap and mcap-ros2-support."""
+    """Read all messages with mcap and mcap-ros2-support."""
     with path.open("rb") as file:
         reader = make_reader(file, decoder_factories=[DecoderFactory()])
         return sum(1 for _ in reader.iter_decoded_messages(log_time_order=False))
@@ -83,26 +83,26 @@ def peer(path: Path) -> int:
 
 @dataclass
 class Times:
-    """Shortest wall time, the CPU time of that run, and what the work returned."""
+    """Shortest wall time, the CPU time of that run, and the return value of the work."""
 
     wall_s: float = math.inf
     cpu_s: float = math.inf
     result: int = 0
 
     def take(self, work: Callable[[], int]) -> None:
-        """One more run."""
+        """Time one more run."""
         wall_s, cpu_s = time.perf_counter(), time.process_time()
         self.result = work()
         wall_s, cpu_s = time.perf_counter() - wall_s, time.process_time() - cpu_s
         self.wall_s, self.cpu_s = min((self.wall_s, self.cpu_s), (wall_s, cpu_s))
 
     def line(self, what: str) -> str:
-        """For the eye."""
+        """The times as text."""
         return f"  {what:<32}{self.wall_s:7.2f} s wall {self.cpu_s:7.2f} s CPU"
 
 
 def measure(encoding: str, path: Path, repeats: int) -> bool:
-    """One encoding: print its ratios; whether they are within their targets."""
+    """Print the ratios of one encoding; return whether they meet their targets."""
     columns(path)
     single, threads, ours = Times(), Times(), Times()
     for _ in range(repeats):
@@ -125,7 +125,7 @@ def measure(encoding: str, path: Path, repeats: int) -> bool:
 
 
 def beside_peer(path: Path, ours_s: float) -> bool:
-    """Print how much faster than mcap-ros2-support a message is read."""
+    """Print the ratio of the reading times with mcap-ros2-support and with ingest."""
     short = write_log(path.with_name("peer.mcap"), "ros2", PEER_MESSAGES)
     theirs = Times()
     theirs.take(lambda: peer(short))
@@ -136,7 +136,7 @@ def beside_peer(path: Path, ours_s: float) -> bool:
 
 
 def main() -> None:
-    """Write the logs, measure, exit 1 when a target is missed."""
+    """Write the logs and measure; exit with 1 if a target is missed."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--messages", type=int, default=2_000_000)
     parser.add_argument("--dir", type=Path, help="where the logs are written, and kept")

@@ -1,4 +1,4 @@
-"""Levant's sliding-mode differentiator, which no package offers."""
+"""Levant's sliding-mode differentiator; no package offers it."""
 
 import numpy as np
 

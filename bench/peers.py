@@ -1,7 +1,7 @@
-"""The rivals, each as candidates: a label and a function from a realisation to estimates x̂⁽ⁿ⁾(t − δ).
+"""The peers, each as candidates: a label and a function from a realisation to estimates x̂⁽ⁿ⁾(t − δ).
 
-Finite-window rivals are used causally: the instant described lies δ before the newest sample that they see.
-Recursive ones may answer early and be held back, whichever scores better.
+Finite-window peers are used causally: the described instant lies δ before the newest sample that they use.
+Recursive peers may give an estimate early and have it delayed, whichever scores better.
 """
 
 import warnings
@@ -21,7 +21,7 @@ from wmr_replay.differentiate.baselines import butterworth_response, chain_of_in
 from wmr_schemas.arrays import F64
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore")  # it warns of its optional solver
+    warnings.simplefilter("ignore")  # it warns about its optional solver
     from pynumdiff.polynomial_fit import polydiff, savgoldiff
 
 Estimate = Callable[[Realisation], F64]
@@ -33,7 +33,7 @@ SLOW_STEPS = tuple(2 * LAG * k // 4 for k in (3, 4, 5, 6, 8))
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Rivals warn a lot."""
+    """Suppress the peers' warnings."""
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         yield
@@ -47,12 +47,12 @@ def filtered(taps: F64, noisy: F64) -> F64:
 
 
 def held_back(values: F64, steps: int) -> F64:
-    """The same, ``steps`` later."""
+    """The estimates delayed by ``steps`` samples."""
     return values if steps == 0 else np.concatenate([np.full(steps, np.nan), values[:-steps]])
 
 
 def savitzky_golay(order: int) -> Candidates:
-    """Coefficients of scipy, read δ before the newest sample."""
+    """Savitzky–Golay with SciPy's coefficients, evaluated δ before the newest sample."""
 
     def candidate(steps: int, degree: int) -> Estimate:
         taps = savgol_coeffs(steps + 1, degree, order, STEP_S, pos=steps - LAG, use="conv")
@@ -63,7 +63,7 @@ def savitzky_golay(order: int) -> Candidates:
 
 
 def resampled(order: int) -> Candidates:
-    """Savitzky–Golay behind linear interpolation to the nominal rate, causal: a step of δ pays for it."""
+    """Savitzky–Golay after causal linear interpolation to the nominal rate, which costs one step of δ."""
 
     def candidate(steps: int, degree: int) -> Estimate:
         taps = savgol_coeffs(steps + 1, degree, order, STEP_S, pos=steps - (LAG - 1), use="conv")
@@ -80,7 +80,7 @@ def resampled(order: int) -> Candidates:
 
 
 def algdiff(order: int) -> Candidates:
-    """AlgDiff with its own taps; its θ may correct the half sample by which they are late."""
+    """AlgDiff with its own taps; its θ may correct their delay of half a sample."""
 
     def candidate(steps: int, extra: int, more: float, early: float) -> Estimate:
         window_s = steps * STEP_S
@@ -99,7 +99,7 @@ def algdiff(order: int) -> Candidates:
 
 
 def derivative_package(order: int) -> Candidates:
-    """Savitzky–Golay of ``derivative`` on actual stamps, δ to the right, the rest left. First order only."""
+    """Savitzky–Golay of ``derivative`` on actual stamps, δ to the right, the rest left; first order only."""
 
     def candidate(steps: int, degree: int) -> Estimate:
         def estimate(r: Realisation) -> F64:
@@ -118,7 +118,10 @@ def derivative_package(order: int) -> Candidates:
 
 
 def pynumdiff(order: int) -> Candidates:
-    """PyNumDiff's finite windows, centred, as wide as δ allows. First order; its other methods see it all."""
+    """PyNumDiff's centred finite windows, as wide as δ allows; first order only.
+
+    Its other methods use the whole signal.
+    """
 
     def centred(method: Callable[[F64], F64]) -> Estimate:
         def estimate(r: Realisation) -> F64:
@@ -145,7 +148,7 @@ def pynumdiff(order: int) -> Candidates:
 
 
 def butterworth(order: int) -> Candidates:
-    """Low-pass and backward differences, held back by up to δ."""
+    """Butterworth low-pass and backward differences, delayed by up to δ."""
 
     def candidate(taps: F64, steps: int) -> Estimate:
         return lambda r: held_back(filtered_from_zero(taps, r.noisy), steps)
@@ -161,12 +164,12 @@ def butterworth(order: int) -> Candidates:
 
 
 def filtered_from_zero(taps: F64, noisy: F64) -> F64:
-    """Convolution that begins at rest at the first sample."""
+    """Convolution whose initial state is rest at the first sample."""
     return np.asarray(oaconvolve(noisy - noisy[0], taps)[: len(noisy)])
 
 
 def kalman(order: int) -> Candidates:
-    """Stationary fixed-lag smoother of the noise's true σ, by intensity."""
+    """Stationary fixed-lag Kalman smoothers with the noise's true σ, by intensity."""
 
     def candidate(ratio: float) -> Estimate:
         def estimate(r: Realisation) -> F64:
@@ -180,7 +183,7 @@ def kalman(order: int) -> Candidates:
 
 
 def simdkalman(order: int) -> Candidates:
-    """The filter of simdkalman, the same model without lag, its state carried back by δ."""
+    """The filter of simdkalman: the same model without lag, its state extrapolated back by δ."""
     transition, process = chain_of_integrators(order + 2, STEP_S)
     back = chain_of_integrators(order + 2, -DELAY_S)[0]
 
@@ -199,7 +202,7 @@ def simdkalman(order: int) -> Candidates:
 
 
 def super_twisting(order: int) -> Candidates:
-    """Levant's differentiator by its bound L, run at ten Euler steps a sample, held back by up to δ."""
+    """Levant's differentiator by its bound L, with ten Euler steps a sample, delayed by up to δ."""
 
     def candidate(bound: float, steps: int) -> Estimate:
         def estimate(r: Realisation) -> F64:

@@ -1,7 +1,7 @@
 """Figures 3 to 6 of the paper, from ``wmr-replay synth`` and ``run``: ``python docs/make_paper_figures.py``.
 
-Writes ``paper_fig3.png`` to ``paper_fig6.png`` to ``docs/images``, or to ``--out DIR``; ``--quick`` takes
-short logs. Robot conventions (REP 103), with the paper's symbols beside them.
+Writes ``paper_fig3.png`` … ``paper_fig6.png`` to ``docs/images``, or to ``--out DIR``; ``--quick`` uses short
+logs. The figures use robot conventions (REP 103), with the paper's symbols beside them.
 """
 
 import argparse
@@ -44,7 +44,7 @@ STYLE = {
 
 
 def rgb(colour: Colour) -> tuple[float, ...]:
-    """A colour of the timeline as matplotlib takes it."""
+    """A colour of the timeline in matplotlib's form."""
     return tuple(part / 255 for part in colour)
 
 
@@ -54,13 +54,13 @@ SHOWN_MODES = (ContactMode.UNDECIDED, *PAPER_MODES)
 
 
 def thin(rows: pl.DataFrame) -> pl.DataFrame:
-    """As many rows as a picture can show."""
+    """Rows at ``DRAWN_HZ``, as many as a figure can show."""
     step_s = rows["t_s"].diff().median()
     return rows.gather_every(max(1, round(1 / (DRAWN_HZ * float(step_s or 1.0)))))  # type: ignore[arg-type]
 
 
 def described_s(samples: pl.DataFrame) -> pl.Series:
-    """The instants that the derivative columns describe, t − delay_s."""
+    """The instants [s] that the derivative columns describe, t − delay_s."""
     return samples.select(pl.col("t_s") - pl.col("delay_s")).to_series()
 
 
@@ -90,7 +90,7 @@ def draw_path(axes: Axes, truth: pl.DataFrame) -> None:
 
 
 def draw_velocity(axes: Axes, run: Replayed, column: str, title: str, unit: str) -> None:
-    """A velocity, estimated at the instants described, and the true one over it."""
+    """An estimated velocity at the instants that it describes, and the true velocity over it."""
     samples, truth = thin(run.samples), thin(run.truth)
     axes.plot(described_s(samples), samples[column], color=ESTIMATE, linewidth=1.4, label="estimated")
     axes.plot(truth["t_s"], truth[column], label="true", **TRUE_STYLE)
@@ -111,7 +111,7 @@ def figure_3(run: Replayed) -> Figure:
 
 
 def draw_modes(axes: Axes, run: Replayed) -> None:
-    """True and identified discrete state, the latter at the time at which it was known."""
+    """True and identified discrete state; the identified one at the time at which it was known."""
     t_s, mode = run.samples["t_s"].to_numpy(), run.samples["mode"].to_numpy()
     axes.step(t_s, mode, where="post", color="#c4c9d0", linewidth=0.6, zorder=1)
     for a, b, stretch in stretches(mode):
@@ -124,7 +124,7 @@ def draw_modes(axes: Axes, run: Replayed) -> None:
 
 
 def draw_constraint(axes: Axes, run: Replayed, column: str, threshold: str, beyond: ContactMode) -> None:
-    """A constraint between its thresholds, at the instants described."""
+    """A constraint between its thresholds, at the instants that it describes."""
     samples = thin(run.samples)
     t_s, limit = described_s(samples), samples[threshold].to_numpy()
     colour = rgb(MODE_COLOURS[beyond])
@@ -159,7 +159,7 @@ def figure_4(run: Replayed) -> Figure:
 
 
 def figure_alpha(run: Replayed, condition: ContactMode, formula: str) -> Figure:
-    """α in one condition throughout: the paper's quotient row by row, and the regression with its band."""
+    """α in one condition: the paper's quotient at each row, and the regression with its band."""
     figure = Figure(figsize=(10, 4.2), layout="constrained")
     axes = figure.subplots()
     rows = thin(run.samples.with_columns(quotient()))
@@ -178,7 +178,7 @@ def figure_alpha(run: Replayed, condition: ContactMode, formula: str) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """A small PNG: 256 colours, and no word of when or by what it was made."""
+    """Save a small PNG with 256 colours and without metadata."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
@@ -186,7 +186,7 @@ def save(figure: Figure, path: Path) -> None:
 
 
 def make_figures(out: Path, *, quick: bool = False) -> None:
-    """Write the four pictures to ``out``."""
+    """Write the four figures to ``out``."""
     out.mkdir(parents=True, exist_ok=True)
     with rc_context(STYLE):
         acceleration = replay("paper-acceleration", seed=SEED, quick=quick)
@@ -199,10 +199,10 @@ def make_figures(out: Path, *, quick: bool = False) -> None:
 
 
 def main() -> None:
-    """Command line."""
+    """Read the command line and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=IMAGES, help="folder of the pictures")
-    parser.add_argument("--quick", action="store_true", help="short logs, to try the road")
+    parser.add_argument("--quick", action="store_true", help="short logs, to try the command")
     options = parser.parse_args()
     make_figures(options.out, quick=options.quick)
 

@@ -1,7 +1,7 @@
-"""Measures the tuned default beside the rule: ``python docs/measure_differentiator.py [--seeds 3]``.
+"""Compares the tuned default with the rule: ``python docs/measure_differentiator.py [--seeds 3]``.
 
-Errors against the truth at the instants t − delay, from 10 s on, and each identifier's accuracy, as Markdown;
-``--write`` puts the tables into ``docs/differentiator.md``, ``--seeds`` says over how many logs.
+Prints errors against the truth at the instants t − delay, from 10 s on, and the accuracy of each identifier,
+as Markdown. ``--write`` puts the tables into ``docs/differentiator.md``; ``--seeds`` sets the number of logs.
 """
 
 import argparse
@@ -27,13 +27,13 @@ FROM_S = 10.0
 
 
 def simulated(scenario: str, rate_hz: float, noise: float, seed: int) -> SimulatedLog:
-    """60 s with noise of that standard deviation, in m and rad, torques at 100 Hz."""
+    """A log of 60 s with noise of this standard deviation [m and rad], torques at 100 Hz."""
     sensors = Sensors(rate_hz=rate_hz, noise_xy_sd_m=noise, noise_yaw_sd_rad=noise)
     return synthesise(scenario, seed=seed, duration_s=60.0, sensors=sensors)
 
 
 def errors(log: SimulatedLog, samples: pl.DataFrame) -> list[float]:
-    """Root mean square errors of the three quantities."""
+    """Root mean square errors of the three quantities, from 10 s on."""
     late = samples.filter(pl.col("t_s") > FROM_S).drop_nulls("v_long_mps")
     at_ns = late["t_ns"].to_numpy() - late["delay_s"].to_numpy() * 1e9
     true = {name: getattr(log.truth, name) for name in QUANTITIES[:2]}
@@ -61,12 +61,12 @@ def compared(
 
 
 def line(cells: list[str]) -> str:
-    """Of a Markdown table."""
+    """A line of a Markdown table."""
     return "| " + " | ".join(cells) + " |"
 
 
 def table(head: list[str], rows: Iterator[list[str]]) -> str:
-    """Markdown, each line printed as it comes."""
+    """A Markdown table; each line is printed as soon as it is measured."""
     lines = [line(head), line(["---"] * len(head))]
     print("\n".join(lines), flush=True)
     for cells in rows:
@@ -76,7 +76,7 @@ def table(head: list[str], rows: Iterator[list[str]]) -> str:
 
 
 def error_rows(seeds: int) -> Iterator[list[str]]:
-    """A row per scenario and rate: by noise, tuned over rule (geometric mean over seeds); the worst last."""
+    """Rows by scenario and rate: tuned over rule by noise (geometric mean over seeds), then the worst log."""
     for scenario, rate_hz in product(SCENARIOS, RATES_HZ):
         cells, worst = [scenario, f"{rate_hz:g} Hz"], 0.0
         for noise in NOISES:
@@ -89,7 +89,7 @@ def error_rows(seeds: int) -> Iterator[list[str]]:
 
 
 def accuracy_rows(seeds: int) -> Iterator[list[str]]:
-    """A row per scenario and noise: accuracy of each identifier, tuned and rule."""
+    """Rows by scenario and noise: accuracy of each identifier, tuned and rule."""
     paper = product(("paper-acceleration", "paper-deceleration"), (0.1**0.5,), (1000.0,))
     cases = [*paper, *product(SCENARIOS[1:], (1e-2, 1e-4), (100.0,))]
     for scenario, noise, rate_hz in cases:
@@ -102,7 +102,7 @@ def accuracy_rows(seeds: int) -> Iterator[list[str]]:
 
 
 def main() -> None:
-    """Print both tables, or put them into the page as well."""
+    """Print both tables; with ``--write``, also put them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--write", action="store_true", help="put the tables into docs/differentiator.md")

@@ -1,6 +1,6 @@
 """Measures the paper's scenarios over many seeds: ``python docs/measure_paper.py [--seeds 20] [--write]``.
 
-Prints median and range of what ``wmr-replay run`` scores, as Markdown, or puts them into ``docs/paper.md``.
+Prints median and range of the scores of ``wmr-replay run`` as Markdown, or puts them into ``docs/paper.md``.
 """
 
 import argparse
@@ -47,12 +47,12 @@ Values = Sequence[float | None]
 
 
 def switching_scores(run: Replayed) -> list[float | None]:
-    """What the summary says of modes, and what the rows add to it."""
+    """Scores of the modes from the summary and from the rows."""
     return [run.summary[column] for column, _ in SWITCHING_SCORES.values()] + sample_scores(run)
 
 
 def sample_scores(run: Replayed) -> list[float | None]:
-    """Wrong rows shortly after a true switch and elsewhere, as shares of all; error of v_long."""
+    """Shares of wrong rows shortly after a true switch and elsewhere; mean relative error of v_long."""
     rows = run.samples.filter(pl.col("status") != "warming_up")
     t_s, wrong = rows["t_s"].to_numpy(), (rows["mode"] != rows["mode_true"]).to_numpy()
     switches = run.truth.filter(pl.col("mode").diff() != 0)["t_s"].to_numpy()
@@ -64,7 +64,7 @@ def sample_scores(run: Replayed) -> list[float | None]:
 
 
 def constant_scores(run: Replayed) -> list[float | None]:
-    """What there is to say of α in one mode throughout."""
+    """Scores of α in one mode throughout."""
     error, sd = run.summary["alpha_error"], run.summary["alpha_sd"]
     true = PAPER_ROBOT.alpha or np.nan
     quotients = run.samples.select(quotient())["quotient"].drop_nulls() / true
@@ -72,7 +72,7 @@ def constant_scores(run: Replayed) -> list[float | None]:
 
 
 def spread(values: Values, form: str) -> str:
-    """Median and range."""
+    """Median and range as text."""
     known = [value for value in values if value is not None]
     if not known:
         return "–"
@@ -83,7 +83,7 @@ def spread(values: Values, form: str) -> str:
 def table(
     scenarios: Sequence[str], labels: Sequence[tuple[str, str]], scores: Sequence[Sequence[Values]]
 ) -> str:
-    """Markdown: a row per score, a column per scenario; ``scores`` by scenario and label."""
+    """A Markdown table: a row for each score, a column for each scenario; ``scores`` by both."""
     lines = [
         "| | " + " | ".join(f"`{name}`" for name in scenarios) + " |",
         "| --- " * (len(scenarios) + 1) + "|",
@@ -121,7 +121,7 @@ def main() -> None:
     """Print both tables, or put them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=20)
-    parser.add_argument("--quick", action="store_true", help="short logs, to try the road")
+    parser.add_argument("--quick", action="store_true", help="short logs, to try the command")
     parser.add_argument("--write", action="store_true", help="put the tables into docs/paper.md")
     options = parser.parse_args()
     tables = measure(options.seeds, options.quick)

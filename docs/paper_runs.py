@@ -1,4 +1,4 @@
-"""A scenario simulated, recorded and replayed: what the paper's pages are made of."""
+"""Simulate, record and replay a scenario, for the page of the paper's figures."""
 
 import tempfile
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ from wmr_schemas.robot import PAPER_ROBOT
 from wmr_synth import SCENARIOS, record, synthesise
 
 PAPER_SCHEME = Settings(identifier="paper", tune=False)
-"""The paper's thresholds behind a kernel of its own kind."""
+"""The paper's thresholds with a kernel of the paper's kind."""
 QUICK_DURATION_S, QUICK_RATE_HZ = 24.0, 200.0
 
 
@@ -27,9 +27,9 @@ class Replayed:
 
 
 def replay(scenario: str, *, seed: int = 0, quick: bool = False) -> Replayed:
-    """``wmr-replay synth`` and ``run --identifier paper --no-tune``, in a folder that is removed again.
+    """``wmr-replay synth`` and ``run --identifier paper --no-tune`` in a temporary folder.
 
-    ``quick`` takes a short log at a low rate: enough to try the road, not to measure.
+    ``quick`` uses a short log at a low rate, to try the command rather than to measure.
     """
     chosen = SCENARIOS[scenario]
     sensors = replace(chosen.sensors, rate_hz=QUICK_RATE_HZ) if quick else chosen.sensors
@@ -49,7 +49,7 @@ def replay(scenario: str, *, seed: int = 0, quick: bool = False) -> Replayed:
 def quotient() -> pl.Expr:
     """The paper's α at each row, (14) and (15): (dv_long/dt − v_lat ω/3) / Σeffort, as ``quotient``.
 
-    Σeffort through the window is (dv_long/dt − C_d)/α with the α that the log's metadata state.
+    Σeffort through the window is (dv_long/dt − C_d)/α with the α of the log's metadata.
     """
     effort = (pl.col("a_long_mps2") - pl.col("c_d_mps2")) / PAPER_ROBOT.alpha
     response = pl.col("a_long_mps2") - pl.col("v_lat_mps") * pl.col("yaw_rate_radps") / 3

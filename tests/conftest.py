@@ -1,4 +1,4 @@
-"""The command line in this process: a process of its own would import everything again."""
+"""The command line in this process, since a new process would import all packages again."""
 
 import contextlib
 import io

@@ -1,4 +1,4 @@
-"""The project's folder, and an environment as hostile as a sourced ROS workspace can be."""
+"""The project's folder, and an environment with the variables of a sourced ROS workspace."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The project's own regression test, and the examples of docs/ci.md: the same commands and references."""
+"""The project's own regression test and the examples of docs/ci.md use the same commands and references."""
 
 import re
 import shlex

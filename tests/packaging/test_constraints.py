@@ -1,4 +1,4 @@
-"""``constraints.txt``: exact versions of everything, and nothing of the machine that wrote it."""
+"""``constraints.txt`` holds exact versions of all packages, and nothing of the machine that wrote it."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""The two commands of the README, with a ROS workspace sourced and without."""
+"""The two commands of the README, with and without a sourced ROS workspace."""
 
 import os
 import shutil

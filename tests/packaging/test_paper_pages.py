@@ -1,4 +1,4 @@
-"""The pages of the tutorial and of the paper's figures: what they tell a reader to run does what they say."""
+"""The commands on the pages of the tutorial and of the paper's figures give the results that are shown."""
 
 import re
 import subprocess

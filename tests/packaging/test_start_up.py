@@ -1,4 +1,4 @@
-"""``wmr-replay --help`` answers at once: no heavy package is imported for it."""
+"""``wmr-replay --help`` is fast: it imports no heavy package."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""The built wheel: what is in it, and that it works where it is installed."""
+"""The built wheel: its content, and that it works after installation."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""Synthetic logs as batches, without a file in between; the yardstick."""
+"""Synthetic logs as batches in memory, and the yardstick."""
 
 import importlib.util
 import os

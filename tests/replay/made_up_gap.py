@@ -1,4 +1,4 @@
-"""A made-up gap result: a robot that coasts to and fro, simulated too fast by the base model."""
+"""A made-up gap result: a robot that coasts back and forth; the base model simulates it too fast."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Small servers on loopback: files over HTTP, with or without ranges, and the part of S3 that clients use."""
+"""Local servers on loopback: files over HTTP, with and without ranges, and the parts of S3 in use."""
 
 import hashlib
 import io

@@ -1,4 +1,4 @@
-"""The identifier `algebraic`: its regressions against closed forms, its verdicts on the plant's own logs."""
+"""The identifier `algebraic`: its regressions against closed forms, its modes on simulated logs."""
 
 from dataclasses import replace
 from itertools import pairwise

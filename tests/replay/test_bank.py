@@ -1,4 +1,4 @@
-"""The bank of filters: its model against the plant's, its population, its answers."""
+"""The filter bank: its model against the plant's, its hypotheses, its results."""
 
 from dataclasses import replace
 from itertools import pairwise

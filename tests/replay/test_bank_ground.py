@@ -1,4 +1,4 @@
-"""Slippery ground in the bank: a wheel slips when it is asked for more than friction carries."""
+"""Slippery ground in the filter bank: a wheel slips while its demand exceeds the friction limit."""
 
 import numpy as np
 import polars as pl

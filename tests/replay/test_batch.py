@@ -1,4 +1,4 @@
-"""``wmr-replay batch``: one dataset of many logs, whoever does the work and however often it is begun."""
+"""``wmr-replay batch``: one dataset of many logs, independent of workers and of restarts."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""A batch that is ended at a random moment leaves nothing that looks whole and is not, and can be resumed."""
+"""A batch that is killed at a random moment leaves no incomplete result that looks complete, and resumes."""
 
 import hashlib
 import json

@@ -1,4 +1,4 @@
-"""Replay as a regression test: a planted change is found, no change passes, nothing compared fails."""
+"""Replay as a regression test: a planted change is found, unchanged results pass, empty comparisons fail."""
 
 import json
 import math

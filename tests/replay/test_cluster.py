@@ -1,4 +1,4 @@
-"""``--scheduler``: the same work on a Dask cluster, here a scheduler and two workers on loopback."""
+"""``--scheduler``: the same results on a Dask cluster, here a scheduler and two workers on loopback."""
 
 import contextlib
 import os

@@ -1,4 +1,4 @@
-"""Two results side by side: what differs, by how much, and both in one recording."""
+"""Comparison of two results: the differences, their size, and both results in one recording."""
 
 import json
 from pathlib import Path

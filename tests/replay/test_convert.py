@@ -1,4 +1,4 @@
-"""CSV files as logs, and what a real car under motion capture shows."""
+"""CSV files as logs, and the results on a real car under motion capture."""
 
 import subprocess
 import sys

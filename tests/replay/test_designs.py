@@ -1,4 +1,4 @@
-"""The engine's default kernel: the rule's until a stretch with motion has shown a better one."""
+"""The engine's default kernel: the rule's, until a better one is tuned on a stretch with motion."""
 
 import json
 from dataclasses import replace

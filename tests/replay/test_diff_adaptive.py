@@ -1,4 +1,4 @@
-"""The adaptive window: long on steady stretches, short after a switch, causal, its delay in the row."""
+"""The adaptive window: long on steady stretches, short after a switch, causal, with its delay in the row."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""``wmr-replay diff``: table, JSON, pictures, a log's pose, and what it says when something is missing."""
+"""``wmr-replay diff``: table, JSON, plots, a log's pose, and its error messages."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Kernels: the literature's figures, a peer's kernels, exact moments, delay, integrals, response."""
+"""Kernels: published figures, a peer's kernels, exact moments, delay, integrals, response."""
 
 import warnings
 from fractions import Fraction

@@ -1,4 +1,4 @@
-"""Noise tracked from the data: level, outliers, motion, irregular stamps, start from nothing, causality."""
+"""Noise tracked from the data: level, outliers, motion, irregular stamps, initialisation, causality."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The differentiator's roads against exact rationals; drift, spoilt samples, irregular stamps, coverage."""
+"""The differentiator's backends against exact rationals: drift, bad samples, irregular stamps, coverage."""
 
 from dataclasses import replace
 from fractions import Fraction

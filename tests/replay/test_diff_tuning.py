@@ -1,4 +1,4 @@
-"""``tune``: near the best choice in hindsight, honest in what it expects; baselines are what they claim."""
+"""``tune``: close to the best choice in hindsight, with honest expected errors; the baselines are correct."""
 
 import numpy as np
 import pytest

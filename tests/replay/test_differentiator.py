@@ -1,4 +1,4 @@
-"""The differentiator: exactness, delay, noise, roads, gaps, causality and chunking."""
+"""The differentiator: exactness, delay, noise, backends, gaps, causality and chunking."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""The engine: causal, independent of the batches, and right on the plant's own logs."""
+"""The engine: causal, independent of the batches, and correct on simulated logs."""
 
 from dataclasses import replace
 

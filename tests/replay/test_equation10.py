@@ -1,4 +1,4 @@
-"""Equation (10), corrected, in exact rationals."""
+"""The corrected equation (10) in exact rationals."""
 
 from fractions import Fraction
 from itertools import product

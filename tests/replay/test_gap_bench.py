@@ -1,4 +1,4 @@
-"""The yardsticks of the gap benchmark: its cases, its scores, and the error of the true model."""
+"""The gap benchmark: its cases, its scores, and the error of the true model."""
 
 import importlib
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""``wmr-replay gap`` and ``wmr-replay fit``: files, exit codes, what is read and what never is."""
+"""``wmr-replay gap`` and ``wmr-replay fit``: files, exit codes, and that no side file is read."""
 
 import json
 import subprocess

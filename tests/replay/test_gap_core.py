@@ -1,5 +1,7 @@
-"""The numeric core of the gap analysis against oracles of its own: SciPy's integrator, sampled convolution,
-finite differences, least squares, the statistics of white noise.
+"""The numeric core of the gap analysis against independent oracles.
+
+The oracles are SciPy's integrator, sampled convolution, finite differences, least squares and the statistics
+of white noise.
 """
 
 import numpy as np

@@ -1,5 +1,7 @@
-"""The gap analysis on files in which an effect is hidden: the simulator writes log and side files, the side
-files are deleted, and only then is the log read. In forms other than the candidates', at seeds of their own.
+"""The gap analysis on files with a hidden effect.
+
+The simulator writes log and side files. The side files are deleted before the log is read. The effects have
+other forms than the candidates', and seeds of their own.
 """
 
 import json

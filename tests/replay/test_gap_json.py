@@ -1,4 +1,4 @@
-"""gap.json: what the file's types accept, an independent validator accepts, and the other way round."""
+"""gap.json: the file's types and an independent validator accept the same documents."""
 
 import copy
 import json

@@ -1,4 +1,4 @@
-"""The closed-form slopes of the gap analysis's step and measurement against differences of both."""
+"""The closed-form Jacobians of the gap analysis's step and measurement against finite differences."""
 
 import numpy as np
 from hypothesis import assume, given, settings

@@ -1,4 +1,4 @@
-"""The recording of a gap analysis: what it holds. The result is made up."""
+"""The Rerun recording of a gap analysis: its content. The result is made up."""
 
 import numpy as np
 import pytest

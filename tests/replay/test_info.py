@@ -1,4 +1,4 @@
-"""``wmr-replay info``: channels, roles and reasons, for people and for machines."""
+"""``wmr-replay info``: channels, roles and reasons, as text and as JSON."""
 
 import json
 from pathlib import Path

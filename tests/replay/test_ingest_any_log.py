@@ -1,7 +1,7 @@
-"""Any log that the reference writer makes, whole or damaged: the columns are those that its reader tells.
+"""Property test: the columns of any log, intact or damaged, are those of the reference reader.
 
-Encoding, message layouts, order, chunking, compression, indexes and repeated records vary together; so does
-the damage. The reference is ``mcap`` with ``mcap-ros2-support``, ``mcap-protobuf-support`` and ``json``.
+Encoding, message layouts, order, chunking, compression, indexes, repeated records and damage vary together.
+The reference is ``mcap`` with ``mcap-ros2-support``, ``mcap-protobuf-support`` and ``json``.
 """
 
 import io

@@ -1,4 +1,4 @@
-"""Damaged and unusual files: the intact part is read, the loss is stated, nothing hangs, crashes or grows."""
+"""Damaged and unusual files: the intact part is read, losses are stated, nothing hangs, crashes or grows."""
 
 import io
 import struct

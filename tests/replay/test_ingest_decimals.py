@@ -1,4 +1,4 @@
-"""Decimal numbers in JSON: the double that Python reads, bit for bit, or a plain refusal."""
+"""Decimal numbers in JSON: bit for bit the double that Python reads, or a clear rejection."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""Which channel gets which role, and the reasons given for the others."""
+"""The role of each channel, and the reasons for the channels without a role."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Columns against messages from other people's encoders: mcap-ros2-support, google.protobuf, json, struct."""
+"""Columns against messages from independent encoders: mcap-ros2-support, google.protobuf, json, struct."""
 
 import json
 import struct

@@ -1,4 +1,4 @@
-"""Chunks are read in groups: which ones go together, and that rows do not depend on it."""
+"""Groups of chunks: which chunks are read together, and that the rows do not depend on it."""
 
 from itertools import pairwise
 

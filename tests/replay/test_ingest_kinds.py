@@ -1,4 +1,4 @@
-"""Messages, containers and mappings beyond the canonical log, against bytes that other code has written."""
+"""Messages, containers and mappings beyond the canonical log, against bytes from independent code."""
 
 import json
 import struct

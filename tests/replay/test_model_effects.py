@@ -1,4 +1,4 @@
-"""A model file's effects in a replay: closed forms that hide each effect, analysed with and without it."""
+"""A model file's effects in a replay: logs with each effect in closed form, analysed with and without it."""
 
 import numpy as np
 import polars as pl

@@ -1,7 +1,7 @@
-"""A model file with each effect of the catalogue: written, read, replayed, simulated, and held against a log.
+"""A model file with each effect of the catalogue: written, read, replayed, simulated and compared with a log.
 
-The simulator's plant and the gap analysis's motion are separate code. A noise-free log of the extended model
-must lie on what the gap analysis simulates with that model, and off what it simulates without the effect.
+The simulator's plant and the gap analysis's dynamics are separate code. The gap analysis's simulation must
+agree with a noise-free log of the extended model, and differ from it without the effect.
 """
 
 import numpy as np

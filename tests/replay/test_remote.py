@@ -1,4 +1,4 @@
-"""Logs and results behind URLs, on servers of this machine."""
+"""Logs and results behind URLs, on local servers."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""Outliers and jumps of the pose: what is found, what is left alone, and that it is causal."""
+"""Outliers and jumps of the pose: detection, false alarms and causality."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,6 +1,6 @@
-"""Stated behaviour where logs are rough: stamps, torques, poses that fail, and poses that are none.
+"""Specified behaviour on rough logs: stamps, torques, failing poses, and poses from wheel odometry.
 
-Every identifier must behave so; a new one joins ``IDENTIFIERS``.
+Every identifier must pass; a new one is added to ``IDENTIFIERS``.
 """
 
 from dataclasses import replace

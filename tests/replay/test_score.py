@@ -1,4 +1,4 @@
-"""Scoring by hand-made rows: every figure of the summary that compares modes."""
+"""Scores of hand-made rows: every figure of the summary that compares modes."""
 
 import numpy as np
 import polars as pl

@@ -1,4 +1,4 @@
-"""A suite written elsewhere: other bytes pass when the decoded columns agree, and only then."""
+"""Verification of a suite from another platform: other bytes pass only if the decoded columns agree."""
 
 import json
 from dataclasses import replace

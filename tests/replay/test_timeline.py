@@ -1,4 +1,4 @@
-"""The recording: what it holds, that batches do not matter, what it looks like. The samples are made up."""
+"""The Rerun recording: content, independence of the batches, and appearance. The samples are made up."""
 
 import subprocess
 import sys

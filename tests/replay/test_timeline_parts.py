@@ -1,4 +1,4 @@
-"""The small parts of the recording: path, grid, and the command that opens the viewer."""
+"""Parts of the recording: path, grid, and the command that opens the viewer."""
 
 import sys
 from pathlib import Path

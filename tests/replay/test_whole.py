@@ -1,4 +1,4 @@
-"""A log as a whole in memory: order, duplicates, modes, and logs that cannot serve."""
+"""A whole log in memory: order, duplicates, modes, and logs that cannot be used."""
 
 import numpy as np
 import pytest

@@ -1,7 +1,8 @@
-"""The yardstick: a multi-hypothesis filter that is told all but the modes: α, stiffnesses, slip, noise.
+"""The yardstick: a multi-hypothesis filter that is given α, stiffnesses, slip and noise, but not the modes.
 
-Written on its own, in plain dense matrices: it shares no code with the identifiers that it measures. 80
-hypotheses over mode sequences, new ones every .1 s, an extended Kalman filter each, pose averaged over 20 ms.
+It shares no code with the identifiers that it measures, and is written in plain dense matrices. It keeps 80
+hypotheses over mode sequences, each with an extended Kalman filter, and adds new ones every .1 s. The pose is
+averaged over 20 ms.
 """
 
 from dataclasses import dataclass

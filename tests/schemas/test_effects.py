@@ -1,4 +1,4 @@
-"""The catalogue of effects against the list that the gap workflow documents, written out by hand."""
+"""The catalogue of effects against the documented list of the gap workflow, written out by hand."""
 
 from wmr_schemas.effects import EFFECTS
 

@@ -1,4 +1,4 @@
-"""Errors carry facts, and their text says them."""
+"""Errors carry facts, and their text states them."""
 
 from pathlib import Path
 

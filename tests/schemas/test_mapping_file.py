@@ -1,4 +1,4 @@
-"""``robot.toml``: which topics are meant, and every refusal by name."""
+"""``robot.toml``: the mapping of topics, and each rejected input with the key at fault."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Messages of the canonical log: wire bytes by hand, and decoding by independent libraries."""
+"""Messages of the canonical log: hand-written wire bytes, and decoding by independent libraries."""
 
 import json
 import struct

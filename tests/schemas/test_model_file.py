@@ -1,4 +1,4 @@
-"""``model.toml``: every refusal names the key at fault, and writing gives back what was read."""
+"""``model.toml``: each rejection names the key at fault, and a round trip gives back the model."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""Robot parameters: what is accepted, what is refused, and the way through the metadata record."""
+"""Robot parameters: accepted and rejected values, and the round trip through the metadata record."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""Signals refuse bad input once, at construction, and say where it stands."""
+"""Signals reject invalid input at construction and name the faulty row."""
 
 from dataclasses import FrozenInstanceError
 from typing import Any

@@ -1,4 +1,4 @@
-"""Dictionary terms: a grammar of named products, looked up and never run."""
+"""Dictionary terms: a grammar of named products that is looked up and never executed."""
 
 import math
 

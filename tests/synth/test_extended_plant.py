@@ -1,4 +1,4 @@
-"""The extended plant beside the base plant, and each hidden form beside its equation."""
+"""The extended plant against the base plant, and each hidden form against its equation."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Hidden effects from the command line to the side files, and the drives that show them."""
+"""Hidden effects from the command line to the side files, and the scenarios that show them."""
 
 import json
 import os

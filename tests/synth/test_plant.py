@@ -1,4 +1,4 @@
-"""The plant against SciPy, closed forms, and the paper's remarks."""
+"""The plant against SciPy, closed forms and the paper's remarks."""
 
 from dataclasses import replace
 from itertools import pairwise

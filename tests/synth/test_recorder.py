@@ -1,4 +1,4 @@
-"""Canonical logs on disk, read back by independent packages."""
+"""Canonical logs on disk, read by independent packages."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Scenarios, sensors and the random streams."""
+"""Scenarios, sensors and random streams."""
 
 from dataclasses import replace
 

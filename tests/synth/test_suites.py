@@ -1,4 +1,4 @@
-"""Suites: the same bytes wherever they are written, whole or absent, and a manifest that can be trusted."""
+"""Suites: the same bytes on every run, complete or absent, with a reliable manifest."""
 
 import hashlib
 import json

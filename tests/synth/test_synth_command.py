@@ -1,4 +1,4 @@
-"""``wmr-replay synth`` as its users meet it."""
+"""``wmr-replay synth`` from the command line."""
 
 import json
 from pathlib import Path
