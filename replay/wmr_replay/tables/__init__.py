@@ -1,7 +1,7 @@
 """The result tables: columns into polars, Parquet and the summary."""
 
 from wmr_replay.tables.calibration import CalibrationCollector
-from wmr_replay.tables.files import ParquetStream, replace_file, replace_files
+from wmr_replay.tables.files import ParquetStream, write_parquet
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
@@ -15,8 +15,7 @@ __all__ = [
     "Score",
     "SegmentCollector",
     "confusion_frame",
-    "replace_file",
-    "replace_files",
     "samples_frame",
     "score_runs",
+    "write_parquet",
 ]

@@ -1,47 +1,32 @@
-"""Kernels, Bode diagram and, with a log, derivatives over time. The one module that imports matplotlib."""
+"""A differentiator as one figure: kernels, Bode diagram and, with a log, derivatives over time."""
 
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
 
-from wmr_replay.cli.differentiator.log import SIGNALS
+from wmr_replay.api.design import Design
+from wmr_replay.api.plots.figure import Figure
+from wmr_replay.api.pose_derivatives import SIGNALS, PoseDerivatives
 from wmr_replay.differentiate import continuous_kernel, frequency_response
 from wmr_schemas.arrays import NS_PER_S
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from wmr_replay.cli.differentiator.log import Effect
-    from wmr_replay.cli.differentiator.table import Design
-
-mpl.use("Agg")
 COLOURS = ("#4c72b0", "#dd8452", "#55a868")
 
 
-def draw(path: Path, design: "Design", effect: "Effect | None") -> None:
-    """Write the picture; the file's ending names the format."""
-    n_rows = 2 if effect is None else 4
+def design_figure(design: Design, on_log: PoseDerivatives | None = None) -> Figure:
+    """The figure of a design, and of what it makes of a log."""
+    n_rows = 2 if on_log is None else 4
     figure = Figure(figsize=(10, 3.2 * n_rows), layout="constrained")
     grid = figure.add_gridspec(n_rows, 2)
     draw_kernels(figure.add_subplot(grid[0, 0]), design)
     draw_taps_noise(figure.add_subplot(grid[0, 1]), design)
     draw_bode(figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1]), design)
-    if effect is not None:
-        draw_effect(figure.add_subplot(grid[2, :]), effect, 1)
-        draw_effect(figure.add_subplot(grid[3, :]), effect, 2)
-    part = path.with_name(f".{path.name}.part")
-    try:
-        figure.savefig(part, format=path.suffix[1:].lower(), dpi=120)
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+    if on_log is not None:
+        draw_derivative(figure.add_subplot(grid[2, :]), on_log, 1)
+        draw_derivative(figure.add_subplot(grid[3, :]), on_log, 2)
+    return figure
 
 
-def draw_kernels(axes: "Axes", design: "Design") -> None:
+def draw_kernels(axes: Axes, design: Design) -> None:
     """Continuous kernels, scaled to a window of 1 s, over the age."""
     age = np.linspace(0, 1, 501)
     for row in design.orders:
@@ -52,7 +37,7 @@ def draw_kernels(axes: "Axes", design: "Design") -> None:
     axes.legend()
 
 
-def draw_taps_noise(axes: "Axes", design: "Design") -> None:
+def draw_taps_noise(axes: Axes, design: Design) -> None:
     """Standard deviation of each order over the window's length."""
     windows = np.geomspace(design.window_s / 5, design.window_s * 5, 50)
     for row in design.orders:
@@ -63,7 +48,7 @@ def draw_taps_noise(axes: "Axes", design: "Design") -> None:
     axes.legend()
 
 
-def draw_bode(gain: "Axes", lag: "Axes", design: "Design") -> None:
+def draw_bode(gain: Axes, lag: Axes, design: Design) -> None:
     """Gain beside the ideal differentiator's, and phase beside that of the ideal one delayed by δ."""
     frequencies = np.geomspace(0.02 / design.window_s, design.rate_hz / 2, 2000)
     for row in design.orders:
@@ -83,9 +68,9 @@ def draw_bode(gain: "Axes", lag: "Axes", design: "Design") -> None:
     gain.legend()
 
 
-def draw_effect(axes: "Axes", effect: "Effect", order: int) -> None:
+def draw_derivative(axes: Axes, on_log: PoseDerivatives, order: int) -> None:
     """A derivative of each signal over the log's first rows, with a band of two standard deviations."""
-    t_ns, _, out, sd = effect.head
+    t_ns, _, out, sd = on_log.head
     t_s = (t_ns - t_ns[0]) / NS_PER_S - np.nan_to_num(out.delay_s)
     for s, (name, unit) in enumerate(SIGNALS):
         value, half = out.estimates[s, order], 2 * sd[s, order]

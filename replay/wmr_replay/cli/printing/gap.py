@@ -1,18 +1,19 @@
-"""The verdict of a gap analysis for a person: what is missing, what adding it brings, where, what next."""
+"""What ``gap`` prints: what is missing, what adding it brings, where, and what to do next."""
 
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.gap_words import modes_in_words, next_steps, numbers, p_in_words, unit_of
+from wmr_replay.cli.printing.words import modes_in_words, next_steps, numbers, p_in_words, unit_of
 
 if TYPE_CHECKING:
-    from wmr_replay.jobs.gap import GapRun
+    from wmr_replay.api.gap import Gap as GapAnswer
     from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut
 
 WIDTH = 100
@@ -34,10 +35,13 @@ def console_of() -> Console:
     return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
 
 
-def print_gap(run: "GapRun", log: Path) -> None:
-    """Everything, from the verdict to the files."""
-    gap, console = run.document, console_of()
-    console.print(header(run), soft_wrap=True)
+def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
+    """Everything from the verdict to the files, or gap.json."""
+    if as_json:
+        click.echo(found.as_json(), nl=False)
+        return
+    gap, console = found.document, console_of()
+    console.print(header(found), soft_wrap=True)
     console.print()
     console.print(verdict_line(gap))
     console.print()
@@ -57,15 +61,15 @@ def print_gap(run: "GapRun", log: Path) -> None:
         console.print("would have been seen from", style="dim")
         console.print(least_sizes(gap))
         console.print()
-    for label, line in next_steps(run, log):
+    for label, line in next_steps(found, log):
         console.print(f"[dim]{label:<9}[/dim] {line}", soft_wrap=True)
 
 
-def header(run: "GapRun") -> str:
+def header(found: "GapAnswer") -> str:
     """Log, length, base model, modes."""
-    gap, pose = run.document, run.log.pose
+    gap, pose = found.document, found.log.pose
     seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
-    n_torque = len(run.log.torque) if run.log.torque is not None else 0
+    n_torque = len(found.log.torque) if found.log.torque is not None else 0
     return (
         f"[bold]{gap.log}[/bold]  {seconds:.1f} s, {len(pose)} poses, {n_torque} torques\n"
         f"[dim]base model: {gap.base}; contact modes: {modes_in_words(gap.modes)}[/dim]"

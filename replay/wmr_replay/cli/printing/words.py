@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from wmr_replay.jobs.gap import GapRun
+    from wmr_replay.api.gap import Gap
 
 MODES = {"identified": "identified", "ideal": "ideal throughout, as asked"}
 LEAST_P = 1e-12
@@ -43,14 +43,14 @@ def p_in_words(p: float | None) -> str:
     return "< 1e-12" if p < LEAST_P else f"{p:.2g}"
 
 
-def next_steps(run: "GapRun", log: Path) -> Iterator[tuple[str, str]]:
+def next_steps(found: "Gap", log: Path) -> Iterator[tuple[str, str]]:
     """The commands that follow from the verdict, then the files."""
-    model = shlex.quote(str(run.files["model"]))
-    if run.document.effects:
+    model = shlex.quote(str(found.files["model"]))
+    if found.document.effects:
         yield "next", f"wmr-replay gap ANOTHER_LOG --model {model}"
         yield "", f"wmr-replay run {shlex.quote(str(log))} --model {model}"
-    yield "results", f"{run.files['json'].parent}/"
-    if "timeline" in run.files:
+    yield "results", f"{found.files['json'].parent}/"
+    if "timeline" in found.files:
         from wmr_replay.timeline import viewer_command
 
-        yield "viewer", viewer_command(run.files["timeline"])
+        yield "viewer", viewer_command(found.files["timeline"])

@@ -1,4 +1,4 @@
-"""A calibrated base model as a person reads it."""
+"""What ``fit`` prints: the calibrated base model."""
 
 from collections.abc import Iterator
 from dataclasses import fields
@@ -6,27 +6,31 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from wmr_replay.cli.gap_report import console_of
-from wmr_replay.cli.gap_words import numbers, unit_of
+from wmr_replay.cli.printing.gap import console_of
+from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.words import numbers, unit_of
 
 if TYPE_CHECKING:
-    from wmr_replay.jobs.gap import FitRun
+    from wmr_replay.api.gap import Fit
     from wmr_schemas.model_file import Model
 
 NORMAL_95 = 1.96
 
 
-def print_fit(run: "FitRun") -> None:
-    """Parameters with their intervals, noise, what was noticed, the file, and what to do with it."""
-    console, pose = console_of(), run.log.pose
+def print_fit(fitted: "Fit", *, as_json: bool) -> None:
+    """Parameters with their intervals, noise, what was noticed, the file, and what to do with it; or JSON."""
+    if as_json:
+        echo_json(fitted.as_dict())
+        return
+    console, pose = console_of(), fitted.log.pose
     seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
     console.print(f"[bold]base model[/bold] fitted to {seconds:.1f} s, {len(pose)} poses\n")
-    console.print(parameter_table(run.model))
+    console.print(parameter_table(fitted.model))
     console.print()
-    for note in run.notes:
+    for note in fitted.notes:
         console.print(f"[dim]note[/dim]      {note}")
-    console.print(f"[dim]model[/dim]     {run.file}", soft_wrap=True)
-    console.print(f"[dim]next[/dim]      wmr-replay gap ANOTHER_LOG --model {run.file}", soft_wrap=True)
+    console.print(f"[dim]model[/dim]     {fitted.file}", soft_wrap=True)
+    console.print(f"[dim]next[/dim]      wmr-replay gap ANOTHER_LOG --model {fitted.file}", soft_wrap=True)
 
 
 def parameter_table(model: "Model") -> Table:

@@ -4,15 +4,23 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar
 
 import click
 
 if TYPE_CHECKING:
-    from wmr_replay.ingest import Between
     from wmr_schemas.mapping_file import LogMapping
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+class LogOptions(TypedDict):
+    """How a log is read, as keyword arguments."""
+
+    mapping: "LogMapping"
+    start: str | None
+    end: str | None
+
 
 SPEC = re.compile(r"(?P<topic>[^{}]+)(?:\{(?P<inside>[^{}]*)\})?")
 
@@ -50,14 +58,14 @@ OPTIONS = (
 
 
 def mapping_options(command: F) -> F:
-    """Adds --pose, --torque, --truth, --map, --clock, --start and --end."""
+    """Add --pose, --torque, --truth, --map, --clock, --start and --end."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command
 
 
 def blind_options(command: F) -> F:
-    """The same without --truth, for commands that read a true mode only where another option names it."""
+    """Add the same without --truth, for commands that read a true mode only where another option names it."""
     for option in reversed([option for option in OPTIONS if option is not TRUTH]):
         command = option(command)
     return command
@@ -83,12 +91,13 @@ def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMappin
     return replace(mapping, clock=wanted)
 
 
-def between_from_options(options: Mapping[str, str | Path | None]) -> "Between":
-    """--start and --end."""
-    from wmr_replay.ingest import Between
-
-    start, end = options["start"], options["end"]
-    return Between(start if isinstance(start, str) else None, end if isinstance(end, str) else None)
+def log_options(options: Mapping[str, Any]) -> LogOptions:
+    """The mapping, --start and --end as keyword arguments of the public functions."""
+    return {
+        "mapping": mapping_from_options(options),
+        "start": options["start"],
+        "end": options["end"],
+    }
 
 
 FORMS = {"--pose": "{parent=FRAME,child=FRAME}", "--torque": "{left=JOINT+JOINT,right=JOINT}"}

@@ -1,4 +1,4 @@
-"""Logs named on the command line: files, bags, and directories of them."""
+"""Logs named by a caller: files, bags, and directories of them."""
 
 from collections import Counter
 from collections.abc import Sequence

@@ -1,12 +1,13 @@
 """Options of the differentiator and the identifier, shared by the commands that replay logs."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
 if TYPE_CHECKING:
-    from wmr_replay.pipeline.settings import Settings
+    from wmr_replay.api.request import SettingsArguments
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -63,17 +64,21 @@ NAMES = (
     "mu",
     "theta",
 )
+MODEL_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 def settings_options(command: F) -> F:
-    """Adds the options of :class:`~wmr_replay.pipeline.settings.Settings` that people change."""
+    """Add the options of :class:`~wmr_replay.pipeline.settings.Settings` that users change."""
     for option in reversed(OPTIONS):
         command = option(command)
     return command
 
 
-def settings_from_options(options: Mapping[str, Any]) -> "Settings":
-    """The settings that the options say."""
-    from wmr_replay.pipeline.settings import Settings
+def model_option(help_text: str) -> Callable[[F], F]:
+    """The option --model, a model file."""
+    return click.option("--model", "model_file", type=MODEL_FILE, help=help_text)
 
-    return Settings(**{name: options[name] for name in NAMES})
+
+def settings_from_options(options: Mapping[str, Any]) -> "SettingsArguments":
+    """The settings that the options state, as keyword arguments."""
+    return cast("SettingsArguments", {name: options[name] for name in NAMES})

@@ -1,7 +1,7 @@
-"""The figures of a design, and their table."""
+"""Figures of a differentiator by design: delay, noise, efficiency and bandwidth of each order."""
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from wmr_replay.differentiate import (
 )
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
-
-if TYPE_CHECKING:
-    from wmr_replay.cli.differentiator.log import Effect
 
 MAX_ORDER = 2
 
@@ -59,8 +56,43 @@ class Design:
         }
 
 
+def design(
+    window_s: float = 0.5,
+    rate_hz: float = 100.0,
+    *,
+    degree: int = 2,
+    kappa: int = 0,
+    mu: int = 0,
+    theta: float = 0.0,
+    shares: tuple[float, ...] = (),
+    noise_sd: float = 1.0,
+) -> Design:
+    """Figures of a differentiator at a sampling rate, its window rounded to whole steps.
+
+    Args:
+        window_s: Length T of the window.
+        rate_hz: Sampling rate.
+        degree: Degree N of the local polynomial.
+        kappa: Weight exponent at the window's newest end.
+        mu: Weight exponent at the window's oldest end.
+        theta: Instant described: 0 is the window's middle, 1 its newest end.
+        shares: Shares of the degrees N + 1, N + 2 … that the kernel takes besides.
+        noise_sd: Standard deviation of the signal's noise.
+
+    Raises:
+        InvalidSetting: A window with too few samples, or a kernel that is not possible.
+
+    Example:
+        >>> import wmr_replay as wr
+        >>> found = wr.design(window_s=0.5, rate_hz=1000, noise_sd=1e-3)
+        >>> found.delay_s, round(found.orders[1].noise_coefficient)
+        (0.25, 12)
+    """
+    return design_of(KernelSpec(degree, kappa, mu, theta, shares), window_s, rate_hz, noise_sd)
+
+
 def design_of(spec: KernelSpec, window_s: float, rate_hz: float, sigma: float) -> Design:
-    """The design with its window rounded to whole steps."""
+    """The design of a kernel."""
     n_taps = round(window_s * rate_hz) + 1
     if n_taps < spec.top_degree + 2:
         raise InvalidSetting(
@@ -96,44 +128,3 @@ def bandwidth_hz(taps: F64, order: int, step_s: float) -> float:
     ratio = np.abs(np.fft.rfft(taps, size)[1:]) / (2 * np.pi * frequencies) ** order
     off = np.abs(20 * np.log10(np.maximum(ratio, 1e-12))) > 20 * np.log10(np.sqrt(2))
     return float(frequencies[np.argmax(off)]) if off.any() else float(frequencies[-1])
-
-
-def print_design(design: Design, effect: "Effect | None") -> None:
-    """For the eye."""
-    from rich.console import Console
-    from rich.table import Table
-
-    console, spec = Console(highlight=False, soft_wrap=True, width=160), design.spec
-    console.print(
-        f"[bold]N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}"
-        + "".join(f", share {share:g}" for share in spec.shares)
-        + "[/bold]  "
-        f"window {design.window_s:.4g} s, {design.taps.shape[1]} taps at {design.rate_hz:.5g} Hz, "
-        f"delay [bold]{design.delay_s:.4g} s[/bold]"
-    )
-    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for name in (
-        "order",
-        "c",
-        f"sd at noise {design.sigma:g}",
-        "efficiency, N",
-        "N + 1",
-        "-3 dB, Hz",
-        "delay at root, s",
-    ):
-        table.add_column(name, justify="right", no_wrap=True)
-    for row in design.orders:
-        at_root = design.window_s * (1 - row.root_theta) / 2
-        cells = (
-            row.noise_coefficient,
-            row.sd,
-            row.efficiency,
-            row.efficiency_next,
-            row.bandwidth_hz,
-            at_root,
-        )
-        table.add_row(str(row.order), *(f"{cell:.4g}" for cell in cells))
-    console.print(table)
-    if effect is not None:
-        for line in effect.lines():
-            console.print(line)

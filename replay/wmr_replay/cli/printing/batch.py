@@ -1,14 +1,15 @@
-"""What a batch found, as a person reads it."""
+"""What ``batch`` prints: a row per log, each failure, the totals."""
 
 import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import click
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from wmr_replay.cli.report import percent
+from wmr_replay.cli.printing.run import percent
 from wmr_schemas.modes import MODES, ContactMode
 
 if TYPE_CHECKING:
@@ -21,10 +22,13 @@ _WIDTH = 1000
 _MODES = (*MODES, ContactMode.UNDECIDED)
 
 
-def print_batch(result: "BatchResult", out: "LogPath") -> None:
-    """A row per log, each failure in full, and what all come to together."""
-    from wmr_replay.fleet.summary import totals
+def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None:
+    """A row per log, each failure in full, and the totals; or all of it as JSON."""
+    from wmr_replay.fleet.summary import fleet_json, totals
 
+    if as_json:
+        click.echo(fleet_json(result.fleet))
+        return
     console = Console(highlight=False, width=_WIDTH)
     done = result.fleet.filter(result.fleet["state"] == "done")
     with console.capture() as capture:

@@ -1,10 +1,10 @@
-"""A progress bar for long work, silent where nobody watches."""
+"""Progress bars for long work on standard error; without a terminal there is none."""
 
 import contextlib
 import sys
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from wmr_replay.fleet.batch import Progress as BatchProgress
@@ -80,3 +80,43 @@ def log_lines() -> "BatchProgress":
         print(f"{share:4.0%}  {what}: {outcome.log}{eta}", file=sys.stderr, flush=True)
 
     return tell
+
+
+LONG_LOG_MESSAGES = 200_000
+
+
+@contextlib.contextmanager
+def message_progress(n_messages: int) -> Iterator[Callable[[int, int], None] | None]:
+    """Yields a callback (messages done, messages in all) for a long log at a terminal, else None."""
+    if n_messages < LONG_LOG_MESSAGES or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("writing", total=n_messages)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+@contextlib.contextmanager
+def suite_progress(
+    n_logs: int,
+) -> Iterator[tuple[Callable[[str], Any], Callable[[int, int], None] | None]]:
+    """Yields a callback for each log that is done, and one (messages done, messages in all)."""
+    if not sys.stderr.isatty():
+        yield (lambda _: None), None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    n_done = 0
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(f"0 of {n_logs} logs", total=None)
+
+        def announce(_: str) -> None:
+            nonlocal n_done
+            n_done += 1
+            bar.update(task, description=f"{n_done} of {n_logs} logs")
+
+        yield announce, lambda done, total: bar.update(task, completed=done, total=total)

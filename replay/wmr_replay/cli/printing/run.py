@@ -1,4 +1,4 @@
-"""The summary as a person reads it, and as a machine does."""
+"""What ``run`` prints: the summary as text or as JSON."""
 
 import json
 from collections.abc import Mapping
@@ -7,31 +7,29 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
+from wmr_replay.cli.printing.json import echo_json
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import ANOMALIES
 
 if TYPE_CHECKING:
-    from wmr_replay.jobs.run import RunResult
+    from wmr_replay.api.result import Result
 
 
-def summary_json(row: Mapping[str, Any]) -> str:
-    """The summary row as JSON, settings and notes unfolded."""
-    unfolded = {"settings": json.loads(row["settings"]), "notes": json.loads(row["notes"])}
-    return json.dumps({**row, **unfolded}, indent=2, ensure_ascii=False)
-
-
-def print_summary(result: "RunResult") -> None:
-    """Modes, scores where there is a truth, what was noticed, the verdict, and how to open the viewer."""
+def print_result(result: "Result", *, as_json: bool) -> None:
+    """The summary as JSON; or modes, scores where there is a truth, what was noticed, the verdict, and how
+    to open the viewer.
+    """
     from wmr_replay.timeline import viewer_command
 
-    row, console = result.summary, Console(highlight=False, soft_wrap=True)
+    row, console = result.summary.row(0, named=True), Console(highlight=False, soft_wrap=True)
+    if as_json:
+        echo_json(row | {"settings": result.settings, "notes": result.notes})
+        return
     console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
     for line in design_lines(row):
         console.print(line)
     console.print(mode_table(row))
-    for line in (
-        score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in json.loads(row["notes"])]
-    ):
+    for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in result.notes]:
         console.print(line)
     console.print(f"\n[bold]{row['verdict']}[/bold]\n")
     console.print(f"results   {result.files['samples'].parent}/")
