@@ -36,7 +36,7 @@ Watch = Callable[[str], AbstractContextManager[Progress | None]]
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """The answer of :func:`wmr_replay.check`.
+    """The answer of ``check``.
 
     Attributes:
         logs: What came of each log: ``passed``, ``tables``, ``criteria``, ``problem``.

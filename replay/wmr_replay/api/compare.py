@@ -40,7 +40,7 @@ class Side:
 
 
 class Comparison:
-    """The answer of :func:`wmr_replay.compare`: what differs between the results a and b.
+    """The answer of ``compare``: what differs between the results a and b.
 
     Attributes:
         stem: Name of a's log without its ending; files are named after it.
@@ -150,7 +150,7 @@ def compare(
 
     Raises:
         InvalidSetting: Nothing to compare with, settings for results that are stored already, or directories
-            of several logs: :func:`wmr_replay.compare_all` takes these.
+            of several logs: ``compare_all`` takes these.
     """
     pairs, _ = pairs_of(a, b, settings_a or {}, settings_b or {})
     if len(pairs) != 1:
@@ -168,7 +168,7 @@ def compare_all(
 ) -> tuple[list[Comparison], list[str]]:
     """The same for directories of several results or logs, which are paired by name.
 
-    Returns the comparisons, and the names that are on one side only. Raises as :func:`compare` does.
+    Returns the comparisons, and the names that are on one side only. Raises as ``compare`` does.
     """
     pairs, lonely = pairs_of(a, b, settings_a or {}, settings_b or {}, watch)
     return [compare_pair(first, second) for first, second in pairs], lonely

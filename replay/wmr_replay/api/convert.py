@@ -11,10 +11,10 @@ from wmr_synth import write_mcap
 
 
 class Converted:
-    """The answer of :func:`wmr_replay.convert`.
+    """The answer of ``convert``.
 
     Attributes:
-        log: The signals, as :func:`wmr_replay.replay` takes them.
+        log: The signals, as ``replay`` takes them.
         n_rows: Rows of the file that were used.
         n_left_out: Rows left out because of their time or of missing numbers.
     """

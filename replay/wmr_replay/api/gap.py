@@ -30,7 +30,7 @@ EFFECT_COLUMNS = {
 
 
 class Gap:
-    """The answer of :func:`wmr_replay.gap`.
+    """The answer of ``gap``.
 
     Attributes:
         document: The contents of ``gap.json``.
@@ -95,7 +95,7 @@ class Gap:
 
 
 class Fit:
-    """The answer of :func:`wmr_replay.fit`.
+    """The answer of ``fit``.
 
     Attributes:
         file: The model file that was written; None without ``out``.

@@ -96,7 +96,7 @@ class LogInfo:
 
 
 class LogFile:
-    """A log whose channels are known. Made by :func:`open_log`."""
+    """A log whose channels are known. Made by ``open_log``."""
 
     def __init__(self, open_reader: Callable[[], LogReader], mapping: LogMapping) -> None:
         self._open, self._mapping = open_reader, mapping
@@ -132,7 +132,7 @@ class LogFile:
         return guessed.mapping_of(self._reader.plan, self._mapping, self._reader.robot)
 
     def write_mapping(self, path: LocalPlace) -> Path:
-        """Write :meth:`mapping` to a mapping file (``robot.toml``), whole or not at all."""
+        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all."""
         target = local_path(path)
         text = mapping_toml(self.mapping())
         with whole_file(target) as part:

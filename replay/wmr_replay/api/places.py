@@ -10,7 +10,7 @@ from wmr_schemas.errors import InvalidSetting
 LocalPlace: TypeAlias = str | os.PathLike[str]
 """A file or directory of this machine."""
 Place: TypeAlias = LocalPlace | RemotePath
-"""A file or directory of this machine, or a URL: as text (``s3://bucket/log.mcap``) or as :class:`URL`."""
+"""A file or directory of this machine, or a URL: as text (``s3://bucket/log.mcap``) or as ``URL``."""
 URL = RemotePath
 
 

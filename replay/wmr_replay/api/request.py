@@ -20,7 +20,7 @@ Instant: TypeAlias = str | float
 
 
 class SettingsArguments(TypedDict, total=False):
-    """The fields of :class:`~wmr_replay.pipeline.settings.Settings` as keyword arguments."""
+    """The fields of ``Settings`` as keyword arguments."""
 
     window_s: float | None
     degree: int

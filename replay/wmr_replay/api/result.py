@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Result:
-    """The answer of :func:`wmr_replay.run` and :func:`wmr_replay.replay`.
+    """The answer of ``run`` and ``replay``.
 
     Tables are polars frames with the columns of the documented schemas; ``mode`` and ``mode_true`` show names
     (``undecided``, ``ideal``, ``skidding``, ``slipping``, ``skidding_slipping``), on disk they are Int8.

@@ -30,7 +30,7 @@ SAME = (SAME_BYTES, SAME_COLUMNS)
 
 @dataclass(frozen=True, eq=False)
 class WrittenSuite:
-    """The answer of :func:`wmr_replay.suite`: the manifest, and the logs that were whole already."""
+    """The answer of ``suite``: the manifest, and the logs that were whole already."""
 
     directory: Path
     manifest: Manifest
@@ -60,7 +60,7 @@ class WrittenSuite:
 
 @dataclass(frozen=True)
 class VerifiedSuite:
-    """The answer of :func:`wmr_replay.verify_suite`: how each log compares with the one written again."""
+    """The answer of ``verify_suite``: how each log compares with the one written again."""
 
     directory: Path
     logs: dict[str, str]
@@ -103,7 +103,7 @@ def suite(
     """Write a suite of synthetic logs into a directory, with a manifest. Logs that are whole are kept.
 
     Args:
-        name: One of :func:`wmr_replay.suites`, or a TOML file of your own.
+        name: One of ``suites``, or a TOML file of your own.
         out: Directory of the logs.
         seed: Added to the seed of every log.
         jobs: Logs written at the same time; None: one per processor.

@@ -46,10 +46,10 @@ class SensorArguments(TypedDict, total=False):
 
 
 class Synthetic:
-    """The answer of :func:`wmr_replay.synthesise`.
+    """The answer of ``synthesise``.
 
     Attributes:
-        log: The signals, as :func:`wmr_replay.replay` takes them.
+        log: The signals, as ``replay`` takes them.
         facts: What ``<stem>.truth.json`` states: scenario, seed, options, parameters, hidden effects.
     """
 
@@ -127,7 +127,7 @@ def synthesise(
     """Simulate a scenario and measure it.
 
     Args:
-        scenario: One of :func:`wmr_replay.scenarios`.
+        scenario: One of ``scenarios``.
         out: MCAP file to write, with its side files; None: nothing is written.
         seed: One seed gives one log.
         duration_s: Length; None: the scenario's.
