@@ -39,7 +39,7 @@ class Check:
     """The answer of ``check``.
 
     Attributes:
-        logs: What came of each log: ``passed``, ``tables``, ``criteria``, ``problem``.
+        logs: The outcome of each log: ``passed``, ``tables``, ``criteria``, ``problem``.
         missing: References whose log was not given.
         accept: The command that stores what differs as the new reference, where the caller named one.
     """

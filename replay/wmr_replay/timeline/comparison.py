@@ -47,7 +47,7 @@ class Side:
 def write_comparison(
     path: Path, a: Side, b: Side, other_mode: pl.DataFrame, text: str, *, max_rate_hz: float = 100.0
 ) -> None:
-    """Write both sides to ``path``, as the name says: whole or not at all.
+    """Write both sides into one recording at ``path``, whole or not at all.
 
     ``other_mode`` has the stamps of a's rows (``t_ns``) and whether b's mode there is another (``differs``);
     ``text`` is shown as markdown. Series hold at most ``max_rate_hz`` rows a second, changes are exact.

@@ -22,7 +22,7 @@ BLOCK_ROWS = 65_536
 
 
 class Timeline:
-    """The recording of one run: a hidden ``.part`` file, renamed to ``path`` by :meth:`finish`.
+    """The recording of one run: a temporary file that :meth:`finish` renames to ``path``.
 
     Series and path hold the rows whose absolute index is a multiple of ⌈rate_hz / max_rate_hz⌉: no more than
     ``max_rate_hz`` a second, the same ones whatever the batches. Mode and status change at their exact rows.
@@ -55,7 +55,7 @@ class Timeline:
         self._last: pl.DataFrame | None = None
 
     def push(self, samples: pl.DataFrame) -> None:
-        """Take the next rows of the samples table, any number of them."""
+        """Append the next rows of the samples table, any number of them."""
         self._pieces.append(samples)
         self._n_waiting += len(samples)
         if self._n_waiting < BLOCK_ROWS:

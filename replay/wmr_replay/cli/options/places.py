@@ -18,19 +18,19 @@ class LogPlace(click.ParamType["LogPath"]):
     def convert(
         self, value: "str | LogPath", param: click.Parameter | None, ctx: click.Context | None
     ) -> "LogPath":
-        """The place that the text means."""
+        """The text as a path or URL."""
         from wmr_replay.ingest.storage.source import log_path
 
         return log_path(value) if isinstance(value, str) else value
 
 
 class LocalFolder(click.Path):
-    """A directory of this machine; a URL is refused rather than taken for a strange name."""
+    """A directory of this machine; a URL is refused."""
 
     def convert(
         self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
     ) -> Any:
-        """The directory that the text means."""
+        """The text as a path; a URL is a usage error."""
         if "://" in str(value):
             self.fail(f"{value} is a URL; `wmr-replay batch` writes to URLs, this a directory", param, ctx)
         return super().convert(value, param, ctx)

@@ -31,7 +31,7 @@ NEAR_BIC = 10.0
 
 
 def console_of() -> Console:
-    """The terminal, or 100 columns where nobody watches."""
+    """A console as wide as the terminal; 100 columns where the output goes to a file or pipe."""
     return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
 
 

@@ -92,12 +92,12 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
 
 
 def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
-    """Whatever was counted as out of the ordinary."""
+    """Every anomaly that was counted."""
     return [
         f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name != "truncated"
     ]
 
 
 def percent(value: float | None) -> str:
-    """A share for the eye."""
+    """A share as per cent, or a dash."""
     return "–" if value is None else f"{value:.1%}"
