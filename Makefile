@@ -73,8 +73,9 @@ bench-gap: $(TOOLS) ## how well gap names hidden effects: hours, carried on wher
 	$(PY) bench/gap.py --baselines --jobs $(JOBS)
 	$(PY) bench/gap.py --report
 
-figures: $(TOOLS) ## the paper's figures 3 to 6, into docs/images
+figures: $(TOOLS) ## the paper's figures 3 to 6 and the notebook's page, into docs
 	$(PY) docs/make_paper_figures.py
+	$(PY) docs/make_notebook.py
 
 lock: ## resolve constraints.txt anew; UPGRADE=1 takes the newest versions (needs uv)
 	uv pip compile --universal --python-version 3.11 --all-extras --no-header --no-annotate \

@@ -20,9 +20,8 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from wmr_replay.pipeline.settings import Settings
+import wmr_replay as wr
 from wmr_replay.tables import CalibrationCollector, RunCollector, score_runs
-from wmr_replay.tables.in_memory import replay_log
 from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.signals import Log
 from wmr_synth import Sensors, synthesise
@@ -152,7 +151,7 @@ def evaluate(name, seeds, identifiers, stiffness):
             if identifier == "yardstick":
                 continue
             start = time.perf_counter()
-            samples = replay_log(told, Settings(identifier=identifier))
+            samples = pl.concat(wr.replay(told, identifier=identifier).stored_batches())
             outcomes[identifier].append(score(samples, duration_s, time.perf_counter() - start))
         if "yardstick" not in identifiers:
             continue
@@ -187,7 +186,7 @@ def report_speed(seconds=120.0):
         taken = []
         for _ in range(8):
             start = time.process_time()
-            replay_log(log, Settings(identifier=identifier, tune=tune))
+            wr.replay(log, identifier=identifier, tune=tune)
             taken.append(time.process_time() - start)
         best, median = min(taken[1:]), float(np.median(taken[1:]))
         print(

@@ -13,8 +13,8 @@ import numpy as np
 import polars as pl
 from measure_paper import filled
 
+import wmr_replay as wr
 from wmr_replay.pipeline.settings import Settings
-from wmr_replay.tables.in_memory import replay_log
 from wmr_synth import Sensors, synthesise
 from wmr_synth.synthesis import SimulatedLog
 
@@ -57,7 +57,8 @@ def compared(
 ) -> list[list[float]]:
     """Scores with the tuned default and with the rule."""
     choices = (Settings(identifier=identifier), Settings(identifier=identifier, tune=False))
-    return [score(log, replay_log(log.log, settings)) for settings in choices]
+    results = (wr.replay(log.log, **settings.as_dict()) for settings in choices)
+    return [score(log, pl.concat(result.stored_batches())) for result in results]
 
 
 def line(cells: list[str]) -> str:

@@ -11,10 +11,10 @@ from mcap.writer import CompressionType, Writer
 from wmr_schemas import __version__
 from wmr_schemas.arrays import I64
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.files import whole_files
 from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, jsonmsg, proto, ros2
 from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
-from wmr_synth.atomic import replaced_together
 from wmr_synth.synthesis import SimulatedLog
 from wmr_synth.truth import side_files, write_truth
 
@@ -183,7 +183,7 @@ def record(
         log = Log(log.pose, log.torque, None, log.robot)
     facts_path, states_path = side_files(path)
     paths = (path, facts_path, states_path) if truth else (path,)
-    with replaced_together(paths) as temporary:
+    with whole_files(dict(enumerate(paths))) as temporary:
         write_mcap(
             log,
             temporary[0],

@@ -18,6 +18,18 @@ print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
 """
 
 
+IMPORT = """
+import json, sys, wmr_replay
+print(json.dumps(sorted({name.partition(".")[0] for name in sys.modules})))
+"""
+
+
+def test_importing_the_package_imports_no_heavy_package(environment: dict[str, str]) -> None:
+    command = [sys.executable, "-c", IMPORT]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    assert set(json.loads(done.stdout)).isdisjoint({*HEAVY, "click"})
+
+
 @pytest.mark.parametrize("option", ["--help", "--version"])
 def test_no_heavy_package_is_imported(option: str, environment: dict[str, str]) -> None:
     command = [sys.executable, "-c", PROBE, option]

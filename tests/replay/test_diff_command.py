@@ -55,8 +55,9 @@ def test_a_picture_is_drawn_by_its_ending(ending, tmp_path):
 
 def test_without_matplotlib_it_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    monkeypatch.delitem(sys.modules, "wmr_replay.cli.differentiator.plot", raising=False)
-    with pytest.raises(InvalidSetting, match=r"matplotlib: pip install 'wmr-replay\[docs\]'"):
+    for name in [name for name in sys.modules if name.startswith("wmr_replay.api.plots")]:
+        monkeypatch.delitem(sys.modules, name)
+    with pytest.raises(InvalidSetting, match=r"matplotlib.*: pip install 'wmr-replay\[plot\]'"):
         run("--plot", tmp_path / "kernel.png")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from wmr_replay.cli.suite import SAME_BYTES, SAME_COLUMNS, compared
+from wmr_replay.api.suite import SAME_BYTES, SAME_COLUMNS, compared
 from wmr_replay.regress.decoded import first_difference
 from wmr_schemas.signals import Log
 from wmr_synth import SimulatedLog, record, synthesise

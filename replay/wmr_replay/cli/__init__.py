@@ -34,7 +34,7 @@ class LazyGroup(click.Group):
     """Imports a command's module only when that command is asked for, so that --help stays quick."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands in the order of a user's day."""
+        """The commands in the order in which they are usually needed."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
@@ -64,7 +64,7 @@ def cli() -> None:
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Print a message for a person and leave."""
+    """Print an error message and exit with ``code``."""
     click.echo(f"error: {message}", err=True)
     sys.exit(code)
 

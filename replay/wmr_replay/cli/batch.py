@@ -1,18 +1,16 @@
 """``wmr-replay batch``."""
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
-from wmr_replay.cli.places import LOG
-from wmr_replay.cli.tuning import settings_from_options, settings_options
+from wmr_replay.cli.options.mapping import log_options, mapping_options
+from wmr_replay.cli.options.places import LOG
+from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
 
 if TYPE_CHECKING:
-    from wmr_replay.fleet.job import Orders
     from wmr_replay.ingest import LogPath
 
 
@@ -26,12 +24,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print totals and a row per log as JSON.")
 @click.option("--rrd", is_flag=True, help="Write a Rerun timeline per log too.")
 @click.option("--strict", is_flag=True, help="A log in which something was damaged has failed.")
-@click.option(
-    "--model",
-    "model_file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Model file (model.toml): parameters and effects beyond the base model.",
-)
+@model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
 @settings_options
 def command(
@@ -40,6 +33,9 @@ def command(
     jobs: int | None,
     scheduler: str | None,
     as_json: bool,
+    rrd: bool,
+    strict: bool,
+    model_file: Path | None,
     **options: Any,
 ) -> None:
     """Replay many LOGS into one dataset: files, rosbag2 directories, directories to search, globs, URLs.
@@ -53,38 +49,23 @@ def command(
       wmr-replay batch 'drives/2026-07-*.mcap' --out fleet/ --jobs 8 --map robot.toml
       wmr-replay batch s3://bucket/drives/ --out s3://bucket/results --scheduler tcp://10.0.0.5:8786
     """
-    from wmr_replay.cli.fleet_report import print_batch
-    from wmr_replay.cli.progress import batch_progress
-    from wmr_replay.fleet.batch import run_batch
-    from wmr_replay.fleet.summary import fleet_json
+    from wmr_replay.api.batch import batch
+    from wmr_replay.cli.printing.batch import print_batch
+    from wmr_replay.cli.printing.progress import batch_progress
 
     with batch_progress() as progress:
-        result = run_batch(
+        result = batch(
             logs,
             out,
-            orders_from_options(options),
-            n_jobs=jobs or os.cpu_count() or 1,
+            jobs=jobs,
             scheduler=scheduler,
+            model=model_file,
+            timeline=rrd,
+            strict=strict,
             progress=progress,
+            **log_options(options),
+            **settings_from_options(options),
         )
-    if as_json:
-        click.echo(fleet_json(result.fleet))
-    else:
-        print_batch(result, out)
+    print_batch(result, out, as_json=as_json)
     if result.failed:
         sys.exit(1)
-
-
-def orders_from_options(options: dict[str, Any]) -> "Orders":
-    """What is to be done with each log."""
-    from wmr_replay.fleet.job import Orders
-    from wmr_schemas.model_file import Model, read_model
-
-    return Orders(
-        settings_from_options(options),
-        mapping_from_options(options),
-        between_from_options(options),
-        read_model(options["model_file"]) if options["model_file"] else Model(),
-        timeline=options["rrd"],
-        strict=options["strict"],
-    )

@@ -1,10 +1,8 @@
-"""``wmr-replay convert``: a CSV file as a canonical log."""
+"""``wmr-replay convert``."""
 
 from pathlib import Path
 
 import click
-
-from wmr_schemas.errors import InvalidSetting
 
 
 @click.command("convert")
@@ -31,16 +29,9 @@ def command(csv: Path, map_path: Path, out: Path, encoding: str) -> None:
       wmr-replay convert drive.csv --map columns.toml --out drive.mcap
       wmr-replay run drive.mcap
     """
-    from wmr_replay.jobs.convert import read_csv
-    from wmr_schemas.csv_map import read_csv_map
-    from wmr_synth import write_mcap
-    from wmr_synth.atomic import replaced_together
+    from wmr_replay.api.convert import convert
 
-    if not out.parent.is_dir():
-        raise InvalidSetting(f"--out {out}: there is no directory {out.parent}; create it first")
-    converted = read_csv(csv, read_csv_map(map_path))
-    with replaced_together((out,)) as temporary:
-        write_mcap(converted.log, temporary[0], encoding=encoding)
+    converted = convert(csv, map_path, out, encoding=encoding)
     left_out = f", {converted.n_left_out} left out" if converted.n_left_out else ""
     click.echo(f"wrote {out}: {converted.n_rows} rows{left_out}")
     click.echo(f"next: wmr-replay run {out}")

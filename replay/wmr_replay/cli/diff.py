@@ -1,18 +1,23 @@
 """``wmr-replay diff``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TypedDict
 
 import click
 
-from wmr_replay.cli.mapping import mapping_from_options, mapping_options
-from wmr_schemas.errors import InvalidSetting
-
-if TYPE_CHECKING:
-    from wmr_replay.cli.differentiator.log import Effect
-    from wmr_replay.cli.differentiator.table import Design
+from wmr_replay.cli.options.mapping import log_options, mapping_options
 
 POSITIVE = click.FloatRange(min=0, min_open=True)
+
+
+class Kernel(TypedDict):
+    """The kernel's parameters as keyword arguments."""
+
+    degree: int
+    kappa: int
+    mu: int
+    theta: float
+    shares: tuple[float, ...]
 
 
 @click.command(name="diff")
@@ -87,46 +92,40 @@ def command(  # noqa: PLR0917
       wmr-replay diff --kappa 1 --mu 1 --plot kernel.png
       wmr-replay diff --log log.mcap --window 0.4 --max-delay 0.15
     """
-    from wmr_replay.cli.differentiator.log import effect_on
-    from wmr_replay.cli.differentiator.table import design_of, print_design
-    from wmr_replay.differentiate import KernelSpec
+    from wmr_replay.api.design import design
+    from wmr_replay.api.pose_derivatives import differentiate_pose
+    from wmr_replay.cli.printing.diff import print_design
+    from wmr_replay.cli.printing.progress import byte_progress
 
     if max_delay_s is not None and log is None:
         raise click.UsageError("--max-delay needs a signal to judge by: name a log with --log FILE")
-    spec = KernelSpec(degree, kappa, mu, theta, shares)
-    draw = None if plot is None else drawing(plot)
-    effect = None
+    if plot is not None:
+        check_plot(plot)
+    kernel: Kernel = {"degree": degree, "kappa": kappa, "mu": mu, "theta": theta, "shares": shares}
+    on_log = None
     if log is not None:
-        effect = effect_on(log, mapping_from_options(mapping), spec, window_s, rate_hz, max_delay_s)
-        rate_hz = effect.rate_hz
-    design = design_of(spec, window_s, rate_hz or 100.0, sigma)
-    if as_json:
-        print_json(design, effect)
-    else:
-        print_design(design, effect)
-    if draw is not None and plot is not None:
-        draw(plot, design, effect)
+        with byte_progress(f"reading {log.name}") as progress:
+            on_log = differentiate_pose(
+                log,
+                window_s=window_s,
+                rate_hz=rate_hz,
+                max_delay_s=max_delay_s,
+                progress=progress,
+                **kernel,
+                **log_options(mapping),
+            )
+        rate_hz = on_log.rate_hz
+    designed = design(window_s, rate_hz or 100.0, noise_sd=sigma, **kernel)
+    print_design(designed, on_log, as_json=as_json)
+    if plot is not None:
+        from wmr_replay.api.plots import design_figure, write_figure
+
+        write_figure(design_figure(designed, on_log), plot)
         click.echo(f"wrote {plot}", err=as_json)
 
 
-def drawing(plot: Path) -> Any:
-    """The function that draws, once it is sure that it can."""
-    if plot.suffix.lower() not in {".png", ".svg", ".pdf"}:
-        raise InvalidSetting(f"--plot {plot}: name a file that ends in .png, .svg or .pdf")
-    if not plot.parent.is_dir():
-        raise InvalidSetting(f"--plot {plot}: there is no directory {plot.parent}; create it first")
-    try:
-        from wmr_replay.cli.differentiator.plot import draw
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "matplotlib":
-            raise
-        raise InvalidSetting("--plot needs matplotlib: pip install 'wmr-replay[docs]'") from None
-    return draw
+def check_plot(plot: Path) -> None:
+    """Raises InvalidSetting where the picture could not be written, before any work is done."""
+    from wmr_replay.api.plots import check_target
 
-
-def print_json(design: "Design", effect: "Effect | None") -> None:
-    """One JSON document on standard output."""
-    import json
-
-    content = design.as_dict() | ({} if effect is None else {"log": effect.as_dict()})
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    check_target(plot)

@@ -3,35 +3,27 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from wmr_replay.cli.mapping import between_from_options, blind_options, mapping_from_options
-from wmr_schemas.errors import InvalidSetting
-
-if TYPE_CHECKING:
-    from wmr_replay.gap import GapOptions
+from wmr_replay.cli.options.mapping import blind_options, log_options
+from wmr_replay.cli.options.settings import model_option
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
-TOPIC = "topic:"
 EXIT_CHECK_FAILED = 1
-
-
-@click.command(name="gap")
-@click.argument("log", type=click.Path(path_type=Path))
-@click.option(
-    "--model",
-    "model_file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Base model (model.toml); else the log's own parameters; else calibrated on the log.",
-)
-@click.option(
+MODES_OPTION = click.option(
     "--modes",
     metavar="identified|ideal|topic:T",
     default="identified",
     help="Contact modes: estimated, ideal throughout, or those on topic T.",
 )
+
+
+@click.command(name="gap")
+@click.argument("log", type=click.Path(path_type=Path))
+@model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
+@MODES_OPTION
 @click.option(
     "--tolerance",
     metavar="MM:S",
@@ -63,7 +55,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
-    **mapping: Any,
+    **options: Any,
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
 
@@ -77,51 +69,34 @@ def command(  # noqa: PLR0917
       wmr-replay gap log.mcap --modes topic:/ground_truth/mode --fail-on named,ambiguous,unnamed
       wmr-replay gap second.mcap --model log.wmr/log.model.toml     # is anything missing still?
     """
-    from wmr_replay.cli.gap_report import print_gap
-    from wmr_replay.cli.progress import share_progress
-    from wmr_replay.jobs.gap import gap_log
-    from wmr_schemas.gap_file import gap_to_json
-    from wmr_schemas.model_file import read_model
+    from wmr_replay.api.gap import gap
+    from wmr_replay.cli.printing.gap import print_gap
+    from wmr_replay.cli.printing.progress import share_progress
 
-    failing, topic = verdicts_of(fail_on), topic_of(modes)
-    options = options_of(modes, tolerance, max_effects, seed)
-    keep_base(log, model_file, out)
+    failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
     with share_progress() as progress:
-        run = gap_log(
+        found = gap(
             log,
-            out,
-            base=read_model(model_file) if model_file else None,
-            options=options,
-            mode_topic=topic,
-            mapping=mapping_from_options(mapping),
-            between=between_from_options(mapping),
+            out or f"{log.stem}.wmr",
+            model=model_file,
+            modes=modes,
+            tolerance_m=tolerance_m,
+            tolerance_s=tolerance_s,
+            max_effects=max_effects,
+            seed=seed,
             timeline=not no_rrd,
-            command=shlex.join(["wmr-replay", *sys.argv[1:]]),
+            command=command_line(),
             progress=progress,
+            **log_options(options),
         )
-    if as_json:
-        click.echo(gap_to_json(run.document), nl=False)
-    else:
-        print_gap(run, log)
-    if run.document.verdict in failing:
+    print_gap(found, log, as_json=as_json)
+    if found.verdict in failing:
         sys.exit(EXIT_CHECK_FAILED)
 
 
-def options_of(modes: str, tolerance: str, max_effects: int, seed: int) -> "GapOptions":
-    """The options, checked. Raises InvalidSetting."""
-    from wmr_replay.gap.options import GapOptions
-
-    source = "given" if modes.startswith(TOPIC) else modes
-    tolerance_m, tolerance_s = tolerance_of(tolerance)
-    return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed)
-
-
-def topic_of(modes: str) -> str | None:
-    """The topic of ``topic:T``."""
-    topic = modes.removeprefix(TOPIC) if modes.startswith(TOPIC) else None
-    if topic == "" or modes == "given":
-        raise click.BadParameter("a topic is named as topic:/its/name", param_hint="--modes")
-    return topic
+def command_line() -> str:
+    """The call of the program, as the model file states it."""
+    return shlex.join(["wmr-replay", *sys.argv[1:]])
 
 
 def tolerance_of(text: str) -> tuple[float, float]:
@@ -144,14 +119,3 @@ def verdicts_of(text: str) -> set[str]:
             param_hint="--fail-on",
         )
     return chosen
-
-
-def keep_base(log: Path, model_file: Path | None, out: Path | None) -> None:
-    """Raises InvalidSetting where the extended model would take the place of the base model's file."""
-    from wmr_replay.jobs.run import default_directory
-
-    target = (out or default_directory(log)) / f"{log.stem}.model.toml"
-    if model_file is not None and target.exists() and target.samefile(model_file):
-        raise InvalidSetting(
-            f"the extended model would overwrite its base, {model_file}; choose another place with --out DIR"
-        )

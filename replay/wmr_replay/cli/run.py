@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from wmr_replay.cli.mapping import between_from_options, mapping_from_options, mapping_options
-from wmr_replay.cli.places import FOLDER, LOG
-from wmr_replay.cli.tuning import settings_from_options, settings_options
+from wmr_replay.cli.options.mapping import log_options, mapping_options
+from wmr_replay.cli.options.places import FOLDER, LOG
+from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
 
 if TYPE_CHECKING:
     from wmr_replay.ingest import LogPath
@@ -20,12 +20,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
-@click.option(
-    "--model",
-    "model_file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Model file (model.toml): parameters and effects beyond the base model.",
-)
+@model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
 @settings_options
 def command(
@@ -49,30 +44,25 @@ def command(
       wmr-replay run https://example.org/log.mcap --start 10 --end 20
       wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
     """
-    from wmr_replay.cli.progress import byte_progress
-    from wmr_replay.cli.report import print_summary, summary_json
-    from wmr_replay.jobs.run import run_log
+    from wmr_replay.api.run import run
+    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.run import print_result
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
-    from wmr_schemas.model_file import read_model
 
     if view and no_rrd:
         raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
     with byte_progress(f"replaying {log.name}") as progress:
-        result = run_log(
+        result = run(
             log,
-            out,
-            settings=settings_from_options(options),
-            mapping=mapping_from_options(options),
-            between=between_from_options(options),
-            model=read_model(model_file) if model_file else None,
+            out or f"{log.stem}.wmr",
+            model=model_file,
             timeline=not no_rrd,
             strict=strict,
             progress=progress,
+            **log_options(options),
+            **settings_from_options(options),
         )
-    if as_json:
-        click.echo(summary_json(result.summary))
-    else:
-        print_summary(result)
+    print_result(result, as_json=as_json)
     if view and "timeline" in result.files:
         try:
             open_viewer(result.files["timeline"])

@@ -1,24 +1,16 @@
 """``wmr-replay synth``: write a synthetic log."""
 
-import contextlib
-import sys
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, cast
 
 import click
 
-from wmr_replay.cli.synth_list import echo_json, show
-from wmr_replay.cli.synth_world import (
-    NOISE_NAMES,
-    Beyond,
-    chosen_robot,
-    chosen_sensors,
-    chosen_world,
-)
 from wmr_schemas.errors import InvalidSetting
 
-LONG_LOG_MESSAGES = 200_000
+if TYPE_CHECKING:
+    from wmr_replay.api.synthesise import Encoding, Noise, SensorArguments
+
+NOISE_NAMES = ("mocap", "rtk", "poor")
 POSITIVE = click.FloatRange(min=0, min_open=True)
 NOT_NEGATIVE = click.FloatRange(min=0)
 
@@ -128,10 +120,10 @@ def command(  # noqa: PLR0917
     out: Path | None,
     seed: int,
     duration_s: float | None,
-    noise: str | None,
+    noise: "Noise | None",
     noise_variance: float | None,
     robot_path: Path | None,
-    encoding: str,
+    encoding: "Encoding",
     no_truth: bool,
     no_truth_topic: bool,
     wrong_modes: float,
@@ -144,74 +136,47 @@ def command(  # noqa: PLR0917
     noise-free motion), which `run` uses for scoring only. There, and nowhere else, stands what --hide hid.
     """
     if listing or effect_listing:
-        show(listing, as_json)
+        from wmr_replay.cli.printing.synth import print_effects, print_scenarios
+
+        print_scenarios(as_json=as_json) if listing else print_effects(as_json=as_json)
         return
     if scenario is None:
         raise click.UsageError("which SCENARIO? `wmr-replay synth --list` names them")
-    from wmr_synth import record, synthesise
-    from wmr_synth.synthesis import find_scenario
+    if hide and model_path is not None:
+        raise click.UsageError("--hide and --model each say what the effects are; give one of them")
+    xy_yaw = {"noise_xy_sd_m", "noise_yaw_sd_rad"}
+    if noise_variance is not None and (noise or any(sensor_options[name] is not None for name in xy_yaw)):
+        raise click.UsageError(
+            "--noise-variance already sets the noise of x, y and yaw; leave out --noise and the …-sd ones"
+        )
+    from wmr_replay.api.synthesise import check_scenario, synthesise
+    from wmr_replay.cli.printing.progress import message_progress
+    from wmr_replay.cli.printing.synth import print_written
 
-    chosen = find_scenario(scenario)
+    check_scenario(scenario)
     if out is None:
         raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
-    check_target(out)
-    beyond = Beyond(hide, model_path, disturbance)
-    model = beyond.read_model()
-    robot = chosen_robot(chosen, robot_path, model)
-    simulated = synthesise(
-        chosen,
-        seed=seed,
-        duration_s=duration_s,
-        sensors=chosen_sensors(chosen, noise, model, noise_variance, sensor_options),
-        robot=robot,
-        world=chosen_world(beyond, model, chosen, robot, seed, duration_s or chosen.duration_s),
-        wrong_modes=wrong_modes,
-    )
-    n_messages = len(simulated.log.pose) + (len(simulated.log.torque) if simulated.log.torque else 0)
-    try:
-        with progress_bar(n_messages) as progress:
-            paths = record(
-                simulated,
-                out,
-                encoding=encoding,
-                truth=not no_truth,
-                mode_topic=not no_truth_topic,
-                progress=progress,
-            )
-    except OSError as error:
-        raise InvalidSetting(f"--out {out}: cannot be written ({error.strerror})") from None
-    report(chosen.name, seed, paths, simulated.facts, n_messages, as_json)
-
-
-def check_target(out: Path) -> None:
-    """The file can be written where it was asked for."""
     if not out.parent.is_dir():
         raise InvalidSetting(f"--out {out}: there is no directory {out.parent}; create it first")
-
-
-@contextlib.contextmanager
-def progress_bar(n_messages: int) -> Iterator[Callable[[int, int], None] | None]:
-    """A bar on standard error for long work at a terminal; nothing otherwise."""
-    if n_messages < LONG_LOG_MESSAGES or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("writing", total=n_messages)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def report(
-    name: str, seed: int, paths: tuple[Path, ...], facts: dict[str, Any], n_messages: int, as_json: bool
-) -> None:
-    """What was written, for a person or a machine."""
-    if as_json:
-        echo_json({"files": [str(path) for path in paths], "messages": n_messages, **facts})
-        return
-    beside = f" (and {', '.join(path.name for path in paths[1:])})" if len(paths) > 1 else ""
-    click.echo(
-        f"wrote {paths[0]}{beside}: {name}, seed {seed}, {facts['duration_s']:g} s, {n_messages} messages"
+    made = synthesise(
+        scenario,
+        seed=seed,
+        duration_s=duration_s,
+        hide=hide,
+        model=model_path,
+        robot=robot_path,
+        disturbance=disturbance,
+        noise=noise,
+        noise_variance=noise_variance,
+        wrong_modes=wrong_modes,
+        **cast("SensorArguments", sensor_options),
     )
-    click.echo(f"next: wmr-replay run {paths[0]}")
+    with message_progress(made.n_messages) as progress:
+        paths = made.save(
+            out,
+            encoding=encoding,
+            truth=not no_truth,
+            mode_topic=not no_truth_topic,
+            progress=progress,
+        )
+    print_written(made, paths, as_json=as_json)

@@ -21,12 +21,12 @@ Progress = Callable[[Outcome | None, int, int], None]
 
 
 class Workers(Protocol):
-    """Who does the work: :class:`Pool` or :class:`Cluster`."""
+    """Runs tasks in parallel: :class:`Pool` or :class:`Cluster`."""
 
     def map(
         self, function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]
     ) -> Iterator[tuple[int, Any]]:
-        """Results by index as they come; whatever is not the function's says why there is none."""
+        """Results by index as they complete; of a failed task, an object whose text states the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ def run_batch(
 def do_all(
     workers: Workers, logs: list[LogPath], orders: Orders, store: Store, progress: Progress | None
 ) -> list[Outcome]:
-    """First who every log is, then what there is in it; outcomes in the order of the logs."""
+    """Identify every log by its content, then replay each content once; outcomes in the order of the logs."""
     named: list[Any] = [None] * len(logs)
     for index, found in workers.map(identify, [(log, orders) for log in logs]):
         named[index] = found if isinstance(found, Job | Outcome) else lost(logs[index], "", found)
@@ -90,7 +90,7 @@ def do_all(
 
 
 def once_each(named: Iterable[Job | Outcome]) -> list[Job]:
-    """The jobs, of those with equal content the first."""
+    """The jobs; of those with equal content only the first."""
     jobs: dict[str, Job] = {}
     for entry in named:
         if isinstance(entry, Job):
@@ -99,7 +99,7 @@ def once_each(named: Iterable[Job | Outcome]) -> list[Job]:
 
 
 def outcome_of(entry: Job | Outcome, outcomes: dict[str, Outcome]) -> Outcome:
-    """How it went with a log, or with the one of the same content that was done for it."""
+    """The outcome of a log, or of the log with the same content that was replayed in its place."""
     if isinstance(entry, Outcome):
         return entry
     outcome = outcomes[entry.sha256]
@@ -109,5 +109,5 @@ def outcome_of(entry: Job | Outcome, outcomes: dict[str, Outcome]) -> Outcome:
 
 
 def lost(log: LogPath, key: str, reason: object) -> Outcome:
-    """A log whose worker gave no answer."""
+    """The outcome of a log whose worker returned no result."""
     return Outcome(str(log), key, f"{log}: {reason}")

@@ -6,7 +6,8 @@ import polars as pl
 
 from wmr_replay.fleet.job import Job, as_record, file_sha256
 from wmr_replay.fleet.store import PARTITION, Store, record_name
-from wmr_replay.jobs.run import RunResult, run_log, write_parquet
+from wmr_replay.jobs.run import RunResult, run_log
+from wmr_replay.tables import write_parquet
 
 TABLES = ("samples", "segments", "summary", "confusion")
 

@@ -1,4 +1,4 @@
-"""One log of a batch: what is to be done, who has done it before, and how it went."""
+"""One log of a batch: the request, its identity and its outcome."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ _SIDE_FILES = ("truth.json", "truth.parquet")
 
 @dataclass(frozen=True)
 class Orders:
-    """What is to be done with every log of a batch."""
+    """The request that a batch makes of every log: settings, mapping, limits, model, outputs."""
 
     settings: Settings = field(default_factory=Settings)
     mapping: LogMapping = field(default_factory=LogMapping)
@@ -51,7 +51,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How it went: ``problem`` as `run` would say it, empty when all went well; ``skipped``: done before."""
+    """The outcome of a log: ``problem`` as `run` prints it, empty on success; ``skipped``: done before."""
 
     log: str
     key: str = ""

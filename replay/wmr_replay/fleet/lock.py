@@ -9,7 +9,7 @@ from wmr_schemas.errors import InvalidSetting
 
 @contextlib.contextmanager
 def exclusive(path: Path, place: Path) -> Iterator[None]:
-    """Hold the lock file; the system lets go of it when the process ends, however it ends.
+    """Hold the lock file; the operating system releases it when the process ends, in any way.
 
     Raises InvalidSetting when another process holds it.
     """

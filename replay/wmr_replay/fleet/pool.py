@@ -76,7 +76,7 @@ class Pool(Generic[T]):
         return free[0]
 
     def _taken(self, worker: "_Worker") -> T | Died:
-        """A worker's result; one that died is struck off."""
+        """A worker's result; a worker that died is removed from the pool."""
         try:
             result: T = worker.ready.recv()
         except (EOFError, OSError):
@@ -96,7 +96,7 @@ class _Worker:
         theirs.close()
 
     def give(self, function: Callable[..., Any], task: tuple[Any, ...]) -> None:
-        """Hand out a task; a worker that is dead already will be found out by its pipe."""
+        """Send a task; that a worker is dead already shows when its pipe is read."""
         with suppress(OSError):
             self.ready.send((function, task))
 
@@ -125,7 +125,7 @@ class _deaf_to_interrupts:  # noqa: N801 – read as a phrase
 
 
 def _serve(pipe: "Connection[Any, Any]") -> None:
-    """A worker's life: tasks until the pipe ends. It does not outlive its parent."""
+    """The loop of a worker process: tasks until the pipe ends. It does not outlive its parent."""
     os.environ["POLARS_MAX_THREADS"] = "1"  # sums must not depend on how many cores there are
     threading.Thread(target=_die_with_parent, daemon=True).start()
     with suppress(EOFError, OSError):

@@ -27,7 +27,7 @@ class Store(ABC):
 
     @abstractmethod
     def put(self, file: Path, name: str) -> None:
-        """Take a finished file in, under this name."""
+        """Move a finished file into the store under this name."""
 
     @abstractmethod
     def size(self, name: str) -> int | None:
@@ -47,11 +47,11 @@ class Store(ABC):
 
     @abstractmethod
     def workshop(self) -> contextlib.AbstractContextManager[Path]:
-        """A folder of one's own for files that are not finished yet."""
+        """A temporary folder for files that are not finished yet."""
 
     @abstractmethod
     def opened(self) -> contextlib.AbstractContextManager[None]:
-        """Ready to be written to, by this batch alone; what an interrupted one left is cleaned away."""
+        """Open the store for this batch alone; remove unfinished files of an interrupted one."""
 
     def put_bytes(self, content: bytes, name: str) -> None:
         """A small file."""

@@ -65,7 +65,7 @@ class Directory(Store):
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[None]:
-        """Locked, and swept clean of what was not finished."""
+        """Lock the directory, and remove unfinished files of an interrupted batch."""
         self.place.mkdir(parents=True, exist_ok=True)
         with exclusive(self.place / ".lock", self.place):
             shutil.rmtree(self._partial, ignore_errors=True)
@@ -134,7 +134,7 @@ class Bucket(Store):
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[None]:
-        """Nothing is to be prepared, but the extra must be there."""
+        """Check that the extra is installed; nothing else is to be prepared."""
         located(self.place)
         yield
 
@@ -143,7 +143,7 @@ class Bucket(Store):
 
     @contextlib.contextmanager
     def _speaking(self, name: str) -> Iterator[None]:
-        """Errors of the other side as ours."""
+        """Turn errors of the remote file system into LogUnusable."""
         try:
             yield
         except (FileNotFoundError, LogUnusable):

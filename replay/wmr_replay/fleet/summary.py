@@ -1,4 +1,4 @@
-"""The fleet summary: a row per log, and what they come to together."""
+"""The fleet summary: a row per log, and the totals over all."""
 
 import io
 import json

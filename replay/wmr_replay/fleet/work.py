@@ -1,4 +1,4 @@
-"""What a worker does, in whichever process or machine: plain functions of plain values, errors as text."""
+"""The tasks of a worker, on any process or machine: functions of plain values, errors as text."""
 
 import os
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from wmr_schemas.errors import WmrError
 
 
 def identify(log: LogPath, orders: Orders) -> Job | Outcome:
-    """The job that a log makes, or why it makes none."""
+    """The job of a log, or the outcome that states why it cannot be read."""
     found: list[Job] = []
     problem = problem_of(lambda: found.append(make_job(log, orders)))
     return found[0] if found else Outcome(str(log), problem=problem)
@@ -39,7 +39,7 @@ def _replay(job: Job, out: LogPath) -> bool:
 
 
 def problem_of(work: Callable[[], object]) -> str:
-    """What went wrong, in the words of ``wmr-replay run``; nothing when all went well."""
+    """The error message that ``wmr-replay run`` would print; empty on success."""
     try:
         work()
     except WmrError as error:

@@ -1,4 +1,4 @@
-"""What the user's words mean as a list of logs: files, rosbag2 directories, globs, directories, URLs."""
+"""Resolves the places that a user names to logs: files, rosbag2 directories, globs, directories, URLs."""
 
 import glob
 from collections.abc import Iterable, Iterator
@@ -13,10 +13,10 @@ _WILD = "*?["
 
 
 def find_logs(places: Iterable[LogPath]) -> list[LogPath]:
-    """The logs in the order of the words, each directory's by name, none twice.
+    """The logs in the order of the places, those of a directory by name, none twice.
 
     A file that is named but does not exist stays in the list: it fails as a log. Raises InvalidSetting for a
-    pattern or directory without any log, which is a slip of the pen.
+    pattern or directory without any log.
     """
     found: dict[str, LogPath] = {}
     for place in places:
@@ -50,7 +50,7 @@ def logs_below(folder: Path) -> Iterator[Path]:
 
 
 def logs_at(entry: Path) -> Iterator[Path]:
-    """What was met on the search: a directory's logs, a file if its name is a log's."""
+    """The logs at an entry of a directory: those below it, or the file itself if its name is a log's."""
     if entry.is_dir():
         yield from logs_below(entry)
     elif entry.name.endswith(ENDINGS):

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from wmr_replay.ingest import Between, LogReader, Rows, open_log, sha256_of
+from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
 from wmr_schemas.arrays import Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
@@ -30,7 +29,7 @@ class WholeLog:
 
 
 def read_whole(
-    path: Path,
+    path: LogPath,
     mapping: LogMapping,
     between: Between,
     mode_topic: str | None = None,
@@ -56,7 +55,9 @@ def read_whole(
     return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
 
 
-def open_with_modes(path: Path, mapping: LogMapping, between: Between, mode_topic: str | None) -> LogReader:
+def open_with_modes(
+    path: LogPath, mapping: LogMapping, between: Between, mode_topic: str | None
+) -> LogReader:
     """The reader, with a mode channel if the user named one, and with none otherwise."""
     try:
         reader = open_log(path, replace(mapping, truth_topic=mode_topic), between=between)
@@ -113,7 +114,7 @@ def once_each(rows: Rows, usable: Bool, name: str) -> tuple[Rows, str]:
     return Rows(rows.t_ns[kept], rows.order[kept], rows.values[:, kept]), note
 
 
-def check_content(path: Path, pose: Rows, torque: Rows, mode: Rows, mode_topic: str | None) -> None:
+def check_content(path: LogPath, pose: Rows, torque: Rows, mode: Rows, mode_topic: str | None) -> None:
     """Raises LogUnusable where a signal has a channel but no usable row."""
     advice = f"`wmr-replay info {path}` says what the log holds; --start and --end choose the part."
     if len(pose) < 2:

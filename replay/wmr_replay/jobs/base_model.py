@@ -1,4 +1,4 @@
-"""A model file as the base of another log's analysis: what of it holds there."""
+"""A model file as the base of another log's analysis: effects at a time of its own log are left out."""
 
 from dataclasses import replace
 

@@ -21,7 +21,7 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class LogCheck:
-    """What came of one log. ``problem``: why nothing could be compared at all."""
+    """The outcome of one log. ``problem``: why nothing could be compared at all."""
 
     log: Path
     tables: tuple[TableComparison, ...] = ()
@@ -38,7 +38,7 @@ class LogCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether anything was held against anything, and all of it holds."""
+        """Whether at least one comparison or criterion applied, and all of them hold."""
         if self.problem is not None:
             return False
         compared = self.tables or self.criteria or self.accepted
@@ -61,7 +61,7 @@ class LogCheck:
 
 @dataclass(frozen=True, eq=False)
 class Checker:
-    """What logs are held against: references in a directory, criteria, or both.
+    """Compares logs with references in a directory, with criteria, or both.
 
     ``asking`` changes what a replay is asked for, from what the reference says (or the defaults, without
     one). With ``update`` what differs becomes the new reference, every ``every``-th row of its samples; None:
@@ -137,6 +137,6 @@ def compare_results(reference: Results, new: Results, tolerances: Tolerances) ->
 
 
 def other_bytes(reference: Results, new: Results) -> tuple[str, ...]:
-    """Says so where the log's file is not the one that the reference was made from."""
+    """A note where the log's file is not the one that the reference was made from."""
     before, now = (result.summary["log_sha256"][0] for result in (reference, new))
     return () if before == now else ("the log's bytes are not those that the reference was made from",)

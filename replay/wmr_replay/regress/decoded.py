@@ -37,7 +37,7 @@ def first_difference(path: Path, other: Path) -> str | None:
 
 
 def decoded(path: Path) -> Signals | str:
-    """Stamps and values of pose, torque and mode; the problem, without the path, of a log beyond use."""
+    """Stamps and values of pose, torque and mode; the problem, without its path, of an unusable log."""
     try:
         batches = list(open_log(path, LogMapping()).batches())
     except LogUnusable as error:

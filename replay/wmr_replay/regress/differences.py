@@ -41,7 +41,7 @@ class ColumnDifference:
 
 @dataclass(frozen=True, eq=False)
 class TableComparison:
-    """What came of comparing one table. ``problems`` with types or counts leave its values uncompared."""
+    """The comparison of one table. With ``problems`` of type or count, its values are not compared."""
 
     table: str
     problems: tuple[str, ...]

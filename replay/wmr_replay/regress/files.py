@@ -6,19 +6,19 @@ from pathlib import Path
 import polars as pl
 
 from wmr_replay.regress.check import DIFF, LogCheck
-from wmr_replay.tables import replace_file
+from wmr_schemas.files import whole_file
 
 
 def write_text(path: Path, text: str) -> None:
     """A text file."""
-    with replace_file(path) as part:
+    with whole_file(path) as part:
         part.write_text(text, encoding="utf-8")
 
 
 def write_diff(path: Path, checks: Sequence[LogCheck]) -> None:
     """Every value beyond its tolerance: a Parquet table by its ending, else columns of text."""
     table = pl.concat([pl.DataFrame(schema=DIFF), *(check.differences() for check in checks)])
-    with replace_file(path) as part:
+    with whole_file(path) as part:
         if path.suffix == ".parquet":
             table.write_parquet(part)
         else:

@@ -1,4 +1,4 @@
-"""Replaying a log as a stored result was made: what ``summary.settings`` says, and what is asked for now."""
+"""Replaying a log as a stored result was made: the request in ``summary.settings``, and changes to it."""
 
 import json
 import tempfile
@@ -7,13 +7,17 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+import polars as pl
+
 from wmr_replay.ingest import Between
-from wmr_replay.jobs.run import run_log
+from wmr_replay.jobs.run import replay_of
 from wmr_replay.pipeline.settings import Settings
-from wmr_replay.regress.results import Results, read_results
+from wmr_replay.regress.results import Results
+from wmr_replay.tables.summary import summary_frame
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_schemas.mapping_file import LogMapping, read_mapping
 from wmr_schemas.model_file import Model, read_model
+from wmr_schemas.tables import SAMPLES, polars_schema
 
 T = TypeVar("T")
 
@@ -44,7 +48,7 @@ class Asked:
 
 
 def stored_request(results: Results, source: Path) -> Asked:
-    """What the stored result was asked for. Raises InvalidFile where ``summary.settings`` does not say."""
+    """The request that a stored result was made with. Raises InvalidFile for unreadable settings."""
     try:
         stored = json.loads(results.summary["settings"][0])
         known = {f.name for f in fields(Settings)}
@@ -71,16 +75,10 @@ def from_text(read: Callable[[Path], T], text: str | None) -> T | None:
 
 
 def replay(log: Path, asked: Asked, progress: Callable[[int, int], None] | None = None) -> Results:
-    """The tables of a log, replayed now. Raises LogUnusable."""
-    with tempfile.TemporaryDirectory(prefix="wmr-replay-") as folder:
-        run_log(
-            log,
-            Path(folder),
-            settings=asked.settings,
-            mapping=asked.mapping,
-            between=asked.between,
-            model=asked.model,
-            timeline=False,
-            progress=progress,
-        )
-        return read_results(Path(folder), log.stem)
+    """The tables of a log, replayed now in memory. Raises LogUnusable."""
+    replayed = replay_of(
+        log, settings=asked.settings, mapping=asked.mapping, between=asked.between, model=asked.model
+    )
+    samples = pl.concat([pl.DataFrame(schema=polars_schema(SAMPLES)), *replayed.samples(progress)])
+    tables = replayed.tables()
+    return Results(samples, tables.segments, summary_frame(tables.summary))

@@ -1,4 +1,4 @@
-"""What a check found: lines for a person, a document for a machine, JUnit XML for an integration server."""
+"""The outcome of a check as lines of text, as a JSON document and as JUnit XML."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -48,7 +48,7 @@ def column_line(column: ColumnDifference, n_rows: int) -> str:
 
 
 def value_line(table: TableComparison, column: ColumnDifference) -> str:
-    """What became of the one value of a column."""
+    """New and reference value of a column that has one row."""
     (row,) = table.differences.filter(column=column.column).iter_rows(named=True)
     return f"{column.column}: {row['new']}, not {row['reference']}"
 

@@ -5,7 +5,6 @@ directory of results serves as one. In those that :func:`write_reference` stores
 after the leading one, which is 3e-8 of the value; that halves the file.
 """
 
-from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +12,9 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.regress.tolerance import TABLES, Tolerances
-from wmr_replay.tables import ParquetStream, replace_file, with_seconds
+from wmr_replay.tables import ParquetStream, with_seconds
 from wmr_schemas.errors import InvalidFile, InvalidSetting
+from wmr_schemas.files import whole_files
 
 KEPT_BITS = 24
 ROUNDED_FROM = 2.0 ** (3 - KEPT_BITS)
@@ -85,13 +85,10 @@ def write_reference(
         "segments": results.segments,
         "summary": results.summary,
     }
-    with ExitStack() as files:
-        for table in reversed(TABLES):
-            part = files.enter_context(replace_file(table_path(directory, stem, table)))
-            if table == "samples":
-                write_compact(part, stored[table])
-            else:
-                stored[table].write_parquet(part)
+    with whole_files({table: table_path(directory, stem, table) for table in reversed(TABLES)}) as parts:
+        write_compact(parts["samples"], stored["samples"])
+        for table in ("segments", "summary"):
+            stored[table].write_parquet(parts[table])
 
 
 def write_compact(path: Path, frame: pl.DataFrame) -> None:

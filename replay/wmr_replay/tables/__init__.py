@@ -1,7 +1,7 @@
 """The result tables: columns into polars, Parquet and the summary."""
 
 from wmr_replay.tables.calibration import CalibrationCollector
-from wmr_replay.tables.files import ParquetStream, replace_file, replace_files
+from wmr_replay.tables.files import ParquetStream, write_parquet
 from wmr_replay.tables.names import MODE_DTYPE, with_names
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import samples_frame
@@ -17,10 +17,9 @@ __all__ = [
     "Score",
     "SegmentCollector",
     "confusion_frame",
-    "replace_file",
-    "replace_files",
     "samples_frame",
     "score_runs",
     "with_names",
     "with_seconds",
+    "write_parquet",
 ]

@@ -1,56 +1,34 @@
-"""Files that are whole or absent: written under a temporary name, renamed when complete."""
+"""Result tables as Parquet files that are whole or absent."""
 
-import contextlib
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import polars as pl
 import pyarrow.parquet as pq
 
+from wmr_schemas.files import PartFile, whole_file
 
-def temporary_name(path: Path) -> Path:
-    """Where a file grows until it is whole."""
-    return path.with_name(f".{path.name}.part")
-
-
-@contextlib.contextmanager
-def replace_file(path: Path) -> Iterator[Path]:
-    """Yields the temporary name; renames on success, removes on any failure."""
-    part = temporary_name(path)
-    try:
-        yield part
-        part.replace(path)
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+GROUP_ROWS = 131_072
+"""Rows of a row group: what a reader holds in memory at a time."""
 
 
-@contextlib.contextmanager
-def replace_files(paths: Mapping[str, Path]) -> Iterator[dict[str, Path]]:
-    """Yields a temporary name for each; all are renamed once the block is through, or none is and all go."""
-    parts = {key: temporary_name(path) for key, path in paths.items()}
-    try:
-        yield parts
-        for key, part in parts.items():
-            part.replace(paths[key])
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
+def write_parquet(path: Path, frame: pl.DataFrame) -> None:
+    """Write a whole table, or none."""
+    with whole_file(path) as part:
+        frame.write_parquet(part)
 
 
 class ParquetStream:
     """A Parquet file written batch by batch in groups of ``group_rows`` rows, with bounded memory.
 
-    Measured numbers hardly repeat: their bytes are written by significance, which is smaller and takes a
-    fifth of the time of looking for repetitions.
+    The bytes of the file depend on its rows alone, not on the batches in which they come. Measured numbers
+    hardly repeat: their bytes are written by significance, which is smaller and takes a fifth of the time of
+    looking for repetitions.
     """
 
-    def __init__(self, path: Path, schema: pl.Schema, group_rows: int = 131_072) -> None:
-        self.path, self._group_rows = path, group_rows
-        self._schema = schema
-        self._part = temporary_name(path)
+    def __init__(self, path: Path, schema: pl.Schema, group_rows: int = GROUP_ROWS) -> None:
+        self._file, self._group_rows = PartFile(path), group_rows
         self._writer = pq.ParquetWriter(
-            self._part,
+            self._file.path,
             pl.DataFrame(schema=schema).to_arrow().schema,
             compression="zstd",
             use_dictionary=[
@@ -62,25 +40,33 @@ class ParquetStream:
         self._n_waiting = 0
 
     def push(self, frame: pl.DataFrame) -> None:
-        """Take rows in."""
+        """Append rows; write the groups that they complete."""
         self._waiting.append(frame)
         self._n_waiting += len(frame)
-        if self._n_waiting >= self._group_rows:
-            self._flush()
+        if self._n_waiting < self._group_rows:
+            return
+        rows = pl.concat(self._waiting)
+        while len(rows) >= self._group_rows:
+            self._write(rows[: self._group_rows])
+            rows = rows[self._group_rows :]
+        self._waiting, self._n_waiting = [rows], len(rows)
+
+    def close(self) -> None:
+        """Write the last rows; the file keeps its temporary name until :meth:`finish`."""
+        if self._n_waiting:
+            self._write(pl.concat(self._waiting))
+        self._waiting, self._n_waiting = [], 0
+        self._writer.close()
 
     def finish(self) -> None:
-        """Write what is left and give the file its name."""
-        self._flush()
-        self._writer.close()
-        self._part.replace(self.path)
+        """Write the last rows and give the file its name."""
+        self.close()
+        self._file.finish()
 
     def discard(self) -> None:
-        """Remove the unfinished file."""
+        """Remove the unfinished file; a finished one stays."""
         self._writer.close()
-        self._part.unlink(missing_ok=True)
+        self._file.discard()
 
-    def _flush(self) -> None:
-        if self._n_waiting:
-            table = pl.concat(self._waiting).to_arrow().cast(self._writer.schema)
-            self._writer.write_table(table)
-        self._waiting, self._n_waiting = [], 0
+    def _write(self, rows: pl.DataFrame) -> None:
+        self._writer.write_table(rows.rechunk().to_arrow().cast(self._writer.schema))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars as pl
+import rerun as rr
 import rerun.blueprint as rrb
 
 from wmr_replay.timeline import colours
@@ -13,6 +14,7 @@ from wmr_replay.timeline.path import Frame
 from wmr_replay.timeline.series import ESTIMATED, Series, alpha_range
 from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import LANES, Changes, Lane
+from wmr_schemas.files import whole_file
 
 Pen = tuple[colours.Colour, float]
 BROAD: Pen = (colours.ESTIMATE, 4.0)
@@ -45,32 +47,40 @@ class Side:
 def write_comparison(
     path: Path, a: Side, b: Side, other_mode: pl.DataFrame, text: str, *, max_rate_hz: float = 100.0
 ) -> None:
-    """Write both sides to ``path``, as the name says: whole or not at all.
+    """Write both sides into one recording at ``path``, whole or not at all.
 
     ``other_mode`` has the stamps of a's rows (``t_ns``) and whether b's mode there is another (``differs``);
     ``text`` is shown as markdown. Series hold at most ``max_rate_hz`` rows a second, changes are exact.
     """
-    part = path.with_name(f".{path.name}.part")
-    recording = recording_into(part, f"compare-{a.name}-{b.name}")
-    sides = (("/a", a, BROAD), ("/b", b, THIN))
-    frame = Frame()
-    try:
-        sinks = [Sink(recording, root) for root, _, _ in sides]
-        for sink, (root, side, pen) in zip(sinks, sides, strict=True):
-            add_side(sink, side, root[1:], pen, frame, max_rate_hz)
-        for sink in sinks:
-            sink.add_grid(frame)
-        whole = Sink(recording)
-        whole.start_ns = sinks[0].start_ns
-        recording.log(DIFFERS.entity, DIFFERS.configuration(), static=True)
-        whole.add_changes(DIFFERS, mode_differences(other_mode))
-        whole.add_text(text)
-        whole.close(layout(frame, a, b))
-        part.replace(path)
-    except BaseException:
-        recording.disconnect()
-        part.unlink(missing_ok=True)
-        raise
+    with whole_file(path) as part:
+        recording = recording_into(part, f"compare-{a.name}-{b.name}")
+        try:
+            fill(recording, a, b, other_mode, text, max_rate_hz)
+        finally:
+            recording.disconnect()
+
+
+def fill(
+    recording: rr.RecordingStream,
+    a: Side,
+    b: Side,
+    other_mode: pl.DataFrame,
+    text: str,
+    max_rate_hz: float,
+) -> None:
+    """Put both sides, the differences of their modes, the text and the layout into a recording."""
+    sides, frame = (("/a", a, BROAD), ("/b", b, THIN)), Frame()
+    sinks = [Sink(recording, root) for root, _, _ in sides]
+    for sink, (root, side, pen) in zip(sinks, sides, strict=True):
+        add_side(sink, side, root[1:], pen, frame, max_rate_hz)
+    for sink in sinks:
+        sink.add_grid(frame)
+    whole = Sink(recording)
+    whole.start_ns = sinks[0].start_ns
+    recording.log(DIFFERS.entity, DIFFERS.configuration(), static=True)
+    whole.add_changes(DIFFERS, mode_differences(other_mode))
+    whole.add_text(text)
+    whole.close(layout(frame, a, b))
 
 
 def add_side(sink: Sink, side: Side, key: str, pen: Pen, frame: Frame, max_rate_hz: float) -> None:

@@ -72,7 +72,7 @@ def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
 
 
 def log_scene(recording: rr.RecordingStream, root: str = "") -> None:
-    """What holds for ``root/path``: y upwards (Rerun's plane has it downwards), and the modes' colours."""
+    """Log what is static below ``root/path``: y upwards (Rerun's plane has it downwards), mode colours."""
     infos = [
         rr.AnnotationInfo(colours.class_id(mode), colours.mode_name(mode), colour)
         for mode, colour in colours.MODE_COLOURS.items()

@@ -21,7 +21,7 @@ SETTLE_S = 6.0
 _START_LIMIT_S, _END_LIMIT_S = 30.0, 5.0
 _NO_GRAPHICS = 102
 _MENU_BAR = 36
-"""Height of the bar that is cut off; it tells of the machine, not of the log."""
+"""Height of the bar that is cut off: it shows the machine's state, not the log."""
 
 
 def take_picture(rrd: Path, png: Path, width: int = 1600, height: int = 1000, at_s: float = 0.0) -> None:
@@ -81,7 +81,7 @@ def _connect(process: "subprocess.Popen[bytes]", port: int) -> "ViewerClient":
 
 
 def _why_not(process: "subprocess.Popen[bytes]", log: Path) -> str:
-    """What became of a viewer that does not answer; one that found no graphics needs a moment to end."""
+    """Why a viewer does not answer, from its output; one without a graphics driver needs a moment to end."""
     with suppress(subprocess.TimeoutExpired):
         process.wait(_END_LIMIT_S)
     if process.returncode == _NO_GRAPHICS:

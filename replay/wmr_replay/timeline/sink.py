@@ -98,7 +98,7 @@ class Sink:
         )
 
     def flush(self) -> None:
-        """Wait until everything is in the file: what is logged faster than written would pile up."""
+        """Wait until everything is in the file; else rows logged faster than written fill the memory."""
         self.recording.flush()
 
     def close(self, layout: rrb.Blueprint | None = None) -> None:

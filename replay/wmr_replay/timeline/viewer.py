@@ -1,4 +1,4 @@
-"""Starting the Rerun viewer, and the command that does it by hand."""
+"""Starts the Rerun viewer, and states the command that opens a recording."""
 
 import os
 import shlex

@@ -13,6 +13,7 @@ from wmr_replay.timeline.path import Frame
 from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
 from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import LANES, Changes
+from wmr_schemas.files import PartFile
 
 TrueStates = Callable[[int], Iterator[pl.DataFrame]]
 PATH_COLUMNS = {"t_ns", "x_m", "y_m"}
@@ -21,7 +22,7 @@ BLOCK_ROWS = 65_536
 
 
 class Timeline:
-    """The recording of one run: a hidden ``.part`` file, renamed to ``path`` by :meth:`finish`.
+    """The recording of one run: a temporary file that :meth:`finish` renames to ``path``.
 
     Series and path hold the rows whose absolute index is a multiple of ⌈rate_hz / max_rate_hz⌉: no more than
     ``max_rate_hz`` a second, the same ones whatever the batches. Mode and status change at their exact rows.
@@ -42,11 +43,11 @@ class Timeline:
         max_rate_hz: float = 100.0,
         recording_id: str | None = None,
     ) -> None:
-        self._path, self._part = path, path.with_name(f".{path.name}.part")
+        self._file = PartFile(path)
         self._log_name, self._alpha_nominal, self._rate_hz = log_name, alpha_nominal, rate_hz
         self._stride = stride_for(rate_hz, max_rate_hz)
         self._truth = truth
-        self._sink = Sink(recording_into(self._part, recording_id))
+        self._sink = Sink(recording_into(self._file.path, recording_id))
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
         self._frame = Frame()
         self._pieces: list[pl.DataFrame] = []
@@ -54,7 +55,7 @@ class Timeline:
         self._last: pl.DataFrame | None = None
 
     def push(self, samples: pl.DataFrame) -> None:
-        """Take the next rows of the samples table, any number of them."""
+        """Append the next rows of the samples table, any number of them."""
         self._pieces.append(samples)
         self._n_waiting += len(samples)
         if self._n_waiting < BLOCK_ROWS:
@@ -75,12 +76,12 @@ class Timeline:
         self._sink.add_text(self._description(verdict_markdown))
         alpha = alpha_range(self._last, self._alpha_nominal)
         self._sink.close(layout(self._sink.written.keys(), self._frame, alpha))
-        self._part.replace(self._path)
+        self._file.finish()
 
     def discard(self) -> None:
         """Close and remove the unfinished file; one that was finished stays."""
         self._sink.close()
-        self._part.unlink(missing_ok=True)
+        self._file.discard()
 
     def _write(self, block: pl.DataFrame) -> None:
         if self._n_written == 0:

@@ -1,0 +1,246 @@
+"""Two results side by side: what differs, by how much, and both in one recording."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import polars as pl
+
+from wmr_replay.api.places import LocalPlace, home_of, local_path
+from wmr_replay.api.request import SettingsArguments, settings_of
+from wmr_replay.api.result import Result
+from wmr_replay.jobs.replay import Progress
+from wmr_replay.regress.logs import find_logs
+from wmr_replay.regress.replayed import Asked, replay
+from wmr_replay.regress.results import Results, read_results, stems
+from wmr_replay.regress.sides import Comparison as Differences
+from wmr_replay.regress.sides import compare_sides
+from wmr_replay.timeline import Side as TimelineSide
+from wmr_replay.timeline import write_comparison
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.files import made_folder, whole_file
+
+Compared: TypeAlias = LocalPlace | Result
+"""A directory of results, a log or a directory of logs, or a result in memory."""
+Watch = Callable[[str], AbstractContextManager[Progress | None]]
+"""Given the name of a log, a context that yields the progress callback of its replay."""
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """Where one side's tables come from: ``results()`` reads, replays or hands them out."""
+
+    stem: str
+    path: str
+    name: str
+    results: Callable[[], Results]
+
+
+class Comparison:
+    """The answer of ``compare``: what differs between the results a and b.
+
+    Attributes:
+        stem: Name of a's log without its ending; files are named after it.
+        a: What a is, in words.
+        b: What b is, in words.
+    """
+
+    def __init__(self, stem: str, a: str, b: str, sides: tuple[Results, Results]) -> None:
+        self.stem, self.a, self.b = stem, a, b
+        self._sides, self._differences = sides, compare_sides(*sides)
+
+    @property
+    def differences(self) -> Differences:
+        """Counts of rows, and the tables below in one object."""
+        return self._differences
+
+    @property
+    def summary(self) -> pl.DataFrame:
+        """Fields of the summary that differ: ``field, a, b, delta``."""
+        return self._differences.summary
+
+    @property
+    def columns(self) -> pl.DataFrame:
+        """Difference b − a of each column of the samples: ``column, n, max, at_s, rms``."""
+        return self._differences.columns
+
+    @property
+    def other_mode_share(self) -> float | None:
+        """Share of the common rows with another mode; None without any."""
+        return self._differences.other_mode_share
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {"a": self.a, "b": self.b, **self._differences.as_dict()}
+
+    def lines(self) -> list[str]:
+        """The differences as text."""
+        found = self._differences
+        lines = [f"a  {self.a}", f"b  {self.b}", ""]
+        share = found.other_mode_share
+        matched = "" if found.by_stamp else ", matched by the time since the start"
+        lines.append(f"{found.n_a} and {found.n_b} rows, {found.n_common} in common{matched}")
+        lines.append("no row in common" if share is None else f"another mode in {share:.2%} of them")
+        if len(found.summary):
+            lines += ["", f"{'summary':28} {'a':>12} {'b':>12} {'b − a':>12}"]
+            lines += [
+                f"{row['field']:28} {figure(row['a']):>12} {figure(row['b']):>12} "
+                f"{figure(row['delta'], '+'):>12}"
+                for row in found.summary.iter_rows(named=True)
+            ]
+        changed = found.columns.filter(found.columns["rms"] > 0)
+        if len(changed):
+            lines += ["", f"{'samples':28} {'largest':>12} {'at s':>12} {'rms':>12}"]
+            lines += [
+                f"{row['column']:28} {figure(row['max'], '+'):>12} {row['at_s']:12.3f} "
+                f"{figure(row['rms']):>12}"
+                for row in changed.iter_rows(named=True)
+            ]
+        return lines if len(found.summary) or len(changed) or share else [*lines, "no difference"]
+
+    def timeline(self, path: LocalPlace) -> Path | None:
+        """Write both sides into one Rerun recording; None, and no file, where a side has no row."""
+        if not (self._differences.n_a and self._differences.n_b):
+            return None
+        target = local_path(path)
+        home_of(target)
+        a, b = (
+            TimelineSide(name, results.samples, results.summary["rate_hz"][0] or 1.0)
+            for name, results in zip((self.a, self.b), self._sides, strict=True)
+        )
+        text = "\n".join([f"**a**: {a.name}  ", f"**b**: {b.name}", "", "```", *self.lines()[3:], "```"])
+        write_comparison(target, a, b, self._differences.other_mode, text)
+        return target
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
+        """Write ``<stem>.compare.json`` and ``.compare.rrd``; the files by kind."""
+        folder = local_path(directory)
+        with made_folder(folder):
+            files = {"json": folder / f"{self.stem}.compare.json"}
+            with whole_file(files["json"]) as part:
+                text = json.dumps(self.as_dict(), indent=2, ensure_ascii=False) + "\n"
+                part.write_text(text, encoding="utf-8")
+            recording = self.timeline(folder / f"{self.stem}.compare.rrd") if timeline else None
+        return files if recording is None else files | {"timeline": recording}
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+    def __repr__(self) -> str:
+        return f"<Comparison of {self.a} and {self.b}>"
+
+
+def compare(
+    a: Compared,
+    b: Compared | None = None,
+    *,
+    settings_a: SettingsArguments | None = None,
+    settings_b: SettingsArguments | None = None,
+) -> Comparison:
+    """Show what differs between two results, two logs, or one log with two settings.
+
+    Args:
+        a: A result, a directory with the results of one log, or a log, which is replayed.
+        b: The other one; None: ``a`` again, with other settings.
+        settings_a: Settings of a's replay.
+        settings_b: Settings of b's replay.
+
+    Raises:
+        InvalidSetting: Nothing to compare with, settings for results that are stored already, or directories
+            of several logs: ``compare_all`` takes these.
+    """
+    pairs, _ = pairs_of(a, b, settings_a or {}, settings_b or {})
+    if len(pairs) != 1:
+        raise InvalidSetting(f"{len(pairs)} pairs of results; wmr_replay.compare_all compares several")
+    return compare_pair(*pairs[0])
+
+
+def compare_all(
+    a: Compared,
+    b: Compared | None = None,
+    *,
+    settings_a: SettingsArguments | None = None,
+    settings_b: SettingsArguments | None = None,
+    watch: Watch | None = None,
+) -> tuple[list[Comparison], list[str]]:
+    """The same for directories of several results or logs, which are paired by name.
+
+    Returns the comparisons, and the names that are on one side only. Raises as ``compare`` does.
+    """
+    pairs, lonely = pairs_of(a, b, settings_a or {}, settings_b or {}, watch)
+    return [compare_pair(first, second) for first, second in pairs], lonely
+
+
+def compare_pair(a: Side, b: Side) -> Comparison:
+    """One pair."""
+    return Comparison(a.stem, a.name, b.name, (a.results(), b.results()))
+
+
+def pairs_of(
+    a: Compared,
+    b: Compared | None,
+    settings_a: Mapping[str, Any],
+    settings_b: Mapping[str, Any],
+    watch: Watch | None = None,
+) -> tuple[list[tuple[Side, Side]], list[str]]:
+    """One with one whatever their names, else those of one name; and the names without a partner."""
+    if b is None and settings_a == settings_b:
+        raise InvalidSetting("compare with what? Name another result or log, or another setting")
+    first, second = sides_of(a, settings_a, watch), sides_of(a if b is None else b, settings_b, watch)
+    if len(first) == len(second) == 1:
+        return [(first[0], second[0])], []
+    others = {side.stem: side for side in second}
+    pairs = [(side, others[side.stem]) for side in first if side.stem in others]
+    if not pairs:
+        raise InvalidSetting(f"{first[0].path} and {second[0].path} have no name in common")
+    return pairs, sorted({side.stem for side in first} ^ set(others))
+
+
+def sides_of(given: Compared, settings: Mapping[str, Any], watch: Watch | None) -> list[Side]:
+    """The results or logs at a place. Raises InvalidSetting for settings of a result that is there."""
+    if isinstance(given, Result):
+        refuse_settings(given.stem, settings)
+        return [Side(given.stem, given.stem, given.stem, lambda: tables_of(given))]
+    path = local_path(given)
+    stored = stems(path) if path.is_dir() else []
+    if stored:
+        refuse_settings(str(path), settings)
+        return [stored_side(path, stem) for stem in stored]
+    settings_of(settings)
+    return [replayed_side(log, settings, watch) for log in find_logs([path])]
+
+
+def refuse_settings(name: str, settings: Mapping[str, Any]) -> None:
+    """Raises InvalidSetting where there are any."""
+    if settings:
+        raise InvalidSetting(f"{name} holds results; settings are for logs, which are replayed with them")
+
+
+def stored_side(directory: Path, stem: str) -> Side:
+    """Stored results of one log."""
+    return Side(stem, str(directory), f"{directory}/{stem}", lambda: read_results(directory, stem))
+
+
+def replayed_side(log: Path, settings: Mapping[str, Any], watch: Watch | None) -> Side:
+    """A log, replayed with these settings."""
+    changes = " ".join(f"{key}={value}" for key, value in settings.items())
+
+    def replayed() -> Results:
+        with nullcontext() if watch is None else watch(log.name) as progress:
+            return replay(log, Asked().changed(settings), progress)
+
+    return Side(log.stem, str(log), f"{log} {changes}".strip(), replayed)
+
+
+def tables_of(result: Result) -> Results:
+    """A result's tables as they are on disk."""
+    parts: Sequence[pl.DataFrame] = list(result.stored_batches())
+    return Results(pl.concat(parts), result.stored_segments, result.summary)
+
+
+def figure(value: float | None, sign: str = "") -> str:
+    """A number of four digits, or a dash."""
+    return "–" if value is None else f"{value:{sign}.4g}"

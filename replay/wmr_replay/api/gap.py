@@ -1,0 +1,247 @@
+"""Where simulation and measurement of a log disagree, and a robot's base model."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.request import Instant, MappingLike, ModelLike, between_of, mapping_of, model_of
+from wmr_replay.gap import GapOptions, GapResult
+from wmr_replay.ingest import LogPath
+from wmr_replay.ingest.tracks import Progress
+from wmr_replay.jobs.gap import FitRun, GapRun, analyse_log, calibrate_log, write_gap, write_model
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.gap_file import GapFile, gap_to_json
+from wmr_schemas.model_file import Model, model_tables
+from wmr_schemas.signals import Log
+
+TOPIC = "topic:"
+EFFECT_COLUMNS = {
+    "effect": pl.String,
+    "parameter": pl.String,
+    "value": pl.Float64,
+    "ci95_low": pl.Float64,
+    "ci95_high": pl.Float64,
+    "unit": pl.String,
+    "p_value": pl.Float64,
+}
+
+
+class Gap:
+    """The answer of ``gap``.
+
+    Attributes:
+        document: The contents of ``gap.json``.
+        result: The analysis with all its traces.
+        log: The signals that were analysed.
+        files: The files that were written, by kind; empty without ``out``.
+    """
+
+    def __init__(self, run: GapRun, files: Mapping[str, Path] | None = None) -> None:
+        self._run, self.files = run, dict(files or {})
+
+    @property
+    def document(self) -> GapFile:
+        """The contents of ``gap.json``."""
+        return self._run.document
+
+    @property
+    def result(self) -> GapResult:
+        """The analysis with all its traces."""
+        return self._run.result
+
+    @property
+    def log(self) -> Log:
+        """The signals that were analysed."""
+        return self._run.log
+
+    @property
+    def verdict(self) -> str:
+        """``named``, ``ambiguous``, ``unnamed``, ``nothing_missing`` or ``not_enough_excitation``."""
+        return self.document.verdict
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in a sentence."""
+        return self.document.sentence.strip()
+
+    @property
+    def model(self) -> Model:
+        """The base model extended by the effects that were found."""
+        return self.result.model
+
+    @property
+    def effects(self) -> pl.DataFrame:
+        """One row per parameter of the missing effects: value, 95 % interval, unit, p value."""
+        rows = [
+            (effect.name, name, p.value, *p.ci95, p.unit, effect.p_value)
+            for effect in self.document.effects
+            for name, p in effect.parameters.items()
+        ]
+        return pl.DataFrame(rows, schema=EFFECT_COLUMNS, orient="row")
+
+    def as_json(self) -> str:
+        """``gap.json``."""
+        return gap_to_json(self.document)
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
+        """Write the files that ``wmr-replay gap --out DIRECTORY`` writes; the files by kind."""
+        return write_gap(self._run, local_path(directory), timeline=timeline)
+
+    def __repr__(self) -> str:
+        return f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>"
+
+
+class Fit:
+    """The answer of ``fit``.
+
+    Attributes:
+        file: The model file that was written; None without ``out``.
+    """
+
+    def __init__(self, run: FitRun, file: Path | None = None) -> None:
+        self._run, self.file = run, file
+
+    @property
+    def model(self) -> Model:
+        """Robot parameters with standard deviations where they were fitted, and the noise."""
+        return self._run.model
+
+    @property
+    def log(self) -> Log:
+        """The signals that were used."""
+        return self._run.log
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was noticed."""
+        return self._run.notes
+
+    def as_dict(self) -> dict[str, Any]:
+        """The model file's tables."""
+        return model_tables(self.model)
+
+    def save(self, directory: LocalPlace) -> Path:
+        """Write ``<stem>.model.toml`` to a directory; the file."""
+        return write_model(self._run, local_path(directory))
+
+    def __repr__(self) -> str:
+        return f"<Fit of {self._run.path}: {self.model.robot.known()}>"
+
+
+def gap(
+    log: Place,
+    out: LocalPlace | None = None,
+    *,
+    model: ModelLike | None = None,
+    modes: str = "identified",
+    tolerance_m: float = 0.003,
+    tolerance_s: float = 4.0,
+    max_effects: int = 3,
+    seed: int = 0,
+    mapping: MappingLike | None = None,
+    start: Instant | None = None,
+    end: Instant | None = None,
+    timeline: bool = True,
+    command: str = "",
+    progress: Progress | None = None,
+) -> Gap:
+    """Say where simulation and measurement of a log disagree, and what the model lacks.
+
+    Args:
+        log: An MCAP file, a rosbag2 directory, or a URL.
+        out: Directory for the result files; None: nothing is written.
+        model: Base model or model file; None: the log's own parameters, else calibrated on the log.
+        modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
+        tolerance_m: An effect counts when it moves the simulated path by more than this …
+        tolerance_s: … within this time.
+        max_effects: Most effects looked for, 1 to 3.
+        seed: Seed of the placebo logs.
+        mapping: Mapping or mapping file.
+        start: Leave out what was logged before.
+        end: Leave out what was logged after.
+        timeline: Whether ``out`` receives a Rerun timeline too.
+        command: What the extended model states as its origin.
+        progress: Called with what is being done and the share that is done.
+
+    Raises:
+        LogUnusable: No pose, no torques, or a log that is too short.
+        InvalidSetting: An option that makes no sense.
+    """
+    place, directory = place_of(log), None if out is None else local_path(out)
+    options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects, seed)
+    if directory is not None and model is not None and not isinstance(model, Model):
+        check_base_kept(place, directory, local_path(model))
+    run = analyse_log(
+        place,
+        base=model_of(model),
+        options=options,
+        mode_topic=topic,
+        mapping=mapping_of(mapping),
+        between=between_of(start, end),
+        command=command,
+        progress=progress,
+    )
+    return Gap(run, None if directory is None else write_gap(run, directory, timeline=timeline))
+
+
+def fit(
+    log: Place,
+    out: LocalPlace | None = None,
+    *,
+    modes: str = "identified",
+    mapping: MappingLike | None = None,
+    start: Instant | None = None,
+    end: Instant | None = None,
+    command: str = "",
+    progress: Progress | None = None,
+) -> Fit:
+    """Calibrate the base model of a robot on a log: α, yaw gain, noise, stiffness where it is excited.
+
+    Args:
+        log: An MCAP file, a rosbag2 directory, or a URL.
+        out: Directory for ``<stem>.model.toml``; None: nothing is written.
+        modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
+        mapping: Mapping or mapping file.
+        start: Leave out what was logged before.
+        end: Leave out what was logged after.
+        command: What the model states as its origin.
+        progress: Called with what is being done and the share that is done.
+
+    Raises:
+        LogUnusable: No pose, no torques, or a log that is too short.
+        InvalidSetting: An option that makes no sense.
+    """
+    options, topic = options_of(modes)
+    run = calibrate_log(
+        place_of(log),
+        options=options,
+        mode_topic=topic,
+        mapping=mapping_of(mapping),
+        between=between_of(start, end),
+        command=command,
+        progress=progress,
+    )
+    return Fit(run, None if out is None else write_model(run, local_path(out)))
+
+
+def options_of(
+    modes: str, tolerance_m: float = 0.003, tolerance_s: float = 4.0, max_effects: int = 3, seed: int = 0
+) -> tuple[GapOptions, str | None]:
+    """The options, checked, and the topic of ``topic:T``. Raises InvalidSetting."""
+    topic = modes.removeprefix(TOPIC) if modes.startswith(TOPIC) else None
+    if topic == "" or modes == "given":
+        raise InvalidSetting("modes: a topic is named as topic:/its/name")
+    source = modes if topic is None else "given"
+    return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed), topic
+
+
+def check_base_kept(log: LogPath, out: Path, model_file: Path) -> None:
+    """Raises InvalidSetting where the extended model would take the place of the base model's file."""
+    target = out / f"{log.stem}.model.toml"
+    if target.exists() and model_file.exists() and target.samefile(model_file):
+        raise InvalidSetting(
+            f"the extended model would overwrite its base, {model_file}; choose another place with --out DIR"
+        )

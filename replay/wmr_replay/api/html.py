@@ -1,0 +1,58 @@
+"""A result as a notebook shows it: the verdict, the modes over time as a strip, the main figures."""
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from wmr_replay.timeline.colours import MODE_COLOURS, mode_name
+from wmr_schemas.modes import MODES, ContactMode
+
+if TYPE_CHECKING:
+    from wmr_replay.api.result import Result
+
+WIDTH, HEIGHT = 720, 22
+SHOWN = (*MODES, ContactMode.UNDECIDED)
+HEX = {mode.label: "#{:02x}{:02x}{:02x}".format(*colour) for mode, colour in MODE_COLOURS.items()}
+
+
+def result_html(result: "Result") -> str:
+    """The card of a result."""
+    row = result.summary.row(0, named=True)
+    facts = [f"{row['duration_s']:.1f} s", f"{row['n_pose']} poses"]
+    if row["alpha"] is not None:
+        facts.append(f"α {row['alpha']:.4g} ± {1.96 * row['alpha_sd']:.2g} (m/s²)/(N·m)")
+    if row["accuracy"] is not None:
+        facts.append(f"accuracy {row['accuracy']:.1%}")
+    return (
+        f'<div style="font-family:sans-serif;max-width:{WIDTH}px">'
+        f"<b>{escape(str(row['log']))}</b> <span style='opacity:.7'>{escape(' · '.join(facts))}</span>"
+        f"{strip(result)}{key(row)}"
+        f"<p style='margin:.4em 0 0'>{escape(result.verdict)}</p></div>"
+    )
+
+
+def strip(result: "Result") -> str:
+    """The segments over time, in the colours of their modes."""
+    segments = result.segments
+    total_s = float(segments["end_s"].max() or 0.0) if len(segments) else 0.0  # type: ignore[arg-type]
+    if not total_s > 0:
+        return ""
+    bars = "".join(
+        f'<rect x="{WIDTH * start / total_s:.1f}" width="{WIDTH * (end - start) / total_s:.2f}" '
+        f'height="{HEIGHT}" fill="{HEX[mode]}"><title>{start:.2f} … {end:.2f} s: {mode}</title></rect>'
+        for start, end, mode in segments.select("start_s", "end_s", "mode").iter_rows()
+    )
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="100%" height="{HEIGHT}" preserveAspectRatio="none" '
+        f'style="display:block;margin:.4em 0;border-radius:3px">{bars}</svg>'
+    )
+
+
+def key(row: dict[str, object]) -> str:
+    """Colour, name and share of each mode that occurs."""
+    entries = []
+    for mode in SHOWN:
+        share = row[f"share_{mode.label}"]
+        if isinstance(share, float) and share > 0:
+            square = f'<span style="color:{HEX[mode.label]}">■</span>'
+            entries.append(f"{square} {mode_name(mode)} {share:.1%}")
+    return f"<div>{' &nbsp; '.join(entries)}</div>"

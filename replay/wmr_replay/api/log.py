@@ -1,0 +1,237 @@
+"""A log opened: what it holds, and its signals as polars frames, whole or in batches."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import polars as pl
+
+from wmr_replay.api.names import with_mode_names
+from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
+from wmr_replay.ingest import LogReader
+from wmr_replay.ingest import open_log as open_reader
+from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
+from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
+from wmr_schemas.files import whole_file
+from wmr_schemas.mapping_file import LogMapping, mapping_toml
+from wmr_schemas.robot import RobotParameters
+
+Progress = Callable[[int, int], None]
+"""Called with bytes read and bytes in all."""
+ROLES = ("pose", "torque", "truth")
+
+
+class Signals(NamedTuple):
+    """Rows of a log by signal, as the messages hold them: stamps (``t_ns``), then the values.
+
+    ``pose``: ``x_m, y_m, yaw_rad``; ``torque``: ``left_nm, right_nm, left_radps, right_radps``, null where
+    unknown; ``truth``: ``mode`` by name. Rows are in file order.
+    """
+
+    pose: pl.DataFrame
+    torque: pl.DataFrame
+    truth: pl.DataFrame
+
+
+@dataclass(frozen=True)
+class LogInfo:
+    """What a log holds, and what a replay would use of it. Complete: the whole file was read.
+
+    Attributes:
+        channels: One entry per channel: topic, schema, encoding, messages, rate, times, role or ``why_not``.
+        used: By role (``pose``, ``torque``, ``truth``) the channel and how it is read; None without one.
+        clocks: By role the clock in use, its offset from log time, duplicates, steps back, gaps, jitter.
+        losses: Counters of what could not be used, and ``notes``.
+        stamp_notes: What is out of the ordinary in the stamps, in words.
+        pose_is_odometry: Whether the pose, by its name, was integrated from wheel speeds.
+    """
+
+    log: str
+    size_bytes: int
+    profile: str
+    library: str
+    channels: tuple[dict[str, Any], ...]
+    used: dict[str, dict[str, object] | None]
+    clocks: dict[str, dict[str, Any]]
+    clock_notes: dict[str, str]
+    robot: RobotParameters
+    losses: dict[str, Any]
+    remarks: tuple[str, ...]
+    stamp_notes: tuple[str, ...]
+    pose_is_odometry: bool
+
+    @property
+    def n_messages(self) -> int:
+        """Messages of all channels."""
+        return sum(channel["messages"] for channel in self.channels)
+
+    @property
+    def start_ns(self) -> int:
+        """Log time of the first message, 0 without any."""
+        return min((c["first_ns"] for c in self.channels if c["first_ns"] is not None), default=0)
+
+    @property
+    def duration_s(self) -> float:
+        """From the first to the last message, by log time."""
+        last_ns = max((c["last_ns"] for c in self.channels if c["last_ns"] is not None), default=0)
+        return (last_ns - self.start_ns) / 1e9
+
+    def as_dict(self) -> dict[str, Any]:
+        """As ``wmr-replay info --json`` prints it."""
+        return {
+            "log": self.log,
+            "size_bytes": self.size_bytes,
+            "profile": self.profile,
+            "library": self.library,
+            "channels": list(self.channels),
+            "used": self.used,
+            "clocks": self.clocks,
+            "robot": self.robot.known(),
+            "losses": self.losses,
+            "remarks": list(self.remarks),
+        }
+
+
+class LogFile:
+    """A log whose channels are known. Made by ``open_log``."""
+
+    def __init__(self, open_reader: Callable[[], LogReader], mapping: LogMapping) -> None:
+        self._open, self._mapping = open_reader, mapping
+        self._reader = open_reader()
+        self._info: LogInfo | None = None
+
+    @property
+    def robot(self) -> RobotParameters:
+        """Nominal parameters: the mapping's, else those in the log."""
+        return self._reader.robot
+
+    def info(self, progress: Progress | None = None) -> LogInfo:
+        """Read the whole file and say what it holds, what would be used and what is damaged."""
+        if self._info is None:
+            for _ in read(self._reader, progress, everything=True):
+                pass
+            self._info = info_of(self._reader)
+        return self._info
+
+    def batches(self, progress: Progress | None = None) -> Iterator[Signals]:
+        """The signals in use in file order, a batch for a few neighbouring chunks."""
+        for batch in read(self._open(), progress):
+            yield signals_of(batch)
+
+    def signals(self, progress: Progress | None = None) -> Signals:
+        """The signals in use, whole."""
+        parts = [signals_of(empty_batch()), *self.batches(progress)]
+        return Signals(*(pl.concat(frames) for frames in zip(*parts, strict=True)))
+
+    def mapping(self) -> LogMapping:
+        """The mapping that finds the same channels again."""
+        self.info()
+        return proposed_mapping(self._reader.plan, self._mapping, self._reader.robot)
+
+    def write_mapping(self, path: LocalPlace) -> Path:
+        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all."""
+        target = local_path(path)
+        text = mapping_toml(self.mapping())
+        with whole_file(target) as part:
+            part.write_text(text, encoding="utf-8")
+        return target
+
+    def __repr__(self) -> str:
+        used = ", ".join(f"{role} {use.channel.topic}" for role, use in self._reader.plan.uses.items())
+        return f"<Log {self._reader.path}: {used or 'no channel in use'}>"
+
+
+def open_log(
+    log: Place,
+    *,
+    mapping: MappingLike | None = None,
+    start: Instant | None = None,
+    end: Instant | None = None,
+    need_pose: bool = False,
+) -> LogFile:
+    """Open an MCAP log, a rosbag2 directory or a URL, and find its signals.
+
+    Args:
+        log: An MCAP file, a rosbag2 directory, or a URL.
+        mapping: Mapping or mapping file: which topics hold pose, torques and truth.
+        start: Leave out what was logged before.
+        end: Leave out what was logged after.
+        need_pose: Raise ChannelNotFound for a log without a pose.
+
+    Raises:
+        LogUnusable: It is no MCAP log, or a topic that the mapping names does not serve.
+    """
+    place, chosen, between = place_of(log), mapping_of(mapping) or LogMapping(), between_of(start, end)
+    return LogFile(lambda: open_reader(place, chosen, need_pose=need_pose, between=between), chosen)
+
+
+def read(reader: LogReader, progress: Progress | None, *, everything: bool = False) -> Iterator[RawBatch]:
+    """The reader's batches, telling ``progress`` how far it is."""
+    for batch in reader.batches(everything=everything):
+        yield batch
+        if progress is not None:
+            progress(reader.position_bytes, reader.size_bytes)
+
+
+def empty_batch() -> RawBatch:
+    """A batch without rows."""
+    return RawBatch(*(Rows.empty(len(names)) for names in (POSE_COLUMNS, TORQUE_COLUMNS, MODE_COLUMNS)))
+
+
+def signals_of(batch: RawBatch) -> Signals:
+    """A batch as frames."""
+    pose, torque, mode = (
+        pl.DataFrame({"t_ns": rows.t_ns} | dict(zip(names, rows.values, strict=True)), nan_to_null=True)
+        for rows, names in (
+            (batch.pose, POSE_COLUMNS),
+            (batch.torque, TORQUE_COLUMNS),
+            (batch.mode, MODE_COLUMNS),
+        )
+    )
+    known = mode.filter(pl.col("mode").is_in(np.arange(4.0))).with_columns(pl.col("mode").cast(pl.Int8))
+    return Signals(pose, torque, with_mode_names(known, ("mode",)))
+
+
+def info_of(reader: LogReader) -> LogInfo:
+    """What is known of a log once it is read."""
+    plan, survey = reader.plan, reader.survey
+    return LogInfo(
+        log=str(reader.path),
+        size_bytes=reader.size_bytes,
+        profile=survey.profile,
+        library=survey.library,
+        channels=tuple(channel_facts(reader, channel_id) for channel_id in sorted(survey.catalogue.channels)),
+        used={role: plan.as_dict().get(role) for role in ROLES},
+        clocks={
+            role: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
+            for role, clock in reader.clocks.items()
+        },
+        clock_notes={role: clock.describe() for role, clock in reader.clocks.items()},
+        robot=reader.robot,
+        losses={**reader.losses.counts(), "notes": reader.losses.notes},
+        remarks=tuple(reader.remarks),
+        stamp_notes=tuple(reader.stamp_notes),
+        pose_is_odometry=plan.pose_is_odometry,
+    )
+
+
+def channel_facts(reader: LogReader, channel_id: int) -> dict[str, Any]:
+    """One channel: what it is, how much of it there is, and its role or why it has none."""
+    catalogue, count = reader.survey.catalogue, reader.message_counts.by_channel.get(channel_id)
+    channel = catalogue.channels[channel_id]
+    schema = catalogue.schemas.get(channel.schema_id)
+    return {
+        "id": channel_id,
+        "topic": channel.topic,
+        "schema": schema.name if schema else None,
+        "encoding": channel.message_encoding,
+        "messages": count.n if count else 0,
+        "rate_hz": count.rate_hz if count else None,
+        "first_ns": count.first_ns if count else None,
+        "last_ns": count.last_ns if count else None,
+        "role": reader.plan.role(channel_id),
+        "why_not": reader.plan.why_not.get(channel_id),
+    }

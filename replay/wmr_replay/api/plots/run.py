@@ -1,0 +1,223 @@
+"""A replay as one figure: the path, the modes over time, velocities, constraints and α.
+
+What describes an instant (velocities, C_k, C_d) is drawn at that instant, t − ``delay_s``; what is decided
+(mode, α) at the time at which it was known.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import polars as pl
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+
+from wmr_replay.api.plots.figure import Figure, styled
+from wmr_replay.timeline.colours import BAND, MODE_COLOURS, TRUTH, Colour, mode_name
+from wmr_schemas.arrays import F64
+from wmr_schemas.modes import ContactMode
+
+if TYPE_CHECKING:
+    from wmr_replay.api.result import Result
+
+MOST_ROWS = 4000
+"""Rows that a picture can show; of longer logs every n-th is drawn."""
+COLUMNS = (
+    "t_s",
+    "x_m",
+    "y_m",
+    "v_long_mps",
+    "v_lat_mps",
+    "yaw_rate_radps",
+    "delay_s",
+    "c_k_mps",
+    "c_k_threshold_mps",
+    "c_d_mps2",
+    "c_d_threshold_mps2",
+    "mode",
+    "mode_true",
+    "alpha",
+    "alpha_sd",
+)
+NORMAL_95 = 1.96
+OUTER_PERCENT = (1.0, 99.0)
+"""Percentiles of α and its interval that the axis shows: single rows do not set its range."""
+SHADE = 0.16
+MODES = (
+    ContactMode.IDEAL,
+    ContactMode.SKIDDING,
+    ContactMode.SLIPPING,
+    ContactMode.SKIDDING_SLIPPING,
+    ContactMode.UNDECIDED,
+)
+Stretch = tuple[int, int, str]
+"""First row, row after the last, mode by name."""
+
+
+def rgb(colour: Colour) -> tuple[float, float, float]:
+    """A colour of the timeline as matplotlib takes it."""
+    red, green, blue = colour
+    return red / 255, green / 255, blue / 255
+
+
+MODE_RGB = {mode.label: rgb(colour) for mode, colour in MODE_COLOURS.items()}
+BLUE, RED, DARK = rgb(BAND), rgb(TRUTH), (0.2, 0.22, 0.25)
+
+
+def run_figure(result: "Result") -> Figure:
+    """The figure of a result."""
+    samples = drawn_rows(result)
+    with styled():
+        figure = Figure(figsize=(11, 7), layout="constrained")
+        grid = figure.add_gridspec(5, 2, width_ratios=(4, 6), height_ratios=(0.75, 2, 2, 2, 2))
+        path = figure.add_subplot(grid[:, 0])
+        lanes = figure.add_subplot(grid[0, 1])
+        rows = [figure.add_subplot(grid[k, 1], sharex=lanes) for k in range(1, 5)]
+        stretches = stretches_of(samples["mode"])
+        draw_path(path, samples, stretches)
+        draw_lanes(lanes, samples)
+        draw_velocity(rows[0], samples)
+        draw_constraint(
+            rows[1], samples, "c_k_mps", "c_k_threshold_mps", "C_k [m/s], skidding beyond the band"
+        )
+        draw_constraint(
+            rows[2], samples, "c_d_mps2", "c_d_threshold_mps2", "C_d [m/s²], slipping beyond the band"
+        )
+        draw_alpha(rows[3], samples, result.settings.get("robot", {}).get("alpha"))
+        for axes in rows:
+            shade(axes, samples, stretches)
+        for axes in (lanes, *rows[:-1]):
+            axes.tick_params(labelbottom=False)
+        rows[-1].set_xlabel("time since the first pose [s]")
+        figure.suptitle(result.stem, x=0.01, ha="left", fontsize=12, fontweight="bold")
+    return figure
+
+
+def drawn_rows(result: "Result") -> pl.DataFrame:
+    """The columns in use, at most MOST_ROWS rows."""
+    n_rows = int(result.segments["n_samples"].sum()) if len(result.segments) else 0
+    step = max(1, -(-n_rows // MOST_ROWS))
+    return result.samples.select(COLUMNS).gather_every(step).collect()
+
+
+def column(samples: pl.DataFrame, name: str) -> F64:
+    """A column with NaN where it is null."""
+    return samples[name].cast(pl.Float64).fill_null(np.nan).to_numpy()
+
+
+def described_s(samples: pl.DataFrame) -> F64:
+    """The instants that the derivative columns describe."""
+    return column(samples, "t_s") - column(samples, "delay_s")
+
+
+def stretches_of(mode: pl.Series) -> list[Stretch]:
+    """Stretches of one mode."""
+    if not len(mode):
+        return []
+    starts = [0, *(np.flatnonzero((mode != mode.shift()).fill_null(value=False).to_numpy())).tolist()]
+    return [(a, b, str(mode[a])) for a, b in zip(starts, [*starts[1:], len(mode)], strict=True)]
+
+
+def shade(axes: Axes, samples: pl.DataFrame, stretches: list[Stretch]) -> None:
+    """The background in the colour of the estimated mode; ideal rolling stays white."""
+    t_s = column(samples, "t_s")
+    for a, b, mode in stretches:
+        if mode != ContactMode.IDEAL.label:
+            end = t_s[min(b, len(t_s) - 1)]
+            axes.axvspan(t_s[a], end, color=MODE_RGB[mode], alpha=SHADE, linewidth=0, zorder=0)
+
+
+def draw_path(axes: Axes, samples: pl.DataFrame, stretches: list[Stretch]) -> None:
+    """The measured path in the colour of the estimated mode, the start marked."""
+    xy = samples.select("x_m", "y_m").to_numpy()
+    pieces = [xy[a : b + 1] for a, b, _ in stretches]
+    colours = [MODE_RGB[mode] for _, _, mode in stretches]
+    axes.add_collection(LineCollection(pieces, colors=colours, linewidths=2.6, capstyle="round"))
+    if len(xy):
+        axes.plot(*xy[0], "o", color="white", markeredgecolor=DARK, markersize=7, zorder=3)
+        axes.annotate("start", xy[0], xytext=(0, -15), textcoords="offset points", ha="center", color=DARK)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.autoscale_view()
+    axes.margins(0.08)
+    axes.set(title="Path by estimated mode", xlabel="x [m]", ylabel="y [m]")
+
+
+def draw_lanes(axes: Axes, samples: pl.DataFrame) -> None:
+    """Estimated mode, and the true one where there is a truth, as lanes, with the key of the colours."""
+    lanes = [("estimate", samples["mode"])]
+    if samples["mode_true"].null_count() < len(samples):
+        lanes.append(("truth", samples["mode_true"].fill_null(ContactMode.UNDECIDED.label)))
+    t_s = column(samples, "t_s")
+    for row, (_, mode) in enumerate(lanes):
+        for a, b, name in stretches_of(mode):
+            width = t_s[min(b, len(t_s) - 1)] - t_s[a]
+            axes.broken_barh([(t_s[a], width)], (row + 0.08, 0.84), color=MODE_RGB[name], linewidth=0)
+    axes.set_yticks([row + 0.5 for row in range(len(lanes))], [name for name, _ in lanes])
+    axes.set_ylim(len(lanes), 0)
+    axes.set_xlim(t_s[0] if len(t_s) else 0, t_s[-1] if len(t_s) else 1)
+    axes.grid(visible=False)
+    axes.tick_params(left=False, bottom=False)
+    seen = {str(name) for _, mode in lanes for name in mode.unique()}
+    key = [Patch(color=MODE_RGB[m.label], label=mode_name(m)) for m in MODES if m.label in seen]
+    key_above(axes, key, handlelength=1.0)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+    axes.set_title("Contact mode")
+
+
+def draw_velocity(axes: Axes, samples: pl.DataFrame) -> None:
+    """Longitudinal and lateral velocity."""
+    t_s = described_s(samples)
+    for name, colour, label in (("v_long_mps", BLUE, "longitudinal"), ("v_lat_mps", RED, "lateral")):
+        axes.plot(t_s, column(samples, name), color=colour, label=label)
+    finish(axes, "Velocity [m/s]")
+    key_above(axes)
+
+
+def draw_constraint(axes: Axes, samples: pl.DataFrame, name: str, threshold: str, title: str) -> None:
+    """A constraint and the band between its thresholds."""
+    t_s, value, limit = described_s(samples), column(samples, name), column(samples, threshold)
+    axes.fill_between(t_s, -limit, limit, color="#c3c8d0", alpha=0.55, linewidth=0)
+    axes.plot(t_s, value, color=BLUE, linewidth=1.1)
+    finish(axes, title)
+
+
+def draw_alpha(axes: Axes, samples: pl.DataFrame, nominal: float | None) -> None:
+    """α with its 95 % interval, and the nominal value."""
+    t_s, alpha, sd = (column(samples, name) for name in ("t_s", "alpha", "alpha_sd"))
+    axes.fill_between(
+        t_s, alpha - NORMAL_95 * sd, alpha + NORMAL_95 * sd, color=BLUE, alpha=0.22, linewidth=0
+    )
+    axes.plot(t_s, alpha, color=BLUE)
+    if nominal is not None:
+        axes.axhline(nominal, color=DARK, linestyle=(0, (4, 3)), linewidth=1, label="nominal")
+        key_above(axes)
+    settled = np.isfinite(alpha) & (t_s >= np.nanmax(t_s, initial=0.0) * 0.2)
+    if settled.any():
+        values = np.concatenate([(alpha + k * NORMAL_95 * sd)[settled] for k in (-1.0, 1.0)])
+        low, high = np.percentile(values[np.isfinite(values)], OUTER_PERCENT).tolist()
+        low, high = (low, high) if nominal is None else (min(low, nominal), max(high, nominal))
+        margin = 0.25 * (high - low) or 0.1 * abs(high)
+        axes.set_ylim(low - margin, high + margin)
+    finish(axes, "α [(m/s²)/(N·m)] with its 95 % interval")
+
+
+def key_above(axes: Axes, handles: list[Patch] | None = None, handlelength: float = 1.5) -> None:
+    """The key in one line above the axes, at the right."""
+    entries = handles or axes.get_legend_handles_labels()[0]
+    axes.legend(
+        handles=entries,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.97),
+        ncols=max(len(entries), 1),
+        borderaxespad=0.0,
+        handlelength=handlelength,
+        columnspacing=1.2,
+    )
+
+
+def finish(axes: Axes, title: str) -> None:
+    """Title and few ticks."""
+    axes.set_title(title)
+    axes.yaxis.set_major_locator(MaxNLocator(4))

@@ -1,0 +1,142 @@
+"""What a replay found, as one object: tables, settings, files, pictures."""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import polars as pl
+
+from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
+from wmr_replay.api.places import LocalPlace, home_of, local_path
+from wmr_replay.api.store import SampleStore
+from wmr_replay.jobs.replay import RunTables, TimelineFacts
+from wmr_replay.jobs.result_files import open_timeline, write_results
+from wmr_replay.tables.summary import summary_frame
+
+if TYPE_CHECKING:
+    from wmr_replay.api.plots.figure import Figure
+
+
+class Result:
+    """The answer of ``run`` and ``replay``.
+
+    Tables are polars frames with the columns of the documented schemas; ``mode`` and ``mode_true`` show names
+    (``undecided``, ``ideal``, ``skidding``, ``slipping``, ``skidding_slipping``), on disk they are Int8.
+
+    Attributes:
+        stem: Name of the log without its ending; result files are named after it.
+        files: The files that were written, by kind; empty for a result that was not asked to write any.
+    """
+
+    def __init__(
+        self,
+        stem: str,
+        store: SampleStore,
+        tables: RunTables,
+        facts: TimelineFacts,
+        files: Mapping[str, Path] | None = None,
+    ) -> None:
+        self.stem, self.files = stem, dict(files or {})
+        self._store, self._tables, self._facts = store, tables, facts
+
+    @property
+    def samples(self) -> pl.LazyFrame:
+        """One row per pose sample, lazily: select what is needed, then ``collect()``.
+
+        Samples of a long log lie in a temporary file, which is removed together with this result.
+        """
+        return with_mode_names(self._store.lazy(), MODE_COLUMNS)
+
+    @property
+    def segments(self) -> pl.DataFrame:
+        """One row per stretch of one estimated mode; ``start_s`` and ``end_s`` count from the first pose."""
+        segments = with_mode_names(self._tables.segments, ("mode",))
+        if "start_s" in segments.columns or not len(segments):
+            return segments
+        start_ns = segments["start_ns"][0]
+        times = (((pl.col(f"{end}_ns") - start_ns) / 1e9).alias(f"{end}_s") for end in ("start", "end"))
+        return segments.with_columns(times)
+
+    @property
+    def summary(self) -> pl.DataFrame:
+        """One row about the whole log: shares of the modes, α, scores, counts of anomalies, verdict."""
+        return summary_frame(self._tables.summary)
+
+    @property
+    def confusion(self) -> pl.DataFrame:
+        """Seconds by true and estimated mode; empty without a truth."""
+        return with_mode_names(self._tables.confusion, MODE_COLUMNS)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Everything that decided the numbers: settings, robot, effects, channels, the tuned kernel."""
+        settings: dict[str, Any] = json.loads(self._tables.summary["settings"])
+        return settings
+
+    @property
+    def verdict(self) -> str:
+        """The result in a sentence or two."""
+        return str(self._tables.summary["verdict"])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was noticed: losses, clocks, what was left out."""
+        return tuple(json.loads(self._tables.summary["notes"]))
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
+        """Write the files that ``wmr-replay run --out DIRECTORY`` writes; the files by kind.
+
+        They appear together or not at all. ``directory`` is made where it is missing.
+        """
+        facts = (lambda: self._facts) if timeline else None
+        tables = self._tables
+        files, _ = write_results(
+            local_path(directory), self.stem, self._store.batches(), lambda: tables, facts
+        )
+        return files
+
+    def timeline(self, path: LocalPlace) -> Path:
+        """Write the Rerun timeline to ``path`` (``.rrd``); open it with ``rerun FILE``."""
+        target = local_path(path)
+        home_of(target)
+        timeline = open_timeline(target, self._facts)
+        try:
+            for samples in self._store.batches():
+                timeline.push(samples)
+            timeline.finish(self.verdict)
+        except BaseException:
+            timeline.discard()
+            raise
+        return target
+
+    def plot(self) -> "Figure":
+        """Path, modes, velocities and α over time as a matplotlib figure.
+
+        Raises MissingExtra without matplotlib (``pip install 'wmr-replay[plot]'``).
+        """
+        from wmr_replay.api.plots import run_figure  # noqa: PLC0415 – an extra
+
+        return run_figure(self)
+
+    @property
+    def stored_segments(self) -> pl.DataFrame:
+        """The segments as they are on disk, modes as numbers."""
+        return self._tables.segments
+
+    def stored_batches(self) -> Iterator[pl.DataFrame]:
+        """The samples as they are on disk, modes as numbers, piece by piece."""
+        return self._store.batches()
+
+    def batches(self) -> Iterator[pl.DataFrame]:
+        """The samples table in order, piece by piece, with bounded memory; modes by name."""
+        for samples in self._store.batches():
+            yield with_mode_names(samples, MODE_COLUMNS)
+
+    def __repr__(self) -> str:
+        return f"<Result of {self._tables.summary['log']}: {self.verdict}>"
+
+    def _repr_html_(self) -> str:
+        from wmr_replay.api.html import result_html  # noqa: PLC0415 – for notebooks alone
+
+        return result_html(self)

@@ -1,0 +1,99 @@
+"""Replaying a log: from a file or URL, or from signals in memory."""
+
+from typing import Unpack
+
+from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.request import (
+    Instant,
+    MappingLike,
+    ModelLike,
+    SettingsArguments,
+    between_of,
+    mapping_of,
+    model_of,
+    settings_of,
+)
+from wmr_replay.api.result import Result
+from wmr_replay.api.store import SampleStore
+from wmr_replay.jobs.replay import MemorySource, Progress, Replay
+from wmr_replay.jobs.run import replay_of, run_into
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import replay_model
+from wmr_schemas.model_file import Model
+from wmr_schemas.signals import Log
+
+
+def run(
+    log: Place,
+    out: LocalPlace | None = None,
+    *,
+    model: ModelLike | None = None,
+    mapping: MappingLike | None = None,
+    start: Instant | None = None,
+    end: Instant | None = None,
+    timeline: bool = True,
+    strict: bool = False,
+    progress: Progress | None = None,
+    **settings: Unpack[SettingsArguments],
+) -> Result:
+    """Identify contact modes and α in a log.
+
+    Without ``out`` nothing is written where the program runs: the result is in memory, a long log's samples
+    in a temporary file that goes with the result.
+
+    Args:
+        log: An MCAP file, a rosbag2 directory, or a URL.
+        out: Directory for the result files, which appear together or not at all.
+        model: Model or model file: parameters and effects beyond the base model.
+        mapping: Mapping or mapping file: which topics hold pose, torques and truth; the robot's parameters.
+        start: Leave out what was logged before: seconds from the first message, or an absolute time.
+        end: Leave out what was logged after.
+        timeline: Whether ``out`` receives a Rerun timeline too.
+        strict: Raise when something in the file was damaged.
+        progress: Called with bytes read and bytes in all.
+        **settings: Fields of ``wmr_replay.Settings``, such as ``identifier="paper"`` or ``window_s=0.4``.
+
+    Raises:
+        LogUnusable: The log cannot be analysed; the message says what to try.
+        InvalidSetting: A setting or model that makes no sense.
+        InvalidFile: A model or mapping file with a mistake in it.
+    """
+    replayed = replay_of(
+        place_of(log),
+        settings=settings_of(settings),
+        mapping=mapping_of(mapping),
+        between=between_of(start, end),
+        model=model_of(model),
+    )
+    if out is None:
+        return held_result(replayed, progress, strict=strict)
+    found = run_into(replayed, local_path(out), timeline=timeline, strict=strict, progress=progress)
+    store = SampleStore.of_file(found.files["samples"])
+    return Result(replayed.source.stem, store, found.tables, replayed.timeline_facts(), found.files)
+
+
+def replay(
+    log: Log, *, model: ModelLike | None = None, name: str = "log", **settings: Unpack[SettingsArguments]
+) -> Result:
+    """Identify contact modes and α in signals that are in memory.
+
+    Args:
+        log: Pose, and torques, truth and nominal parameters where there are any.
+        model: Model or model file: parameters and effects beyond the base model.
+        name: What the summary and saved files call the log.
+        **settings: Fields of ``wmr_replay.Settings``.
+
+    Raises:
+        InvalidSetting: A setting or model that makes no sense.
+    """
+    engine = Engine(settings_of(settings), replay_model(model_of(model) or Model(), log.robot))
+    return held_result(Replay(MemorySource(log, name), engine))
+
+
+def held_result(replayed: Replay, progress: Progress | None = None, *, strict: bool = False) -> Result:
+    """Run a replay to its end, and keep its samples."""
+    store = SampleStore()
+    for samples in replayed.samples(progress, strict=strict):
+        store.push(samples)
+    store.finish()
+    return Result(replayed.source.stem, store, replayed.tables(), replayed.timeline_facts())

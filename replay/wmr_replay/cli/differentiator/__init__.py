@@ -1,1 +1,0 @@
-"""What ``wmr-replay diff`` computes, tabulates and plots."""

@@ -1,0 +1,40 @@
+"""Arguments that are a path or a URL."""
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from wmr_replay.ingest.storage.source import LogPath
+
+
+class LogPlace(click.ParamType["LogPath"]):
+    """A file or directory on this machine, or a URL."""
+
+    name = "path or URL"
+
+    def convert(
+        self, value: "str | LogPath", param: click.Parameter | None, ctx: click.Context | None
+    ) -> "LogPath":
+        """The text as a path or URL."""
+        from wmr_replay.ingest.storage.source import log_path
+
+        return log_path(value) if isinstance(value, str) else value
+
+
+class LocalFolder(click.Path):
+    """A directory of this machine; a URL is refused."""
+
+    def convert(
+        self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
+    ) -> Any:
+        """The text as a path; a URL is a usage error."""
+        if "://" in str(value):
+            self.fail(f"{value} is a URL; `wmr-replay batch` writes to URLs, this a directory", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+LOG = LogPlace()
+FOLDER = LocalFolder(file_okay=False, path_type=Path)

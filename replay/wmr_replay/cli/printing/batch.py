@@ -1,0 +1,85 @@
+"""What ``batch`` prints: a row per log, each failure, the totals."""
+
+import sys
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import click
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from wmr_replay.cli.printing.run import percent
+from wmr_schemas.modes import MODES, ContactMode
+
+if TYPE_CHECKING:
+    from wmr_replay.fleet.batch import BatchResult
+    from wmr_replay.ingest import LogPath
+
+_MAX_ROWS = 60
+_WIDTH = 1000
+"""Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
+_MODES = (*MODES, ContactMode.UNDECIDED)
+
+
+def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None:
+    """A row per log, each failure in full, and the totals; or all of it as JSON."""
+    from wmr_replay.fleet.summary import fleet_json, totals
+
+    if as_json:
+        click.echo(fleet_json(result.fleet))
+        return
+    console = Console(highlight=False, width=_WIDTH)
+    done = result.fleet.filter(result.fleet["state"] == "done")
+    with console.capture() as capture:
+        if len(done):
+            console.print(fleet_table(done.head(_MAX_ROWS).to_dicts()))
+        if len(done) > _MAX_ROWS:
+            console.print(f"… and {len(done) - _MAX_ROWS} more in fleet.parquet")
+        if result.failed:
+            console.print(failure_table(result))
+        for line in total_lines(totals(result.fleet), result):
+            console.print(line)
+        console.print(f"results   {escape(str(out))}")
+    sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
+
+
+def fleet_table(rows: list[dict[str, Any]]) -> Table:
+    """Length, shares of the modes, and accuracy where there is a truth."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("log", no_wrap=True)
+    for name in ("minutes", *(mode.label.replace("_", "+") for mode in _MODES), "accuracy"):
+        table.add_column(name, justify="right")
+    for row in rows:
+        shares = [percent(row[f"share_{mode.label}"]) for mode in _MODES]
+        table.add_row(escape(row["log"]), f"{row['duration_s'] / 60:.1f}", *shares, percent(row["accuracy"]))
+    return table
+
+
+def failure_table(result: "BatchResult") -> Table:
+    """Each log that failed, and the message that ``run`` gives."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    table.add_column("failed", no_wrap=True)
+    table.add_column("why", no_wrap=True)
+    for outcome in result.failed:
+        table.add_row(escape(outcome.log), escape(outcome.problem))
+    return table
+
+
+def total_lines(total: Mapping[str, Any], result: "BatchResult") -> list[str]:
+    """The dataset as a whole, and what this batch did."""
+    shares = ", ".join(
+        f"{mode.label.replace('_', ' and ')} {percent(total[f'share_{mode.label}'])}"
+        for mode in _MODES
+        if total[f"share_{mode.label}"]
+    )
+    lines = [f"[bold]{total['n_done']} logs, {total['hours']:.2f} h[/bold]  {shares}"]
+    if total["accuracy"] is not None:
+        lines.append(f"accuracy  {percent(total['accuracy'])} over {total['n_with_truth']} logs with a truth")
+    same = [outcome for outcome in result.outcomes if outcome.same_as]
+    rest = [outcome for outcome in result.outcomes if not outcome.same_as]
+    n_failed, n_skipped = sum(bool(o.problem) for o in rest), sum(o.skipped for o in rest)
+    counted = {"new": len(rest) - n_failed - n_skipped, "done before": n_skipped, "failed": n_failed}
+    counted["of the same content as another"] = len(same)
+    lines.append("this time " + ", ".join(f"{n} {what}" for what, n in counted.items() if n or what == "new"))
+    return lines

@@ -1,0 +1,35 @@
+"""What ``compare`` prints: the differences as tables of text, or as JSON."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wmr_replay.cli.printing.json import echo_json
+
+if TYPE_CHECKING:
+    from wmr_replay.api.compare import Comparison
+
+
+def print_comparisons(
+    comparisons: Sequence["Comparison"],
+    files: Sequence[Mapping[str, Path]],
+    lonely: Sequence[str],
+    out: Path,
+    *,
+    as_json: bool,
+) -> None:
+    """Each comparison with its files; names that are on one side only go to standard error."""
+    for stem in lonely:
+        click.echo(f"{stem}: only on one side", err=True)
+    if as_json:
+        echo_json([comparison.as_dict() for comparison in comparisons])
+        return
+    from wmr_replay.timeline import viewer_command
+
+    for comparison, written in zip(comparisons, files, strict=True):
+        click.echo(str(comparison))
+        click.echo(f"\nresults   {out}/")
+        if "timeline" in written:
+            click.echo(f"viewer    {viewer_command(written['timeline'])}")

@@ -1,0 +1,203 @@
+"""What ``gap`` prints: what is missing, what adding it brings, where, and what to do next."""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from wmr_replay.cli.printing.words import modes_in_words, next_steps, numbers, p_in_words, unit_of
+
+if TYPE_CHECKING:
+    from wmr_replay.api.gap import Gap as GapAnswer
+    from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut
+
+WIDTH = 100
+STYLES = {
+    "named": "bold green",
+    "ambiguous": "bold yellow",
+    "unnamed": "bold yellow",
+    "nothing_missing": "bold cyan",
+    "not_enough_excitation": "bold magenta",
+}
+MARKS = {"named": "●", "ambiguous": "◐", "unnamed": "◌", "nothing_missing": "○", "not_enough_excitation": "×"}
+BAR = 20
+NEAR_BIC = 10.0
+"""Alternatives that are worse than this are not worth a word."""
+
+
+def console_of() -> Console:
+    """A console as wide as the terminal; 100 columns where the output goes to a file or pipe."""
+    return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+
+
+def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
+    """Everything from the verdict to the files, or gap.json."""
+    if as_json:
+        click.echo(found.as_json(), nl=False)
+        return
+    gap, console = found.document, console_of()
+    console.print(header(found), soft_wrap=True)
+    console.print()
+    console.print(verdict_line(gap))
+    console.print()
+    if gap.effects:
+        console.print(effect_table(gap))
+        console.print()
+    console.print(gap_table(gap.gap))
+    console.print()
+    listed = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    listed.add_column(style="dim", no_wrap=True)
+    listed.add_column()
+    for label, line in facts(gap):
+        listed.add_row(label, line)
+    console.print(listed)
+    console.print()
+    if gap.verdict in ("nothing_missing", "not_enough_excitation") and gap.minimum_detectable:
+        console.print("would have been seen from", style="dim")
+        console.print(least_sizes(gap))
+        console.print()
+    for label, line in next_steps(found, log):
+        console.print(f"[dim]{label:<9}[/dim] {line}", soft_wrap=True)
+
+
+def header(found: "GapAnswer") -> str:
+    """Log, length, base model, modes."""
+    gap, pose = found.document, found.log.pose
+    seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
+    n_torque = len(found.log.torque) if found.log.torque is not None else 0
+    return (
+        f"[bold]{gap.log}[/bold]  {seconds:.1f} s, {len(pose)} poses, {n_torque} torques\n"
+        f"[dim]base model: {gap.base}; contact modes: {modes_in_words(gap.modes)}[/dim]"
+    )
+
+
+def verdict_line(gap: "GapFile") -> Table:
+    """The verdict in a word and a sentence, behind a coloured mark."""
+    line = Table.grid(padding=(0, 1))
+    style = STYLES[gap.verdict]
+    word = gap.verdict.replace("_", " ")
+    sentence = Text(gap.sentence.strip(), style="bold")
+    line.add_row(Text(MARKS[gap.verdict], style=style), Text(word, style=style, no_wrap=True), sentence)
+    return line
+
+
+def effect_table(gap: "GapFile") -> Table:
+    """A line for each parameter: value, interval, what else it might be, significance."""
+    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
+    for name in ("missing", "parameter"):
+        table.add_column(name, no_wrap=True)
+    for name in ("value", "95 % interval"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("or", ratio=1)
+    table.add_column("p", justify="right", no_wrap=True)
+    for effect in gap.effects:
+        for cells in effect_rows(effect):
+            table.add_row(*cells)
+    return table
+
+
+def effect_rows(effect: "Effect") -> Iterator[tuple[str | Text, ...]]:
+    """The lines of one effect; name, alternatives and significance in the first."""
+    name, other = Text(effect.name, style="bold"), or_else(effect)
+    for k, (key, p) in enumerate(effect.parameters.items()):
+        value, interval = numbers(p.value, p.ci95)
+        first = k == 0
+        yield (
+            name if first else "",
+            key,
+            Text(value, style="bold"),
+            interval,
+            unit_of(p.unit),
+            other if first else "",
+            p_in_words(effect.p_value) if first else "",
+        )
+
+
+def or_else(effect: "Effect") -> str:
+    """The confounded class, and what else explains this log nearly as well, with its ΔBIC."""
+    others = [name for name in effect.confound_class if name != effect.name]
+    near = [
+        f"{other.name} (ΔBIC {other.delta_bic:.2g})"
+        for other in effect.alternatives
+        if other.delta_bic is not None and other.delta_bic < NEAR_BIC
+    ]
+    return ", ".join([*others, *near]) or "–"
+
+
+def gap_table(gap: "Gap") -> Table:
+    """Position and yaw: before, after, floor, and the share of the gap that is left as a bar."""
+    table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
+    table.add_column(f"held-out gap, {gap.windows} window{'' if gap.windows == 1 else 's'}", no_wrap=True)
+    for name in ("before", "after", "floor", "reduced by", "p"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("")
+    table.add_row("position over 4 s", *held_out_cells(gap.held_out, "mm"), bar(gap.held_out))
+    table.add_row("yaw over 4 s", *held_out_cells(gap.yaw.held_out, "mrad"), bar(gap.yaw.held_out))
+    return table
+
+
+def held_out_cells(held: "HeldOut", shown_unit: str) -> list[str]:
+    """The gap in thousandths of its unit, and the reduction with its interval."""
+    sizes = (held.before, held.after, held.floor)
+    cells = ["–" if size is None else f"{1e3 * size:.3g} {shown_unit}" for size in sizes]
+    low, high = held.reduction_ci95
+    same = held.before is None or held.after is None or held.before == held.after
+    reduced = "–" if same or low is None or high is None else f"{100 * low:.0f} … {100 * high:.0f} %"
+    return [*cells, reduced, "–" if same else p_in_words(held.p_value)]
+
+
+def bar(held: "HeldOut") -> Text:
+    """``before`` as a full bar: what is left of it bright, what was explained dim, the floor a mark in it."""
+    if not held.before or held.after is None or held.after == held.before:
+        return Text("")
+    left = min(round(BAR * held.after / held.before), BAR)
+    drawn = Text("━" * left, style="cyan") + Text("━" * (BAR - left), style="bright_black")
+    if held.floor is not None and held.floor < held.before:
+        mark = min(round(BAR * held.floor / held.before), BAR - 1)
+        drawn = drawn[:mark] + Text("╋", style="white") + drawn[mark + 1 :]
+    return drawn
+
+
+def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
+    """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
+    if gap.where.channels and gap.effects:
+        factors = (f"{name} ×{q:.3g}" for name, q in gap.where.channels.items() if q is not None)
+        yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)
+    if gap.where.intervals:
+        pieces = (f"{i.start_s:.1f} … {i.end_s:.1f} s{share(i.share)}" for i in gap.where.intervals[:3])
+        yield "when", ", ".join(pieces)
+    if gap.where.regions:
+        pieces = (
+            f"({r.x_m:.1f}, {r.y_m:.1f}) m ± {r.radius_m:.1f} m{share(r.share)}"
+            for r in gap.where.regions[:3]
+        )
+        yield "on the path", ", ".join(pieces)
+    for effect in gap.effects:
+        if effect.separate_with:
+            yield "tell apart", f"{effect.name}: {effect.separate_with}"
+    if gap.unnameable:
+        yield "not named", f"{', '.join(gap.unnameable)}: not from a base calibrated on this log"
+    for note in gap.notes:
+        yield "note", note
+
+
+def least_sizes(gap: "GapFile") -> Table:
+    """The smallest size of each effect that would have been seen, two to a line."""
+    table = Table.grid(padding=(0, 2))
+    known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
+    cells = [(name, f"{least.value:.2g} {unit_of(least.unit)}") for name, least in known]
+    height = -(-len(cells) // 2)
+    for row in range(height):
+        table.add_row(*(cell for entry in cells[row::height] for cell in entry))
+    return table
+
+
+def share(value: float | None) -> str:
+    """The share in brackets."""
+    return "" if value is None else f" ({value:.0%})"

@@ -1,0 +1,103 @@
+"""What ``run`` prints: the summary as text or as JSON."""
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from wmr_replay.cli.printing.json import echo_json
+from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.tables import ANOMALIES
+
+if TYPE_CHECKING:
+    from wmr_replay.api.result import Result
+
+
+def print_result(result: "Result", *, as_json: bool) -> None:
+    """The summary as JSON; or modes, scores where there is a truth, what was noticed, the verdict, and how
+    to open the viewer.
+    """
+    from wmr_replay.timeline import viewer_command
+
+    row, console = result.summary.row(0, named=True), Console(highlight=False, soft_wrap=True)
+    if as_json:
+        echo_json(row | {"settings": result.settings, "notes": result.notes})
+        return
+    console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
+    for line in design_lines(row):
+        console.print(line)
+    console.print(mode_table(row))
+    for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in result.notes]:
+        console.print(line)
+    console.print(f"\n[bold]{row['verdict']}[/bold]\n")
+    console.print(f"results   {result.files['samples'].parent}/")
+    if "timeline" in result.files:
+        console.print(f"viewer    {viewer_command(result.files['timeline'])}")
+
+
+def overview(row: Mapping[str, Any]) -> str:
+    """Length, rate and window in a line."""
+    tuning = json.loads(row["settings"])["tuning"]
+    rate = "" if row["rate_hz"] is None else f" at {row['rate_hz']:.4g} Hz"
+    window = f", window {tuning['window_s']:.3g} s, delay {tuning['delay_s']:.3g} s" if tuning else ""
+    return f"{row['duration_s']:.1f} s, {row['n_pose']} poses{rate}, {row['n_torque']} torques{window}"
+
+
+def design_lines(row: Mapping[str, Any]) -> list[str]:
+    """The differentiator's kernel and why it is that one."""
+    tuning = json.loads(row["settings"])["tuning"]
+    if not tuning:
+        return []
+    shares = "".join(
+        f", {share:.2f} of {n}" for n, share in enumerate(tuning["shares"], tuning["degree"] + 1)
+    )
+    kernel = f"degree {tuning['degree']}{shares}, kappa {tuning['kappa']}, mu {tuning['mu']}"
+    why = tuning["design_reason"]
+    if tuning["error_ratio"] is not None:
+        why += f", expected error {tuning['error_ratio']:.2f} of the rule's"
+    return [f"kernel    {kernel}, theta {tuning['theta']:.2g} ({why})"]
+
+
+def mode_table(row: Mapping[str, Any]) -> Table:
+    """Share of each mode, and its recall where there is a truth."""
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for name, justify in (("mode", "left"), ("share", "right"), ("recall", "right")):
+        table.add_column(name, justify=justify)  # type: ignore[arg-type]
+    for mode in (*MODES, ContactMode.UNDECIDED):
+        share, recall = row[f"share_{mode.label}"], row.get(f"recall_{mode.label}")
+        if share or recall is not None:
+            table.add_row(mode.label.replace("_", " and "), percent(share), percent(recall))
+    return table
+
+
+def score_lines(row: Mapping[str, Any]) -> list[str]:
+    """How the estimates compare with the truth."""
+    if row["accuracy"] is None:
+        return []
+    delay, p95 = row["median_detection_delay_s"], row["p95_detection_delay_s"]
+    decided = f"{percent(row['accuracy_decided'])} of the {percent(row['decided_share'])} decided"
+    lines = [f"accuracy  {percent(row['accuracy'])} ({decided})"]
+    if delay is not None:
+        lines.append(
+            f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed"
+        )
+    lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
+    if row["brier"] is not None:
+        lines.append(f"posterior Brier score {row['brier']:.3f}, calibration error {row['ece']:.3f}")
+    if row["alpha_error"] is not None:
+        lines.append(f"alpha     {row['alpha_error']:+.1%} off the true value")
+    return lines
+
+
+def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
+    """Every anomaly that was counted."""
+    return [
+        f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name != "truncated"
+    ]
+
+
+def percent(value: float | None) -> str:
+    """A share as per cent, or a dash."""
+    return "–" if value is None else f"{value:.1%}"

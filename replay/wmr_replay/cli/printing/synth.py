@@ -1,0 +1,53 @@
+"""What ``synth`` prints: what was written, and the lists of scenarios and effects."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from wmr_replay.cli.printing.json import echo_json
+
+if TYPE_CHECKING:
+    from wmr_replay.api.synthesise import Synthetic
+
+
+def print_written(made: "Synthetic", paths: Sequence[Path], *, as_json: bool) -> None:
+    """The files and what is in them."""
+    facts = made.facts
+    if as_json:
+        echo_json({"files": [str(path) for path in paths], "messages": made.n_messages, **facts})
+        return
+    beside = f" (and {', '.join(path.name for path in paths[1:])})" if len(paths) > 1 else ""
+    click.echo(
+        f"wrote {paths[0]}{beside}: {made.scenario}, seed {made.seed}, {facts['duration_s']:g} s, "
+        f"{made.n_messages} messages"
+    )
+    click.echo(f"next: wmr-replay run {paths[0]}")
+
+
+def print_scenarios(*, as_json: bool) -> None:
+    """Name, length and description of every scenario."""
+    from wmr_replay.api.synthesise import scenarios
+
+    rows = scenarios().to_dicts()
+    if as_json:
+        echo_json(rows)
+        return
+    width = max(len(row["name"]) for row in rows)
+    for row in rows:
+        click.echo(f"{row['name']:{width}}  {row['duration_s']:4.0f} s  {row['description']}")
+
+
+def print_effects(*, as_json: bool) -> None:
+    """Name, ranges and formula of every effect that can be hidden."""
+    from wmr_replay.api.synthesise import hidden_effects
+
+    rows = hidden_effects()
+    if as_json:
+        echo_json(rows)
+        return
+    width = max(len(row["name"]) for row in rows)
+    for row in rows:
+        drawn = ", ".join(f"{key} {text}" for key, text in row["ranges"].items())
+        click.echo(f"{row['name']:{width}}  {drawn}\n{'':{width}}  {row['candidate']}; here: {row['hidden']}")

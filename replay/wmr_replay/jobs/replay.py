@@ -1,0 +1,207 @@
+"""One log through the engine: samples batch by batch, then the tables about the whole. Writes no file."""
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import polars as pl
+
+from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.tables import confusion_frame, samples_frame
+from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
+from wmr_replay.tables.truth import SideTruth
+from wmr_schemas.batches import RawBatch
+from wmr_schemas.errors import DamagedLog
+from wmr_schemas.signals import Log
+
+Progress = Callable[[int, int], None]
+"""Called with bytes read and bytes in all."""
+
+
+class Source(Protocol):
+    """Where the rows of a replay come from: a log file or a log in memory."""
+
+    name: str
+    """As ``summary.log`` states it."""
+    stem: str
+    """Result files are named after it."""
+    sha256: str
+    """Hash of the content."""
+    file_sha256: str | None
+    """The same where it is the hash of a file: ``summary.log_sha256``."""
+
+    @property
+    def losses(self) -> Losses:
+        """What could not be used so far."""
+
+    def batches(self) -> Iterator[RawBatch]:
+        """The rows in file order."""
+
+    def position(self) -> tuple[int, int]:
+        """Bytes read so far and bytes in all."""
+
+    def channels(self) -> Mapping[str, Any]:
+        """Which channel served as what."""
+
+    def notes(self) -> list[str]:
+        """What was noticed besides losses. Complete once the batches are exhausted."""
+
+
+class FileSource:
+    """The rows of an opened log file."""
+
+    def __init__(self, reader: LogReader, sha256: str | None = None) -> None:
+        self._reader = reader
+        self.name, self.stem = str(reader.path), reader.path.stem
+        self.sha256 = sha256 or sha256_of(reader.path)
+        self.file_sha256 = None if isinstance(reader.path, RemotePath) else self.sha256
+
+    @property
+    def losses(self) -> Losses:
+        """What could not be used so far."""
+        return self._reader.losses
+
+    def batches(self) -> Iterator[RawBatch]:
+        """The rows in file order."""
+        return self._reader.batches()
+
+    def position(self) -> tuple[int, int]:
+        """Bytes read so far and bytes in all."""
+        return self._reader.position_bytes, self._reader.size_bytes
+
+    def channels(self) -> Mapping[str, Any]:
+        """Which channel served as what."""
+        return self._reader.plan.as_dict()
+
+    def notes(self) -> list[str]:
+        """Remarks on channels and stamps."""
+        return [*self._reader.remarks, *self._reader.stamp_notes]
+
+
+class MemorySource:
+    """The rows of a log in memory, in one batch."""
+
+    def __init__(self, log: Log, name: str) -> None:
+        self._log, self.name, self.stem = log, name, Path(name).stem
+        self.sha256 = content_sha256(log)
+        self.file_sha256: str | None = None
+        self.losses = Losses()
+
+    def batches(self) -> Iterator[RawBatch]:
+        """All rows."""
+        yield as_batch(self._log)
+
+    def position(self) -> tuple[int, int]:
+        """Everything is there at once."""
+        return 1, 1
+
+    def channels(self) -> Mapping[str, Any]:
+        """No channels."""
+        return {}
+
+    def notes(self) -> list[str]:
+        """No remarks."""
+        return []
+
+
+def content_sha256(log: Log) -> str:
+    """Hash of a log's arrays."""
+    digest = hashlib.sha256()
+    for track in (log.pose, log.torque, log.mode):
+        for column in () if track is None else vars(track).values():
+            digest.update(np.ascontiguousarray(column).tobytes())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True, eq=False)
+class RunTables:
+    """The tables about a whole log: ``summary`` as its row by column, ``segments``, ``confusion``."""
+
+    summary: dict[str, Any]
+    segments: pl.DataFrame
+    confusion: pl.DataFrame
+
+
+@dataclass(frozen=True, eq=False)
+class TimelineFacts:
+    """What a timeline states besides the samples."""
+
+    log_name: str
+    alpha_nominal: float | None
+    rate_hz: float
+    truth: Callable[[int], Iterator[pl.DataFrame]] | None
+    recording_id: str
+
+
+class Replay:
+    """A source through an engine: exhaust :meth:`samples`, then ask for :meth:`tables`."""
+
+    def __init__(
+        self, source: Source, engine: Engine, truth: SideTruth | None = None, given: Mapping[str, str] = {}
+    ) -> None:
+        self.source, self.engine = source, engine
+        self._truth, self._given = truth or SideTruth(), dict(given)
+        self._tally = SummaryCollector()
+
+    def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
+        """The samples table, batch by batch. With ``strict``, raises DamagedLog when something was lost."""
+        for batch in self.source.batches():
+            for columns in self.engine.push(batch):
+                yield self._counted(samples_frame(columns))
+            if progress is not None:
+                progress(*self.source.position())
+        for columns in self.engine.finish():
+            yield self._counted(samples_frame(columns))
+        if strict and self.source.losses.any():
+            raise DamagedLog(
+                self.source.name,
+                "; ".join(self.source.losses.notes),
+                "leave --strict out to analyse the intact part",
+            )
+
+    def tables(self) -> RunTables:
+        """Segments, confusion and the summary's row, once the samples are exhausted."""
+        runs, segments = self._tally.runs.finish(), self._tally.segments.finish()
+        return RunTables(summary_row(self._facts(), self._tally, runs), segments, confusion_frame(runs))
+
+    def timeline_facts(self) -> TimelineFacts:
+        """What the timeline needs; known with the first samples."""
+        tuning, source = self.engine.tuning, self.source
+        return TimelineFacts(
+            log_name=Path(source.name).name,
+            alpha_nominal=self.engine.model.robot.alpha,
+            rate_hz=tuning.rate_hz if tuning else 1.0,
+            truth=self._truth.states if self._truth.states_file else None,
+            recording_id=f"{source.stem}-{source.sha256[:16]}",
+        )
+
+    def _counted(self, samples: pl.DataFrame) -> pl.DataFrame:
+        self._tally.push(samples)
+        return samples
+
+    def _facts(self) -> LogFacts:
+        source, engine, tuning = self.source, self.engine, self.engine.tuning
+        robot = engine.model.robot
+        settings = engine.settings.as_dict() | {"robot": robot.known()}
+        settings |= {"effects": [asdict(effect) for effect in engine.model.effects]}
+        settings |= {"given": self._given}
+        settings |= {"channels": dict(source.channels()), "tuning": asdict(tuning) if tuning else None}
+        return LogFacts(
+            log=source.name,
+            log_sha256=source.file_sha256,
+            settings=settings,
+            rate_hz=tuning.rate_hz if tuning else None,
+            counts=engine.aligner.counts,
+            losses=source.losses.counts(),
+            n_gaps=engine.n_gaps,
+            n_pose_jumps=engine.n_pose_jumps,
+            n_outliers=engine.n_outliers,
+            notes=[*source.losses.notes, *source.notes(), *engine.model.notes],
+            robot=robot,
+            alpha_true=self._truth.alpha,
+        )

@@ -1,0 +1,118 @@
+"""The files of a run: samples and timeline grow while rows stream by, and all get their names at the end."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from wmr_replay.jobs.replay import RunTables, TimelineFacts
+from wmr_replay.tables import ParquetStream
+from wmr_replay.tables.summary import summary_frame
+from wmr_replay.timeline import Timeline
+from wmr_schemas.files import made_folder, whole_files
+from wmr_schemas.tables import SAMPLES, polars_schema
+
+ENDINGS = {
+    "summary_json": "summary.json",
+    "summary": "summary.parquet",
+    "segments": "segments.parquet",
+    "confusion": "confusion.parquet",
+    "samples": "samples.parquet",
+    "timeline": "rrd",
+}
+"""What follows ``<stem>.`` in the name of each kind of file."""
+
+
+def write_results(
+    directory: Path,
+    stem: str,
+    batches: Iterable[pl.DataFrame],
+    tables: Callable[[], RunTables],
+    facts: Callable[[], TimelineFacts] | None,
+) -> tuple[dict[str, Path], RunTables]:
+    """Write the results of one log to ``directory``; the files by kind, and the tables about the whole.
+
+    ``tables`` is called when the batches are exhausted, ``facts`` with the first rows; without ``facts`` no
+    timeline is written. After a failure no file has changed, and a directory made for the results is gone.
+    """
+    with made_folder(directory):
+        files = ResultFiles(directory, stem, facts)
+        try:
+            for samples in batches:
+                files.push(samples)
+            whole = tables()
+            return files.finish(whole), whole
+        except BaseException:
+            files.discard()
+            raise
+
+
+class ResultFiles:
+    """The files of one run, growing under temporary names until all are complete."""
+
+    def __init__(self, directory: Path, stem: str, facts: Callable[[], TimelineFacts] | None) -> None:
+        self._names = {kind: directory / f"{stem}.{ending}" for kind, ending in ENDINGS.items()}
+        self._facts = facts
+        self._samples = ParquetStream(self._names["samples"], polars_schema(SAMPLES))
+        self._timeline: Timeline | None = None
+
+    def push(self, samples: pl.DataFrame) -> None:
+        """Append a batch of samples."""
+        if not len(samples):
+            return
+        self._samples.push(samples)
+        if self._timeline is None and self._facts is not None:
+            self._timeline = open_timeline(self._names["timeline"], self._facts())
+        if self._timeline is not None:
+            self._timeline.push(samples)
+
+    def finish(self, tables: RunTables) -> dict[str, Path]:
+        """Complete every file and rename all; a confusion table of an earlier run that had a truth goes."""
+        small = self._small(tables)
+        with whole_files({kind: self._names[kind] for kind in small}) as parts:
+            for kind, write in small.items():
+                write(parts[kind])
+            self._samples.close()
+            if self._timeline is not None:
+                self._timeline.finish(tables.summary["verdict"])
+            self._samples.finish()
+        if "confusion" not in small:
+            self._names["confusion"].unlink(missing_ok=True)
+        written = {*small, "samples", *(["timeline"] if self._timeline is not None else [])}
+        return {kind: path for kind, path in self._names.items() if kind in written}
+
+    def discard(self) -> None:
+        """Remove what is unfinished."""
+        self._samples.discard()
+        if self._timeline is not None:
+            self._timeline.discard()
+
+    def _small(self, tables: RunTables) -> dict[str, Callable[[Path], Any]]:
+        """How each table about the whole log is written, the one that appears last first."""
+        text = summary_json(tables.summary) + "\n"
+        writers: dict[str, Callable[[Path], Any]] = {
+            "summary_json": lambda part: part.write_text(text, encoding="utf-8"),
+            "summary": summary_frame(tables.summary).write_parquet,
+            "segments": tables.segments.write_parquet,
+        }
+        return writers | ({"confusion": tables.confusion.write_parquet} if len(tables.confusion) else {})
+
+
+def summary_json(row: Mapping[str, Any]) -> str:
+    """The summary's row as JSON, settings and notes unfolded."""
+    unfolded = {name: json.loads(row[name]) for name in ("settings", "notes")}
+    return json.dumps({**row, **unfolded}, indent=2, ensure_ascii=False)
+
+
+def open_timeline(path: Path, facts: TimelineFacts) -> Timeline:
+    """A timeline that grows into ``path``."""
+    return Timeline(
+        path,
+        log_name=facts.log_name,
+        alpha_nominal=facts.alpha_nominal,
+        rate_hz=facts.rate_hz,
+        truth=facts.truth,
+        recording_id=facts.recording_id,
+    )
