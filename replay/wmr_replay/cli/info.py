@@ -77,7 +77,9 @@ def facts(reader: "LogReader") -> dict[str, Any]:
         "size_bytes": reader.size_bytes,
         "profile": reader.survey.profile,
         "library": reader.survey.library,
-        "channels": [channel_facts(reader, channel_id) for channel_id in sorted(reader.survey.catalogue.channels)],
+        "channels": [
+            channel_facts(reader, channel_id) for channel_id in sorted(reader.survey.catalogue.channels)
+        ],
         "used": {role: reader.plan.as_dict().get(role) for role in _ROLES},
         "clocks": {
             role: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
