@@ -97,15 +97,15 @@ class Chain:
         x, y, yaw = self._noise.push(rows.t_ns, rows.pose) ** 2
         variances = np.stack([(x + y) / 2, yaw])
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
+        known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
+        efforts = rows.inputs[:2]
         return Evidence(
             t_ns=rows.t_ns,
             pose=rows.pose,
-            efforts=rows.inputs[:2],
+            efforts=efforts,
             motion=motion,
             force=derivatives.inputs[0] + derivatives.inputs[1],
-            known_acceleration=self._known_acceleration(
-                motion, derivatives.estimates[2, 0], derivatives.inputs[:2]
-            ),
+            known_acceleration=known,
             variances=variances,
             independence=track_independence(rows.t_ns, rows.pose, self._independence),
             restarts=rows.restarts,
