@@ -19,6 +19,10 @@ def recording(made_up_gap, tmp_path_factory):
 @pytest.fixture(scope="module")
 def rows(recording):
     """Temporal rows by entity."""
+    return rows_of(recording)
+
+
+def rows_of(recording):
     found = {}
     for chunk in RrdReader(recording).stream():
         if not chunk.is_static:
@@ -53,11 +57,14 @@ def test_simulated_windows_neither_join_nor_overlap(made_up_gap, rows):
         assert len(set(traces.held_out[a:b])) == 1
 
 
-def test_a_result_without_effects_or_regions_is_drawn_too(made_up_gap, tmp_path):
+def test_a_result_without_effects_or_regions_is_drawn_too(made_up_gap, tmp_path, rows):
     path = tmp_path / "drive.gap.rrd"
     bare = made_up_gap.gap_result(verdict="nothing_missing", effects=(), where=made_up_gap.Where())
     write_gap_timeline(path, bare, "drive.mcap", "drive")
-    assert path.stat().st_size > 10_000
+    bare_rows = rows_of(path)
+    assert "/path/regions" not in bare_rows
+    assert {"/mode", "/path/measured", "/path/base", "/path/extended", "/gap/position/base"} <= set(bare_rows)
+    assert bare_rows["/path/base"] == rows["/path/base"]
 
 
 def test_the_text_holds_verdict_effects_and_gaps(made_up_gap):

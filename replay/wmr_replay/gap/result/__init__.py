@@ -1,1 +1,1 @@
-"""What a gap analysis says, put together from a selection."""
+"""The result of a gap analysis, assembled from a selection."""

@@ -1,1 +1,1 @@
-"""Which effects may be missing: scan of the candidates, leads, selection, contact modes."""
+"""The search: candidates fitted, forward selection, backward elimination, contact modes."""

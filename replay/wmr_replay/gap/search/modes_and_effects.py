@@ -104,7 +104,7 @@ def fallbacks(
 ) -> Iterator[Solution]:
     """The selection that a local preliminary model comes from, and that of the base model's modes.
 
-    The first one serves where the identifier does not follow a loss of traction that it is told of.
+    The first one serves where the identifier does not follow a loss of traction in its model.
     """
     models = preliminary.models
     if any(name in LOCAL for model in models for name in model.effects):

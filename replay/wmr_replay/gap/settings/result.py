@@ -8,7 +8,7 @@ class DetectableSettings:
     """The smallest size of an effect that a log would have shown."""
 
     level: float = 0.01
-    """Level of the test whose power is asked. Statistics: ``SignificanceSettings.level``."""
+    """Level of the test whose power is computed. Statistics: ``SignificanceSettings.level``."""
 
     power: float = 0.9
     """Power at which a size counts as detectable: nine logs in ten. Statistics: the usual choice."""
