@@ -10,9 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.identify.filter_bank.bins import fill_bins, open_bin
-from wmr_replay.identify.filter_bank.hypotheses import change_load, make_hypotheses, normalise, prune_and_merge
-from wmr_replay.identify.filter_bank.jumps import share_that_jumped, hypothesise_jump, surprising
-from wmr_replay.identify.filter_bank.predict import predict_mean, predict_covariance
+from wmr_replay.identify.filter_bank.hypotheses import (
+    change_load,
+    make_hypotheses,
+    normalise,
+    prune_and_merge,
+)
+from wmr_replay.identify.filter_bank.jumps import hypothesise_jump, share_that_jumped, surprising
+from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.states import (
     CAPPED,
     LN_ALPHA,

@@ -51,7 +51,9 @@ def kernel_class() -> Any:
             return Kernel
     versions = f"numba {numba.__version__} with llvmlite {llvmlite.__version__}"
     warnings.warn(
-        f"{versions}: {reason}; compiled code is not kept, every start compiles afresh", RuntimeWarning, stacklevel=2
+        f"{versions}: {reason}; compiled code is not kept, every start compiles afresh",
+        RuntimeWarning,
+        stacklevel=2,
     )
     return None
 

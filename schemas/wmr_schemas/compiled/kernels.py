@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from numba.core import errors
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
@@ -26,6 +27,13 @@ KERNEL = {"no_cfunc_wrapper": True}
 PART = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
 PYTHON_WRAPPER = "_ZN7cpython"
 """How the names of the wrappers begin that Python calls."""
+
+
+class PlainText:
+    """In place of numba's colours: it words an error for each of the many overloads that it tries in vain."""
+
+    def __getattr__(self, kind: str) -> Any:
+        return str
 
 
 class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
@@ -62,13 +70,14 @@ def set_environment(codegen: Any, name: str, env: Any) -> None:
 def callees_as_parts(codegen: Any) -> Iterator[None]:
     """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
     with global_compiler_lock:
-        before = codegen._library_class
+        before, colours = codegen._library_class, errors._termcolor_inst
+        errors._termcolor_inst = PlainText()
         codegen._library_class = PartLibrary
         codegen.set_env = lambda name, env: set_environment(codegen, name, env)
         try:
             yield
         finally:
-            codegen._library_class = before
+            codegen._library_class, errors._termcolor_inst = before, colours
             del codegen.set_env
 
 
@@ -121,7 +130,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A function that Python calls; compiled code calls its :attr:`part` in its place."""
 
-    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:  # noqa: A002
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
         options = {**EXPLICIT, **(targetoptions or {}), **KERNEL}
         super().__init__(py_func, locals, options)
         self._compiler = KernelCompiler(py_func, self.targetdescr, options, self.locals, Compiler)

@@ -6,6 +6,9 @@ import os
 import tempfile
 from pathlib import Path
 
+DIGEST_BYTES = 32
+"""Each file begins with the digest of the rest."""
+
 
 def file_of(directory: Path, function: str, signature: str) -> Path:
     """The file of one compiled signature."""
@@ -14,11 +17,13 @@ def file_of(directory: Path, function: str, signature: str) -> Path:
 
 
 def read(file: Path) -> bytes | None:
-    """The content, or None where there is none."""
+    """The content, or None where there is none or it is damaged."""
     try:
-        return file.read_bytes()
+        kept = file.read_bytes()
     except OSError:
         return None
+    content = kept[DIGEST_BYTES:]
+    return content if hashlib.sha256(content).digest() == kept[:DIGEST_BYTES] else None
 
 
 def write(file: Path, content: bytes) -> None:
@@ -31,7 +36,7 @@ def write(file: Path, content: bytes) -> None:
         file.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=file.parent, prefix="part-", delete=False) as part:
             name = part.name
-            part.write(content)
+            part.write(hashlib.sha256(content).digest() + content)
         os.replace(name, file)  # noqa: PTH105 – a Path would be made of it for nothing
     except OSError:
         if name is not None:

@@ -6,7 +6,6 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    SKIDDING_SLIPPING,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -16,6 +15,7 @@ from wmr_replay.identify.filter_bank.states import (
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     V_LAT,
     V_LONG,
     Prior,

@@ -8,7 +8,6 @@ from wmr_replay.identify.filter_bank.bins import Bins
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, log_prior_of_level, normalise
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    SKIDDING_SLIPPING,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -17,6 +16,7 @@ from wmr_replay.identify.filter_bank.states import (
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     V_LAT,
     V_LONG,
     Prior,
@@ -29,7 +29,9 @@ from wmr_schemas.arrays import F64, I64
 LEAST_SPEED_SD_MPS = PRIORS.least_start_speed_sd_mps
 
 
-def start_hypotheses(hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, n_levels: int) -> None:
+def start_hypotheses(
+    hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, n_levels: int
+) -> None:
     """Fill the set with one hypothesis for each mode and level, at the last of the bins."""
     mean, covariance = first_state(bins.values, bins.stamps, prior)
     for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):

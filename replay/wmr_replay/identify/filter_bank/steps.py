@@ -1,18 +1,27 @@
 """The bank's loop: every bin advances, tests and weighs all hypotheses."""
 
-from typing import NamedTuple
-
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, RELEASED, TURN
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, change_load, normalise, prune_and_merge, vary_level
-from wmr_replay.identify.filter_bank.jumps import release_pose, share_that_jumped, hypothesise_jump, surprising
-from wmr_replay.identify.filter_bank.predict import predict_mean, predict_covariance
+from wmr_replay.identify.filter_bank.hypotheses import (
+    HypothesisSet,
+    change_load,
+    normalise,
+    prune_and_merge,
+    vary_level,
+)
+from wmr_replay.identify.filter_bank.jumps import (
+    hypothesise_jump,
+    release_pose,
+    share_that_jumped,
+    surprising,
+)
+from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    SKIDDING_SLIPPING,
     CAPPED,
     IDEAL,
     LN_ALPHA,
@@ -22,6 +31,7 @@ from wmr_replay.identify.filter_bank.states import (
     OMEGA,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     SLIPPING,
     V_LAT,
     V_LONG,
@@ -176,7 +186,12 @@ def run_bins(
 
 @lean
 def branch(
-    hypotheses: HypothesisSet, inputs: tuple[float, float], since_s: float, prior: Prior, levels: int, r: Rhythm
+    hypotheses: HypothesisSet,
+    inputs: tuple[float, float],
+    since_s: float,
+    prior: Prior,
+    levels: int,
+    r: Rhythm,
 ) -> None:
     """The hypotheses of a split: changes of load, switches of mode, changes of level; the best are kept."""
     change_load(hypotheses, since_s)

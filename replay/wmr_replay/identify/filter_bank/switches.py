@@ -5,7 +5,6 @@ import math
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    SKIDDING_SLIPPING,
     CAPPED,
     IDEAL,
     N_STATES,
@@ -13,6 +12,7 @@ from wmr_replay.identify.filter_bank.states import (
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     SLIPPING,
     V_LAT,
     V_LONG,
@@ -94,7 +94,9 @@ def log_share_of_kind(slips: F64, capped: bool) -> float:
 
     A robot's slips are mostly of one kind, and which is not known before.
     """
-    return float(math.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR)))
+    return float(
+        math.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR))
+    )
 
 
 @lean
@@ -144,5 +146,7 @@ def split(
                 hypotheses.slips[child, 1 if mode == CAPPED else 0] += 1.0
             hypotheses.log_weight[child] += each
             hypotheses.size[0] += 1
-            switch(hypotheses.mean[child], hypotheses.covariance[child], (before, mode), when_sd, inputs, prior)
+            switch(
+                hypotheses.mean[child], hypotheses.covariance[child], (before, mode), when_sd, inputs, prior
+            )
         hypotheses.log_weight[parent] += math.log1p(-switched)

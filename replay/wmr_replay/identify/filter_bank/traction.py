@@ -4,7 +4,15 @@ import math
 from typing import NamedTuple
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
-from wmr_replay.identify.filter_bank.states import SKIDDING_SLIPPING, CAPPED, LN_ALPHA, LN_BETA, RHO, SLIPPING, Prior
+from wmr_replay.identify.filter_bank.states import (
+    CAPPED,
+    LN_ALPHA,
+    LN_BETA,
+    RHO,
+    SKIDDING_SLIPPING,
+    SLIPPING,
+    Prior,
+)
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
