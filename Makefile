@@ -16,9 +16,6 @@ TOOLS := $(VENV)/.installed-dev
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
 export PYTHONNOUSERSITE := 1
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
-# Compiled code is cached per state of the sources: a changed callee does not invalidate its callers by itself.
-SOURCES := $(shell find schemas synth replay -name '*.py' -exec cat {} + | cksum | cut -d' ' -f1)
-export NUMBA_CACHE_DIR := $(abspath $(VENV))/numba/$(SOURCES)
 export NO_MKDOCS_2_WARNING := 1
 PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
 
@@ -61,7 +58,7 @@ unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 docs: $(TOOLS) ## the documentation, into site/
 	$(PY) -m mkdocs build --strict
 
-BENCH ?= differentiator ingest
+BENCH ?= differentiator ingest first_use
 bench: $(TOOLS) ## speed and accuracy beside peers, which it installs; BENCH=ingest runs one of bench/
 	$(INSTALL) --no-build-isolation --editable '.[bench]'
 	$(foreach name,$(BENCH),$(PY) bench/$(name).py &&) true

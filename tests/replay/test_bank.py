@@ -10,9 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.identify.filter_bank.bins import fill_bins, open_bin
-from wmr_replay.identify.filter_bank.hypotheses import change_load, make_population, normalise, thin
-from wmr_replay.identify.filter_bank.jumps import share_that_jumped, suppose_jump, surprising
-from wmr_replay.identify.filter_bank.predict import move, spread
+from wmr_replay.identify.filter_bank.hypotheses import (
+    change_load,
+    make_hypotheses,
+    normalise,
+    prune_and_merge,
+)
+from wmr_replay.identify.filter_bank.jumps import hypothesise_jump, share_that_jumped, surprising
+from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.states import (
     CAPPED,
     LN_ALPHA,
@@ -27,7 +32,7 @@ from wmr_replay.identify.filter_bank.states import (
     with_alpha,
 )
 from wmr_replay.identify.filter_bank.switches import split
-from wmr_replay.identify.filter_bank.update import absorb
+from wmr_replay.identify.filter_bank.update import update
 from wmr_replay.identify.terms import Terms
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas import PAPER_ROBOT, RobotParameters
@@ -51,7 +56,7 @@ def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5):
 
 def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S):
     after, jacobian = mean.copy(), np.empty((N_MOVING, N_STATES))
-    move(after, mode, force, turn, dt, PRIOR, Terms(), jacobian)
+    predict_mean(after, mode, force, turn, dt, PRIOR, Terms(), jacobian)
     return after, jacobian
 
 
@@ -98,7 +103,7 @@ def test_the_covariance_step_is_the_dense_one(mode):
     full = np.eye(N_STATES)
     full[:N_MOVING] = jacobian
     expected = full @ covariance @ full.T
-    spread(covariance, jacobian, np.empty((N_MOVING, N_STATES)))
+    predict_covariance(covariance, jacobian, np.empty((N_MOVING, N_STATES)))
     np.testing.assert_allclose(covariance, expected, rtol=1e-12, atol=1e-12)
 
 
@@ -112,7 +117,7 @@ def test_the_update_is_the_textbook_one():
     error = pose - mean[:3]
     expected_mean, expected = mean + gain @ error, covariance - gain @ S @ gain.T
     likelihood = -0.5 * (error @ np.linalg.solve(S, error) + np.log(np.linalg.det(S)))
-    assert absorb(mean, covariance, pose, variances, np.empty(N_STATES)) == pytest.approx(likelihood)
+    assert update(mean, covariance, pose, variances, np.empty(N_STATES)) == pytest.approx(likelihood)
     np.testing.assert_allclose(mean, expected_mean, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(covariance, expected, rtol=1e-9, atol=1e-12)
 
@@ -133,25 +138,25 @@ def test_what_is_not_known_of_a_robot_is_never_the_papers():
 
 
 def population(weights, modes):
-    people = make_population(20)
+    hypotheses = make_hypotheses(20)
     for h, (weight, mode) in enumerate(zip(weights, modes, strict=True)):
-        people.mean[h] = state(v_long=1.0 + h, v_lat=-0.4 if mode == 1 else 0.0)
-        people.covariance[h] = np.eye(N_STATES) * 1e-4
-        people.log_weight[h], people.mode[h] = np.log(weight), mode
-    people.size[0] = len(weights)
-    return people
+        hypotheses.mean[h] = state(v_long=1.0 + h, v_lat=-0.4 if mode == 1 else 0.0)
+        hypotheses.covariance[h] = np.eye(N_STATES) * 1e-4
+        hypotheses.log_weight[h], hypotheses.mode[h] = np.log(weight), mode
+    hypotheses.size[0] = len(weights)
+    return hypotheses
 
 
 def test_splitting_keeps_the_probability_and_starts_skids_without_lateral_velocity():
-    people = population([0.7, 0.3], [0, 1])
-    split(people, 3, 0.1, 0.2, (20.0, 0.0), PRIOR)
-    n = people.size[0]
+    hypotheses = population([0.7, 0.3], [0, 1])
+    split(hypotheses, 3, 0.1, 0.2, (20.0, 0.0), PRIOR)
+    n = hypotheses.size[0]
     assert n == 8
-    assert np.exp(people.log_weight[:n]).sum() == pytest.approx(1.0)
-    assert sorted(people.mode[2:n]) == [0, 1, 2, 2, CAPPED, CAPPED]
-    assert (people.mean[2:n, V_LAT] == 0).all()
-    from_skid = people.mean[2:n, 3] == 2.0
-    assert (people.covariance[2:n][from_skid][:, 0, 0] > 1e-4).all()
+    assert np.exp(hypotheses.log_weight[:n]).sum() == pytest.approx(1.0)
+    assert sorted(hypotheses.mode[2:n]) == [0, 1, 2, 2, CAPPED, CAPPED]
+    assert (hypotheses.mean[2:n, V_LAT] == 0).all()
+    from_skid = hypotheses.mean[2:n, 3] == 2.0
+    assert (hypotheses.covariance[2:n][from_skid][:, 0, 0] > 1e-4).all()
 
 
 @given(
@@ -162,46 +167,46 @@ def test_splitting_keeps_the_probability_and_starts_skids_without_lateral_veloci
 @settings(max_examples=40, deadline=None)
 def test_no_switch_makes_or_loses_probability(modes, n_modes, force):
     possible = [mode for mode in modes if n_modes == 4 or mode != 3] or [0]
-    people = population([1 / len(possible)] * len(possible), possible)
-    split(people, n_modes, 0.1, 0.2, (force, 0.0), PRIOR)
-    assert np.exp(people.log_weight[: people.size[0]]).sum() == pytest.approx(1.0)
-    assert (3 in people.mode[: people.size[0]]) == (n_modes == 4)
+    hypotheses = population([1 / len(possible)] * len(possible), possible)
+    split(hypotheses, n_modes, 0.1, 0.2, (force, 0.0), PRIOR)
+    assert np.exp(hypotheses.log_weight[: hypotheses.size[0]]).sum() == pytest.approx(1.0)
+    assert (3 in hypotheses.mode[: hypotheses.size[0]]) == (n_modes == 4)
 
 
 def test_a_jump_of_the_pose_is_supposed_only_where_no_hypothesis_expects_the_bin():
-    people = population([0.7, 0.3], [0, 2])
-    people.mean[:2, :3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
+    hypotheses = population([0.7, 0.3], [0, 2])
+    hypotheses.mean[:2, :3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]
     variances = np.full(3, 1e-4)
-    assert not surprising(people, np.array([1.01, 0.0, 0.0]), variances)
+    assert not surprising(hypotheses, np.array([1.01, 0.0, 0.0]), variances)
     far = np.array([0.5, 0.0, 0.0])
-    assert surprising(people, far, variances)
-    suppose_jump(people, 0.02, 7.0)
-    assert people.size[0] == 4
-    assert list(people.mode[:4]) == [0, 2, 0, 2]
-    assert np.exp(people.log_weight[2:4]) == pytest.approx(np.array([0.7, 0.3]) * 0.02 / 3600)
-    assert not surprising(people, far, variances)
-    assert share_that_jumped(people, 7.2) == pytest.approx(0.02 / 3600)
-    assert share_that_jumped(people, 7.6) == 0.0
-    people.mean[2] = people.mean[0]
-    thin(people, 9)
-    assert people.size[0] == 4, "a jumped pose is not the same as its parent's"
+    assert surprising(hypotheses, far, variances)
+    hypothesise_jump(hypotheses, 0.02, 7.0)
+    assert hypotheses.size[0] == 4
+    assert list(hypotheses.mode[:4]) == [0, 2, 0, 2]
+    assert np.exp(hypotheses.log_weight[2:4]) == pytest.approx(np.array([0.7, 0.3]) * 0.02 / 3600)
+    assert not surprising(hypotheses, far, variances)
+    assert share_that_jumped(hypotheses, 7.2) == pytest.approx(0.02 / 3600)
+    assert share_that_jumped(hypotheses, 7.6) == 0.0
+    hypotheses.mean[2] = hypotheses.mean[0]
+    prune_and_merge(hypotheses, 9)
+    assert hypotheses.size[0] == 4, "a jumped pose is not the same as its parent's"
 
 
 def test_no_change_of_load_is_supposed_of_a_robot_that_slips():
     for modes, grows in (([0, 2], True), ([1, 2], True), ([2, 0], False), ([CAPPED, 0], False)):
-        people = population([0.7, 0.3], modes)
-        change_load(people, 0.1)
-        assert (people.size[0] == 3) == grows
+        hypotheses = population([0.7, 0.3], modes)
+        change_load(hypotheses, 0.1)
+        assert (hypotheses.size[0] == 3) == grows
 
 
 def test_thinning_joins_twins_and_keeps_the_probable():
-    people = population([0.4, 0.3, 0.2, 0.1], [0, 0, 1, 2])
-    people.mean[1] = people.mean[0]
-    thin(people, 2)
-    normalise(people)
-    assert people.size[0] == 2
-    assert list(people.mode[:2]) == [0, 1]
-    assert np.exp(people.log_weight[:2]) == pytest.approx([0.7 / 0.9, 0.2 / 0.9])
+    hypotheses = population([0.4, 0.3, 0.2, 0.1], [0, 0, 1, 2])
+    hypotheses.mean[1] = hypotheses.mean[0]
+    prune_and_merge(hypotheses, 2)
+    normalise(hypotheses)
+    assert hypotheses.size[0] == 2
+    assert list(hypotheses.mode[:2]) == [0, 1]
+    assert np.exp(hypotheses.log_weight[:2]) == pytest.approx([0.7 / 0.9, 0.2 / 0.9])
 
 
 @given(

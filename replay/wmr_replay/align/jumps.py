@@ -1,10 +1,10 @@
 """When a pose is no longer where its past says: gates for single samples, and lines that do not meet."""
 
-import numpy as np
+import math
 
 from wmr_replay.align.track import line, rate
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 SINGLE_SD = 6.0
 AGREEING = 4
@@ -19,7 +19,7 @@ GROUP_ACCELERATION = (5.0, 25.0)
 JERK = 0.07
 
 
-@compiled
+@lean
 def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64, gate: F64) -> None:
     """Pose and slopes at ``t_s`` by the line through the last good samples, (2, 3), and how far off one may
     lie:
@@ -32,19 +32,19 @@ def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64
     gap_s, span_s = t_s - held[n - 1, 0], held[n - 1, 0] - held[first, 0]
     reach_s, bend = gap_s + 0.2 * span_s, (span_s + gap_s) ** 2 / 6.0
     for i in range(2):
-        noise, moved = np.sqrt(variances[i] * (1.0 + v)), max(rate(lines, i), FLOOR[i]) * reach_s
+        noise, moved = math.sqrt(variances[i] * (1.0 + v)), max(rate(lines, i), FLOOR[i]) * reach_s
         gate[2 * i] = SINGLE_SD * noise + moved + ACCELERATION[i] * bend
     gate[1] = gate[0]
 
 
-@compiled
+@lean
 def inside(pose: F64, lines: F64, gate: F64) -> bool:
     """Whether a sample lies where it is expected."""
     x, y, yaw = abs(pose[0] - lines[0, 0]), abs(pose[1] - lines[0, 1]), abs(pose[2] - lines[0, 2])
     return bool(x <= gate[0] and y <= gate[1] and yaw <= gate[2])
 
 
-@compiled
+@lean
 def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
     """Largest share of its gate that a channel uses up; above 1 a sample dissents."""
     most = 0.0
@@ -53,20 +53,20 @@ def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
     return most
 
 
-@compiled
-def offsets(pending: F64, n: int, t_s: float, lines: F64, out: F64) -> None:
-    """Offsets of the first n of ``pending`` (4, …) – t, x, y, yaw – from the line: mean and range, ``out``
+@lean
+def offsets(pending: F64, start: int, stop: int, t_s: float, lines: F64, out: F64) -> None:
+    """Offsets of start … stop − 1 of ``pending`` (4, …) – t, x, y, yaw – from the line: mean and range, ``out``
     (2, 3).
     """
     for k in range(3):
-        low, high, total = np.inf, -np.inf, 0.0
-        for j in range(n):
+        low, high, total = math.inf, -math.inf, 0.0
+        for j in range(start, stop):
             off = pending[1 + k, j] - lines[0, k] - lines[1, k] * (pending[0, j] - t_s)
             low, high, total = min(low, off), max(high, off), total + off
-        out[0, k], out[1, k] = total / n, high - low
+        out[0, k], out[1, k] = total / (stop - start), high - low
 
 
-@compiled
+@lean
 def agree(apart: F64, lines: F64, span_s: float, variances: F64) -> bool:
     """Whether samples within ``span_s``, their offsets ``apart`` (3,), are a pose that moves like the
     line.
@@ -74,12 +74,12 @@ def agree(apart: F64, lines: F64, span_s: float, variances: F64) -> bool:
     for k in range(3):
         i = k // 2
         moved = max(rate(lines, i), FLOOR[i]) * span_s + ACCELERATION[i] * span_s**2
-        if apart[k] > SINGLE_SD * np.sqrt(2.0 * variances[i]) + moved:
+        if apart[k] > SINGLE_SD * math.sqrt(2.0 * variances[i]) + moved:
             return False
     return True
 
 
-@compiled
+@lean
 def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: F64) -> bool:
     """Whether lines through the last m samples and the m before fail to meet between them, m = ``GROUPS[g]``.
 
@@ -96,7 +96,7 @@ def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: 
         i = k // 2
         step = abs(after[0, k] - before[0, k])
         if step * step > GROUP_SD[g] ** 2 * v * variances[i]:
-            noise = GROUP_SD[g] * np.sqrt(v * variances[i])
+            noise = GROUP_SD[g] * math.sqrt(v * variances[i])
             fastest = max(rate(before, i), rate(after, i), FLOOR[i])
             turning = 0.0 if i else max(rate(before, 1), rate(after, 1))
             kink, bend = KINK * SKID_SHARE * half_s, JERK * turning**2 * half_s**3
@@ -105,7 +105,7 @@ def fail_to_meet(held: F64, n: int, g: int, variances: F64, before: F64, after: 
     return False
 
 
-@compiled
+@lean
 def hidden_step(
     held: F64, n: int, count: int, n_groups: int, variances: F64, before: F64, after: F64
 ) -> bool:

@@ -2,16 +2,16 @@
 roots. The first row that does not is left to the exact tests.
 """
 
-import numpy as np
+import math
 
 from wmr_replay.align.jumps import GROUP_SD, GROUPS, SINGLE_SD, TESTS_PER_GROUP
 from wmr_replay.align.state import ANCHOR_NS, LAST_NS, N_GOOD, N_HELD, N_PENDING, N_ROWS, Memory, Rules
 from wmr_replay.align.track import CAPACITY, followed, is_regular, put
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
-@compiled
+@lean
 def values_at(held: F64, first: int, stop: int, at_s: float) -> tuple[float, float, float, float]:
     """v, x, y and yaw at ``at_s`` of the lines through samples first … stop − 1; see ``track.line``."""
     share = 1.0 / (stop - first)
@@ -30,7 +30,7 @@ def values_at(held: F64, first: int, stop: int, at_s: float) -> tuple[float, flo
     )
 
 
-@compiled
+@lean
 def plainly_meet(held: F64, n: int, g: int, position: float, yaw: float) -> bool:
     """Whether lines through the last ``GROUPS[g]`` samples and those before meet within noise alone; the
     variances of position and yaw are given.
@@ -45,7 +45,7 @@ def plainly_meet(held: F64, n: int, g: int, position: float, yaw: float) -> bool
     return bool(near and (turn_after - turn) ** 2 <= least * yaw)
 
 
-@compiled
+@lean
 def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, yaw: float) -> bool:
     """Whether any group that is due might hide a step."""
     for g in range(n_groups):
@@ -56,7 +56,7 @@ def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, ya
     return False
 
 
-@compiled
+@lean
 def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, poses: F64) -> tuple[int, bool]:
     """Take up the rows from ``row`` on, as long as nothing is unusual about them.
 
@@ -70,8 +70,8 @@ def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, po
     position, yaw_variance = variances[0], variances[1]
     x0, y0, yaw0 = last[0], last[1], last[2]
     cos, sin, moved = (
-        np.cos(frame[0]),
-        np.sin(frame[0]),
+        math.cos(frame[0]),
+        math.sin(frame[0]),
         frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0,
     )
     while i < len(t_ns) and n < CAPACITY and not hides:

@@ -40,16 +40,16 @@ from wmr_replay.align.state import (
 )
 from wmr_replay.align.track import CAPACITY, follow_noise, make_room, put
 from wmr_schemas.arrays import F64, I8, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.status import Status
 
-OK, POSE_JUMP, OUTLIER = Status.OK, Status.POSE_JUMP, Status.OUTLIER
-"""Outcomes of a row."""
+OK, POSE_JUMP, OUTLIER = int(Status.OK), int(Status.POSE_JUMP), int(Status.OUTLIER)
+"""Outcomes of a row, as integers that compiled code compares with."""
 GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
 
 
-@compiled
+@lean
 def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
     """One more good sample."""
     if counts[N_HELD] == CAPACITY:
@@ -62,7 +62,7 @@ def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
     counts[N_GOOD] += 1
 
 
-@compiled
+@lean
 def start_again(m: Memory, t_ns: int, pose: F64) -> int:
     """Forget what came before this row."""
     m.counts[N_HELD] = m.counts[N_PENDING] = 0
@@ -71,37 +71,40 @@ def start_again(m: Memory, t_ns: int, pose: F64) -> int:
     return POSE_JUMP
 
 
-@compiled
+@lean
 def set_aside(m: Memory, t_s: float, pose: F64) -> None:
     """One more dissenting sample; the last four are kept."""
     n = m.counts[N_PENDING]
     if n == AGREEING:
         n -= 1
-        m.pending[:, :n] = m.pending[:, 1:].copy()
+        for k in range(4):
+            for j in range(n):
+                m.pending[k, j] = m.pending[k, j + 1]
     m.pending[0, n] = t_s
-    m.pending[1:, n] = pose
+    for k in range(3):
+        m.pending[1 + k, n] = pose[k]
     m.counts[N_PENDING] = n + 1
 
 
-@compiled
+@lean
 def is_back(m: Memory, t_s: float, pose: F64) -> bool:
     """Whether a sample lies inside the gate, nearer to the line than to the last one that dissented."""
-    here = distance(pose, m.lines, np.zeros(3), m.gate)
+    here = distance(pose, m.lines, m.nowhere, m.gate)
     n = m.counts[N_PENDING]
     if here > 1.0 or n == 0:
         return here <= 1.0
-    offsets(m.pending[:, n - 1 :], 1, t_s, m.lines, m.found)
+    offsets(m.pending, n - 1, n, t_s, m.lines, m.found)
     return here <= distance(pose, m.lines, m.found[0], m.gate)
 
 
-@compiled
+@lean
 def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bool) -> int:
     """A row without a prediction, or one that dissents, or one after some that did."""
     t_s, n_held = (t_ns - m.counts[ANCHOR_NS]) * 1e-9, m.counts[N_HELD]
     if predictable and not is_back(m, t_s, pose):
         set_aside(m, t_s, pose)
         n = m.counts[N_PENDING]
-        offsets(m.pending, n, t_s, m.lines, m.found)
+        offsets(m.pending, 0, n, t_s, m.lines, m.found)
         if n < AGREEING or not agree(m.found[1], m.lines, t_s - m.pending[0, 0], m.variances):
             return OUTLIER
         take_out(m.frame, pose, m.found[0])
@@ -115,7 +118,7 @@ def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bo
     return OK
 
 
-@compiled
+@lean
 def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, lines: F64, gate: F64) -> int:
     """1 where a sample can be predicted and nothing is pending, 0 where something is, −1 without a
     prediction.
@@ -127,7 +130,7 @@ def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, l
     return 0 if counts[N_PENDING] else 1
 
 
-@compiled
+@lean
 def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -> None:
     """Inputs are means over the time since the row before; rows set aside leave theirs to the next."""
     if outcome == OUTLIER:
@@ -137,20 +140,23 @@ def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -
     elif waiting[4] > 0.0:
         for k in range(4):
             inputs[k, i] = (waiting[k] + inputs[k, i] * dt_s) / (waiting[4] + dt_s)
-        waiting[:] = 0.0
+        for k in range(5):
+            waiting[k] = 0.0
 
 
-@compiled
+@lean
 def find_step(m: Memory, rules: Rules, t_ns: int, pose: F64) -> int:
     """A good row, just taken up: whether it shows that the pose has jumped before it."""
     n, count = m.counts[N_HELD], m.counts[N_GOOD]
     if not hidden_step(m.held, n, count, rules.n_groups, m.variances, m.before, m.after):
         return OK
-    take_out(m.frame, pose, m.after[0] - m.before[0])
+    for k in range(3):
+        m.step[k] = m.after[0, k] - m.before[0, k]
+    take_out(m.frame, pose, m.step)
     return start_again(m, t_ns, pose)
 
 
-@compiled
+@lean
 def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> int:
     """Outcome of one row by the exact tests; ``pose`` may change."""
     if repeated:
@@ -164,35 +170,52 @@ def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> 
     return find_step(m, rules, t_ns, pose)
 
 
-@compiled
-def judge_rows(m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64) -> tuple[I8, F64]:
-    """Outcome of each row (n,) and its pose carried back (3, n); ``inputs`` (4, n) change in place.
+@lean
+def judge_exactly(m: Memory, rules: Rules, i: int, t_ns: I64, measured: F64, inputs: F64, poses: F64) -> int:
+    """Row i by the exact tests: its outcome; its pose carried back goes into ``poses``."""
+    counts, last, pose, stamp = m.counts, m.last, m.pose, t_ns[i]
+    x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
+    repeated = x == last[0] and y == last[1] and yaw == last[2]
+    last[0], last[1], last[2] = x, y, yaw
+    carry_back(m.frame, last, pose)
+    outcome = judge_row(m, rules, stamp, pose, repeated)
+    carry_inputs(m.waiting, inputs, i, (stamp - counts[LAST_NS]) * 1e-9 if counts[N_ROWS] else 0.0, outcome)
+    for k in range(3):
+        poses[k, i] = pose[k]
+    counts[LAST_NS] = stamp
+    counts[N_ROWS] += 1
+    counts[N_OUTLIERS] += outcome == OUTLIER
+    return outcome
 
-    A pose that is repeated to the bit is a held one: it goes on as it came, and says nothing new.
+
+@lean
+def judge_step(m: Memory, rules: Rules, i: int, stamp: int, poses: F64) -> int:
+    """Whether row i, taken up as usual, shows a step; its pose in ``poses`` is changed by one."""
+    for k in range(3):
+        m.pose[k] = poses[k, i]
+    outcome = find_step(m, rules, stamp, m.pose)
+    for k in range(3):
+        poses[k, i] = m.pose[k]
+    return outcome
+
+
+@lean
+def judge_rows(
+    m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64, outcome: I8, poses: F64
+) -> None:
+    """``outcome`` of each row (n,) and its pose carried back, ``poses`` (3, n); ``inputs`` (4, n) change in
+    place.
+
+    A pose that is repeated to the bit is a held one: it goes on as it came, and carries no information.
     """
-    counts, last = m.counts, m.last
-    outcome, poses, pose = np.zeros(len(t_ns), np.int8), np.empty_like(measured), np.empty(3)
     i = 0
-    while i < len(t_ns):
+    while i < t_ns.shape[0]:
         i, hides = follow_quiet(m, rules, i, t_ns, measured, poses)
         if hides:
-            pose[:] = poses[:, i - 1]
-            outcome[i - 1] = find_step(m, rules, t_ns[i - 1], pose)
-            poses[:, i - 1] = pose
-        elif i < len(t_ns):
-            stamp, row = t_ns[i], measured[:, i]
-            repeated = row[0] == last[0] and row[1] == last[1] and row[2] == last[2]
-            last[:] = row
-            carry_back(m.frame, last, pose)
-            now = judge_row(m, rules, stamp, pose, repeated)
-            since_s = (stamp - counts[LAST_NS]) * 1e-9 if counts[N_ROWS] else 0.0
-            carry_inputs(m.waiting, inputs, i, since_s, now)
-            outcome[i], poses[:, i] = now, pose
-            counts[LAST_NS] = stamp
-            counts[N_ROWS] += 1
-            counts[N_OUTLIERS] += now == OUTLIER
+            outcome[i - 1] = judge_step(m, rules, i - 1, t_ns[i - 1], poses)
+        elif i < t_ns.shape[0]:
+            outcome[i] = judge_exactly(m, rules, i, t_ns, measured, inputs, poses)
             i += 1
-    return outcome, poses
 
 
 class PoseRepair:
@@ -219,7 +242,7 @@ class PoseRepair:
 
         An outlier's inputs are added to those of the next kept row.
         """
-        inputs = rows.inputs.copy()
         measured = np.ascontiguousarray(rows.pose_raw)
-        status, pose = judge_rows(self._memory, self._rules, rows.t_ns, measured, inputs)
-        return replace(rows, pose=pose, inputs=inputs, repair=status)
+        inputs, status, poses = rows.inputs.copy(), np.zeros(len(rows), np.int8), np.empty_like(measured)
+        judge_rows(self._memory, self._rules, rows.t_ns, measured, inputs, status, poses)
+        return replace(rows, pose=poses, inputs=inputs, repair=status)

@@ -18,7 +18,7 @@ class Memory(NamedTuple):
     ``counts`` (8,); the track ``held`` and the ``variances`` (2,) of position and yaw; the last dissenting
     samples ``pending`` (4, 4) t, x, y, yaw; ``frame`` (3,) turn and shift that carry a measured pose back;
     ``last`` (3,) the pose measured last; ``waiting`` (5,) inputs of rows set aside times their seconds, and
-    these. The rest is scratch.
+    these; ``nowhere`` (3,) is zero. The rest is scratch.
     """
 
     counts: I64
@@ -33,16 +33,20 @@ class Memory(NamedTuple):
     before: F64
     after: F64
     found: F64
+    step: F64
+    nowhere: F64
+    pose: F64
 
 
 def fresh_memory(position_sd_m: float, yaw_sd_rad: float) -> Memory:
-    """Nothing seen yet."""
+    """The memory before the first row."""
     variances, pending, last = (
         np.array([position_sd_m**2, yaw_sd_rad**2]),
         np.zeros((4, AGREEING)),
         np.full(3, np.nan),
     )
     scratch = (np.zeros((2, 3)), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)))
+    scratch += (np.zeros(3), np.zeros(3), np.zeros(3))
     counts = np.zeros(8, np.int64)
     return Memory(counts, fresh_track(), variances, pending, np.zeros(3), last, np.zeros(5), *scratch)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from wmr_schemas.arrays import F64
 from wmr_schemas.clipping import clipped_update
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 CAPACITY = 2048
 NOISE_ROWS = 500.0
@@ -23,7 +23,7 @@ def fresh_track() -> F64:
     return np.zeros((CAPACITY + 1, 12))
 
 
-@compiled
+@lean
 def put(held: F64, n: int, t_s: float, x_m: float, y_m: float, yaw_rad: float) -> None:
     """A sample and the sums behind it."""
     held[n, 0], held[n, 1], held[n, 2], held[n, 3] = t_s, x_m, y_m, yaw_rad
@@ -34,7 +34,7 @@ def put(held: F64, n: int, t_s: float, x_m: float, y_m: float, yaw_rad: float) -
     held[n + 1, 11] = held[n, 11] + t_s * yaw
 
 
-@compiled
+@lean
 def make_room(held: F64) -> float:
     """Drop the older half of a full track; the new anchor, in s since the old one."""
     half = CAPACITY // 2
@@ -45,7 +45,7 @@ def make_room(held: F64) -> float:
     return start
 
 
-@compiled
+@lean
 def is_regular(held: F64, n: int, step_s: float) -> bool:
     """Whether the last three steps are the nominal one."""
     most = REGULAR * step_s
@@ -57,14 +57,14 @@ def is_regular(held: F64, n: int, step_s: float) -> bool:
     )
 
 
-@compiled
+@lean
 def followed(held: F64, n: int, k: int, variance: float, gain: float) -> float:
     """s² ← s² + (min(d², 9 s²)/b − s²) g/500 with the newest third difference d = (…)/√20 of column k."""
     difference = held[n - 1, k] - held[n - 4, k] + 3.0 * (held[n - 3, k] - held[n - 2, k])
     return clipped_update(variance, difference * difference * 0.05, gain / NOISE_ROWS)
 
 
-@compiled
+@lean
 def follow_noise(held: F64, n: int, step_s: float, variances: F64) -> None:
     """The ``variances`` (2,) of position and yaw after the newest of n samples held, over regular steps."""
     if is_regular(held, n, step_s):
@@ -73,7 +73,7 @@ def follow_noise(held: F64, n: int, step_s: float, variances: F64) -> None:
         variances[1] = followed(held, n, 3, variances[1], 1.0)
 
 
-@compiled
+@lean
 def line(held: F64, start: int, stop: int, at_s: float, out: F64) -> float:
     """Least-squares lines through the samples start … stop − 1: value and slope at ``at_s``, ``out`` (2, 3).
 
@@ -93,7 +93,7 @@ def line(held: F64, start: int, stop: int, at_s: float, out: F64) -> float:
     return v
 
 
-@compiled
+@lean
 def rate(lines: F64, turning: int) -> float:
     """Speed of a line in m/s, or its yaw rate in rad/s."""
     return abs(lines[1, 2]) if turning else math.sqrt(lines[1, 0] ** 2 + lines[1, 1] ** 2)

@@ -10,6 +10,7 @@ from typing import NoReturn
 
 import click
 
+from wmr_replay.cli.compiling import say_when_compiling
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidFile, InvalidSetting, LogUnusable, WmrError
 
@@ -71,6 +72,7 @@ def fail(message: str, code: int) -> NoReturn:
 
 def main() -> None:
     """Entry point of ``wmr-replay``."""
+    say_when_compiling()
     try:
         cli.main(standalone_mode=False)
     except click.exceptions.Exit as done:

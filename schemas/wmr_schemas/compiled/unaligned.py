@@ -1,14 +1,19 @@
-"""Numbers at any byte of a buffer, little-endian, inside compiled code. Nothing is checked."""
+"""Numbers at any byte of a buffer, little-endian, inside compiled code. Nothing is checked.
+
+A load that need not be aligned is generated directly; with a version of numba that was not tried, the bytes
+are copied to where they are aligned.
+"""
 
 from typing import Any
 
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
+import numpy as np
+
+from wmr_schemas.compiled.internals import kernel_class
 
 
-def _loader(number: Any, n_bits: Any) -> Any:
+def _generated(number: Any, n_bits: Any) -> Any:
     """``load(data, place)``: the number that starts at that byte of a contiguous array of bytes."""
+    from numba.extending import intrinsic  # noqa: PLC0415
 
     @intrinsic
     def load(typing_context: Any, data: Any, place: Any) -> Any:
@@ -24,9 +29,33 @@ def _loader(number: Any, n_bits: Any) -> Any:
     return load
 
 
-load_u16 = _loader(types.uint16, ir.IntType(16))
-load_u32 = _loader(types.uint32, ir.IntType(32))
-load_i64 = _loader(types.int64, ir.IntType(64))
-load_u64 = _loader(types.uint64, ir.IntType(64))
-load_f64 = _loader(types.float64, ir.DoubleType())
-load_f32 = _loader(types.float32, ir.FloatType())
+def _copied(dtype: Any) -> Any:
+    """The same by a copy of the bytes."""
+    from numba import njit  # noqa: PLC0415
+
+    size = np.dtype(dtype).itemsize
+
+    @njit
+    def load(data: Any, place: Any) -> Any:
+        return data[place : place + size].copy().view(dtype)[0]
+
+    return load
+
+
+def _loader(dtype: Any) -> Any:
+    if kernel_class() is None:
+        return _copied(dtype)
+    from llvmlite import ir  # noqa: PLC0415
+    from numba import from_dtype  # noqa: PLC0415
+
+    kind, n_bits = np.dtype(dtype).kind, 8 * np.dtype(dtype).itemsize
+    floats = {32: ir.FloatType(), 64: ir.DoubleType()}
+    return _generated(from_dtype(np.dtype(dtype)), floats[n_bits] if kind == "f" else ir.IntType(n_bits))
+
+
+load_u16 = _loader(np.uint16)
+load_u32 = _loader(np.uint32)
+load_i64 = _loader(np.int64)
+load_u64 = _loader(np.uint64)
+load_f64 = _loader(np.float64)
+load_f32 = _loader(np.float32)

@@ -1,18 +1,19 @@
 """Consecutive rows averaged into bins, the bank's steps: white noise loses nothing by it."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.interface import Evidence
 from wmr_schemas.arrays import F64, I64, Bool
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 FORCE, TURN, RELEASED = 6, 7, 8
 N_VALUES = 9
-LEAST_SD = 5e-4
-"""m and rad: a bin's pose is never trusted further than that, however quiet; the model is no truer."""
+LEAST_VARIANCE = PRIORS.least_bin_sd * PRIORS.least_bin_sd
 
 
 class Bin(NamedTuple):
@@ -62,7 +63,6 @@ def open_bin() -> Bin:
     return Bin(np.zeros(N_VALUES), np.zeros(2), np.zeros(3, np.int64))
 
 
-@compiled
 def fill_bins(
     t_ns: I64, pose: F64, efforts: F64, variances: F64, restarts: Bool, rows_per_bin: int, state: Bin
 ) -> tuple[F64, I64, I64]:
@@ -73,38 +73,78 @@ def fill_bins(
     sum and difference, 1 where the pose has jumped –, their mean stamps (m,),
     and for each row how many bins were complete with it (n,). ``state`` is carried on.
     """
-    n = t_ns.shape[0]
+    n = len(t_ns)
     values, stamps, done = np.empty((N_VALUES, n + 1)), np.empty(n + 1, np.int64), np.empty(n, np.int64)
+    rows = (
+        t_ns,
+        np.ascontiguousarray(pose),
+        np.ascontiguousarray(efforts),
+        np.ascontiguousarray(variances),
+        restarts,
+    )
+    n_bins = bin_rows(*rows, rows_per_bin, state, (values, stamps), done)
+    return values[:, :n_bins].copy(), stamps[:n_bins], done
+
+
+@lean
+def add_row(state: Bin, i: int, pose: F64, efforts: F64, variances: F64, step_s: float) -> None:
+    """One more row, ``step_s`` after the one before, into the open bin."""
+    for k in range(3):
+        state.sums[k] += pose[k, i]
+        state.sums[3 + k] += variances[k // 2, i]
+    state.sums[FORCE] += (efforts[0, i] + efforts[1, i]) * step_s
+    state.sums[TURN] += (efforts[1, i] - efforts[0, i]) * step_s
+    state.weights[0] += 1.0
+    state.weights[1] += step_s
+
+
+@lean
+def close_bin(state: Bin, values: F64, stamps: I64, place: int) -> None:
+    """The open bin's means to ``place``, and an empty one in its stead."""
+    count, seconds = state.weights[0], state.weights[1]
+    for k in range(3):
+        values[k, place] = state.sums[k] / count
+        variance = state.sums[3 + k] / (count * count)
+        values[3 + k, place] = LEAST_VARIANCE if variance < LEAST_VARIANCE else variance
+    for k in (FORCE, TURN):
+        values[k, place] = state.sums[k] / (seconds if seconds > 0.0 else math.nan)
+    values[RELEASED, place] = state.sums[RELEASED]
+    stamps[place] = state.stamps[1] + state.stamps[0] // int(count)
+    for k in range(N_VALUES):
+        state.sums[k] = 0.0
+    state.weights[0] = state.weights[1] = 0.0
+
+
+@lean
+def bin_rows(
+    t_ns: I64,
+    pose: F64,
+    efforts: F64,
+    variances: F64,
+    restarts: Bool,
+    rows_per_bin: int,
+    state: Bin,
+    bins: tuple[F64, I64],
+    done: I64,
+) -> int:
+    """:func:`fill_bins` into arrays that it is given; the number of bins completed."""
+    values, stamps = bins
     n_bins = 0
-    for i in range(n):
+    for i in range(t_ns.shape[0]):
         if restarts[i]:
-            state.sums[:FORCE] = 0.0
+            for k in range(FORCE):
+                state.sums[k] = 0.0
             state.weights[0] = 0.0
             state.sums[RELEASED] = 1.0
         if state.weights[0] == 0.0:
             state.stamps[1] = t_ns[i]
             state.stamps[0] = 0
-        state.sums[:3] += pose[:, i]
-        state.sums[3:5] += variances[0, i]
-        state.sums[5] += variances[1, i]
         step_s = (t_ns[i] - state.stamps[2]) * 1e-9 if state.stamps[2] > 0 else 0.0
-        state.sums[FORCE] += (efforts[0, i] + efforts[1, i]) * step_s
-        state.sums[TURN] += (efforts[1, i] - efforts[0, i]) * step_s
-        state.weights[0] += 1.0
-        state.weights[1] += step_s
+        add_row(state, i, pose, efforts, variances, step_s)
         state.stamps[0] += t_ns[i] - state.stamps[1]
         state.stamps[2] = t_ns[i]
         if state.weights[0] >= rows_per_bin:
-            count, seconds = state.weights
-            values[:3, n_bins] = state.sums[:3] / count
-            values[3:6, n_bins] = np.maximum(state.sums[3:6] / count**2, LEAST_SD**2)
-            values[FORCE:RELEASED, n_bins] = state.sums[FORCE:RELEASED] / (
-                seconds if seconds > 0.0 else np.nan
-            )
-            values[RELEASED, n_bins] = state.sums[RELEASED]
-            stamps[n_bins] = state.stamps[1] + state.stamps[0] // int(count)
+            close_bin(state, values, stamps, n_bins)
             n_bins += 1
-            state.sums[:] = 0.0
-            state.weights[:] = 0.0
         done[i] = n_bins
-    return values[:, :n_bins], stamps[:n_bins], done
+    return n_bins

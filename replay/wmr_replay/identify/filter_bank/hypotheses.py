@@ -1,9 +1,12 @@
-"""The population of hypotheses: the improbable and the redundant are dropped."""
+"""The set of hypotheses: the improbable are pruned, those that have come to agree are merged."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.identify.filter_bank.ordering import STACK_ROWS, order_by_weight, sort_indices
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     IDEAL,
     LN_ALPHA,
@@ -17,24 +20,24 @@ from wmr_replay.identify.filter_bank.states import (
     V_LONG,
 )
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-LEAST_LOG_WEIGHT = -14.0
-LEVEL_CHANGE = 1e-3
-"""Probability, at each split, that the level of disturbance has changed to a neighbouring one."""
-N_CALM = 2
-LOAD_CHANGES_PER_S, LOAD_CHANGE = 1 / 3600, 0.3
-"""How often a robot's load changes, and by how much: sd of the change of ln α and ln β."""
+LEAST_LOG_WEIGHT = PRIORS.prune_log_weight
+LOG_LEVEL_CHANGE, LOAD_CHANGES_PER_S = math.log(PRIORS.level_change), PRIORS.load_changes_per_s
+LOAD_VARIANCE = PRIORS.load_change_sd * PRIORS.load_change_sd
+N_CALM, CALM_LOG_PRIOR = PRIORS.n_calm_levels, PRIORS.calm_level_log_prior
+ALIKE_VARIANCE_OF_MEAN = PRIORS.merge_sd * PRIORS.merge_sd
+ALIKE_VARIANCE = PRIORS.merge_variance_ratio
+TINY = 1e-14
 NEVER_S = -1e9
-ALIKE_SD = 0.2
-ALIKE_VARIANCE = 1.5
-COMPARED = np.array([V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO])
+COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
 
-class Population(NamedTuple):
+class HypothesisSet(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
     modes (H,), levels of disturbance (H,), how often each has slipped so far, (H, 2), in the form of a
-    share, and on slippery ground; and when, in s, its pose last jumped (H,).
+    share, and on slippery ground; and when, in s, its pose last jumped (H,). ``order``, ``kept`` (H,) and
+    ``stack`` (64, 2) are scratch.
     """
 
     mean: F64
@@ -45,11 +48,14 @@ class Population(NamedTuple):
     slips: F64
     jumped_s: F64
     size: I64
+    order: I64
+    kept: I64
+    stack: I64
 
 
-def make_population(room: int) -> Population:
-    """Nobody yet."""
-    return Population(
+def make_hypotheses(room: int) -> HypothesisSet:
+    """An empty set with room for so many hypotheses."""
+    return HypothesisSet(
         np.zeros((room, N_STATES)),
         np.zeros((room, N_STATES, N_STATES)),
         np.zeros(room),
@@ -58,105 +64,133 @@ def make_population(room: int) -> Population:
         np.zeros((room, 2)),
         np.full(room, NEVER_S),
         np.zeros(1, np.int64),
+        np.zeros(room, np.int64),
+        np.zeros(room, np.int64),
+        np.zeros((STACK_ROWS, 2), np.int64),
     )
 
 
-@compiled
-def copy(people: Population, source: int, target: int) -> None:
+@lean
+def copy(hypotheses: HypothesisSet, source: int, target: int) -> None:
     """One hypothesis over another."""
-    people.mean[target] = people.mean[source]
-    people.covariance[target] = people.covariance[source]
-    people.log_weight[target] = people.log_weight[source]
-    people.mode[target] = people.mode[source]
-    people.level[target] = people.level[source]
-    people.slips[target] = people.slips[source]
-    people.jumped_s[target] = people.jumped_s[source]
+    for i in range(N_STATES):
+        hypotheses.mean[target, i] = hypotheses.mean[source, i]
+        for j in range(N_STATES):
+            hypotheses.covariance[target, i, j] = hypotheses.covariance[source, i, j]
+    hypotheses.log_weight[target] = hypotheses.log_weight[source]
+    hypotheses.mode[target] = hypotheses.mode[source]
+    hypotheses.level[target] = hypotheses.level[source]
+    hypotheses.slips[target, 0] = hypotheses.slips[source, 0]
+    hypotheses.slips[target, 1] = hypotheses.slips[source, 1]
+    hypotheses.jumped_s[target] = hypotheses.jumped_s[source]
 
 
-@compiled
+@lean
 def log_prior_of_level(level: int) -> float:
     """Levels are equally probable but for the lowest, each a tenth of the next: a log must show that it is
     so calm.
     """
-    return float(min(level - N_CALM, 0) * np.log(10.0))
+    return float(min(level - N_CALM, 0) * CALM_LOG_PRIOR)
 
 
-@compiled
-def vary_level(people: Population, n_levels: int) -> None:
+@lean
+def most_probable(log_weight: F64, n: int) -> int:
+    """The first of the n largest weights' indices; NaN counts as largest."""
+    best = 0
+    for h in range(1, n):
+        if not log_weight[h] <= log_weight[best] and not math.isnan(log_weight[best]):
+            best = h
+    return best
+
+
+@lean
+def vary_level(hypotheses: HypothesisSet, n_levels: int) -> None:
     """The most probable hypothesis may have met calmer or rougher ground: a child at either level beside."""
-    best = int(np.argmax(people.log_weight[: people.size[0]]))
-    for level in (people.level[best] - 1, people.level[best] + 1):
-        child = people.size[0]
-        if 0 <= level < n_levels and child < people.mode.shape[0]:
-            copy(people, best, child)
-            people.level[child] = level
-            calmer = log_prior_of_level(level) - log_prior_of_level(people.level[best])
-            people.log_weight[child] += np.log(LEVEL_CHANGE) + min(calmer, 0.0)
-            people.size[0] += 1
+    best = most_probable(hypotheses.log_weight, hypotheses.size[0])
+    for level in (hypotheses.level[best] - 1, hypotheses.level[best] + 1):
+        child = hypotheses.size[0]
+        if 0 <= level < n_levels and child < hypotheses.mode.shape[0]:
+            copy(hypotheses, best, child)
+            hypotheses.level[child] = level
+            calmer = log_prior_of_level(level) - log_prior_of_level(hypotheses.level[best])
+            hypotheses.log_weight[child] += LOG_LEVEL_CHANGE + min(calmer, 0.0)
+            hypotheses.size[0] += 1
 
 
-@compiled
-def change_load(people: Population, interval_s: float) -> None:
+@lean
+def change_load(hypotheses: HypothesisSet, interval_s: float) -> None:
     """The robot may have been loaded or unloaded: a child of the most probable hypothesis whose α is open
     again; not while that slips, for then only the traction left is seen, α times an unknown share.
     """
-    best, child = int(np.argmax(people.log_weight[: people.size[0]])), people.size[0]
-    if people.mode[best] in (IDEAL, SKIDDING) and child < people.mode.shape[0]:
-        copy(people, best, child)
-        people.log_weight[child] += np.log(LOAD_CHANGES_PER_S * interval_s)
+    best, child = most_probable(hypotheses.log_weight, hypotheses.size[0]), hypotheses.size[0]
+    if hypotheses.mode[best] in (IDEAL, SKIDDING) and child < hypotheses.mode.shape[0]:
+        copy(hypotheses, best, child)
+        hypotheses.log_weight[child] += math.log(LOAD_CHANGES_PER_S * interval_s)
         for a in (LN_ALPHA, LN_BETA):
             for b in (LN_ALPHA, LN_BETA):
-                people.covariance[child, a, b] += LOAD_CHANGE**2
-        people.size[0] += 1
+                hypotheses.covariance[child, a, b] += LOAD_VARIANCE
+        hypotheses.size[0] += 1
 
 
-@compiled
-def alike(people: Population, a: int, b: int) -> bool:
-    """Whether two hypotheses of one mode, one level and the same jumps have come to say the same."""
-    if people.mode[a] != people.mode[b] or people.level[a] != people.level[b]:
+@lean
+def are_alike(hypotheses: HypothesisSet, a: int, b: int) -> bool:
+    """Whether two hypotheses of one mode, one level and the same jumps have come to agree."""
+    if hypotheses.mode[a] != hypotheses.mode[b] or hypotheses.level[a] != hypotheses.level[b]:
         return False
-    if people.jumped_s[a] != people.jumped_s[b]:
+    if hypotheses.jumped_s[a] != hypotheses.jumped_s[b]:
         return False
     for s in COMPARED:
-        variance, other = people.covariance[a, s, s], people.covariance[b, s, s]
-        apart = people.mean[a, s] - people.mean[b, s]
-        if apart * apart > ALIKE_SD**2 * variance + 1e-14:
+        variance, other = hypotheses.covariance[a, s, s], hypotheses.covariance[b, s, s]
+        apart = hypotheses.mean[a, s] - hypotheses.mean[b, s]
+        if apart * apart > ALIKE_VARIANCE_OF_MEAN * variance + TINY:
             return False
-        if other > ALIKE_VARIANCE * variance + 1e-14 or variance > ALIKE_VARIANCE * other + 1e-14:
+        if other > ALIKE_VARIANCE * variance + TINY or variance > ALIKE_VARIANCE * other + TINY:
             return False
     return True
 
 
-@compiled
-def thin(people: Population, most: int) -> None:
-    """Keep the ``most`` probable; one that says the same as a more probable one gives its weight to it."""
-    order = np.argsort(-people.log_weight[: people.size[0]])
-    least = people.log_weight[order[0]] + LEAST_LOG_WEIGHT
-    kept = np.empty(min(most, order.shape[0]), np.int64)
+@lean
+def twin_of(hypotheses: HypothesisSet, candidate: int, n_kept: int) -> int:
+    """The most probable of those kept that agrees with the candidate; −1 where there is none."""
+    for k in range(n_kept):
+        if are_alike(hypotheses, hypotheses.kept[k], candidate):
+            return hypotheses.kept[k]
+    return -1
+
+
+@lean
+def prune_and_merge(hypotheses: HypothesisSet, most: int) -> None:
+    """Keep the ``most`` probable; one that agrees with a more probable one gives its weight to it."""
+    size, order, kept = hypotheses.size[0], hypotheses.order, hypotheses.kept
+    order_by_weight(hypotheses.log_weight, size, order, hypotheses.stack)
+    least = hypotheses.log_weight[order[0]] + LEAST_LOG_WEIGHT
     n_kept = 0
-    for candidate in order:
-        if n_kept == most or people.log_weight[candidate] < least:
+    for place in range(size):
+        candidate = order[place]
+        if n_kept == most or hypotheses.log_weight[candidate] < least:
             break
-        twin = -1
-        for k in range(n_kept):
-            if alike(people, kept[k], candidate):
-                twin = kept[k]
-                break
+        twin = twin_of(hypotheses, candidate, n_kept)
         if twin >= 0:
-            people.log_weight[twin] = np.logaddexp(people.log_weight[twin], people.log_weight[candidate])
+            hypotheses.log_weight[twin] = np.logaddexp(
+                hypotheses.log_weight[twin], hypotheses.log_weight[candidate]
+            )
         else:
             kept[n_kept] = candidate
             n_kept += 1
-    kept = np.sort(kept[:n_kept])
+    sort_indices(kept, n_kept)
     for place in range(n_kept):
         if kept[place] != place:
-            copy(people, kept[place], place)
-    people.size[0] = n_kept
+            copy(hypotheses, kept[place], place)
+    hypotheses.size[0] = n_kept
 
 
-@compiled
-def normalise(people: Population) -> None:
+@lean
+def normalise(hypotheses: HypothesisSet) -> None:
     """Weights that add up to 1."""
-    n = people.size[0]
-    top = np.max(people.log_weight[:n])
-    people.log_weight[:n] -= top + np.log(np.sum(np.exp(people.log_weight[:n] - top)))
+    n, log_weight = hypotheses.size[0], hypotheses.log_weight
+    top, total = log_weight[most_probable(log_weight, n)], 0.0
+    for h in range(n):
+        total += math.exp(log_weight[h] - top)
+    scale = top + math.log(total)
+    for h in range(n):
+        log_weight[h] -= scale

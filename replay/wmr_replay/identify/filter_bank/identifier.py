@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
-from wmr_replay.identify.filter_bank.hypotheses import make_population
-from wmr_replay.identify.filter_bank.start import start_population
+from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses
+from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.filter_bank.start import start_hypotheses
 from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
-from wmr_replay.identify.filter_bank.steps import Drift, run_bins
+from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.terms import Terms
@@ -16,9 +17,8 @@ from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
 
-N_SAID, JUMP_PROBABLE = 7, 0.5
-ALPHA_KNOWN_WITHIN = 0.3
-"""Without a nominal α the bank starts once the regression knows it this well."""
+N_OUTPUTS = 7
+JUMP_PROBABLE, ALPHA_KNOWN_WITHIN = PRIORS.jump_probable, PRIORS.alpha_known_within
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,12 @@ class BankIdentifier:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._terms = terms
         self._prior, self._n_modes = make_prior(robot), 4 if both else 3
-        self._people = make_population(settings.most_hypotheses * (self._n_modes + 2) + 4)
+        self._hypotheses = make_hypotheses(settings.most_hypotheses * (self._n_modes + 2) + 4)
         self._rows_per_bin = max(1, round(settings.bin_s / step_s))
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
         self._origin_ns = 0
-        self._said = np.full(N_SAID, np.nan)
+        self._said = np.full(N_OUTPUTS, np.nan)
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
@@ -80,22 +80,22 @@ class BankIdentifier:
         """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
         jumped; NaN before its start.
         """
-        if self._people.size[0]:
-            return self._advance(bins)
+        if self._hypotheses.size[0]:
+            return self._step(bins)
         held = 0 if self._waiting is None else len(self._waiting.stamps)
         waiting = bins if self._waiting is None else self._waiting.then(bins)
         begin = self._first_start(held, len(waiting.stamps), paper, done)
         if begin is None:
             self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
-            return np.full((N_SAID, len(bins.stamps)), np.nan)
+            return np.full((N_OUTPUTS, len(bins.stamps)), np.nan)
         first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
-        start_population(
-            self._people, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
+        start_hypotheses(
+            self._hypotheses, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
         )
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
-        before = np.full((N_SAID, len(bins.stamps) - len(rest.stamps)), np.nan)
-        return np.concatenate([before, self._advance(rest)], axis=1)
+        before = np.full((N_OUTPUTS, len(bins.stamps) - len(rest.stamps)), np.nan)
+        return np.concatenate([before, self._step(rest)], axis=1)
 
     def _first_start(self, held: int, total: int, paper: Verdict, done: I64) -> int | None:
         """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
@@ -110,7 +110,7 @@ class BankIdentifier:
         self._prior = with_alpha(self._prior, float(paper.alpha[row]))
         return held + int(done[row])
 
-    def _advance(self, bins: Bins) -> F64:
+    def _step(self, bins: Bins) -> F64:
         s = self.settings
         drift = Drift(
             np.array(s.velocity_diffusions),
@@ -119,9 +119,9 @@ class BankIdentifier:
             s.cap_diffusion_per_s,
         )
         newer = 0.5 * (1 + 1 / self._rows_per_bin)
-        rhythm = (self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
+        rhythm = Rhythm(self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S
         said = run_bins(
-            self._people, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
+            self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
         )
         return np.concatenate(said)

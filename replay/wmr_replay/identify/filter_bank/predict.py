@@ -1,9 +1,11 @@
 """One step of a hypothesis through its mode's dynamics, mean and covariance."""
 
+import math
+
 import numpy as np
 
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    BOTH,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -13,6 +15,7 @@ from wmr_replay.identify.filter_bank.states import (
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     V_LAT,
     V_LONG,
     Prior,
@@ -22,9 +25,9 @@ from wmr_replay.identify.filter_bank.states import (
 from wmr_replay.identify.filter_bank.traction import traction
 from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-AVERAGE_SPEED_FLOOR_MPS = 0.3
+AVERAGE_SPEED_FLOOR_MPS = PRIORS.average_speed_floor_mps
 DEPENDS_ON = np.array(
     [
         [X, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
@@ -38,7 +41,7 @@ DEPENDS_ON = np.array(
 """States on which each moving state depends: where the Jacobian is not zero."""
 
 
-@compiled
+@lean
 def lateral_step(
     mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
 ) -> float:
@@ -47,11 +50,11 @@ def lateral_step(
     """
     v_long, omega, aside = middle
     speed = prior.average_speed_mps
-    if np.isnan(speed):
+    if math.isnan(speed):
         turning = prior.half_track_m * mean[OMEGA]
-        speed = max(np.sqrt(mean[V_LONG] ** 2 + mean[V_LAT] ** 2 + turning**2), AVERAGE_SPEED_FLOOR_MPS)
-    rate = np.exp(mean[LN_C]) / speed
-    left = np.exp(-rate * dt)
+        speed = max(math.sqrt(mean[V_LONG] ** 2 + mean[V_LAT] ** 2 + turning**2), AVERAGE_SPEED_FLOOR_MPS)
+    rate = math.exp(mean[LN_C]) / speed
+    left = math.exp(-rate * dt)
     reach = (1.0 - left) / rate
     push = aside - v_long * omega
     jacobian[V_LAT, V_LAT] = left
@@ -61,8 +64,8 @@ def lateral_step(
     return moved
 
 
-@compiled
-def move(
+@lean
+def predict_mean(
     mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
 ) -> None:
     """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
@@ -72,13 +75,13 @@ def move(
     elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
     step's middle.
     """
-    skids = mode in (SKIDDING, BOTH)
+    skids = mode in (SKIDDING, SKIDDING_SLIPPING)
     by = traction(mean, mode, force, turn, prior)
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
     ahead, aside, turning = extra_accelerations(
         Moving(v_long, v_lat, mean[PSI], omega, force, turn),
-        np.exp(mean[LN_ALPHA]),
-        np.exp(mean[LN_BETA]) * prior.half_track_m,
+        math.exp(mean[LN_ALPHA]),
+        math.exp(mean[LN_BETA]) * prior.half_track_m,
         terms,
     )
     new_v, new_omega, new_lat = (
@@ -86,27 +89,28 @@ def move(
         omega + (by.turning + turning) * dt,
         0.0,
     )
-    jacobian[:] = 0.0
     for i in range(N_MOVING):
+        for j in range(N_STATES):
+            jacobian[i, j] = 0.0
         jacobian[i, i] = 1.0
     jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = by.ahead_by_alpha * dt, by.turning_by_beta * dt
     jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = by.ahead_by_own * dt, by.turning_by_own * dt
     middle_omega = 0.5 * (omega + new_omega)
     if skids:
         new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega, aside), prior, jacobian)
-        coupling = (1.0 - 2.0 * mean[RHO] / 3.0 if mode == BOTH else 1.0 / 3.0) * dt
+        coupling = (1.0 - 2.0 * mean[RHO] / 3.0 if mode == SKIDDING_SLIPPING else 1.0 / 3.0) * dt
         middle_lat = 0.5 * (v_lat + new_lat)
         new_v += coupling * middle_lat * middle_omega
         jacobian[V_LONG, V_LAT] = coupling * middle_omega
         jacobian[V_LONG, OMEGA] = coupling * middle_lat
-        if mode == BOTH:
+        if mode == SKIDDING_SLIPPING:
             jacobian[V_LONG, RHO] -= 2.0 / 3.0 * dt * middle_lat * middle_omega
     else:
         jacobian[V_LAT, V_LAT] = 0.0
         middle_lat = 0.0
     middle_v = 0.5 * (v_long + new_v)
     heading = mean[PSI] + 0.5 * middle_omega * dt
-    cos, sin = np.cos(heading), np.sin(heading)
+    cos, sin = math.cos(heading), math.sin(heading)
     along_x, along_y = middle_v * cos - middle_lat * sin, middle_v * sin + middle_lat * cos
     mean[X] += dt * along_x
     mean[Y] += dt * along_y
@@ -122,11 +126,12 @@ def move(
     jacobian[PSI, OMEGA], jacobian[PSI, LN_BETA] = dt, 0.5 * dt * jacobian[OMEGA, LN_BETA]
 
 
-@compiled
-def spread(covariance: F64, jacobian: F64, work: F64) -> None:
+@lean
+def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
     """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 10) is scratch."""
     for i in range(N_MOVING):
-        work[i] = 0.0
+        for j in range(N_STATES):
+            work[i, j] = 0.0
         for k in DEPENDS_ON[i]:
             if k >= 0:
                 factor = jacobian[i, k]

@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import Bins
-from wmr_replay.identify.filter_bank.hypotheses import Population, log_prior_of_level, normalise
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, log_prior_of_level, normalise
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    BOTH,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -16,6 +16,7 @@ from wmr_replay.identify.filter_bank.states import (
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     V_LAT,
     V_LONG,
     Prior,
@@ -25,20 +26,22 @@ from wmr_replay.identify.filter_bank.states import (
 from wmr_replay.identify.filter_bank.switches import stop_skidding
 from wmr_schemas.arrays import F64, I64
 
-LEAST_SPEED_SD_MPS = 0.05
+LEAST_SPEED_SD_MPS = PRIORS.least_start_speed_sd_mps
 
 
-def start_population(people: Population, bins: Bins, prior: Prior, n_modes: int, n_levels: int) -> None:
-    """Fill the population with one hypothesis for each mode and level, at the last of the bins."""
+def start_hypotheses(
+    hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, n_levels: int
+) -> None:
+    """Fill the set with one hypothesis for each mode and level, at the last of the bins."""
     mean, covariance = first_state(bins.values, bins.stamps, prior)
     for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):
-        people.mean[h], people.covariance[h] = mean, covariance
-        people.mode[h], people.level[h] = mode, level
-        people.log_weight[h] = log_prior_of_level(level)
-        if mode not in (SKIDDING, BOTH):
-            stop_skidding(people.mean[h], people.covariance[h])
-    people.size[0] = n_modes * n_levels
-    normalise(people)
+        hypotheses.mean[h], hypotheses.covariance[h] = mean, covariance
+        hypotheses.mode[h], hypotheses.level[h] = mode, level
+        hypotheses.log_weight[h] = log_prior_of_level(level)
+        if mode not in (SKIDDING, SKIDDING_SLIPPING):
+            stop_skidding(hypotheses.mean[h], hypotheses.covariance[h])
+    hypotheses.size[0] = n_modes * n_levels
+    normalise(hypotheses)
 
 
 def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:

@@ -9,18 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_schemas.modes import MODES
 from wmr_schemas.robot import RobotParameters
 
 X, Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_BETA, LN_C, RHO = range(10)
 N_STATES = 10
 N_MOVING = 6
-"""The first six states move; the last four are parameters that drift at most."""
+"""The first six states are predicted; the last four are parameters that drift at most."""
 
-IDEAL, SKIDDING, SLIPPING, BOTH, CAPPED = range(5)
-"""The modes, and slippery ground: there a wheel slips while its demand exceeds what friction carries."""
-
-UNKNOWN_C = 8.0
-UNKNOWN_RHO = 0.1
+IDEAL, SKIDDING, SLIPPING, SKIDDING_SLIPPING = (int(mode) for mode in MODES)
+"""``ContactMode`` as the integers that compiled code compares with."""
+CAPPED = 1 + SKIDDING_SLIPPING
+"""A hypothesis beyond the modes, slippery ground: a wheel slips while its demand exceeds what friction carries."""
 
 
 class Prior(NamedTuple):
@@ -63,21 +64,21 @@ def make_prior(robot: RobotParameters) -> Prior:
     What is unknown gets a wide prior; an unknown α is NaN until :func:`with_alpha` fills it in.
     """
     shares = slip_shares(robot)
-    rho, yaw_share = (UNKNOWN_RHO, UNKNOWN_RHO) if shares is None else shares
+    rho, yaw_share = (PRIORS.unknown_rho, PRIORS.unknown_rho) if shares is None else shares
     known_c = robot.mass_kg is not None and robot.cornering_stiffness_over_epsilon is not None
-    c = 2 * robot.cornering_stiffness_over_epsilon / robot.mass_kg if known_c else UNKNOWN_C  # type: ignore[operator]
+    c = 2 * robot.cornering_stiffness_over_epsilon / robot.mass_kg if known_c else PRIORS.unknown_c_mps2  # type: ignore[operator]
     alpha, alpha_yaw, half_track = robot.alpha, robot.alpha_yaw_or_alpha, robot.half_track_m
     speed = robot.average_speed_mps
     known_beta = alpha_yaw is not None and half_track is not None
     return Prior(
         ln_alpha=np.nan if alpha is None else float(np.log(alpha)),
-        ln_alpha_sd=0.5 * float(np.log(2.0)) * 1.5,
+        ln_alpha_sd=PRIORS.ln_alpha_sd,
         ln_beta=float(np.log(alpha_yaw / half_track)) if known_beta else np.nan,  # type: ignore[operator]
-        ln_beta_given_alpha_sd=0.05,
+        ln_beta_given_alpha_sd=PRIORS.ln_beta_given_alpha_sd,
         ln_c=float(np.log(c)),
-        ln_c_sd=float(np.log(2.0)) if known_c else 1.5,
+        ln_c_sd=PRIORS.ln_c_sd if known_c else PRIORS.unknown_ln_c_sd,
         rho=rho,
-        rho_sd=0.2,
+        rho_sd=PRIORS.rho_sd,
         yaw_slip_ratio=yaw_share / rho,
         half_track_m=0.0 if half_track is None else half_track,
         average_speed_mps=speed if isinstance(speed, float) else np.nan,

@@ -1,15 +1,27 @@
 """The bank's loop: every bin advances, tests and weighs all hypotheses."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, RELEASED, TURN
-from wmr_replay.identify.filter_bank.hypotheses import Population, change_load, normalise, thin, vary_level
-from wmr_replay.identify.filter_bank.jumps import release_pose, share_that_jumped, suppose_jump, surprising
-from wmr_replay.identify.filter_bank.predict import move, spread
+from wmr_replay.identify.filter_bank.hypotheses import (
+    HypothesisSet,
+    change_load,
+    normalise,
+    prune_and_merge,
+    vary_level,
+)
+from wmr_replay.identify.filter_bank.jumps import (
+    hypothesise_jump,
+    release_pose,
+    share_that_jumped,
+    surprising,
+)
+from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    BOTH,
     CAPPED,
     IDEAL,
     LN_ALPHA,
@@ -19,6 +31,7 @@ from wmr_replay.identify.filter_bank.states import (
     OMEGA,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     SLIPPING,
     V_LAT,
     V_LONG,
@@ -26,15 +39,14 @@ from wmr_replay.identify.filter_bank.states import (
 )
 from wmr_replay.identify.filter_bank.switches import split
 from wmr_replay.identify.filter_bank.traction import slipping_share
-from wmr_replay.identify.filter_bank.update import absorb
+from wmr_replay.identify.filter_bank.update import update
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-LONGEST_STEP_S = 0.05
-MIN_LOG_WEIGHT = float(np.log(0.01))
-UNKNOWN_ACCELERATION_DIFFUSION = 0.5
-"""(m/s²)²·s: what the velocities may do where no torque is known."""
+LONGEST_STEP_S = PRIORS.longest_step_s
+MIN_LOG_WEIGHT = math.log(PRIORS.least_interval_weight)
+UNKNOWN_ACCELERATION_DIFFUSION = PRIORS.unknown_acceleration_diffusion
 
 
 class Drift(NamedTuple):
@@ -48,9 +60,9 @@ class Drift(NamedTuple):
     cap: float
 
 
-@compiled
-def advance(
-    people: Population,
+@lean
+def predict(
+    hypotheses: HypothesisSet,
     force: float,
     turn: float,
     step_s: float,
@@ -61,16 +73,16 @@ def advance(
 ) -> None:
     """All hypotheses forward by ``step_s``; unknown efforts (NaN) leave the velocities free.
 
-    ``work`` (12, 10) is scratch.
+    ``work`` (12, 10 at least) is scratch.
     """
-    pieces = max(1, int(np.ceil(step_s / LONGEST_STEP_S)))
+    pieces = max(1, int(math.ceil(step_s / LONGEST_STEP_S)))
     dt = step_s / pieces
-    free_v, free_omega = np.isnan(force), np.isnan(turn) or np.isnan(prior.ln_beta)
-    for h in range(people.size[0]):
-        mean, covariance, mode = people.mean[h], people.covariance[h], people.mode[h]
-        diffusion = drift.velocity[people.level[h]]
+    free_v, free_omega = math.isnan(force), math.isnan(turn) or math.isnan(prior.ln_beta)
+    for h in range(hypotheses.size[0]):
+        mean, covariance, mode = hypotheses.mean[h], hypotheses.covariance[h], hypotheses.mode[h]
+        diffusion = drift.velocity[hypotheses.level[h]]
         for _ in range(pieces):
-            move(
+            predict_mean(
                 mean,
                 mode,
                 0.0 if free_v else force,
@@ -80,10 +92,10 @@ def advance(
                 terms,
                 work[:N_MOVING],
             )
-            spread(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
+            predict_covariance(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
             covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
             covariance[OMEGA, OMEGA] += (UNKNOWN_ACCELERATION_DIFFUSION if free_omega else diffusion) * dt
-            if mode in (SKIDDING, BOTH):
+            if mode in (SKIDDING, SKIDDING_SLIPPING):
                 covariance[V_LAT, V_LAT] += diffusion * dt
             for a in (LN_ALPHA, LN_BETA):
                 for b in (LN_ALPHA, LN_BETA):
@@ -91,92 +103,147 @@ def advance(
             covariance[RHO, RHO] += (drift.cap if mode == CAPPED else drift.rho) * dt
 
 
-@compiled
+@lean
 def blend(newer: float, older: float, share: float) -> float:
     """The mean input of a step with ``share`` of its time in the newer bin: all of it with one row a bin."""
     return newer if share == 1.0 else share * newer + (1.0 - share) * older
 
 
-@compiled
-def count_modes(people: Population, force: float, turn: float, out: F64) -> None:
+@lean
+def count_modes(hypotheses: HypothesisSet, force: float, turn: float, out: F64) -> None:
     """The weights of the modes, (4,); slippery ground counts as slipping as far as a wheel's demand exceeds
     its cap.
     """
-    for h in range(people.size[0]):
-        weight, mode = np.exp(people.log_weight[h]), people.mode[h]
+    for h in range(hypotheses.size[0]):
+        weight, mode = math.exp(hypotheses.log_weight[h]), hypotheses.mode[h]
         if mode == CAPPED:
-            slipping = slipping_share(people.mean[h], people.covariance[h], force, turn)
+            slipping = slipping_share(hypotheses.mean[h], hypotheses.covariance[h], force, turn)
             out[IDEAL] += weight * (1.0 - slipping)
             out[SLIPPING] += weight * slipping
         else:
             out[mode] += weight
 
 
-@compiled
-def moments_of_ln_alpha(people: Population) -> tuple[float, float]:
+@lean
+def moments_of_ln_alpha(hypotheses: HypothesisSet) -> tuple[float, float]:
     """Mean and variance over the hypotheses that hold at least 1 %: an interval speaks of the bulk, and not
     of a change of load that is supposed at every moment.
     """
     total, first, second = 0.0, 0.0, 0.0
-    for h in range(people.size[0]):
-        if people.log_weight[h] >= MIN_LOG_WEIGHT:
-            weight, mean = np.exp(people.log_weight[h]), people.mean[h, LN_ALPHA]
+    for h in range(hypotheses.size[0]):
+        if hypotheses.log_weight[h] >= MIN_LOG_WEIGHT:
+            weight, mean = math.exp(hypotheses.log_weight[h]), hypotheses.mean[h, LN_ALPHA]
             total += weight
             first += weight * mean
-            second += weight * (people.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
+            second += weight * (hypotheses.covariance[h, LN_ALPHA, LN_ALPHA] + mean * mean)
     return first / total, second / total - (first / total) ** 2
 
 
-@compiled
+class Rhythm(NamedTuple):
+    """Number of modes, hypotheses at most, split interval, switch rate, and the share of a step that lies in
+    the newer of its two bins.
+    """
+
+    n_modes: int
+    most: int
+    split_s: float
+    switch_rate_per_s: float
+    newer: float
+
+
+class Outputs(NamedTuple):
+    """After each bin: posterior by mode (4, m), mean and variance of ln α (2, m), and the probability that the
+    pose has just jumped (1, m).
+    """
+
+    posterior: F64
+    ln_alpha: F64
+    jumped: F64
+
+
 def run_bins(
-    people: Population,
+    hypotheses: HypothesisSet,
     values: F64,
     seconds: F64,
     last: F64,
     prior: Prior,
     terms: Terms,
     drift: Drift,
-    rhythm: tuple[int, int, float, float, float],
-) -> tuple[F64, F64, F64]:
-    """Every bin through the bank: posterior by mode (4, m), mean and variance of ln α (2, m), and the
-    probability that the pose has just jumped (1, m).
+    rhythm: Rhythm,
+) -> Outputs:
+    """Every bin through the bank.
 
-    ``last`` (4,) – time of the last bin in s, its effort sum and difference, time since the last split – is
-    carried on in place. ``rhythm``: modes, hypotheses at most, split interval, switch rate, and the share of
-    a step that lies in the newer of its two bins.
+    ``values`` (9, m) and ``seconds`` (m,) are the bins and their times; ``last`` (4,) – time of the last bin
+    in s, its effort sum and difference, time since the last split – is carried on in place.
     """
-    n_modes, most, split_s, rate, newer = rhythm
-    m = seconds.shape[0]
-    posterior, ln_alpha, jumped = np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m))
-    work = np.empty((2 * N_MOVING, N_STATES))
-    gain = np.empty(N_STATES)
-    for k in range(m):
+    m = len(seconds)
+    outputs = Outputs(np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m)))
+    work = np.empty((2 * N_MOVING + 1, N_STATES))
+    values = np.ascontiguousarray(values)
+    filter_bins(hypotheses, values, seconds, last, (prior, terms, drift), rhythm, work, outputs)
+    return outputs
+
+
+@lean
+def branch(
+    hypotheses: HypothesisSet,
+    inputs: tuple[float, float],
+    since_s: float,
+    prior: Prior,
+    levels: int,
+    r: Rhythm,
+) -> None:
+    """The hypotheses of a split: changes of load, switches of mode, changes of level; the best are kept."""
+    change_load(hypotheses, since_s)
+    split(hypotheses, r.n_modes, since_s, r.switch_rate_per_s, inputs, prior)
+    vary_level(hypotheses, levels)
+    prune_and_merge(hypotheses, r.most)
+
+
+@lean
+def update_all(hypotheses: HypothesisSet, pose: F64, variances: F64, gain: F64) -> None:
+    """Measurement update of every hypothesis; their weights take the likelihoods."""
+    for h in range(hypotheses.size[0]):
+        hypotheses.log_weight[h] += update(
+            hypotheses.mean[h], hypotheses.covariance[h], pose, variances, gain
+        )
+    normalise(hypotheses)
+
+
+@lean
+def filter_bins(
+    hypotheses: HypothesisSet,
+    values: F64,
+    seconds: F64,
+    last: F64,
+    model: tuple[Prior, Terms, Drift],
+    rhythm: Rhythm,
+    work: F64,
+    outputs: Outputs,
+) -> None:
+    """:func:`run_bins` into ``outputs``; ``work`` (13, 10) is scratch."""
+    prior, terms, drift = model
+    for k in range(seconds.shape[0]):
         step_s = seconds[k] - last[0]
-        force, turn = blend(values[FORCE, k], last[1], newer), blend(values[TURN, k], last[2], newer)
+        force = blend(values[FORCE, k], last[1], rhythm.newer)
+        turn = blend(values[TURN, k], last[2], rhythm.newer)
         last[3] += step_s
-        if last[3] >= split_s - 1e-9:
-            inputs = (0.0 if np.isnan(force) else force, 0.0 if np.isnan(turn) else turn)
-            change_load(people, last[3])
-            split(people, n_modes, last[3], rate, inputs, prior)
-            vary_level(people, drift.velocity.shape[0])
-            thin(people, most)
+        if last[3] >= rhythm.split_s - 1e-9:
+            inputs = (0.0 if math.isnan(force) else force, 0.0 if math.isnan(turn) else turn)
+            branch(hypotheses, inputs, last[3], prior, drift.velocity.shape[0], rhythm)
             last[3] = 0.0
-        advance(people, force, turn, step_s, prior, terms, drift, work)
+        predict(hypotheses, force, turn, step_s, prior, terms, drift, work)
+        pose, variances = values[:3, k], values[3:6, k]
         if values[RELEASED, k] > 0.0:
-            release_pose(people, values[3:6, k], seconds[k])
-        surprise = surprising(people, values[:3, k], values[3:6, k])
+            release_pose(hypotheses, variances, seconds[k])
+        surprise = surprising(hypotheses, pose, variances)
         if surprise:
-            suppose_jump(people, step_s, seconds[k])
-        for h in range(people.size[0]):
-            people.log_weight[h] += absorb(
-                people.mean[h], people.covariance[h], values[:3, k], values[3:6, k], gain
-            )
-        normalise(people)
+            hypothesise_jump(hypotheses, step_s, seconds[k])
+        update_all(hypotheses, pose, variances, work[2 * N_MOVING])
         if surprise:
-            thin(people, most)
-            normalise(people)
+            prune_and_merge(hypotheses, rhythm.most)
+            normalise(hypotheses)
         last[0], last[1], last[2] = seconds[k], values[FORCE, k], values[TURN, k]
-        count_modes(people, force, turn, posterior[:, k])
-        ln_alpha[0, k], ln_alpha[1, k] = moments_of_ln_alpha(people)
-        jumped[0, k] = share_that_jumped(people, seconds[k])
-    return posterior, ln_alpha, jumped
+        count_modes(hypotheses, force, turn, outputs.posterior[:, k])
+        outputs.ln_alpha[0, k], outputs.ln_alpha[1, k] = moments_of_ln_alpha(hypotheses)
+        outputs.jumped[0, k] = share_that_jumped(hypotheses, seconds[k])

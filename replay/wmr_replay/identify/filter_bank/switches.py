@@ -1,16 +1,18 @@
-"""Switches between modes: what a switch does to a hypothesis, and when one is supposed."""
+"""Switches between modes: what a switch does to a hypothesis, and when one is hypothesised."""
 
-import numpy as np
+import math
 
-from wmr_replay.identify.filter_bank.hypotheses import Population, copy
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
-    BOTH,
     CAPPED,
     IDEAL,
+    N_STATES,
     OMEGA,
     PSI,
     RHO,
     SKIDDING,
+    SKIDDING_SLIPPING,
     SLIPPING,
     V_LAT,
     V_LONG,
@@ -18,45 +20,50 @@ from wmr_replay.identify.filter_bank.states import (
 )
 from wmr_replay.identify.filter_bank.traction import LEAST_DEMAND_MPS2, largest_demand, traction
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-SPLIT_LOG_WEIGHT = -9.0
-CAP_BELOW_DEMAND = (-0.5, 0.5)
-"""ln of what friction carries over what the wheel demands, where slipping is supposed to begin: mean, sd."""
-KIND_PRIOR = 1.0
+SPLIT_LOG_WEIGHT, KIND_PRIOR = PRIORS.split_log_weight, PRIORS.kind_prior
+CAP_MEAN = PRIORS.cap_below_demand_mean
+CAP_VARIANCE = PRIORS.cap_below_demand_sd * PRIORS.cap_below_demand_sd
+SQRT_12 = math.sqrt(12.0)
 
 
-@compiled
+@lean
+def forget(covariance: F64, state: int) -> None:
+    """A state that is known exactly: its row and column vanish."""
+    for i in range(N_STATES):
+        covariance[state, i] = covariance[i, state] = 0.0
+
+
+@lean
 def stop_skidding(mean: F64, covariance: F64) -> None:
     """The state jump into a mode without lateral velocity, and the start of a skid: v_lat = 0 exactly."""
     mean[V_LAT] = 0.0
-    covariance[V_LAT, :] = 0.0
-    covariance[:, V_LAT] = 0.0
+    forget(covariance, V_LAT)
 
 
-@compiled
+@lean
 def spread_sideways(mean: F64, covariance: F64, when_sd: float) -> None:
     """A skid that ended at an uncertain instant leaves the position uncertain by v_lat · that time."""
-    across = (-np.sin(mean[PSI]), np.cos(mean[PSI]))
+    across = (-math.sin(mean[PSI]), math.cos(mean[PSI]))
     for a in range(2):
         for b in range(2):
             covariance[a, b] += across[a] * across[b] * (mean[V_LAT] * when_sd) ** 2
 
 
-@compiled
+@lean
 def enter(mean: F64, covariance: F64, before: int, mode: int, demand: float, prior: Prior) -> None:
     """The mode's own parameter where it changes its meaning: ρ, or the cap, which a present slip exceeds."""
     if (before == CAPPED) == (mode == CAPPED):
         return
-    covariance[RHO, :] = 0.0
-    covariance[:, RHO] = 0.0
+    forget(covariance, RHO)
     if mode == CAPPED:
-        mean[RHO], covariance[RHO, RHO] = np.log(demand) + CAP_BELOW_DEMAND[0], CAP_BELOW_DEMAND[1] ** 2
+        mean[RHO], covariance[RHO, RHO] = math.log(demand) + CAP_MEAN, CAP_VARIANCE
     else:
         mean[RHO], covariance[RHO, RHO] = prior.rho, prior.rho_sd**2
 
 
-@compiled
+@lean
 def switch(
     mean: F64,
     covariance: F64,
@@ -67,7 +74,7 @@ def switch(
 ) -> None:
     """The state's jump from one of the ``modes`` into the other, at an instant known within ``when_sd``."""
     before, mode = modes
-    skidded, skids = before in (SKIDDING, BOTH), mode in (SKIDDING, BOTH)
+    skidded, skids = before in (SKIDDING, SKIDDING_SLIPPING), mode in (SKIDDING, SKIDDING_SLIPPING)
     if skidded and not skids:
         spread_sideways(mean, covariance, when_sd)
     if not (skidded and skids):
@@ -81,28 +88,30 @@ def switch(
     covariance[OMEGA, OMEGA] += ((now.turning - was.turning) * when_sd) ** 2
 
 
-@compiled
+@lean
 def log_share_of_kind(slips: F64, capped: bool) -> float:
     """How probable a slip of this kind is, after n_k of it among n: (n_k + a)/(n + 2a).
 
-    A robot's slips are mostly of one kind, but nobody knows of which.
+    A robot's slips are mostly of one kind, and which is not known before.
     """
-    return float(np.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR)))
+    return float(
+        math.log((slips[1 if capped else 0] + KIND_PRIOR) / (slips[0] + slips[1] + 2.0 * KIND_PRIOR))
+    )
 
 
-@compiled
+@lean
 def may_follow(before: int, mode: int, n_modes: int, can_cap: bool) -> bool:
     """Whether a switch is worth a hypothesis: not from one kind of slipping into the other."""
     if mode == CAPPED:
         return can_cap
-    if mode == BOTH and n_modes < 4:
+    if mode == SKIDDING_SLIPPING and n_modes < 4:
         return False
     return mode != before and not (mode == SLIPPING and before == CAPPED)
 
 
-@compiled
+@lean
 def split(
-    people: Population,
+    hypotheses: HypothesisSet,
     n_modes: int,
     interval_s: float,
     rate: float,
@@ -116,26 +125,28 @@ def split(
     uniformly distributed time goes into the child's covariance. A slip may be of either kind, where the
     torques are large enough to tell.
     """
-    switched = 1.0 - np.exp(-rate * interval_s)
-    when_sd = interval_s / np.sqrt(12.0)
-    each = np.log(switched / (n_modes - 1))
-    for parent in range(people.size[0]):
-        if people.log_weight[parent] < SPLIT_LOG_WEIGHT:
+    switched = 1.0 - math.exp(-rate * interval_s)
+    when_sd = interval_s / SQRT_12
+    each = math.log(switched / (n_modes - 1))
+    for parent in range(hypotheses.size[0]):
+        if hypotheses.log_weight[parent] < SPLIT_LOG_WEIGHT:
             continue
-        before = people.mode[parent]
-        demand = largest_demand(people.mean[parent], inputs[0], inputs[1])
+        before = hypotheses.mode[parent]
+        demand = largest_demand(hypotheses.mean[parent], inputs[0], inputs[1])
         can_cap = before in (IDEAL, SKIDDING) and demand > LEAST_DEMAND_MPS2
-        for mode in (IDEAL, SKIDDING, SLIPPING, BOTH, CAPPED):
-            child = people.size[0]
-            if child == people.mode.shape[0] or not may_follow(before, mode, n_modes, can_cap):
+        for mode in (IDEAL, SKIDDING, SLIPPING, SKIDDING_SLIPPING, CAPPED):
+            child = hypotheses.size[0]
+            if child == hypotheses.mode.shape[0] or not may_follow(before, mode, n_modes, can_cap):
                 continue
-            copy(people, parent, child)
-            people.mode[child] = mode
+            copy(hypotheses, parent, child)
+            hypotheses.mode[child] = mode
             if can_cap and mode in (SLIPPING, CAPPED):
-                people.log_weight[child] += log_share_of_kind(people.slips[child], mode == CAPPED)
+                hypotheses.log_weight[child] += log_share_of_kind(hypotheses.slips[child], mode == CAPPED)
             if mode in (SLIPPING, CAPPED):
-                people.slips[child, 1 if mode == CAPPED else 0] += 1.0
-            people.log_weight[child] += each
-            people.size[0] += 1
-            switch(people.mean[child], people.covariance[child], (before, mode), when_sd, inputs, prior)
-        people.log_weight[parent] += np.log1p(-switched)
+                hypotheses.slips[child, 1 if mode == CAPPED else 0] += 1.0
+            hypotheses.log_weight[child] += each
+            hypotheses.size[0] += 1
+            switch(
+                hypotheses.mean[child], hypotheses.covariance[child], (before, mode), when_sd, inputs, prior
+            )
+        hypotheses.log_weight[parent] += math.log1p(-switched)

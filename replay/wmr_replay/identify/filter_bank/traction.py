@@ -3,15 +3,21 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from wmr_replay.identify.filter_bank.states import BOTH, CAPPED, LN_ALPHA, LN_BETA, RHO, SLIPPING, Prior
+from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.filter_bank.states import (
+    CAPPED,
+    LN_ALPHA,
+    LN_BETA,
+    RHO,
+    SKIDDING_SLIPPING,
+    SLIPPING,
+    Prior,
+)
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-LEAST_DEMAND_MPS2 = 0.01
-"""A wheel that is asked for less does not tell whether the ground is slippery."""
-LEAST_CAP_SD = 1e-3
+LEAST_DEMAND_MPS2 = PRIORS.least_demand_mps2
+LEAST_CAP_VARIANCE = PRIORS.least_cap_sd * PRIORS.least_cap_sd
 SQRT_2 = math.sqrt(2.0)
 
 
@@ -28,20 +34,20 @@ class Traction(NamedTuple):
     turning_by_own: float
 
 
-@compiled
+@lean
 def traction(mean: F64, mode: int, force: float, turn: float, prior: Prior) -> Traction:
     """Rolling: α Σeffort and β Δeffort. Slipping: the share ρ of it, and ρ times a ratio in yaw. Capped: each
     wheel's α·effort within ± cap, its logarithm in the place of ρ; a capped wheel says nothing of α.
     """
-    alpha, beta = np.exp(mean[LN_ALPHA]), np.exp(mean[LN_BETA])
+    alpha, beta = math.exp(mean[LN_ALPHA]), math.exp(mean[LN_BETA])
     drive, spin = alpha * force, beta * turn
-    if mode in (SLIPPING, BOTH):
+    if mode in (SLIPPING, SKIDDING_SLIPPING):
         share, yaw_share = mean[RHO], mean[RHO] * prior.yaw_slip_ratio
         ahead, turning = share * drive, yaw_share * spin
         return Traction(ahead, turning, ahead, turning, drive, prior.yaw_slip_ratio * spin)
     if mode != CAPPED:
         return Traction(drive, spin, drive, spin, 0.0, 0.0)
-    cap = np.exp(mean[RHO])
+    cap = math.exp(mean[RHO])
     free_ahead, free_turning, held_ahead, held_turning = 0.0, 0.0, 0.0, 0.0
     for side in (1.0, -1.0):
         effort = 0.5 * (force + side * turn)
@@ -56,21 +62,21 @@ def traction(mean: F64, mode: int, force: float, turn: float, prior: Prior) -> T
     return Traction(ahead, turning, free_ahead, free_turning, held_ahead, held_turning)
 
 
-@compiled
+@lean
 def largest_demand(mean: F64, force: float, turn: float) -> float:
     """What the harder driven wheel would contribute to dv_long/dt, α |effort|."""
-    return float(0.5 * np.exp(mean[LN_ALPHA]) * (abs(force) + abs(turn)))
+    return float(0.5 * math.exp(mean[LN_ALPHA]) * (abs(force) + abs(turn)))
 
 
-@compiled
+@lean
 def slipping_share(mean: F64, covariance: F64, force: float, turn: float) -> float:
     """How probable it is that the harder driven wheel demands more than the cap; 0 without a known torque.
 
     A demand about as large as the cap moves the robot as rolling does, and rolling needs less to be so:
     slipping is named where the demand is beyond the cap by a standard deviation of it.
     """
-    if np.isnan(force) or np.isnan(turn):
+    if math.isnan(force) or math.isnan(turn):
         return 0.0
-    over = np.log(max(largest_demand(mean, force, turn), LEAST_DEMAND_MPS2)) - mean[RHO]
-    sd = np.sqrt(max(covariance[RHO, RHO], LEAST_CAP_SD**2))
+    over = math.log(max(largest_demand(mean, force, turn), LEAST_DEMAND_MPS2)) - mean[RHO]
+    sd = math.sqrt(max(covariance[RHO, RHO], LEAST_CAP_VARIANCE))
     return 0.5 * (1.0 + math.erf((over / sd - 1.0) / SQRT_2))

@@ -1,16 +1,17 @@
-"""A measured pose into a hypothesis."""
+"""The measurement update of a hypothesis by a pose."""
 
-import numpy as np
+import math
 
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import N_STATES
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
-OUTLIER_SD = 5.0
+OUTLIER_SD = PRIORS.outlier_sd
 
 
-@compiled
-def absorb(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> float:
+@lean
+def update(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> float:
     """Kalman update by x, y, ψ in turn; returns the log likelihood. ``gain`` (10,) is scratch.
 
     An innovation beyond 5 sd counts as one of 5 sd with a variance to match: a wild pose loses its pull.
@@ -19,7 +20,7 @@ def absorb(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> 
     for c in range(3):
         error = pose[c] - mean[c]
         variance = max(covariance[c, c] + variances[c], (error / OUTLIER_SD) ** 2)
-        log_likelihood -= 0.5 * (error * error / variance + np.log(variance))
+        log_likelihood -= 0.5 * (error * error / variance + math.log(variance))
         for i in range(N_STATES):
             gain[i] = covariance[i, c]
         for i in range(N_STATES):

@@ -1,0 +1,152 @@
+"""A dispatcher of numba's whose callees are parts of it, with a cache of our own; see ``internals``."""
+
+import contextlib
+import pickle
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from numba.core import errors
+from numba.core.caching import NullCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler, CompileResult
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import _FunctionCompiler
+from numba.core.registry import CPUDispatcher
+from numba.core.serialize import dumps
+from numba.core.types import unliteral
+
+from wmr_schemas.compiled import store
+from wmr_schemas.compiled.internals import directory_for
+from wmr_schemas.compiled.notice import tell
+
+EXPLICIT: dict[str, Any] = {"nopython": True, "_nrt": True, "error_model": "python", "boundscheck": None}
+"""Options that a function would else take over from whichever function calls it first."""
+KERNEL = {"no_cfunc_wrapper": True}
+PART = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+PYTHON_WRAPPER = "_ZN7cpython"
+"""How the names of the wrappers begin that Python calls."""
+
+
+class PlainText:
+    """In place of numba's colours: it words an error for each of the many overloads that it tries in vain."""
+
+    def __getattr__(self, kind: str) -> Any:
+        return str
+
+
+class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Code of one function; without a wrapper for Python it is neither optimised nor emitted for itself."""
+
+    @cached_property
+    def _is_part(self) -> bool:
+        return not any(f.name.startswith(PYTHON_WRAPPER) for f in self._final_module.functions)
+
+    def _optimize_final_module(self) -> None:
+        if not self._is_part:
+            super()._optimize_final_module()
+
+    def _finalize_final_module(self) -> None:
+        if not self._is_part:
+            super()._finalize_final_module()
+            return
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """The address of a function; 0 in a part, which has no address of its own."""
+        self._ensure_finalized()
+        return 0 if self._is_part else int(super().get_pointer_to_function(name))
+
+
+def set_environment(codegen: Any, name: str, env: Any) -> None:
+    """As numba does it, where the code was emitted."""
+    if codegen._engine.get_global_value_address(name):
+        type(codegen).set_env(codegen, name, env)
+
+
+@contextlib.contextmanager
+def callees_as_parts(codegen: Any) -> Iterator[None]:
+    """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
+    with global_compiler_lock:
+        before, colours = codegen._library_class, errors._termcolor_inst
+        errors._termcolor_inst = PlainText()
+        codegen._library_class = PartLibrary
+        codegen.set_env = lambda name, env: set_environment(codegen, name, env)
+        try:
+            yield
+        finally:
+            codegen._library_class, errors._termcolor_inst = before, colours
+            del codegen.set_env
+
+
+class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
+    """The compiler of a kernel; it is asked only for what the cache does not hold."""
+
+    def compile(self, args: Any, return_type: Any) -> Any:
+        """One signature."""
+        tell(self.py_func.__qualname__)
+        with callees_as_parts(self.targetdescr.target_context.codegen()):
+            return super().compile(args, return_type)
+
+
+class KernelCache(NullCache):  # type: ignore[misc]
+    """Compiled signatures of one function in the directory of the present state."""
+
+    def __init__(self, function: Any) -> None:
+        self._function = function
+        self._name = f"{function.__module__}.{function.__qualname__}-{function.__code__.co_firstlineno}"
+
+    def _file(self, sig: Any, codegen: Any) -> Path | None:
+        directory = directory_for(self._function, tuple(map(str, codegen.magic_tuple())))
+        return None if directory is None else store.file_of(directory, self._name, str(sig))
+
+    @property
+    def cache_path(self) -> str | None:
+        """The present state's directory."""
+        from numba.core.registry import cpu_target  # noqa: PLC0415
+
+        file = self._file((), cpu_target.target_context.codegen())
+        return None if file is None else str(file.parent)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled signature, or None."""
+        target_context.refresh()
+        file = self._file(sig, target_context.codegen())
+        content = None if file is None else store.read(file)
+        if content is None:
+            return None
+        kept, payload = pickle.loads(content)
+        return CompileResult._rebuild(target_context, *payload) if kept == str(sig) else None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled signature."""
+        file = self._file(sig, data.codegen)
+        if file is not None and not data.lifted and not data.library.has_dynamic_globals:
+            store.write(file, dumps((str(sig), data._reduce())))
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """A function that Python calls; compiled code calls its :attr:`part` in its place."""
+
+    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
+        options = {**EXPLICIT, **(targetoptions or {}), **KERNEL}
+        super().__init__(py_func, locals, options)
+        self._compiler = KernelCompiler(py_func, self.targetdescr, options, self.locals, Compiler)
+        self._cache = KernelCache(py_func)
+
+    @cached_property
+    def part(self) -> Any:
+        """The same function as a part of others."""
+        return CPUDispatcher(self.py_func, targetoptions={**self.targetoptions, **PART})
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """How compiled code calls it: one specialisation for all integers, constant or not."""
+        return self.part.get_call_template(
+            tuple(unliteral(a) for a in args), {k: unliteral(a) for k, a in kws.items()}
+        )
+
+    def get_overload(self, sig: Any) -> Any:
+        """The part's code."""
+        return self.part.get_overload(sig)

@@ -1,0 +1,228 @@
+"""Compiled code is never stale, is found wherever it is wanted, and is done without where it cannot be kept.
+
+Every case is a real process with a package of its own, whose ``top`` calls ``middle``, which calls ``bottom``.
+"""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wmr_schemas.compiled import state
+
+CALLS = """
+import json, sys, warnings
+from wmr_schemas.compiled import on_compiling, register_sources
+told, caught = [], []
+warnings.showwarning = lambda message, *_: caught.append(str(message))
+warnings.simplefilter("always")
+on_compiling(told.append)
+{before}
+register_sources("chain")
+from chain.top import top
+print(json.dumps([top(2.0), told, caught]))
+"""
+MODULES = {
+    "__init__": "",
+    "bottom": "from wmr_schemas.compiled import compiled\nADDED = 5.0\n@compiled\ndef bottom(x):\n    return x + ADDED\n",
+    "middle": "from chain.bottom import bottom\nfrom wmr_schemas.compiled.lean import lean\n"
+    "@lean\ndef middle(x):\n    return 2.0 * bottom(x)\n",
+    "top": "from chain.middle import middle\nfrom wmr_schemas.compiled import compiled\n"
+    "@compiled\ndef top(x):\n    return middle(x) + 1.0\n",
+}
+
+
+class Chain:
+    """The package, and processes that call it."""
+
+    def __init__(self, root: Path) -> None:
+        self.root, self.cache = root, root / "cache"
+        for name, text in MODULES.items():
+            file = root / "chain" / f"{name}.py"
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text)
+
+    def edit(self, added: float) -> None:
+        file = self.root / "chain" / "bottom.py"
+        stat = file.stat()
+        file.write_text(MODULES["bottom"].replace("5.0", repr(added)))
+        os.utime(file, (stat.st_atime, stat.st_mtime))
+
+    def start(self, before: str = "", **variables: str) -> subprocess.Popen[str]:
+        paths = [str(self.root), *(p for p in sys.path if p)]
+        environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+        environment |= {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment |= {state.CACHE_VARIABLE: str(self.cache)} | variables
+        return subprocess.Popen(
+            [sys.executable, "-c", CALLS.format(before=before)],
+            env=environment,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+
+    def run(self, before: str = "", **variables: str) -> tuple[float, list[str], list[str]]:
+        """The answer, the functions that were compiled, and the warnings."""
+        return result_of(self.start(before, **variables))
+
+
+def result_of(process: subprocess.Popen[str]) -> tuple[float, list[str], list[str]]:
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    answer, told, caught = json.loads(out)
+    return answer, told, caught
+
+
+@pytest.fixture
+def chain(tmp_path: Path) -> Chain:
+    return Chain(tmp_path)
+
+
+def test_a_callee_two_levels_down_is_edited_and_the_answer_changes_at_once(chain: Chain) -> None:
+    assert chain.run() == (15.0, ["top"], [])
+    assert chain.run() == (15.0, [], [])
+    chain.edit(7.0)
+    assert chain.run() == (19.0, ["top"], [])
+    chain.edit(5.0)
+    assert chain.run() == (15.0, [], [])
+
+
+def test_the_processor_and_the_versions_have_states_of_their_own(tmp_path: Path) -> None:
+    file = tmp_path / "a.py"
+    file.write_text("x = 1\n")
+    base = state.hash_of({"a": file}, "numba 1", "cpu")
+    assert base == state.hash_of({"a": file}, "numba 1", "cpu")
+    assert base != state.hash_of({"a": file}, "numba 2", "cpu")
+    assert base != state.hash_of({"a": file}, "numba 1", "gpu")
+    assert base != state.hash_of({"b": file}, "numba 1", "cpu")
+    file.write_text("x = 2\n")
+    assert base != state.hash_of({"a": file}, "numba 1", "cpu")
+
+
+def test_the_sources_of_all_three_packages_are_in_the_hash() -> None:
+    files = state.source_files()
+    assert "wmr_schemas/compiled/state.py" in files
+    assert "wmr_replay/identify/filter_bank/update.py" in files
+    assert {name.partition("/")[0] for name in files} >= {"wmr_schemas", "wmr_synth", "wmr_replay"}
+
+
+def test_nothing_is_written_beside_the_sources(chain: Chain) -> None:
+    folder = chain.root / "chain"
+    before = sorted(folder.rglob("*"))
+    folder.chmod(0o555)
+    try:
+        assert chain.run()[:2] == (15.0, ["top"])
+        assert chain.run()[:2] == (15.0, [])
+    finally:
+        folder.chmod(0o755)
+    assert sorted(folder.rglob("*")) == before
+
+
+def test_without_a_writable_place_it_compiles_in_memory_and_says_so_once(chain: Chain) -> None:
+    chain.cache.write_text("a file where the directory should be")
+    for _ in range(2):
+        answer, told, caught = chain.run()
+        assert (answer, told) == (15.0, ["top"])
+        assert len(caught) == 1
+        assert "\n" not in caught[0]
+        assert state.CACHE_VARIABLE in caught[0]
+
+
+def test_numbas_own_variable_is_honoured_below_our_hash(chain: Chain) -> None:
+    place = chain.root / "numbas"
+    assert chain.run(**{"NUMBA_CACHE_DIR": str(place), state.CACHE_VARIABLE: ""})[0] == 15.0
+    (kept,) = (place / "wmr-replay").iterdir()
+    assert len(kept.name) == state.HASH_LENGTH
+    assert any(kept.iterdir())
+
+
+UNKNOWN = """
+import numba
+numba.__version__ = "99.1.0"
+"""
+
+
+def test_an_unknown_numba_compiles_plainly_and_says_so(chain: Chain) -> None:
+    answer, _, caught = chain.run(UNKNOWN)
+    assert answer == 15.0
+    assert len(caught) == 1
+    assert "numba 99.1.0" in caught[0]
+    assert not chain.cache.exists()
+
+
+LOADS = """
+import numba, struct, sys
+import numpy as np
+{before}
+from wmr_schemas.compiled import unaligned
+from wmr_schemas.compiled.lean import lean
+def caller(load):
+    @lean
+    def call(data, place):
+        return load(data, place)
+    return call
+for name, code, value in (
+    ("u16", "<H", 0xBEEF), ("u32", "<I", 0xDEADBEEF), ("u64", "<Q", 2**63 + 5), ("i64", "<q", -3),
+    ("f64", "<d", -1.5e300), ("f32", "<f", 0.25),
+):
+    data = np.frombuffer(b"xyz" + struct.pack(code, value) + b"w", np.uint8)
+    found = caller(getattr(unaligned, "load_" + name))(data, 3)
+    assert found == value, (name, found, value)
+"""
+
+
+@pytest.mark.parametrize("before", ["", UNKNOWN], ids=["tested", "unknown"])
+def test_numbers_are_read_at_any_byte(before: str) -> None:
+    command = [sys.executable, "-W", "ignore", "-c", LOADS.format(before=before)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_two_processes_may_compile_at_once(chain: Chain) -> None:
+    both = [chain.start(), chain.start()]
+    assert [result_of(process)[0] for process in both] == [15.0, 15.0]
+    assert chain.run() == (15.0, [], [])
+    assert not list(chain.cache.rglob("part-*"))
+
+
+def test_a_damaged_file_is_compiled_again(chain: Chain) -> None:
+    chain.run()
+    (file,) = (f for f in chain.cache.rglob("*") if f.is_file())
+    file.write_bytes(file.read_bytes()[:100])
+    assert chain.run() == (15.0, ["top"], [])
+    assert chain.run() == (15.0, [], [])
+
+
+def test_functions_of_unregistered_packages_are_not_kept(chain: Chain) -> None:
+    unregistered = "register_sources = lambda package: None"
+    assert chain.run(unregistered)[:2] == (15.0, ["top"])
+    assert chain.run(unregistered)[:2] == (15.0, ["top"])
+
+
+def test_only_the_states_used_last_are_kept(tmp_path: Path) -> None:
+    states = []
+    for age in range(8):
+        place = tmp_path / f"{age:024x}"
+        place.mkdir()
+        (place / "code").write_text("x")
+        os.utime(place, (1e9 - age, 1e9 - age))
+        states.append(place)
+    (tmp_path / "somebody-elses").mkdir()
+    state.clear_old(tmp_path, states[6])
+    kept = {p for p in states if p.exists()}
+    assert kept == {*states[: state.KEPT - 1], states[6]}
+    assert (tmp_path / "somebody-elses").exists()
+
+
+def test_parts_and_kernels_give_the_same_numbers() -> None:
+    from wmr_replay.identify.filter_bank.traction import largest_demand, slipping_share
+
+    mean, covariance = np.full(10, 0.1), np.eye(10)
+    demand = np.log(0.5 * np.exp(0.1) * 9.0)
+    assert largest_demand(mean, 4.0, -5.0) == pytest.approx(np.exp(demand), rel=1e-15)
+    assert 0.0 < slipping_share(mean, covariance, 4.0, -5.0) < 1.0
