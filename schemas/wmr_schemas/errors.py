@@ -60,6 +60,14 @@ class InvalidSetting(WmrError):
     """A setting that makes no sense, such as a window of no length."""
 
 
+class InvalidEffect(InvalidSetting):
+    """A user's effect that cannot be used; ``source`` is its entry point or its name."""
+
+    def __init__(self, source: str, problem: str) -> None:
+        self.source, self.problem = source, problem
+        super().__init__(f"effect {source}: {problem}")
+
+
 class MissingExtra(InvalidSetting):
     """Something needs a package that only an extra brings: ``extra``, what ``needs`` it, the ``package``."""
 

@@ -37,15 +37,16 @@ def show_list(as_json: bool) -> None:
 def list_effects() -> list[dict[str, object]]:
     """Every effect that can be hidden: its form, parameters with units, and the ranges of a bare name."""
     from wmr_schemas.effects import BEYOND, EFFECTS
-    from wmr_synth.hidden.sizes import SIZES, describe_range
+    from wmr_synth.hidden.drawing import describe_range
+    from wmr_synth.hidden.registry import words_of
 
     return [
         {
             "name": name,
             "candidate": form.formula,
-            "hidden": SIZES[name].form,
-            "parameters": form.parameters,
-            "ranges": {key: describe_range(within) for key, within in SIZES[name].ranges.items()},
+            "hidden": words_of(name),
+            "parameters": form.units,
+            "ranges": {key: describe_range(within) for key, within in form.ranges.items()},
         }
         for name, form in (EFFECTS | BEYOND).items()
     ]

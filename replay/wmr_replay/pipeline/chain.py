@@ -9,6 +9,7 @@ from wmr_replay.align.repair import OUTLIER, POSE_JUMP, PoseRepair
 from wmr_replay.differentiate import (
     GAP,
     WARMING_UP,
+    Derivatives,
     Differentiator,
     NoiseTracker,
     robust_sigma,
@@ -120,7 +121,7 @@ class Chain:
         )
         self._identifier = make_identifier(settings, model, rules, step_s)
         self._all_modes = settings.all_modes
-        self._terms = model.terms
+        self._terms, self._model = model.terms, model
         self._robot = robot
         self.repair = PoseRepair(step_s=step_s, position_sd_m=position_sd_m, yaw_sd_rad=yaw_sd_rad)
         self._aside = Aside(self._start_ns, OUTLIER)
@@ -190,14 +191,19 @@ class Chain:
             motion, derivatives.inputs[2:], self._robot.wheel_radius_m, self._robot.half_track_m
         )
         force = derivatives.inputs[0] + derivatives.inputs[1]
+        known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
+        efforts = rows.inputs[:2]
+        if self._model.accelerates:
+            own = self._own_accelerations(rows.t_ns, motion, derivatives)
+            known, efforts = known + own[0], efforts + self._model.as_efforts(own)
         verdict = self._identifier.push(
             Evidence(
                 rows.t_ns,
                 rows.pose,
-                rows.inputs[:2],
+                efforts,
                 motion,
                 force,
-                self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2]),
+                known,
                 variances,
                 independence,
                 restarts,
@@ -216,6 +222,23 @@ class Chain:
         last_ns = np.maximum.accumulate(np.where(restarts, t_ns, self._jump_ns))
         self._jump_ns = int(last_ns[-1])
         return np.asarray(t_ns - last_ns <= round(self.differentiator.window_s * NS_PER_S))
+
+    def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:
+        """Accelerations (2, n) of users' effects, at the instants that the derivatives describe."""
+        x_m, y_m, yaw_rad = derivatives.estimates[:, 0]
+        return self._model.own_accelerations(
+            {
+                "t_s": (t_ns - self._start_ns) / NS_PER_S - derivatives.delay_s,
+                "x_m": x_m,
+                "y_m": y_m,
+                "yaw_rad": yaw_rad,
+                "v_mps": motion.v_long_mps,
+                "v_lat_mps": motion.v_lat_mps,
+                "yaw_rate_radps": motion.yaw_rate_radps,
+                "left_nm": derivatives.inputs[0],
+                "right_nm": derivatives.inputs[1],
+            }
+        )
 
     def _known_acceleration(self, motion: Motion, yaw_rad: F64, efforts: F64) -> F64:
         """What the model knows of dv_long/dt besides the torques, at the motion's own instants."""

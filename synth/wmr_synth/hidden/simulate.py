@@ -1,9 +1,12 @@
 """The compiled loop of the extended plant: driver, delay, mode switches and disturbance."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
@@ -35,14 +38,17 @@ def simulate_hidden(
     start: tuple[float, float],
     hidden: Hidden,
     disturbance: tuple[Disturbance, np.random.Generator],
+    own: Callable[[I64], F64] | None = None,
 ) -> Motion:
     """As ``simulate.simulate``, with effects and a disturbance; ``instants`` are those of torque and pose.
+
+    ``own`` gives further accelerations (n, 3) at instants, each held until the next.
 
     Efforts are those that the driver asks for, which is what a log shows; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0
-    acting = np.where((modes.mode == 0) & undeclared, 1, modes.mode)
+    acting = np.where((modes.mode == ContactMode.IDEAL) & undeclared, ContactMode.SKIDDING, modes.mode)
     c = coefficients(robot, set(np.unique(acting).tolist()))
     c = c._replace(skid_decay_mps2=c.skid_decay_mps2 * hidden.stiffness)
     silent = c._replace(skid_decay_mps2=c.skid_decay_mps2 * hidden.undeclared_stiffness)
@@ -55,6 +61,7 @@ def simulate_hidden(
     is_torque = np.zeros(len(t_ns), bool)
     is_torque[np.searchsorted(t_ns, torque_ns)] = True
     push = disturbance[0].held(t_ns, disturbance[1])
+    push = push if own is None else push + own(t_ns)
     record = run((t_ns, mode, is_torque), wanted, commands.gains, push, (c, silent), hidden, state)
     return to_motion(t_ns, mode, record, c)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
@@ -12,18 +13,17 @@ from wmr_synth.plants import two_wheeled as plant
 from wmr_synth.plants.simulate import Motion, efforts, to_robot_conventions, union_of_sorted
 from wmr_synth.plants.traction import E_L, E_R, N_LIMITED, Q_L, Q_R, TYRE, FrictionTrack, Traction, Tyre
 from wmr_synth.plants.two_wheeled import (
-    IDEAL,
     N_STATES,
     SIGMA_1,
     SIGMA_2,
-    SKIDDING,
-    SLIPPING,
     THETA,
     V_THETA,
     V_X,
     V_Y,
 )
 
+SCHEDULED_SKID = int(ContactMode.SKIDDING)
+"""Compiled code takes the mode as a plain integer, of one type with the array's."""
 SLIP_HOLD_NS = 20_000_000
 """The mode is slipping while a wheel's force is capped and for this long after: no spell is shorter."""
 
@@ -46,7 +46,7 @@ def simulate_limited(
     c = plant.coefficients(robot, set(np.unique(schedule.mode).tolist()))
     p = traction.traction_of(robot, tyre)
     t_ns = union_of_sorted(pose_ns, torque_ns, schedule.t_ns, friction.t_ns)
-    skids = schedule.mode[np.searchsorted(schedule.t_ns, t_ns, side="right") - 1] == SKIDDING
+    skids = schedule.mode[np.searchsorted(schedule.t_ns, t_ns, side="right") - 1] == ContactMode.SKIDDING
     mu = friction.coefficient[np.searchsorted(friction.t_ns, t_ns, side="right") - 1]
     state = np.zeros(N_LIMITED)
     state[THETA] = -np.pi / 2
@@ -63,7 +63,9 @@ def true_mode(t_ns: I64, skids: Bool, capped: Bool) -> I8:
     """Skidding as scheduled, slipping where capped within the last 20 ms, else ideal."""
     last_ns = np.maximum.accumulate(np.where(capped, t_ns, t_ns[0] - 2 * SLIP_HOLD_NS))
     slips = t_ns - last_ns < SLIP_HOLD_NS
-    return np.where(skids, SKIDDING, np.where(slips, SLIPPING, IDEAL)).astype(np.int8)
+    return np.where(
+        skids, ContactMode.SKIDDING, np.where(slips, ContactMode.SLIPPING, ContactMode.IDEAL)
+    ).astype(np.int8)
 
 
 def switches_of(motion: Motion) -> ModeTrack:
@@ -125,7 +127,7 @@ def run(
         if i == 0 or skids[i] != skids[i - 1]:
             switch(skids[i], state, (left, right), cap, c, p)
         if skids[i]:
-            plant.derivative(SKIDDING, state, -right, -left, c, work[0])
+            plant.derivative(SCHEDULED_SKID, state, -right, -left, c, work[0])
         else:
             capped[i] = traction.is_capped(state, cap, p)
             traction.derivative(state, (left, right), cap, c, p, work[0])
@@ -135,7 +137,7 @@ def run(
             break
         dt = (t_ns[i + 1] - t_ns[i]) / NS_PER_S
         if skids[i]:
-            plant.advance(SKIDDING, state, -right, -left, dt, c, work)
+            plant.advance(SCHEDULED_SKID, state, -right, -left, dt, c, work)
         else:
             traction.advance(state, (left, right), cap, dt, c, p, work)
     return record, capped

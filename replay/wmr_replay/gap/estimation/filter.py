@@ -21,14 +21,11 @@ from wmr_replay.gap.estimation.sensitivity import (
     wanted_columns,
 )
 from wmr_replay.gap.model.dynamics import (
-    BOTH,
     D_LAT,
     D_LONG,
     D_YAW,
     N_MOTION,
     N_STATE,
-    SKIDDING,
-    SLIPPING,
     V_LAT,
     Base,
     Row,
@@ -37,6 +34,8 @@ from wmr_replay.gap.model.dynamics import (
     X,
     Y,
     halfway,
+    is_skidding,
+    is_slipping,
     measured,
     responses,
     step_from,
@@ -107,7 +106,7 @@ def add_noise(
     P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
-    if mode in (SKIDDING, BOTH):
+    if is_skidding(mode):
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
     else:
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
@@ -115,7 +114,7 @@ def add_noise(
         P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
         P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
         P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
-    if mode in (SLIPPING, BOTH):
+    if is_slipping(mode):
         P[V, V] += SLIP_DISTURBANCE_MPS2**2 * dt
         P[W, W] += SLIP_DISTURBANCE_MPS2**2 * dt
     if mode != previous_mode:

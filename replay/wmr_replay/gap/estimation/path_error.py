@@ -96,11 +96,12 @@ def window_errors(
 ) -> WindowErrors:
     """The gap of every window; ``variances`` (n, 3) weigh the poses and give the floor."""
     rows, theta, base = extension.rows(drive), extension.theta(), extension.base
+    poses = extension.poses(drive)
     sd = np.sqrt(variances)
     position, yaw, floor, floor_yaw = [], [], [], []
     for a, b in windows:
         z0 = starting_motion(drive, a, base)
-        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
+        left = fit_window(z0, rows[a:b], poses[a:b], theta, base, sd[a:b]) * sd[a:b]
         position.append(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2)))
         yaw.append(np.sqrt(np.mean(left[:, 2] ** 2)))
         kept = 1 - 5 / (3 * (b - a))
@@ -113,10 +114,11 @@ def window_errors(
 def simulated_path(drive: Drive, extension: Extension, windows: list[tuple[int, int]], variances: F64) -> F64:
     """Poses (n, 3) simulated window by window, NaN between them."""
     rows, theta, base = extension.rows(drive), extension.theta(), extension.base
+    poses = extension.poses(drive)
     sd, path = np.sqrt(variances), np.full((len(drive), 3), np.nan)
     for a, b in windows:
         z0 = starting_motion(drive, a, base)
-        left = fit_window(z0, rows[a:b], drive.pose[a:b], theta, base, sd[a:b]) * sd[a:b]
+        left = fit_window(z0, rows[a:b], poses[a:b], theta, base, sd[a:b]) * sd[a:b]
         path[a:b] = drive.pose[a:b] - left
     return path
 

@@ -59,7 +59,7 @@ class Problem:
         """The filter over the whole drive, held-out rows included: those are left out of sums only."""
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        data = Data(extension.rows(self.drive), self.drive.pose, self.variances, first)
+        data = Data(extension.rows(self.drive), extension.poses(self.drive), self.variances, first)
         return filter_pass(data, extension.theta(), extension.base, noise, wanted, keep)
 
     def deviance(self, extension: Extension, noise: Diffusion) -> float:

@@ -9,12 +9,11 @@ import numpy as np
 
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.model.dictionary import form_of
+from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 
 LEAST_RATIO, LEAST_OF_THE_OTHER = 3.0, 2.0
-SEEN_ANYWAY = ("heading_misalignment", "yaw_drift")
 
 
 def liveliness(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
@@ -29,10 +28,11 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
     """Why the log cannot carry the verdict ``name``; empty where it can. What acts on both channels asks for
     one in full and for two thirds of the other.
     """
-    if name in SEEN_ANYWAY:
+    declaration = declaration_of(name)
+    if not declaration.needs_excitation:
         return ""
     ahead, turning = liveliness(problem, extension, noise)
-    channel = form_of(name).channel
+    channel = declaration.channel
     asked = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
     ratio = asked.get(channel, min(ahead, turning))
     both = channel not in asked and max(ahead, turning) >= LEAST_RATIO

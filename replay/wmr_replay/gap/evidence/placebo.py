@@ -27,6 +27,7 @@ def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 
     columns = kind.of(problem.drive, rest.extension)
     here = gauss_newton(problem, rest.extension, current.noise, 0)
     passed = problem.passed(rest.extension, current.noise, columns.wanted, keep=True)
+    passed = columns.own.joined_to(passed, problem, current.noise)
     train = problem.train
     psi = projected(passed.sensitivities[train], here.psi[train])
     G = psi.T @ psi

@@ -6,7 +6,7 @@ from scipy.stats import f as fisher
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, inverse_information
-from wmr_replay.gap.model.candidates import LOCAL, is_place
+from wmr_replay.gap.model.candidates import LOCAL, candidate_of, is_place
 from wmr_schemas.arrays import F64, Bool
 
 BLOCK_S, LEVEL = 2.0, 0.01
@@ -37,7 +37,7 @@ def robust_p(problem: Problem, fit: Fit, name: str) -> float:
     base model, the likelihood ratio stands alone; where the blocks that tell of it are few, the test is the
     plain one.
     """
-    if name in ("torque_saturation", "undeclared_skid"):
+    if not candidate_of(name).declaration.zero_is_absent:
         return 0.0
     size = sizes_of(fit, name)
     values = fit.values[size]

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.stats import bootstrap, wilcoxon
 from scipy.stats import t as student
 
+from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.estimation.binned_log import Drive
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.path_error import WINDOW_S, WindowErrors, window_errors
@@ -16,10 +17,9 @@ from wmr_replay.gap.evidence.holdout import held_out_errors, windows_within
 from wmr_replay.gap.evidence.locate import locate
 from wmr_replay.gap.evidence.significance import covariance
 from wmr_replay.gap.model.base import BaseModel
-from wmr_replay.gap.model.candidates import is_place
+from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
-from wmr_replay.gap.model.dictionary import form_of
-from wmr_replay.gap.model.extension import WEIGHTS, combined
+from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import (
     Alternative,
@@ -88,9 +88,9 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     effects = []
     for tried in selection.found:
         name = tried.lead.name
-        form = form_of(name)
+        form = declaration_of(name)
         parameters = {
-            key: Estimate(float(value), interval(problem.drive, name, key, value, w), form.parameters[key])
+            key: Estimate(float(value), interval(problem.drive, name, key, value, w), form.units[key])
             for (owner, key), value, w in zip(fit.keys, fit.values, width, strict=True)
             if owner == name
         }

@@ -25,7 +25,6 @@ LEAST_SCORE, LEAST_SCORE_LATER = -10.0, 0.0
 ONE_SIDE = 0.1
 SEARCHED, CLEARLY = (1.0, 0.4, 0.15), 1.0
 """Steps of the search for an edge, s or m, and what a step must gain."""
-STARTS = {"undeclared_skid": {"stiffness_ratio": (0.2, 0.4, 0.8, 1.6, 3.2)}}
 CALM_LATERAL_MPS = float(np.exp(CALM[-1]))
 
 
@@ -157,9 +156,10 @@ def begins_or_ends_with_the_log(problem: Problem, fit: Fit, name: str) -> bool:
 
 def started(problem: Problem, current: Fit, lead: Lead) -> Lead:
     """The lead at the best of its starts, where its slope at no effect says little about its size."""
-    if lead.name not in STARTS:
+    candidate = candidate_of(lead.name)
+    key, values = candidate.free[0], candidate.declaration.search.starts
+    if not values:
         return lead
-    ((key, values),) = STARTS[lead.name].items()
     calm = current.noise._replace(lat_sd_mps=CALM_LATERAL_MPS)
     starts = [replace(lead, parameters={key: value}) for value in (lead.parameters[key], *values)]
     return min(starts, key=lambda start: problem.deviance(joined(current, start), calm))

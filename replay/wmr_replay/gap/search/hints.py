@@ -11,12 +11,12 @@ from wmr_replay.gap.estimation.modes import identified_drive
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.significance import LEVEL
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
-from wmr_replay.gap.model.dynamics import IDEAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.attempts import fitted
 from wmr_replay.gap.search.relabel import like_slipping, unlike_slipping, with_rows, without_skid
 from wmr_replay.gap.search.select import AKIN, Selection, forward
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
 MUCH_SKID, MUCH_SLIP = 0.5, 0.12
@@ -59,14 +59,14 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:
     """Slipping that leaves more traction than the model's taken for ideal."""
     doubtful = unlike_slipping(problem, fitted(problem, extension, None, 8))
     if np.any(doubtful):
-        yield problem.labelled(with_rows(problem.drive, doubtful, IDEAL))
+        yield problem.labelled(with_rows(problem.drive, doubtful, ContactMode.IDEAL))
 
 
 def no_slip(problem: Problem) -> Iterator[tuple[Problem, bool]]:
     """Much slipping taken for ideal: there, a loss of traction in a time or place may be slipping."""
     slips = problem.drive.mode >= 2
     if np.mean(slips) > MUCH_SLIP:
-        yield problem.labelled(with_rows(problem.drive, slips, IDEAL)), False
+        yield problem.labelled(with_rows(problem.drive, slips, ContactMode.IDEAL)), False
 
 
 def suggestions(

@@ -9,9 +9,10 @@ from wmr_replay.gap.estimation.problem import Problem, calmed
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.sensitivity import NOTHING
 from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.dynamics import IDEAL, SLIPPING, Base
+from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import weight
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 
 EDGE_S, SHORTEST_S = 0.4, 0.3
@@ -40,7 +41,7 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     runs = slipping_runs(drive)
     rows = np.zeros(len(drive), bool)
     if runs:
-        ideal = problem.labelled(with_rows(drive, drive.mode == SLIPPING, IDEAL))
+        ideal = problem.labelled(with_rows(drive, drive.mode == ContactMode.SLIPPING, ContactMode.IDEAL))
         gentler = leaves_more(
             fit.extension.base, *losses(ideal, fit, run_cells(drive, runs), 2 * len(runs) + 1)
         )
@@ -87,7 +88,7 @@ def no_other_than_slipping(problem: Problem, fit: Fit) -> Bool:
 
 def slipping_runs(drive: Drive) -> list[tuple[int, int]]:
     """Rows [a, b) of each slipping interval that is long enough to have an inside."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], drive.mode == SLIPPING, [False]])))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], drive.mode == ContactMode.SLIPPING, [False]])))
     ends = edges.reshape(-1, 2)
     return [(int(a), int(b)) for a, b in ends if drive.t_s[b - 1] - drive.t_s[a] > 2 * EDGE_S + SHORTEST_S]
 

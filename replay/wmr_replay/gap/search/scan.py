@@ -10,20 +10,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.effects.efforts import UNIT_CHANGES
+from wmr_replay.effects.theta import from_place
 from wmr_replay.gap.estimation.binned_log import Drive
 from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.sensitivity import NOTHING, Wanted
-from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.model.candidates import LIBRARY, Candidate
 from wmr_replay.gap.model.dictionary import as_efforts
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.search.cells import Patches, cell_leads, time_cells
 from wmr_replay.gap.search.leads import Lead, Normal, normal_equations
+from wmr_replay.gap.search.own_columns import NO_COLUMNS, OwnColumns
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.terms import COEFFICIENT
-
-GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,7 @@ class Columns:
     cells: I64
     n_cells: int
     patches: Patches
+    own: OwnColumns
 
     @classmethod
     def of(cls, drive: Drive, extension: Extension) -> "Columns":
@@ -44,7 +46,8 @@ class Columns:
         linear = tuple(c for c in LIBRARY if c.places and c.name not in extension.effects)
         changes = tuple(effort_changes(extension, drive, extension.rows(drive)))
         cells, n_cells = time_cells(drive)
-        return cls(drive, extension, linear, changes, cells, n_cells, Patches.of(drive, cells, n_cells))
+        patches, own = Patches.of(drive, cells, n_cells), OwnColumns.of(extension)
+        return cls(drive, extension, linear, changes, cells, n_cells, patches, own)
 
     @property
     def wanted(self) -> Wanted:
@@ -65,6 +68,7 @@ class Columns:
         leads += best.values()
         after = first + len(self.changes)
         leads += cell_leads(normal, self.drive, self.patches, after, self.extension.effects)
+        leads += self.own.leads(normal, after + 2 * self.n_cells)
         return sorted(leads, key=lambda lead: -lead.gain)
 
     def groups(self) -> Iterator[tuple[Candidate, list[int]]]:
@@ -84,7 +88,7 @@ class Columns:
             this = (1.0 if value is None else value, float(diagonal[j]))
             if candidate.name not in told or ratio(this) < ratio(told[candidate.name]):
                 told[candidate.name] = this
-        return told
+        return told | self.own.information(normal, first + len(self.changes) + 2 * self.n_cells)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +103,7 @@ def scan(problem: Problem, extension: Extension, noise: Diffusion, nuisance: F64
     """Score the library. ``nuisance`` (n, 3, q): sensitivities to what the model holds already."""
     columns = Columns.of(problem.drive, extension)
     passed = problem.passed(extension, noise, columns.wanted, keep=True)
+    passed = columns.own.joined_to(passed, problem, noise)
     psi, e = passed.sensitivities[problem.train], passed.innovations[problem.train]
     normal = normal_equations(psi, e, None if nuisance is None else nuisance[problem.train])
     return Scanned(columns.leads(normal), columns.information(normal))
@@ -115,6 +120,7 @@ class TermColumns:
 
     names: tuple[str, ...]
     wanted: Wanted
+    own: OwnColumns = NO_COLUMNS
 
     @classmethod
     def of(cls, drive: Drive, extension: Extension) -> "TermColumns":
@@ -152,30 +158,26 @@ def effort_changes(
     for candidate in LIBRARY:
         if candidate.name in extension.effects:
             continue
-        if candidate.name in UNIT_EFFORTS:
-            yield candidate, None, np.column_stack(UNIT_EFFORTS[candidate.name](left, right))
-        elif candidate.name in GRIDDED_EFFORTS:
+        if candidate.name in UNIT_CHANGES:
+            yield candidate, None, np.column_stack(UNIT_CHANGES[candidate.name](left, right))
+        elif candidate.grid:
             (key,) = candidate.free
+            scale = {"typical_effort": 2 * typical, "largest_effort": largest}.get(
+                candidate.declaration.search.grid_unit, 1.0
+            )
             for share in candidate.grid:
-                scale = {"torque_deadzone": 2 * typical, "torque_saturation": largest}.get(
-                    candidate.name, 1.0
-                )
                 value = share * scale
-                changed = extension.with_effect(candidate.name, {key: value}).input_effects()
-                means = drive.torque.means(drive.t_s, changed)
+                means = extension.with_effect(candidate.name, {key: value}).mean_torques(drive)
                 yield candidate, value, np.column_stack([means[0] - left, means[1] - right])
 
 
 def linear_lead(normal: Normal, candidate: Candidate, columns: list[int], wheel_radius_m: float) -> Lead:
     """The best linear size of an effect; none where its sign is not a physical one."""
     gain, delta = normal.gain(columns)
-    if candidate.name == "undeclared_skid":
-        delta = 1.0 / np.maximum(delta, 1e-3)
-    if candidate.name == "wheel_viscous":
-        delta = delta * wheel_radius_m
-    parameters = dict(zip(candidate.free, (float(d) for d in delta), strict=True))
+    sizes = (from_place(p, float(d), wheel_radius_m) for p, d in zip(candidate.places, delta, strict=True))
+    parameters = dict(zip(candidate.free, sizes, strict=True))
     outside = any(not low <= parameters[key] <= high for key, (low, high) in candidate.bounds.items())
-    if outside and candidate.name in ("payload", "yaw_inertia", "drive_gain", "cornering_stiffness"):
+    if outside and candidate.declaration.search.clipped:
         parameters = {k: float(np.clip(v, *candidate.bounds[k])) for k, v in parameters.items()}
         outside = False
     return Lead(candidate.name, parameters, 0.0 if outside else gain, 1)

@@ -15,10 +15,11 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.attempts import Tried, attempts, cost_of, fine_costs, fitted
 from wmr_replay.gap.search.relabel import like_slipping
+from wmr_schemas.effects import BUILT_IN
 
 LIKE, LIKE_SHARE, AKIN_SHARE = 0.25, 0.15, 0.5
-AKIN = ({"actuator_lag", "input_delay"},)
-"""Forms of one thing: most real lags lie between a lag of one pole and a delay."""
+AKIN = tuple({effect.name, *effect.akin} for effect in BUILT_IN if effect.akin)
+"""Forms of one physical cause: most real lags lie between a lag of one pole and a delay."""
 MARGIN, MARGIN_UNSURE = 10.0, 30.0
 """What an effect must explain beside others; more where a wrong label would explain as much."""
 RIVAL = 100.0

@@ -11,12 +11,12 @@ from wmr_replay.gap.estimation.binned_log import drive_of
 from wmr_replay.gap.estimation.modes import identified_drive, identified_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.dynamics import SLIPPING
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.hints import SKID, Hints, hints
 from wmr_replay.gap.search.relabel import no_other_than_slipping, with_rows, without_skid
 from wmr_replay.gap.search.select import Selection, established, forward, select
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
 Progress = Callable[[str, float], None]
@@ -99,5 +99,5 @@ def slipping_called_so(answer: Answer, extension: Extension, options: GapOptions
     missed = no_other_than_slipping(answer.problem, answer.selection.fit)
     if not np.any(missed):
         return answer
-    problem = answer.problem.labelled(with_rows(answer.problem.drive, missed, SLIPPING))
+    problem = answer.problem.labelled(with_rows(answer.problem.drive, missed, ContactMode.SLIPPING))
     return Answer(problem, forward(problem, extension, options), answer.hint)

@@ -19,8 +19,12 @@ N_MOVING = 6
 IDEAL, SKIDDING, SLIPPING, BOTH, CAPPED = range(5)
 """The modes, and slippery ground: there a wheel slips while its demand exceeds what friction carries."""
 
-UNKNOWN_C = 8.0
-UNKNOWN_RHO = 0.1
+PRIOR_SKID_DECAY_MPS2, PRIOR_SKID_DECAY_LN_SD = 8.0, 1.5
+"""Mean and spread (of the logarithm) of c for a robot of unknown stiffness or mass. The mean is the paper
+robot's; the spread reaches from a fifth of it to five times as much within one standard deviation.
+"""
+PRIOR_SLIP_SHARE = 0.1
+"""Mean of ρ for a robot of unknown masses; its standard deviation of .2 covers most robots."""
 
 
 class Prior(NamedTuple):
@@ -42,30 +46,16 @@ class Prior(NamedTuple):
     average_speed_mps: float
 
 
-def slip_shares(robot: RobotParameters) -> tuple[float, float] | None:
-    """Traction left by quasi-steady slipping, ahead and in yaw: (3/m)/(r²/I_φ + 2/m) and (3l²/I_θ)/(r²/I_φ +
-    2l²/I_θ).
-
-    The slip stiffness cancels: σ settles within milliseconds. None where a parameter is unknown.
-    """
-    m, inertia, yaw = robot.mass_kg, robot.wheel_inertia_kgm2, robot.yaw_inertia_kgm2
-    radius, half_track = robot.wheel_radius_m, robot.half_track_m
-    if m is None or inertia is None or yaw is None or radius is None or half_track is None:
-        return None
-    wheel, turn = radius**2 / inertia, half_track**2 / yaw
-    return 3 / m / (wheel + 2 / m), 3 * turn / (wheel + 2 * turn)
-
-
 def make_prior(robot: RobotParameters) -> Prior:
     """A prior about the nominal parameters: α within a factor 2 (two standard deviations), stiffness
     likewise.
 
     What is unknown gets a wide prior; an unknown α is NaN until :func:`with_alpha` fills it in.
     """
-    shares = slip_shares(robot)
-    rho, yaw_share = (UNKNOWN_RHO, UNKNOWN_RHO) if shares is None else shares
-    known_c = robot.mass_kg is not None and robot.cornering_stiffness_over_epsilon is not None
-    c = 2 * robot.cornering_stiffness_over_epsilon / robot.mass_kg if known_c else UNKNOWN_C  # type: ignore[operator]
+    shares = robot.slip_shares
+    rho, yaw_share = (PRIOR_SLIP_SHARE, PRIOR_SLIP_SHARE) if shares is None else shares
+    known_c = robot.skid_decay_mps2
+    c = PRIOR_SKID_DECAY_MPS2 if known_c is None else known_c
     alpha, alpha_yaw, half_track = robot.alpha, robot.alpha_yaw_or_alpha, robot.half_track_m
     speed = robot.average_speed_mps
     known_beta = alpha_yaw is not None and half_track is not None
@@ -75,7 +65,7 @@ def make_prior(robot: RobotParameters) -> Prior:
         ln_beta=float(np.log(alpha_yaw / half_track)) if known_beta else np.nan,  # type: ignore[operator]
         ln_beta_given_alpha_sd=0.05,
         ln_c=float(np.log(c)),
-        ln_c_sd=float(np.log(2.0)) if known_c else 1.5,
+        ln_c_sd=PRIOR_SKID_DECAY_LN_SD if known_c is None else float(np.log(2.0)),
         rho=rho,
         rho_sd=0.2,
         yaw_slip_ratio=yaw_share / rho,
