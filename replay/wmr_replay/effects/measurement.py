@@ -14,9 +14,11 @@ ON_POSE = (Theta.HEADING, Theta.YAW_DRIFT, Theta.ARM_X, Theta.ARM_Y)
 
 
 @compiled(error_model="numpy", inline="always")
-def yaw_error(age_s: float, theta: F64) -> tuple[float, float]:
-    """The two errors of yaw in rad, constant and drifted, ``age_s`` after the first pose."""
-    return theta[Theta.HEADING], theta[Theta.YAW_DRIFT] * age_s
+def yaw_error(age: float, per_s: float, theta: F64) -> tuple[float, float]:
+    """The two errors of yaw in rad, constant and drifted, ``age`` after the first pose, ``per_s`` of which
+    make a second.
+    """
+    return theta[Theta.HEADING], theta[Theta.YAW_DRIFT] * age / per_s
 
 
 @compiled(error_model="numpy", inline="always")
@@ -53,11 +55,11 @@ def slope_by_place(place: int, component: int, yaw: float, age_s: float) -> floa
 
 
 @compiled(error_model="numpy")
-def to_axle(measured: F64, age_s: F64, theta: F64) -> F64:
-    """Poses (3, n) of the axle's middle N out of measured ones, ``age_s`` (n,) after the first pose."""
+def to_axle(measured: F64, age: F64, per_s: float, theta: F64) -> F64:
+    """Poses (3, n) of the axle's middle N out of measured ones, ``age`` (n,) as in :func:`yaw_error`."""
     out, back = measured.copy(), (-theta[Theta.ARM_X], -theta[Theta.ARM_Y])
     for k in range(measured.shape[1]):
-        constant, drifted = yaw_error(age_s[k], theta)
+        constant, drifted = yaw_error(age[k], per_s, theta)
         out[2, k] = measured[2, k] - constant - drifted
         out[0, k], out[1, k] = moved(measured[0, k], measured[1, k], out[2, k], back)
     return out

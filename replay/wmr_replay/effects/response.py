@@ -42,7 +42,9 @@ def response(
 
 
 @compiled(error_model="numpy", inline="always")
-def stiffness(patch: float, theta: F64) -> float:
-    """Cornering stiffness over its nominal value, where ``patch`` of a patch acts."""
+def with_stiffness(nominal: float, patch: float, theta: F64) -> float:
+    """``nominal`` cornering stiffness, or what is proportional to it, where ``patch`` of a patch acts:
+    G (1 + ratio) (1 − patch loss).
+    """
     lost = 1.0 - theta[Theta.PATCH] * patch
-    return float(max(1.0 + theta[Theta.CORNERING], LEAST_STIFFNESS) * max(lost, LEAST_STIFFNESS))
+    return float(nominal * max(1.0 + theta[Theta.CORNERING], LEAST_STIFFNESS) * max(lost, LEAST_STIFFNESS))

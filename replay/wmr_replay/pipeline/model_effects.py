@@ -12,7 +12,7 @@ from wmr_replay.effects.efforts import input_effects, static_part
 from wmr_replay.effects.measurement import to_axle
 from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.effects.own import acting, own_accelerations, own_efforts, without_own_errors
-from wmr_replay.effects.response import NO_WEIGHTS, response, stiffness
+from wmr_replay.effects.response import NO_WEIGHTS, response, with_stiffness
 from wmr_replay.effects.theta import Values, theta_of
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64, NS_PER_S
@@ -115,7 +115,7 @@ def scaled(robot: RobotParameters, effect: Effect) -> RobotParameters:
     theta = theta_of([(effect.name, effect.parameters)], 1.0)
     if EFFECTS[effect.name].acts_on == "tyre":
         grip = robot.cornering_stiffness_over_epsilon
-        stiffer = None if grip is None else grip * stiffness(0.0, theta)
+        stiffer = None if grip is None else with_stiffness(grip, 0.0, theta)
         return replace(robot, cornering_stiffness_over_epsilon=stiffer)
     if EFFECTS[effect.name].acts_on == "robot":
         ahead, turning = response((1.0, 1.0), (1.0, 1.0), NO_WEIGHTS, theta)
@@ -168,5 +168,6 @@ def change_pose(rows: Rows, effects: tuple[Effect, ...], start_ns: int) -> Rows:
     age_s = (rows.t_ns - start_ns) / NS_PER_S
     values = without_own_errors(named, age_s, rows.values)
     if on_pose:
-        values = to_axle(np.ascontiguousarray(values), age_s, theta_of(on_pose, 1.0))
+        age_ns = (rows.t_ns - start_ns).astype(np.float64)
+        values = to_axle(np.ascontiguousarray(values), age_ns, NS_PER_S, theta_of(on_pose, 1.0))
     return Rows(rows.t_ns, rows.order, values)

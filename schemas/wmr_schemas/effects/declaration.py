@@ -115,10 +115,12 @@ class Exact:
 
 @dataclass(frozen=True)
 class Separable:
-    """Effects that a log may not tell apart, and the manoeuvre that separates them."""
+    """Effects that a log may not tell apart, and the manoeuvre that separates them; a user's effect may name
+    one in words of its own.
+    """
 
     others: tuple[str, ...]
-    by: Manoeuvre
+    by: Manoeuvre | str
 
 
 @dataclass(frozen=True)

@@ -1,46 +1,31 @@
-"""Accelerations of users' effects in the compiled plant, by waveform relaxation.
-
-A form is a function of the whole motion, and the plant's loop is compiled. The motion is therefore simulated
-under the accelerations of the motion before, x_{k+1} = plant(a(x_k)), until it no longer changes. The
-iteration converges on any finite span (Picard–Lindelöf). Source: Lelarasmee, Ruehli, Sangiovanni-Vincentelli,
-IEEE Trans. CAD 1 (1982) 131.
-"""
+"""Accelerations of the forms that are registered for users' effects."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect
 from wmr_synth.hidden.registry import OWN_FORMS
 from wmr_synth.plants.simulate import Motion
 
-OwnAcceleration = Callable[[I64], F64]
-"""Accelerations (n, 3) at instants in ns, each held until the next."""
-MOST_ROUNDS, SETTLED_M = 60, 1e-7
+OwnAcceleration = Callable[[Motion], F64]
+"""(dv_long/dt, dv_lat/dt, l·d(yaw_rate)/dt) (n, 3) in m/s² at the rows of a motion."""
 
 
-def relaxed(simulated: Callable[[OwnAcceleration | None], Motion], effects: tuple[Effect, ...]) -> Motion:
-    """The motion under the accelerations that it causes itself; as simulated where no effect has any.
+def own_acceleration(effects: tuple[Effect, ...]) -> OwnAcceleration | None:
+    """The sum over the effects that have such a form; None where none has."""
+    forms = [(e.name, OWN_FORMS[e.name].acceleration, e.parameters) for e in effects if e.name in OWN_FORMS]
+    acting = [(name, form, values) for name, form, values in forms if form is not None]
 
-    Raises InvalidSetting where the motion does not settle.
-    """
-    forms = [(OWN_FORMS[e.name].acceleration, e.parameters) for e in effects if e.name in OWN_FORMS]
-    acting = [(form, values) for form, values in forms if form is not None]
-    motion = simulated(None)
-    for _ in range(MOST_ROUNDS if acting else 0):
-        total = np.sum([form(motion, values) for form, values in acting], axis=0)
-        new = simulated(held_from(motion.t_ns, total))
-        apart = np.hypot(new.x_m - motion.x_m, new.y_m - motion.y_m)
-        motion = new
-        if apart.max() < SETTLED_M:
-            return motion
-    if acting:
-        raise InvalidSetting(f"the motion does not settle within {MOST_ROUNDS} rounds; is a form unstable?")
-    return motion
+    def total(motion: Motion) -> F64:
+        added = np.zeros((len(motion.t_ns), 3))
+        for name, form, values in acting:
+            value = np.asarray(form(motion, values), float)
+            if value.shape != added.shape or not np.isfinite(value).all():
+                raise InvalidSetting(f"the form of {name} must give finite numbers of shape {added.shape}")
+            added += value
+        return added
 
-
-def held_from(t_ns: I64, acceleration: F64) -> OwnAcceleration:
-    """The rows (n, 3) held from ``t_ns`` (n,) on."""
-    return lambda at_ns: acceleration[np.maximum(np.searchsorted(t_ns, at_ns, side="right") - 1, 0)]
+    return total if acting else None

@@ -16,7 +16,7 @@ from wmr_synth.driving.plan import Plan
 from wmr_synth.hidden.disturbance import NO_DISTURBANCE, Disturbance, from_model
 from wmr_synth.hidden.drawing import check_sizes, draw_effect, stream_number
 from wmr_synth.hidden.measurement import MEASURED
-from wmr_synth.hidden.own import OwnAcceleration, relaxed
+from wmr_synth.hidden.own import own_acceleration
 from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
 from wmr_synth.hidden.registry import OWN_FORMS, words_of
@@ -96,12 +96,9 @@ def move_in(
 
     def motion(effects: tuple[Effect, ...]) -> Motion:
         hidden = hidden_of(effects, robot, plain=world.plain)
-
-        def moved(own: OwnAcceleration | None) -> Motion:
-            noise = world.disturbance, stream(seed, "disturbance")
-            return simulate_hidden(robot, plan.modes, commands, instants, start, hidden, noise, own)
-
-        return relaxed(moved, effects)
+        noise = world.disturbance, stream(seed, "disturbance")
+        own = own_acceleration(effects)
+        return simulate_hidden(robot, plan.modes, commands, instants, start, hidden, noise, own)
 
     if lying:
         others = tuple(effect for effect in world.effects if not is_open(effect))

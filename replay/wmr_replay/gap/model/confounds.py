@@ -35,10 +35,11 @@ def separate_with(name: str, alternatives: tuple[str, ...]) -> str:
         for members, manoeuvre in groups_of(effect)
         if name in members and any(other in members for other in alternatives)
     }
-    return "; ".join(manoeuvre.value for manoeuvre in Manoeuvre if manoeuvre in wanted)
+    known = [manoeuvre.value for manoeuvre in Manoeuvre if manoeuvre in wanted]
+    return "; ".join([*known, *sorted(words for words in wanted if isinstance(words, str))])
 
 
-def groups_of(effect: EffectDeclaration) -> Iterator[tuple[set[str], Manoeuvre]]:
+def groups_of(effect: EffectDeclaration) -> Iterator[tuple[set[str], Manoeuvre | str]]:
     """The groups that an effect's declaration says are separable, with the manoeuvre."""
     for group in effect.separable:
         yield {effect.name, *group.others}, group.by

@@ -13,7 +13,7 @@ import numpy as np
 
 from wmr_replay.effects.measurement import moved, yaw_error
 from wmr_replay.effects.motion import downhill_left, wheel_losses, with_body_effects
-from wmr_replay.effects.response import Weights, response, stiffness
+from wmr_replay.effects.response import Weights, response, with_stiffness
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
@@ -102,7 +102,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     speed = base.speed_mps
     if speed <= 0.0:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
-    rate = base.skid_decay_mps2 / speed * stiffness(row[Row.PATCH], theta)
+    rate = with_stiffness(base.skid_decay_mps2 / speed, row[Row.PATCH], theta)
     if skids_unseen(row[Row.MODE], theta):
         rate /= theta[Theta.UNDECLARED]
     return float(rate)
@@ -198,6 +198,6 @@ def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -
 @compiled(error_model="numpy")
 def measured(z: F64, row: F64, theta: F64, out: F64) -> None:
     """``out`` (3,) ← the pose as measured, with the errors of :mod:`wmr_replay.effects.measurement`."""
-    constant, drifted = yaw_error(row[Row.AGE], theta)
+    constant, drifted = yaw_error(row[Row.AGE], 1.0, theta)
     out[0], out[1] = moved(z[X], z[Y], z[YAW], (theta[Theta.ARM_X], theta[Theta.ARM_Y]))
     out[2] = z[YAW] + constant + drifted
