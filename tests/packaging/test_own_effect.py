@@ -79,6 +79,12 @@ def folder(installed: dict[str, str], tmp_path_factory: pytest.TempPathFactory) 
     return place
 
 
+def test_the_page_shows_the_example_as_it_is(root: Path) -> None:
+    page = (root / "docs" / "your-own-effect.md").read_text(encoding="utf-8")
+    source = (root / "docs/examples/tether-effect/tether_effect/__init__.py").read_text(encoding="utf-8")
+    assert source.partition('"""\n\n')[2] in page
+
+
 def test_it_is_named_with_its_own_parameter_and_unit(folder: Path) -> None:
     found = json.loads((folder / "gap" / "tether.gap.json").read_text(encoding="utf-8"))
     assert found["verdict"] == "named"
