@@ -107,7 +107,7 @@ def gap_table(name: str, schema: dict[str, Any]) -> str:
 
 
 def kind(form: dict[str, Any]) -> str:
-    """What a JSON value is, in a word or two; tables by their name."""
+    """The type of a JSON value in a word or two; tables by their name."""
     if "$ref" in form:
         return form["$ref"].rpartition("/")[2]
     if "enum" in form:

@@ -33,7 +33,7 @@ class InvalidTerm(WmrError):
 
 
 class LogUnusable(WmrError):
-    """A log that cannot be analysed: what is wrong, where, and what to try."""
+    """A log that cannot be analysed: the problem, its place, and a remedy to try."""
 
     def __init__(self, path: object, problem: str, advice: str = "") -> None:
         self.path, self.problem, self.advice = str(path), problem, advice

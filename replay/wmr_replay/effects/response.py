@@ -43,7 +43,7 @@ def response(
 
 @compiled(error_model="numpy", inline="always")
 def with_stiffness(nominal: float, patch: float, theta: F64) -> float:
-    """``nominal`` cornering stiffness, or what is proportional to it, where ``patch`` of a patch acts:
+    """``nominal`` cornering stiffness, or a rate proportional to it, where ``patch`` of a patch acts:
     G (1 + ratio) (1 − patch loss).
     """
     lost = 1.0 - theta[Theta.PATCH] * patch

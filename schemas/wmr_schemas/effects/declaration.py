@@ -1,4 +1,4 @@
-"""What is declared of an effect: one record, from which every other list of effects is made.
+"""The declaration of an effect: one record, from which every other list of effects is made.
 
 Terms after ISO 8855. In formulas ``v`` is the longitudinal speed and ``u`` an effort, in robot conventions.
 A declaration holds text and numbers only. The analysis has the formula as code in ``wmr_replay.effects``, the

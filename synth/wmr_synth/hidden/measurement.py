@@ -8,7 +8,7 @@ import numpy as np
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect
 from wmr_synth.hidden.registry import OWN_FORMS
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 
 MEASURED = ("pose_lever_arm", "heading_misalignment", "yaw_drift")
 

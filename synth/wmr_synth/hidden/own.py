@@ -8,7 +8,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect
 from wmr_synth.hidden.registry import OWN_FORMS
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 
 OwnAcceleration = Callable[[Motion], F64]
 """(dv_long/dt, dv_lat/dt, l·d(yaw_rate)/dt) (n, 3) in m/s² at the rows of a motion."""

@@ -8,7 +8,7 @@ from wmr_schemas.errors import InvalidSetting
 
 
 def parse_hide(text: str) -> tuple[str, dict[str, float]]:
-    """The effect's name and the parameters given. Raises InvalidSetting with what is known instead."""
+    """The effect's name and the parameters given. Raises InvalidSetting with the known names."""
     name, _, rest = text.partition(":")
     known = {**catalogue(), **BEYOND}
     if name not in known:

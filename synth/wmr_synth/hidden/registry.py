@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import declared
 from wmr_schemas.errors import InvalidSetting
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 
 AS_CANDIDATE = "as its candidate"
 _FRICTION = "sgn(v) as v/√(v² + .005²)"

@@ -25,8 +25,9 @@ from wmr_synth.hidden.plant import (
     V_LONG,
     YAW,
 )
-from wmr_synth.plants.simulate import Motion, efforts, union_of_sorted
+from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled import Coefficients, X, Y, coefficients, jump
+from wmr_synth.plants.two_wheeled_loop import efforts
 
 _LEFT, _RIGHT, _A_LONG, _TURN_ACC, _LEFT_RADPS, _RIGHT_RADPS = range(N_EXTENDED, N_EXTENDED + 6)
 
@@ -41,11 +42,13 @@ def simulate_hidden(
     disturbance: tuple[Disturbance, np.random.Generator],
     own: OwnAcceleration | None = None,
 ) -> Motion:
-    """As ``simulate.simulate``, with effects and a disturbance; ``instants`` are those of torque and pose.
+    """As :func:`wmr_synth.plants.two_wheeled_loop.simulate`, with effects and a disturbance.
+
+    ``instants`` are those of torque and pose.
 
     ``own`` gives further accelerations, each held from its instant to the next one.
 
-    Efforts are those that the driver asks for, which is what a log shows; the mode is the schedule's.
+    Efforts are those that the driver commands, as a log shows them; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0
@@ -86,8 +89,8 @@ def grid(modes: ModeTrack, torque_ns: I64, pose_ns: I64, hidden: Hidden, disturb
 
 
 class Loop(NamedTuple):
-    """What the loop carries from instant to instant: the record (20, n), the driver's integral (2,), the
-    efforts sent (m + 1, 2) with their stamps, and how many were sent and act (2,).
+    """Arrays that the loop carries from instant to instant: the record (20, n), the driver's integral (2,),
+    the efforts sent (m + 1, 2) with their stamps, and how many were sent and act (2,).
     """
 
     record: F64

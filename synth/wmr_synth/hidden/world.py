@@ -21,7 +21,7 @@ from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
 from wmr_synth.hidden.registry import OWN_FORMS, words_of
 from wmr_synth.hidden.simulate import simulate_hidden
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 from wmr_synth.sensors import stream
 
 PATCH_SHARE = (0.2, 0.5)

@@ -1,6 +1,6 @@
-"""A cable that the robot drags behind it: the farther from the map's origin, the more of it lies on the ground.
+"""A cable that the robot drags: its length on the ground is the distance from the map's origin.
 
-    dv_long/dt = … − c·r·tanh(v/.02),      r = √(x² + y²)
+With r = √(x² + y²), dv_long/dt = … − c·r·tanh(v/.02).
 """
 
 import numpy as np

@@ -92,7 +92,7 @@ def skids_unseen(mode: float, theta: F64) -> bool:
 
 @compiled(error_model="numpy", inline="always")
 def skids(mode: float, theta: F64) -> bool:
-    """Whether the tyres skid: declared by the mode, or an undeclared skid in what is called ideal."""
+    """Whether the tyres skid: declared by the mode, or an undeclared skid while the mode is ideal."""
     return is_skidding(mode) or (skids_unseen(mode, theta) and theta[Theta.UNDECLARED] > LEAST_UNDECLARED)
 
 
