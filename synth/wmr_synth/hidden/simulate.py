@@ -44,11 +44,9 @@ def simulate_hidden(
 ) -> Motion:
     """As :func:`wmr_synth.plants.two_wheeled_loop.simulate`, with effects and a disturbance.
 
-    ``instants`` are those of torque and pose.
-
-    ``own`` gives further accelerations, each held from its instant to the next one.
-
-    Efforts are those that the driver commands, as a log shows them; the mode is the schedule's.
+    ``instants`` are those of torque and pose. ``own`` gives further accelerations, each held from its instant
+    to the next one. Efforts are those that the driver commands, as a log
+    shows them; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0

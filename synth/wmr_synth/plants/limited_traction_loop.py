@@ -119,7 +119,7 @@ def run(
     p: Traction,
     state: F64,
 ) -> tuple[F64, Bool]:
-    """State, efforts and accelerations as in ``two_wheeled_loop.run`` (14, n); whether a force is capped (n,).
+    """State, efforts and accelerations as in ``two_wheeled_loop.run`` (14, n); whether a force is capped.
 
     ``ground`` says where the robot skids, and what friction it finds, both (n,).
     """

@@ -4,7 +4,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from wmr_replay.effects.theta import Theta, places_of
-from wmr_schemas.effects import BUILT_IN, EffectDeclaration, Parameter, catalogue, declared, own_effects
+from wmr_schemas.effects import (
+    BUILT_IN,
+    UNNAMED_PREFIX,
+    EffectDeclaration,
+    Parameter,
+    catalogue,
+    declared,
+    own_effects,
+)
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.terms import COEFFICIENT, parse_term
 
@@ -76,6 +84,11 @@ def declaration_of(name: str) -> EffectDeclaration:
     return EffectDeclaration(
         name, term.channel, term.formula, {COEFFICIENT: coefficient}, acts_on="acceleration"
     )
+
+
+def is_named(name: str) -> bool:
+    """Whether an effect is in the catalogue, and no term of the dictionary."""
+    return not name.startswith(UNNAMED_PREFIX)
 
 
 def is_place(name: str, key: str) -> bool:

@@ -24,6 +24,7 @@ X, Y, YAW, V, W, V_LAT, D_LONG, D_LAT, D_YAW = range(N_STATE)
 N_MOTION = 6
 """The states that a simulation starts from; the disturbances behind them are a filter's."""
 LEAST_SPEED_MPS = 0.3
+"""Floor of v̄ in assumption 4, as in the simulator: at standstill the decay rate would be infinite."""
 DIFFERENCE = 1e-6
 """Step of every difference quotient."""
 LEAST_UNDECLARED = 1e-3

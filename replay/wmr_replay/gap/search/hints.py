@@ -10,7 +10,7 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import identified_drive
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.significance import LEVEL
-from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
+from wmr_replay.gap.model.candidates import LOCAL, is_named
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.attempts import fitted
@@ -89,11 +89,12 @@ def suggestion(problem: Problem, extension: Extension, selection: Selection, *, 
     """What is significant in a selection and has a name, but for losses of traction that may be slipping,
     and an undeclared skid beside something that explains more.
     """
-    fit, known = selection.fit, [name for name in BY_NAME if local or name not in LOCAL]
-    named = {k: v for k, v in fit.extension.effects.items() if k in known}
+    fit = selection.fit
+    found = fit.extension.effects.items()
+    named = {k: v for k, v in found if is_named(k) and (local or k not in LOCAL)}
     effects = {k: v for k, v in named.items() if not like_slipping(problem, fit, k)}
     for stage in selection.stages:
-        lasting = [tried for tried in stage if tried.lead.name in BY_NAME and tried.lead.name not in LOCAL]
+        lasting = [tried for tried in stage if is_named(tried.lead.name) and tried.lead.name not in LOCAL]
         best = lasting[0] if lasting else None
         if best is None or best.p_value > LEVEL or best.score <= 0 or best.lead.name in effects:
             continue
