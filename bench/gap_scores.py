@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any
 
-from wmr_synth.hidden import SIZES
+from wmr_synth.hidden import words_of
 
 Row = dict[str, Any]
 PLANES = (
@@ -116,6 +116,6 @@ def covered(scores: Iterable[Score]) -> dict[tuple[str, str, bool], list[bool]]:
             for key, (_, low, high) in effect["parameters"].items():
                 value = truth.get(effect["name"], {}).get(key)
                 if value is not None:
-                    own = (effect["name"], key, SIZES[effect["name"]].form == "as its candidate")
+                    own = (effect["name"], key, words_of(effect["name"]) == "as its candidate")
                     found.setdefault(own, []).append(low <= value <= high)
     return found

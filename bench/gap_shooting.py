@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
+from wmr_replay.effects.efforts import UNIT_CHANGES
 from wmr_replay.gap.estimation.path_error import residuals, starting_motion
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
-from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.model.candidates import LIBRARY, Candidate
 from wmr_replay.gap.model.dynamics import N_STATE
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
@@ -133,7 +134,7 @@ def starts_of(binned: BinnedLog, candidate: Candidate) -> list[dict[str, float]]
         scale = largest if candidate.name.startswith("torque") else 1.0
         (key,) = candidate.free
         return [{key: share * scale} for share in candidate.grid]
-    size = 0.05 if candidate.name in UNIT_EFFORTS else 0.02
+    size = 0.05 if candidate.name in UNIT_CHANGES else 0.02
     return [
         dict.fromkeys(candidate.free, sign * size) for sign in (1.0, -1.0) if sign > 0 or signed(candidate)
     ]

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from wmr_schemas import gap_file
-from wmr_schemas.effects import EFFECTS
+from wmr_schemas.effects import BEYOND, EFFECTS
 from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
@@ -22,7 +22,8 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
-from wmr_synth.hidden.sizes import SIZES, describe_range
+from wmr_synth.hidden.drawing import describe_range
+from wmr_synth.hidden.registry import words_of
 
 DOCS = Path(__file__).parent
 GAP_SCHEMA = Path(gap_file.__file__).with_name(gap_file.SCHEMA_NAME)
@@ -74,9 +75,7 @@ def statuses() -> str:
 def effects() -> str:
     """The catalogue of effects."""
     forms = EFFECTS.values()
-    units = {
-        form.name: ", ".join(f"`{key}` ({unit})" for key, unit in form.parameters.items()) for form in forms
-    }
+    units = {form.name: ", ".join(f"`{key}` ({unit})" for key, unit in form.units.items()) for form in forms}
     rows = ((code(form.name), form.channel, form.formula, units[form.name]) for form in forms)
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
@@ -86,10 +85,10 @@ def hidden() -> str:
     rows = (
         (
             code(name),
-            size.form,
-            ", ".join(f"{code(key)} {describe_range(within)}" for key, within in size.ranges.items()),
+            words_of(name),
+            ", ".join(f"{code(key)} {describe_range(within)}" for key, within in effect.ranges.items()),
         )
-        for name, size in SIZES.items()
+        for name, effect in (EFFECTS | BEYOND).items()
     )
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
@@ -108,7 +107,7 @@ def gap_table(name: str, schema: dict[str, Any]) -> str:
 
 
 def kind(form: dict[str, Any]) -> str:
-    """What a JSON value is, in a word or two; tables by their name."""
+    """The type of a JSON value in a word or two; tables by their name."""
     if "$ref" in form:
         return form["$ref"].rpartition("/")[2]
     if "enum" in form:

@@ -33,7 +33,7 @@ class InvalidTerm(WmrError):
 
 
 class LogUnusable(WmrError):
-    """A log that cannot be analysed: what is wrong, where, and what to try."""
+    """A log that cannot be analysed: the problem, its place, and a remedy to try."""
 
     def __init__(self, path: object, problem: str, advice: str = "") -> None:
         self.path, self.problem, self.advice = str(path), problem, advice
@@ -58,6 +58,14 @@ class DamagedLog(LogUnusable):
 
 class InvalidSetting(WmrError):
     """A setting that makes no sense, such as a window of no length."""
+
+
+class InvalidEffect(InvalidSetting):
+    """A user's effect that cannot be used; ``source`` is its entry point or its name."""
+
+    def __init__(self, source: str, problem: str) -> None:
+        self.source, self.problem = source, problem
+        super().__init__(f"effect {source}: {problem}")
 
 
 class MissingExtra(InvalidSetting):

@@ -1,4 +1,4 @@
-"""``robot.toml``: which topics and fields hold pose, torques and truth; what is known of the robot."""
+"""``robot.toml``: topics and fields that hold pose, torques and truth; the robot's known parameters."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
@@ -228,7 +228,7 @@ _READERS: dict[str, Callable[[Path, str, object], Any]] = {
 
 
 def mapping_toml(mapping: LogMapping) -> str:
-    """The file that reads back as ``mapping``; what is not set is left out."""
+    """The text of a file that reads back as ``mapping``; unset fields are left out."""
     joints = {"left": mapping.left_joints, "right": mapping.right_joints}
     sections: dict[str, Any] = {
         "pose": _section(mapping.pose_topic, {}, mapping.pose),

@@ -1,4 +1,4 @@
-"""``model.toml``: a robot, its noise, the effects beyond the base model, and where all that came from."""
+"""``model.toml``: a robot, its noise, the effects beyond the base model, and the model's provenance."""
 
 import math
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Any
 
 import tomli_w
 
-from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
+from wmr_schemas.effects import UNNAMED_PREFIX, catalogue
 from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
 from wmr_schemas.terms import COEFFICIENT, parse_term
@@ -98,13 +98,14 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
     place = f"[[effects]] #{index + 1}"
     table = dict(expect_table(path, place, entry))
     name = table.pop("name", None)
-    if not isinstance(name, str) or (name not in EFFECTS and not name.startswith(UNNAMED_PREFIX)):
-        raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {', '.join(EFFECTS)}")
+    if not isinstance(name, str) or (name not in catalogue() and not name.startswith(UNNAMED_PREFIX)):
+        known = ", ".join(catalogue())
+        raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {known}")
     formula = expect_text(path, f"{place} formula", table.pop("formula", ""))
     values, sd = split_sd(path, place, table)
-    known = parameters_of(path, place, name)
-    check_keys(path, f"{place} ({name})", values, known)
-    missing = [key for key in known if key not in values]
+    wanted = parameters_of(path, place, name)
+    check_keys(path, f"{place} ({name})", values, wanted)
+    missing = [key for key in wanted if key not in values]
     if missing:
         raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
     return Effect(
@@ -113,9 +114,9 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
 
 
 def parameters_of(path: Path, place: str, name: str) -> tuple[str, ...]:
-    """What an effect has parameters for; an unnamed one must be a term of the dictionary."""
-    if name in EFFECTS:
-        return tuple(EFFECTS[name].parameters)
+    """Names of an effect's parameters; an unnamed effect must be a term of the dictionary."""
+    if name in catalogue():
+        return tuple(catalogue()[name].parameters)
     try:
         parse_term(name)
     except InvalidTerm as error:

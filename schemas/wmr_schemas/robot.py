@@ -1,7 +1,6 @@
 """Nominal parameters of a robot: the model that a user believes in.
 
-A missing value means "unknown": it is estimated, or what needs it is left out and said so. The paper's
-1000 kg robot is never assumed for somebody else's.
+A missing value means "unknown": it is estimated, or the quantities that need it are left out, with a note.
 """
 
 import math
@@ -81,6 +80,27 @@ class RobotParameters:
     def alpha_yaw_or_alpha(self) -> float | None:
         """``alpha_yaw``, or ``alpha`` where that is all that is known."""
         return self.alpha if self.alpha_yaw is None else self.alpha_yaw
+
+    @property
+    def skid_decay_mps2(self) -> float | None:
+        """2 G_x/(ε m), which over the speed is the decay rate of v_lat while skidding; None where unknown."""
+        if self.cornering_stiffness_over_epsilon is None or self.mass_kg is None:
+            return None
+        return 2 * self.cornering_stiffness_over_epsilon / self.mass_kg
+
+    @property
+    def slip_shares(self) -> tuple[float, float] | None:
+        """Traction left by quasi-steady slipping, ahead and in yaw; None where a parameter is unknown.
+
+        (3/m)/(r²/I_φ + 2/m) and (3l²/I_θ)/(r²/I_φ + 2l²/I_θ), by the paper's (1) once σ has settled, which
+        takes milliseconds; the slip stiffness cancels.
+        """
+        m, inertia, yaw = self.mass_kg, self.wheel_inertia_kgm2, self.yaw_inertia_kgm2
+        radius, half_track = self.wheel_radius_m, self.half_track_m
+        if m is None or inertia is None or yaw is None or radius is None or half_track is None:
+            return None
+        wheel, turn = radius**2 / inertia, half_track**2 / yaw
+        return 3 / m / (wheel + 2 / m), 3 * turn / (wheel + 2 * turn)
 
     def to_metadata(self) -> dict[str, str]:
         """As the metadata record holds them: strings, numbers in their shortest exact form."""

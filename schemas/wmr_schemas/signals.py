@@ -99,7 +99,7 @@ class ModeTrack:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """What a canonical log holds: a pose, and torques, truth and nominal parameters where there are any."""
+    """Contents of a canonical log: a pose, and torques, truth and nominal parameters where there are any."""
 
     pose: PoseTrack
     torque: TorqueTrack | None = None

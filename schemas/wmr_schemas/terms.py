@@ -78,7 +78,7 @@ class Term:
 
     @property
     def formula(self) -> str:
-        """The term with its coefficient, for a person."""
+        """The term with its coefficient, in words."""
         return "·".join((COEFFICIENT, *self.factors))
 
     @property
@@ -95,7 +95,7 @@ class Term:
 
 
 def parse_term(name: str) -> Term:
-    """The term of an effect's name. Raises InvalidTerm saying what is wrong with it."""
+    """The term of an effect's name. Raises InvalidTerm naming the part at fault."""
     channel, colon, product = name.removeprefix(UNNAMED_PREFIX).partition(":")
     if not name.startswith(UNNAMED_PREFIX) or not colon:
         raise InvalidTerm(name, f"expected {UNNAMED_PREFIX}<channel>:<factor>*<factor>…")

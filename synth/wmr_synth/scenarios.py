@@ -12,7 +12,7 @@ from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving import patrol
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints, constant_effort
 from wmr_synth.driving.plan import Plan, phases
-from wmr_synth.plants.traction import FrictionTrack
+from wmr_synth.plants.limited_traction import FrictionTrack
 from wmr_synth.sensors import Sensors
 
 IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING

@@ -11,7 +11,7 @@ import numpy as np
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.signals import PoseTrack, TorqueTrack
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 
 STREAMS = (
     "scenario",

@@ -1,4 +1,4 @@
-"""From a scenario to what a recorder would have seen, and to what only the simulator knows."""
+"""From a scenario to the signals that a recorder sees, and to the truth that only the simulator knows."""
 
 import difflib
 import math
@@ -17,9 +17,10 @@ from wmr_synth.driving.plan import Plan
 from wmr_synth.hidden.disturbance import DEFAULT_DISTURBANCE, Disturbance
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.world import World, describe_effects, move_in
-from wmr_synth.plants.limited_traction import simulate_limited, switches_of
-from wmr_synth.plants.simulate import Motion, simulate, union_of_sorted
-from wmr_synth.plants.traction import TYRE
+from wmr_synth.plants.limited_traction import TYRE
+from wmr_synth.plants.limited_traction_loop import simulate_limited, switches_of
+from wmr_synth.plants.motion import Motion, union_of_sorted
+from wmr_synth.plants.two_wheeled_loop import simulate
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
 
@@ -31,7 +32,7 @@ START_NS = 1_700_000_000 * NS_PER_S
 
 @dataclass(frozen=True, eq=False)
 class SimulatedLog:
-    """A log, and what only the simulator knows.
+    """A log and its truth.
 
     ``truth`` is the noise-free motion at the logged pose stamps; ``wheel_angles_rad`` (left, right) belong to
     the torque rows; ``facts`` is what ``<stem>.truth.json`` says: scenario, seed, options, parameters,
@@ -165,7 +166,7 @@ def measure(
     facts: dict[str, object],
     effects: tuple[Effect, ...] = (),
 ) -> SimulatedLog:
-    """What the sensors make of a motion at the ``instants`` of torque and pose."""
+    """The log that sensors record of a motion at the ``instants`` of torque and pose."""
     torque_ns, pose_ns = instants
     at_pose = motion.at(pose_ns)
     at_torque = at_pose if np.array_equal(pose_ns, torque_ns) else motion.at(torque_ns)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from wmr_replay.differentiate import Differentiator, KernelSpec
+from wmr_replay.effects.theta import theta_of
 from wmr_replay.identify import Evidence, Motion, make_rules, motion_of
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, make_priors
 from wmr_replay.identify.algebraic import regression as reg
@@ -256,7 +257,7 @@ def test_after_a_gap_the_windows_begin_anew_and_alpha_is_kept(quiet):
 def test_a_models_drag_is_no_slip():
     """A drag that the pose shows (x″ is less by c₁v) and the model knows leaves modes and α as they were."""
     evidence, true, t_s = evidence_of("paper-alpha-ideal", 1, QUIET, duration_s=40)
-    drag = Terms(viscous_c1_per_s=-0.15, half_track_m=1.0)
+    drag = Terms(theta_of([("viscous_drag", {"c1_per_s": -0.15})], 1.0), half_track_m=1.0)
     efforts = evidence.efforts - 0.15 * speed_of(evidence) / PAPER_ROBOT.alpha / 2
     hidden = evidence._replace(efforts=efforts, force=efforts.sum(axis=0))
     rows = t_s > 5

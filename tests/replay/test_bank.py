@@ -28,7 +28,6 @@ from wmr_replay.identify.filter_bank.states import (
     RHO,
     V_LAT,
     make_prior,
-    slip_shares,
     with_alpha,
 )
 from wmr_replay.identify.filter_bank.switches import split
@@ -123,10 +122,10 @@ def test_the_update_is_the_textbook_one():
 
 
 def test_slipping_leaves_under_four_percent_of_the_papers_traction():
-    ahead, turning = slip_shares(PAPER_ROBOT)
+    ahead, turning = PAPER_ROBOT.slip_shares
     assert ahead == pytest.approx(0.0382, abs=5e-4)
     assert turning == pytest.approx(0.0745, abs=5e-4)
-    assert slip_shares(RobotParameters(mass_kg=20.0)) is None
+    assert RobotParameters(mass_kg=20.0).slip_shares is None
 
 
 def test_what_is_not_known_of_a_robot_is_never_the_papers():

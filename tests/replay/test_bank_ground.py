@@ -8,7 +8,15 @@ from wmr_replay.identify.filter_bank.states import CAPPED, LN_ALPHA, LN_BETA, N_
 from wmr_replay.identify.filter_bank.traction import slipping_share, traction
 from wmr_schemas import PAPER_ROBOT
 from wmr_synth import Sensors, synthesise
-from wmr_synth.plants.traction import N_LIMITED, Tyre, advance, cap_of, derivative, settle, traction_of
+from wmr_synth.plants.limited_traction import (
+    N_LIMITED,
+    Tyre,
+    advance,
+    cap_of,
+    derivative,
+    settle,
+    traction_of,
+)
 from wmr_synth.plants.two_wheeled import V_THETA, V_Y, coefficients
 
 PRIOR = make_prior(PAPER_ROBOT)

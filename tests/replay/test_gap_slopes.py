@@ -4,13 +4,12 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.model.dynamics import (
     N_ROW,
     N_STATE,
-    N_THETA,
     Base,
     Row,
-    Theta,
     V,
     W,
     halfway,
@@ -52,9 +51,9 @@ def rows(draw):
     return row
 
 
-def bases(speed_mps, skid_rate_mps):
+def bases(speed_mps, skid_decay_mps2):
     """A base model whose skids decay by the speed, or by a fixed one."""
-    return Base(0.28, 0.34, 0.25, skid_rate_mps, speed_mps, 0.25, 0.2, 5.0, 5.0)
+    return Base(0.28, 0.34, 0.25, skid_decay_mps2, speed_mps, 0.25, 0.2, 5.0, 5.0)
 
 
 def differences(function, z, n, size=1e-4):
@@ -71,8 +70,8 @@ def differences(function, z, n, size=1e-4):
 
 @settings(max_examples=300, deadline=None)
 @given(numbers(N_STATE, 2.0), rows(), thetas(), st.sampled_from(SPEEDS_MPS), st.sampled_from([0.0, 0.3, 8.0]))
-def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_rate_mps):
-    base = bases(speed_mps, skid_rate_mps)
+def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_decay_mps2):
+    base = bases(speed_mps, skid_decay_mps2)
     moved, middle, F = np.zeros(N_STATE), np.zeros(N_STATE), np.full((N_STATE, N_STATE), np.nan)
     step(z, row, theta, base, moved)
     mean = (z + moved) / 2

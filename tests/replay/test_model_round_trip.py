@@ -107,7 +107,7 @@ def test_a_replay_applies_the_effect_or_says_that_it_leaves_it(model, log):
     corrected = made.corrected(batch, int(log.pose.t_ns[0]))
     changed = [
         made.robot != plain.robot,
-        made.terms != plain.terms,
+        not np.array_equal(made.terms.theta, plain.terms.theta),
         made.lag_s != plain.lag_s,
         not np.array_equal(corrected.pose.values, batch.pose.values),
         not np.array_equal(corrected.torque.values, batch.torque.values, equal_nan=True),

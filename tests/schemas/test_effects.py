@@ -1,6 +1,15 @@
 """The catalogue of effects against the documented list of the gap workflow, written out by hand."""
 
-from wmr_schemas.effects import EFFECTS
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+
+from wmr_schemas.effects import BEYOND, BUILT_IN, EFFECTS, EffectDeclaration, Parameter, Range, catalogue, own
+from wmr_schemas.effects.declaration import Domain
+from wmr_schemas.effects.own import OwnEffect, check_own, loaded, own_effects
+from wmr_schemas.errors import InvalidEffect
 
 DOCUMENTED = {
     "payload": ("mass_ratio",),
@@ -43,6 +52,12 @@ UNIT_BY_SUFFIX = {
     "_m": "m",
 }
 
+QUANTITIES = {"wheel_radius", "wheel_inertia", "torque_constant", "half_track", "back_emf", "epsilon"} | {
+    "lateral_mass",
+    "pose_clock_offset",
+}
+"""Quantities that an effect is confounded with and that no effect of the catalogue describes."""
+
 
 def test_the_catalogue_is_the_documented_one() -> None:
     assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED
@@ -54,6 +69,152 @@ def test_an_entry_is_filed_under_its_own_name_and_has_a_formula() -> None:
 
 def test_each_parameters_unit_is_the_one_in_its_name() -> None:
     for form in EFFECTS.values():
-        for key, unit in form.parameters.items():
+        for key, unit in form.units.items():
             suffix = next((suffix for suffix in UNIT_BY_SUFFIX if key.endswith(suffix)), None)
             assert unit == UNIT_BY_SUFFIX.get(suffix or "", "1"), (form.name, key)
+
+
+def test_numbers_are_given_once_and_their_order_is_that_of_the_table() -> None:
+    numbers = [effect.number for effect in (EFFECTS | BEYOND).values()]
+    assert numbers == list(range(len(numbers)))
+    assert list(EFFECTS) == list(DOCUMENTED)
+
+
+def test_what_is_confounded_or_separable_is_an_effect_or_a_known_quantity() -> None:
+    for effect in BUILT_IN:
+        others = {name for group in effect.separable for name in group.others} | set(effect.akin)
+        beside = {name for confound in effect.exact for name in confound.beside}
+        same = {name for confound in effect.exact for name in confound.same_as}
+        assert others | beside <= set(EFFECTS), effect.name
+        assert same <= set(EFFECTS) | QUANTITIES, effect.name
+        assert all(effect.name in confound.same_as for confound in effect.exact), effect.name
+
+
+def test_every_bound_has_a_reason_and_every_grid_lies_within_its_bounds() -> None:
+    for effect in BUILT_IN:
+        assert all(len(p.why.split()) >= 4 for p in effect.parameters.values()), effect.name
+        first = next(iter(effect.parameters.values()))
+        if not effect.search.grid_unit:
+            assert all(first.least <= value <= first.most for value in effect.search.grid), effect.name
+        assert all(first.least <= value <= first.most for value in effect.search.starts), effect.name
+
+
+def test_drawn_sizes_are_ones_that_the_equations_and_the_fit_allow() -> None:
+    for effect in BUILT_IN:
+        for key, within in effect.ranges.items():
+            parameter = effect.parameters[key]
+            for value in (within.low, within.high, *((-within.high,) if within.signed else ())):
+                assert parameter.domain.holds(value), (effect.name, key)
+                assert parameter.least <= value <= parameter.most, (effect.name, key)
+
+
+@pytest.mark.parametrize(
+    ("domain", "inside", "outside"),
+    [
+        (Domain.ANY, (-1e9, 0.0), ()),
+        (Domain.NOT_NEGATIVE, (0.0, 1e9), (-1e-9,)),
+        (Domain.ABOVE_ZERO, (1e-9,), (0.0, -1.0)),
+        (Domain.ABOVE_MINUS_ONE, (-0.999, 0.0), (-1.0, -2.0)),
+        (Domain.SHARE, (0.0, 0.999), (1.0, -0.001)),
+    ],
+)
+def test_domains(domain: Domain, inside: tuple[float, ...], outside: tuple[float, ...]) -> None:
+    assert all(map(domain.holds, inside))
+    assert not any(map(domain.holds, outside))
+
+
+def test_a_declaration_whose_parts_do_not_fit_is_refused() -> None:
+    parameters = {"c_per_s": Parameter("1/s", 1e-4)}
+    with pytest.raises(ValueError, match="draws d_per_s, which it does not have"):
+        EffectDeclaration("a", "yaw", "−c", parameters, "acceleration", ranges={"d_per_s": Range(0, 1)})
+    with pytest.raises(ValueError, match="needs a name, a parameter and a base model"):
+        EffectDeclaration("a", "yaw", "−c", {}, "acceleration")
+    with pytest.raises(ValueError, match="ordered bounds"):
+        Parameter("1/s", 1e-4, 1.0, 0.0)
+
+
+def test_a_declaration_carries_effects_of_the_wheel_speed_base() -> None:
+    """``turning_slip`` of robots that record wheel speeds and no torque, which the catalogue will hold."""
+    declared = EffectDeclaration(
+        "turning_slip",
+        "longitudinal",
+        "v_long·(1 − k·|yaw_rate|·l)",
+        {"s_per_m": Parameter("s/m", 1e-3, 0.0)},
+        acts_on="robot",
+        models=("wheel_speed",),
+    )
+    assert declared.models == ("wheel_speed",)
+    assert all(effect.models == ("torque",) for effect in BUILT_IN)
+
+
+class Tether(OwnEffect):
+    declaration = EffectDeclaration(
+        "tether", "longitudinal", "−c·r", {"c_per_s2": Parameter("1/s²", 1e-4)}, acts_on="acceleration"
+    )
+
+    def acceleration(self, at, values):  # type: ignore[no-untyped-def]
+        return -values["c_per_s2"] * at["x_m"]
+
+
+class Entry:
+    """An entry point as importlib.metadata gives it."""
+
+    name, value, module = "tether", "tether_effect:Tether", "tether_effect"
+
+    def __init__(self, made: object) -> None:
+        self.made = made
+
+    def load(self) -> object:
+        if isinstance(self.made, Exception):
+            raise self.made
+        return self.made
+
+
+def test_a_users_effect_joins_the_catalogue_and_its_sources_the_cache(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told: list[str] = []
+    monkeypatch.setattr(own, "entry_points", lambda group: [Entry(Tether)])
+    monkeypatch.setattr(own, "register_sources", told.append)
+    own_effects.cache_clear()
+    try:
+        assert list(catalogue()) == [*EFFECTS, "tether"]
+        assert told == ["tether_effect"]
+    finally:
+        own_effects.cache_clear()
+
+
+def changed(**fields: object) -> type[OwnEffect]:
+    """The tether with another declaration."""
+    return type("Changed", (Tether,), {"declaration": replace(Tether.declaration, **fields)})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("made", "problem"),
+    [
+        (ImportError("no such module"), "cannot be loaded"),
+        (object(), "is no OwnEffect"),
+        (changed(acts_on="tyre"), "acts_on is one of acceleration, efforts, pose, not 'tyre'"),
+        (changed(channel="lateral"), "channel is one of longitudinal, yaw, not 'lateral'"),
+        (changed(name="my:tether"), "a name has no colon"),
+        (changed(number=3), "numbers belong to the built-in effects"),
+        (changed(extent="time"), "acts always"),
+        (changed(acts_on="pose"), "lacks the method pose_error"),
+    ],
+)
+def test_a_users_effect_that_cannot_be_used_is_refused_by_name(made: object, problem: str) -> None:
+    with pytest.raises(InvalidEffect, match=f"tether_effect:Tether.*{problem}"):
+        loaded(Entry(made))  # type: ignore[arg-type]
+
+
+def test_a_users_effect_without_fault_passes() -> None:
+    check_own("tether", Tether())
+
+
+def test_the_vocabulary_needs_neither_polars_nor_numba() -> None:
+    code = (
+        "import sys, wmr_schemas, wmr_schemas.effects, wmr_schemas.model_file\n"
+        "sys.exit(', '.join({'polars', 'numba', 'scipy'} & set(sys.modules)) or None)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

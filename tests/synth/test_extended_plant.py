@@ -14,7 +14,8 @@ from wmr_synth.hidden.disturbance import NO_DISTURBANCE, Disturbance
 from wmr_synth.hidden.measurement import as_seen
 from wmr_synth.hidden.parameters import Hidden, hidden_of
 from wmr_synth.hidden.simulate import simulate_hidden
-from wmr_synth.plants.simulate import Motion, simulate
+from wmr_synth.plants.motion import Motion
+from wmr_synth.plants.two_wheeled_loop import simulate
 
 ALPHA, ALPHA_YAW, L = SMALL_ROBOT.alpha, SMALL_ROBOT.alpha_yaw, SMALL_ROBOT.half_track_m
 

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.effects import BEYOND, EFFECTS, declared
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.messages import MODE_TOPIC
 from wmr_schemas.model_file import Effect, Model, NoiseModel, model_to_toml
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import hidden_log, synthesise
 from wmr_synth.driving.patrol import SMALL_ROBOT, drawn_robot
-from wmr_synth.hidden import SIZES, World, draw_effect, parse_hide
+from wmr_synth.hidden import World, draw_effect, parse_hide, words_of
 from wmr_synth.hidden.measurement import MEASURED
 from wmr_synth.hidden.parameters import CHANGES
+from wmr_synth.hidden.registry import WORDS
 from wmr_synth.sensors import Sensors
 
 EVERY = list(EFFECTS | BEYOND)
@@ -30,7 +31,9 @@ def metadata(path) -> dict[str, str]:
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden_and_has_ranges():
-    assert set(SIZES) == set(EVERY) == set(CHANGES) | set(MEASURED)
+    assert set(EVERY) == set(CHANGES) | set(MEASURED)
+    assert set(WORDS) < set(EVERY)
+    assert all(effect.ranges for effect in (EFFECTS | BEYOND).values())
     assert not set(EFFECTS) & set(BEYOND)
 
 
@@ -46,15 +49,15 @@ def test_every_effect_moves_the_measured_pose_and_keeps_the_nominal_robot(name):
     assert found["name"] == name
     assert set(found["parameters"]) == set((EFFECTS | BEYOND)[name].parameters)
     assert np.all(np.isfinite(list(found["parameters"].values())))
-    assert found["form"] == SIZES[name].form
+    assert found["form"] == words_of(name)
 
 
 @pytest.mark.parametrize("name", EVERY)
 def test_drawn_sizes_lie_in_their_ranges(name):
     for seed in range(20):
         effect = draw_effect(name, {}, np.random.default_rng(seed), SMALL_ROBOT, 90.0)
-        for key, within in SIZES[name].ranges.items():
-            if within.scale or SIZES[name].vector:
+        for key, within in declared(name).ranges.items():
+            if within.scale or declared(name).vector:
                 continue
             low = -within.high if within.signed else within.low
             assert low <= effect.parameters[key] <= within.high

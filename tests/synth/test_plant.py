@@ -11,7 +11,8 @@ from wmr_schemas import PAPER_ROBOT, ModeTrack, RobotParameters
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth.driving.drivers import ClosedLoop, Commands, Gains, Waypoints
-from wmr_synth.plants.simulate import Motion, simulate
+from wmr_synth.plants.motion import Motion
+from wmr_synth.plants.two_wheeled_loop import simulate
 
 ALPHA = 0.35**2 / (3 * 1.6)
 

@@ -11,9 +11,9 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth import SCENARIOS, Sensors, synthesise
 from wmr_synth.driving.drivers import Commands, Gains
-from wmr_synth.plants.limited_traction import simulate_limited
-from wmr_synth.plants.simulate import Motion
-from wmr_synth.plants.traction import FrictionTrack
+from wmr_synth.plants.limited_traction import FrictionTrack
+from wmr_synth.plants.limited_traction_loop import simulate_limited
+from wmr_synth.plants.motion import Motion
 
 ALPHA, MASS, RADIUS, WHEEL_INERTIA, STIFFNESS = 0.35**2 / 4.8, 1000.0, 0.35, 1.6, 1e4
 LENGTH_M, DAMPING, G = 0.1, 0.5, 9.81

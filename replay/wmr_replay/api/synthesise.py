@@ -18,7 +18,8 @@ from wmr_schemas.signals import Log
 from wmr_schemas.tomlfile import expect_table, read_toml
 from wmr_synth import SCENARIOS, Scenario, Sensors, SimulatedLog, World, record, truth_frame
 from wmr_synth.hidden.disturbance import parse_disturbance
-from wmr_synth.hidden.sizes import SIZES, describe_range
+from wmr_synth.hidden.drawing import describe_range
+from wmr_synth.hidden.registry import words_of
 from wmr_synth.hidden.world import drawn_world, model_world
 from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.synthesis import default_world, find_scenario
@@ -197,9 +198,9 @@ def hidden_effects() -> list[dict[str, Any]]:
         {
             "name": name,
             "candidate": form.formula,
-            "hidden": SIZES[name].form,
-            "parameters": form.parameters,
-            "ranges": {key: describe_range(within) for key, within in SIZES[name].ranges.items()},
+            "hidden": words_of(name),
+            "parameters": form.units,
+            "ranges": {key: describe_range(within) for key, within in form.ranges.items()},
         }
         for name, form in (EFFECTS | BEYOND).items()
     ]

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Model
 from wmr_schemas.terms import parse_term
 
-TIMED = ("load_step", "slip_interval")
+TIMED = tuple(name for name, effect in EFFECTS.items() if effect.extent == "time")
 """Effects at a time of the log that they were found in."""
 
 

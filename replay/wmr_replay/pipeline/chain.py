@@ -14,7 +14,7 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
-from wmr_schemas.arrays import F64, I8
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.status import Status
 
 PIECE_ROWS = 16384
@@ -99,6 +99,9 @@ class Chain:
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
         known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
+        if self._model.accelerates:
+            own = self._own_accelerations(rows.t_ns, motion, derivatives)
+            known, efforts = known + own[0], efforts + self._model.as_efforts(own)
         return Evidence(
             t_ns=rows.t_ns,
             pose=rows.pose,
@@ -109,6 +112,23 @@ class Chain:
             variances=variances,
             independence=track_independence(rows.t_ns, rows.pose, self._independence),
             restarts=rows.restarts,
+        )
+
+    def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:
+        """Accelerations (2, n) of users' effects, at the instants that the derivatives describe."""
+        x_m, y_m, yaw_rad = derivatives.estimates[:, 0]
+        return self._model.own_accelerations(
+            {
+                "t_s": (t_ns - self._start_ns) / NS_PER_S - derivatives.delay_s,
+                "x_m": x_m,
+                "y_m": y_m,
+                "yaw_rad": yaw_rad,
+                "v_mps": motion.v_long_mps,
+                "v_lat_mps": motion.v_lat_mps,
+                "yaw_rate_radps": motion.yaw_rate_radps,
+                "left_nm": derivatives.inputs[0],
+                "right_nm": derivatives.inputs[1],
+            }
         )
 
     def _known_acceleration(self, motion: Motion, yaw_rad: F64, efforts: F64) -> F64:

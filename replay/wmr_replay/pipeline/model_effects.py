@@ -1,28 +1,37 @@
-"""A model's effects, by where a replay applies them: parameters, inputs, measured pose, accelerations."""
+"""A model's effects, by where a replay applies them: parameters, inputs, measured pose, accelerations.
 
-from collections.abc import Callable, Mapping
+The formulas are those of :mod:`wmr_replay.effects`, which the gap analysis fits.
+"""
+
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wmr_replay.effects.efforts import input_effects, static_part
+from wmr_replay.effects.measurement import to_axle
+from wmr_replay.effects.motion import com_yaw_per_m
+from wmr_replay.effects.own import acting, own_accelerations, own_efforts, without_own_errors
+from wmr_replay.effects.response import NO_WEIGHTS, response, with_stiffness
+from wmr_replay.effects.theta import Values, theta_of
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
-from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
+from wmr_schemas.effects.own import Columns
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
 
-Parameters = Mapping[str, float]
-
-FOLLOWED = ("load_step", "low_friction_patch", "slip_interval", "undeclared_skid")
-"""Effects in time or space: an identifier finds them itself, as a change of α, slipping or skidding."""
+FOLLOWED = tuple(name for name, effect in EFFECTS.items() if effect.followed)
+"""Effects that an identifier finds itself, as a change of α, slipping or skidding."""
+Named = list[tuple[str, Values]]
 
 
 @dataclass(frozen=True)
 class ReplayModel:
-    """A model as a replay uses it; ``notes`` say what was left to the identifier."""
+    """A model as a replay uses it; ``notes`` name the effects that are left to the identifier."""
 
     robot: RobotParameters
     terms: Terms = field(default_factory=Terms)
@@ -30,13 +39,18 @@ class ReplayModel:
     notes: tuple[str, ...] = ()
 
     @property
+    def named(self) -> Named:
+        """Names and parameters of the effects."""
+        return [(effect.name, effect.parameters) for effect in self.effects]
+
+    @property
     def lag_s(self) -> float:
         """Time constant of the actuators, 0 without a lag."""
-        return sum(e.parameters["time_constant_s"] for e in self.effects if e.name == "actuator_lag")
+        return input_effects(self.named).lag_s
 
     def corrected(self, batch: RawBatch, start_ns: int) -> RawBatch:
-        """Torques as the model says that they act, poses as the model says that they are; ``start_ns`` is the
-        stamp of the log's first pose.
+        """Torques as they act and poses of the axle's middle, by the model; ``start_ns`` is the stamp of the
+        log's first pose.
         """
         if not self.effects:
             return batch
@@ -46,128 +60,114 @@ class ReplayModel:
             batch.mode,
         )
 
+    @property
+    def accelerates(self) -> bool:
+        """Whether a user's effect adds an acceleration."""
+        return bool(acting(self.named, "acceleration"))
+
+    def own_accelerations(self, at: Columns) -> F64:
+        """dv_long/dt and l·d(yaw_rate)/dt (2, n) in m/s² that users' effects add; 0 where the motion is
+        unknown.
+        """
+        return np.nan_to_num(own_accelerations(self.named, at), nan=0.0)
+
+    def as_efforts(self, accelerations: F64) -> F64:
+        """Efforts (2, n), left and right in N·m, that give the same accelerations by α and α_yaw."""
+        alpha, alpha_yaw = self.robot.alpha, self.robot.alpha_yaw_or_alpha
+        assert alpha is not None
+        assert alpha_yaw is not None
+        mean, half = accelerations[0] / (2 * alpha), accelerations[1] / (2 * alpha_yaw)
+        return np.stack([mean - half, mean + half])
+
 
 def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
-    """What a replay makes of a model file; its ``[robot]`` stands over the log's own parameters, key by key.
+    """The replay's form of a model file; its ``[robot]`` replaces the log's own parameters, key by key.
 
     Raises InvalidSetting or InvalidTerm for an effect that a replay cannot apply.
     """
     merged = RobotParameters.from_values(robot.known() | model.robot.known(), "model")
-    terms = Terms(half_track_m=merged.half_track_m or 0.0)
+    check_needs(model.effects, merged)
+    robot = merged
     for effect in model.effects:
-        if effect.name.startswith(UNNAMED_PREFIX):
-            terms = with_product(terms, effect)
-        merged = SCALES.get(effect.name, keep_robot)(merged, effect.parameters)
-        if effect.name in TERMS:
-            terms = TERMS[effect.name](terms, effect.parameters, merged)
+        robot = scaled(robot, effect)
     notes = tuple(
         f"{e.name} of the model is left to the identifier" for e in model.effects if e.name in FOLLOWED
     )
-    return ReplayModel(merged, terms, model.effects, notes)
+    return ReplayModel(robot, terms_of(model.effects, merged), model.effects, notes)
 
 
-def keep_robot(robot: RobotParameters, _: Parameters) -> RobotParameters:
-    """No change."""
+def check_needs(effects: Iterable[Effect], robot: RobotParameters) -> None:
+    """The robot has the parameters that the effects need. Raises InvalidSetting naming one that it lacks."""
+    for effect in effects:
+        unnamed = effect.name.startswith(UNNAMED_PREFIX)
+        if unnamed and parse_term(effect.name).channel == "yaw" and not robot.half_track_m:
+            raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
+        if effect.name == "wheel_viscous" and robot.wheel_radius_m is None:
+            raise InvalidSetting("wheel_viscous needs the robot's wheel_radius_m")
+        if acting([(effect.name, effect.parameters)], "acceleration") and robot.alpha is None:
+            raise InvalidSetting(f"{effect.name} needs the robot's alpha")
+
+
+def scaled(robot: RobotParameters, effect: Effect) -> RobotParameters:
+    """The robot with α, α_yaw and G_x times the factors of an effect on its parameters."""
+    if effect.name not in EFFECTS or EFFECTS[effect.name].followed:
+        return robot
+    theta = theta_of([(effect.name, effect.parameters)], 1.0)
+    if EFFECTS[effect.name].acts_on == "tyre":
+        grip = robot.cornering_stiffness_over_epsilon
+        stiffer = None if grip is None else with_stiffness(grip, 0.0, theta)
+        return replace(robot, cornering_stiffness_over_epsilon=stiffer)
+    if EFFECTS[effect.name].acts_on == "robot":
+        ahead, turning = response((1.0, 1.0), (1.0, 1.0), NO_WEIGHTS, theta)
+        alpha, alpha_yaw = robot.alpha, robot.alpha_yaw_or_alpha
+        return replace(
+            robot,
+            alpha=None if alpha is None else alpha * ahead,
+            alpha_yaw=None if alpha_yaw is None else alpha_yaw * turning,
+        )
     return robot
 
 
-def scaled(robot: RobotParameters, ahead: float, turning: float) -> RobotParameters:
-    """α and α_yaw times a factor each."""
-    alpha, alpha_yaw = robot.alpha, robot.alpha_yaw_or_alpha
-    return replace(
-        robot,
-        alpha=None if alpha is None else alpha * ahead,
-        alpha_yaw=None if alpha_yaw is None else alpha_yaw * turning,
+def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
+    """The effects on acceleration as the identifiers take them."""
+    named = [(e.name, e.parameters) for e in effects if acts_as_term(e.name)]
+    products = [
+        [CHANNELS.index(term.channel), effect.parameters[COEFFICIENT], *term.powers]
+        for effect in effects
+        if effect.name.startswith(UNNAMED_PREFIX)
+        for term in [parse_term(effect.name)]
+    ]
+    terms = Terms(
+        theta_of(named, robot.wheel_radius_m or 1.0), robot.half_track_m or 0.0, com_yaw_per_m(robot)
     )
+    return terms._replace(products=np.array(products, float)) if products else terms
 
 
-def stiffer(robot: RobotParameters, p: Parameters) -> RobotParameters:
-    """G_x (1 + ratio)."""
-    stiffness = robot.cornering_stiffness_over_epsilon
-    changed = None if stiffness is None else stiffness * (1 + p["ratio"])
-    return replace(robot, cornering_stiffness_over_epsilon=changed)
-
-
-SCALES: dict[str, Callable[[RobotParameters, Parameters], RobotParameters]] = {
-    "payload": lambda robot, p: scaled(robot, 1 / (1 + p["mass_ratio"]), 1.0),
-    "yaw_inertia": lambda robot, p: scaled(robot, 1.0, 1 / (1 + p["ratio"])),
-    "drive_gain": lambda robot, p: scaled(robot, 1 + p["ratio"], 1 + p["ratio"]),
-    "cornering_stiffness": stiffer,
-}
-
-
-def wheel_viscous(terms: Terms, p: Parameters, robot: RobotParameters) -> Terms:
-    """Friction by wheel speed needs the wheel's radius."""
-    if robot.wheel_radius_m is None:
-        raise InvalidSetting("wheel_viscous needs the robot's wheel_radius_m")
-    return terms._replace(wheel_viscous_nm_per_mps=p["nm_per_radps"] / robot.wheel_radius_m)
-
-
-def com_offset(terms: Terms, p: Parameters, robot: RobotParameters) -> Terms:
-    """D ω² ahead; −(l m d/I) v ω in yaw where mass and inertia are known."""
-    known = (
-        robot.mass_kg is not None and robot.yaw_inertia_kgm2 is not None and robot.half_track_m is not None
-    )
-    d = p["offset_m"]
-    k = robot.half_track_m * robot.mass_kg * d / robot.yaw_inertia_kgm2 if known else 0.0  # type: ignore[operator]
-    return terms._replace(com_offset_m=d, com_yaw_per_m2=k)
-
-
-def with_product(terms: Terms, effect: Effect) -> Terms:
-    """An effect that only a term of the dictionary describes."""
-    term = parse_term(effect.name)
-    if term.channel == "yaw" and terms.half_track_m == 0.0:
-        raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
-    row = [CHANNELS.index(term.channel), effect.parameters[COEFFICIENT], *term.powers]
-    return terms._replace(products=np.vstack([terms.products, np.array(row, float)]))
-
-
-TERMS: dict[str, Callable[[Terms, Parameters, RobotParameters], Terms]] = {
-    "rolling_resistance": lambda t, p, _: t._replace(rolling_c0_mps2=p["c0_mps2"]),
-    "viscous_drag": lambda t, p, _: t._replace(viscous_c1_per_s=p["c1_per_s"]),
-    "aerodynamic_drag": lambda t, p, _: t._replace(drag_c2_per_m=p["c2_per_m"]),
-    "slope": lambda t, p, _: t._replace(grade_x_mps2=p["grade_x_mps2"], grade_y_mps2=p["grade_y_mps2"]),
-    "scrub_torque": lambda t, p, _: t._replace(scrub_d0_mps2=p["d0_mps2"]),
-    "yaw_damping": lambda t, p, _: t._replace(damping_d1_per_s=p["d1_per_s"]),
-    "wheel_coulomb": lambda t, p, _: t._replace(wheel_coulomb_nm=p["torque_nm"]),
-    "wheel_viscous": wheel_viscous,
-    "com_offset": com_offset,
-}
-
-INPUTS: dict[str, Callable[[F64, Parameters], F64]] = {
-    "torque_imbalance": lambda u, p: u * np.array([[1 - p["ratio"]], [1 + p["ratio"]]]),
-    "torque_bias_common": lambda u, p: u + p["bias_nm"],
-    "torque_bias_differential": lambda u, p: u + p["bias_nm"] * np.array([[-1.0], [1.0]]),
-    "torque_deadzone": lambda u, p: np.sign(u) * np.maximum(np.abs(u) - p["threshold_nm"], 0.0),
-    "torque_saturation": lambda u, p: np.clip(u, -p["limit_nm"], p["limit_nm"]),
-}
-"""Commanded efforts (2, n), left and right, as they act."""
+def acts_as_term(name: str) -> bool:
+    """Whether a built-in effect acts on acceleration or takes torque from a wheel."""
+    return name in EFFECTS and EFFECTS[name].acts_on in ("acceleration", "wheel")
 
 
 def change_torque(rows: Rows, effects: tuple[Effect, ...]) -> Rows:
-    """The rows' efforts through every input effect, in the model's order; a delay moves their stamps."""
-    values, t_ns = rows.values.copy(), rows.t_ns
-    for effect in effects:
-        if effect.name in INPUTS:
-            values[:2] = INPUTS[effect.name](values[:2], effect.parameters)
-        if effect.name == "input_delay":
-            t_ns = t_ns + round(effect.parameters["delay_s"] * NS_PER_S)
-    return Rows(t_ns, rows.order, values)
+    """The rows' efforts as they act: users' effects, imbalance and bias, dead zone, saturation; a delay moves
+    their stamps.
+    """
+    named = [(effect.name, effect.parameters) for effect in effects]
+    on_inputs = input_effects(named)
+    values = rows.values.copy()
+    values[:2] = own_efforts(named, values[:2])
+    if on_inputs.static:
+        values[:2] = static_part(values[:2], on_inputs)
+    return Rows(rows.t_ns + round(on_inputs.delay_s * NS_PER_S), rows.order, values)
 
 
 def change_pose(rows: Rows, effects: tuple[Effect, ...], start_ns: int) -> Rows:
-    """The pose of N behind a misaligned heading (yaw + angle), a drifting one (yaw + rate (t − start)) and a
-    lever arm (position + R(yaw) a).
-    """
-    values = rows.values.copy()
-    for effect in effects:
-        p = effect.parameters
-        if effect.name == "heading_misalignment":
-            values[2] -= p["angle_rad"]
-        if effect.name == "yaw_drift":
-            values[2] -= p["rate_radps"] * (rows.t_ns - start_ns) / NS_PER_S
-        if effect.name == "pose_lever_arm":
-            cos, sin = np.cos(values[2]), np.sin(values[2])
-            values[0] -= cos * p["x_m"] - sin * p["y_m"]
-            values[1] -= sin * p["x_m"] + cos * p["y_m"]
+    """The poses of N, without the errors of the measurement that the model has."""
+    named = [(effect.name, effect.parameters) for effect in effects]
+    on_pose = [(n, p) for n, p in named if n in EFFECTS and EFFECTS[n].acts_on == "pose"]
+    age_s = (rows.t_ns - start_ns) / NS_PER_S
+    values = without_own_errors(named, age_s, rows.values)
+    if on_pose:
+        age_ns = (rows.t_ns - start_ns).astype(np.float64)
+        values = to_axle(np.ascontiguousarray(values), age_ns, NS_PER_S, theta_of(on_pose, 1.0))
     return Rows(rows.t_ns, rows.order, values)

@@ -8,7 +8,7 @@ from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Driver
-from wmr_synth.plants.traction import FrictionTrack
+from wmr_synth.plants.limited_traction import FrictionTrack
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Accelerations that nobody models: coloured by channel, or white as a model file gives them."""
+"""Accelerations that no model has: coloured by channel, or white as a model file gives them."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What the compiled plant reads of the effects: one number for each."""
+"""Coefficients of the effects, as the compiled plant reads them."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -61,7 +61,7 @@ def com_offset(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
 
 
 def wheel_viscous(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
-    """By wheel speed, so that the radius is needed."""
+    """Friction by wheel speed, which needs the wheel's radius."""
     (radius,) = needed("wheel_viscous", robot, "wheel_radius_m")
     return h._replace(wheel_viscous_nm_per_mps=p["nm_per_radps"] / radius)
 
@@ -115,7 +115,7 @@ CHANGES: dict[str, Change] = {
     "undeclared_skid": lambda h, p, _: h._replace(undeclared_stiffness=p["stiffness_ratio"]),
     "wheel_eccentricity": lambda h, p, _: h._replace(eccentricity_mps2=p["amplitude_mps2"]),
 }
-"""What each effect of the plant changes; those of the measurement (``measurement``) are not among them."""
+"""The coefficients that each effect of the plant sets; effects on the measured pose have none."""
 
 
 def hidden_of(effects: Iterable[Effect], robot: RobotParameters, *, plain: bool) -> Hidden:

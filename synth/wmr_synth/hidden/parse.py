@@ -3,14 +3,14 @@
 import difflib
 import math
 
-from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.effects import BEYOND, catalogue
 from wmr_schemas.errors import InvalidSetting
 
 
 def parse_hide(text: str) -> tuple[str, dict[str, float]]:
-    """The effect's name and the parameters given. Raises InvalidSetting with what is known instead."""
+    """The effect's name and the parameters given. Raises InvalidSetting with the known names."""
     name, _, rest = text.partition(":")
-    known = EFFECTS | BEYOND
+    known = {**catalogue(), **BEYOND}
     if name not in known:
         near = difflib.get_close_matches(name, known, n=2)
         hint = f"did you mean {' or '.join(near)}? " if near else ""

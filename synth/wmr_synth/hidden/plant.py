@@ -19,17 +19,14 @@ import math
 
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 from wmr_synth.hidden import forms
 from wmr_synth.hidden.parameters import Hidden
 from wmr_synth.plants.two_wheeled import (
-    BOTH,
-    IDEAL,
     PHI_1,
     PHI_2,
     SIGMA_1,
     SIGMA_2,
-    SKIDDING,
-    SLIPPING,
     THETA,
     V_THETA,
     V_X,
@@ -46,6 +43,8 @@ SIGMA_DIFF, SIGMA_SUM, PHI_RIGHT, PHI_LEFT = SIGMA_1, SIGMA_2, PHI_1, PHI_2
 RIGHT_1, RIGHT_2, LEFT_1, LEFT_2 = 10, 11, 12, 13
 N_EXTENDED = 14
 MAX_STEP_S = 0.001
+UNDECLARED_SKID = int(ContactMode.SKIDDING)
+"""Compiled code returns the mode as a plain integer."""
 
 Pair = tuple[float, float]
 Triple = tuple[float, float, float]
@@ -142,10 +141,10 @@ def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: 
     ahead, around = ahead + com_ahead + held[2], around + com_around + held[4]
     speed = average_speed(state, c)
     out[V_LAT] = out[SIGMA_SUM] = out[SIGMA_DIFF] = 0.0
-    if mode in (SKIDDING, BOTH):
+    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
         decay = c.skid_decay_mps2 * (1.0 - lost) / speed
         out[V_LAT] = -decay * v_lat - v * turn / l + across + held[3]
-    if mode in (SLIPPING, BOTH):
+    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
         out[V_LONG] = c.slip_to_long_mps2 / speed * sigma_sum + v_lat * turn / l + ahead
         out[TURN] = c.slip_to_yaw_mps2 / speed * sigma_diff + around
         out[SIGMA_SUM] = -c.sigma_2_pole_mps2 / speed * sigma_sum - 2.0 / (3.0 * l) * v_lat * turn + drive
@@ -201,4 +200,4 @@ def advance(
 @compiled
 def acting(mode: int, undeclared: bool) -> int:
     """The mode that really acts where the schedule says ``mode``."""
-    return SKIDDING if undeclared and mode == IDEAL else mode
+    return UNDECLARED_SKID if undeclared and mode == ContactMode.IDEAL else mode

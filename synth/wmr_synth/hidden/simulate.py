@@ -1,14 +1,18 @@
 """The compiled loop of the extended plant: driver, delay, mode switches and disturbance."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.compiled import compiled
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
 from wmr_synth.hidden import plant
 from wmr_synth.hidden.disturbance import GRID_NS, Disturbance
+from wmr_synth.hidden.own import OwnAcceleration
 from wmr_synth.hidden.parameters import Hidden
 from wmr_synth.hidden.plant import (
     N_EXTENDED,
@@ -21,8 +25,9 @@ from wmr_synth.hidden.plant import (
     V_LONG,
     YAW,
 )
-from wmr_synth.plants.simulate import Motion, efforts, union_of_sorted
+from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled import Coefficients, X, Y, coefficients, jump
+from wmr_synth.plants.two_wheeled_loop import efforts
 
 _LEFT, _RIGHT, _A_LONG, _TURN_ACC, _LEFT_RADPS, _RIGHT_RADPS = range(N_EXTENDED, N_EXTENDED + 6)
 
@@ -35,14 +40,17 @@ def simulate_hidden(
     start: tuple[float, float],
     hidden: Hidden,
     disturbance: tuple[Disturbance, np.random.Generator],
+    own: OwnAcceleration | None = None,
 ) -> Motion:
-    """As ``simulate.simulate``, with effects and a disturbance; ``instants`` are those of torque and pose.
+    """As :func:`wmr_synth.plants.two_wheeled_loop.simulate`, with effects and a disturbance.
 
-    Efforts are those that the driver asks for, which is what a log shows; the mode is the schedule's.
+    ``instants`` are those of torque and pose. ``own`` gives further accelerations, each held from its instant
+    to the next one. Efforts are those that the driver commands, as a log
+    shows them; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0
-    acting = np.where((modes.mode == 0) & undeclared, 1, modes.mode)
+    acting = np.where((modes.mode == ContactMode.IDEAL) & undeclared, ContactMode.SKIDDING, modes.mode)
     c = coefficients(robot, set(np.unique(acting).tolist()))
     c = c._replace(skid_decay_mps2=c.skid_decay_mps2 * hidden.stiffness)
     silent = c._replace(skid_decay_mps2=c.skid_decay_mps2 * hidden.undeclared_stiffness)
@@ -54,9 +62,16 @@ def simulate_hidden(
     wanted = np.ascontiguousarray(np.stack(columns, axis=1))
     is_torque = np.zeros(len(t_ns), bool)
     is_torque[np.searchsorted(t_ns, torque_ns)] = True
-    push = disturbance[0].held(t_ns, disturbance[1])
-    record = run((t_ns, mode, is_torque), wanted, commands.gains, push, (c, silent), hidden, state)
-    return to_motion(t_ns, mode, record, c)
+    push, loop = disturbance[0].held(t_ns, disturbance[1]), empty_loop(len(t_ns), len(wanted))
+    schedule = t_ns, mode, is_torque
+    if own is None:
+        run(schedule, wanted, commands.gains, push, (c, silent), hidden, state, loop, (0, len(t_ns)))
+    for i in range(len(t_ns) if own is not None else 0):
+        loop.record[:N_EXTENDED, i] = state
+        here = slice(i, i + 1)
+        push[i] += own(to_motion(t_ns[here], mode[here], loop.record[:, here], c))[0]  # type: ignore[misc]
+        run(schedule, wanted, commands.gains, push, (c, silent), hidden, state, loop, (i, i + 1))
+    return to_motion(t_ns, mode, loop.record, c)
 
 
 def grid(modes: ModeTrack, torque_ns: I64, pose_ns: I64, hidden: Hidden, disturbance: Disturbance) -> I64:
@@ -71,8 +86,28 @@ def grid(modes: ModeTrack, torque_ns: I64, pose_ns: I64, hidden: Hidden, disturb
     return kept
 
 
+class Loop(NamedTuple):
+    """Arrays that the loop carries from instant to instant: the record (20, n), the driver's integral (2,),
+    the efforts sent (m + 1, 2) with their stamps, and how many were sent and act (2,).
+    """
+
+    record: F64
+    work: F64
+    integral: F64
+    sent: F64
+    sent_ns: I64
+    counts: I64
+
+
+def empty_loop(n: int, n_torque: int) -> Loop:
+    """The loop before ``n`` instants, ``n_torque`` of which are the driver's."""
+    record, work = np.zeros((N_EXTENDED + 6, n)), np.empty((5, N_EXTENDED))
+    sent, sent_ns = np.zeros((n_torque + 1, 2)), np.zeros(n_torque + 1, np.int64)
+    return Loop(record, work, np.zeros(2), sent, sent_ns, np.zeros(2, np.int64))
+
+
 @compiled
-def run(
+def run(  # noqa: PLR0913, PLR0917 – compiled
     schedule: tuple[I64, I8, Bool],
     wanted: F64,
     gains: Gains,
@@ -80,19 +115,20 @@ def run(
     c: tuple[Coefficients, Coefficients],
     h: Hidden,
     state: F64,
-) -> F64:
-    """State, efforts (left, right) as sent, v̇, ẇ and wheel speeds (left, right) at every instant: (20, n).
+    loop: Loop,
+    span: tuple[int, int],
+) -> None:
+    """State, efforts (left, right) as sent, v̇, ẇ and wheel speeds (left, right) at the instants of ``span``,
+    into the loop's record (20, n).
 
     ``schedule``: instants in ns, the mode at each, and whether the driver acts at it, (n,) each.
     ``c`` holds the coefficients of declared modes and those of a skid that the schedule calls ideal.
     """
     t_ns, mode, is_torque = schedule
-    n = len(t_ns)
-    record, work = np.empty((N_EXTENDED + 6, n)), np.empty((5, N_EXTENDED))
-    sent, sent_ns = np.zeros((len(wanted) + 1, 2)), np.zeros(len(wanted) + 1, np.int64)
-    integral = np.zeros(2)
-    k, acts, undeclared = 0, 0, h.undeclared_stiffness > 0.0
-    for i in range(n):
+    n, undeclared = len(t_ns), h.undeclared_stiffness > 0.0
+    record, work, integral, sent, sent_ns, counts = loop
+    k, acts = counts
+    for i in range(span[0], span[1]):
         q = plant.acting(mode[i], undeclared)
         if i == 0 or mode[i] != mode[i - 1]:
             jump(q, state)
@@ -115,7 +151,7 @@ def run(
         if i + 1 < n:
             dt = (t_ns[i + 1] - t_ns[i]) / NS_PER_S
             plant.advance(q, t, state, held, dt, own, h, work)
-    return record
+    counts[0], counts[1] = k, acts
 
 
 def to_motion(t_ns: I64, mode: I8, record: F64, c: Coefficients) -> Motion:

@@ -1,4 +1,4 @@
-"""What a simulated world has beyond the base model: effects, their form, and a disturbance."""
+"""A simulated world beyond the base model: effects, their form, and a disturbance."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -7,19 +7,21 @@ from typing import Any
 import numpy as np
 
 from wmr_schemas.arrays import I64
-from wmr_schemas.effects import EFFECTS
+from wmr_schemas.effects import declared
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_synth.driving.drivers import Commands
 from wmr_synth.driving.plan import Plan
 from wmr_synth.hidden.disturbance import NO_DISTURBANCE, Disturbance, from_model
+from wmr_synth.hidden.drawing import check_sizes, draw_effect, stream_number
 from wmr_synth.hidden.measurement import MEASURED
+from wmr_synth.hidden.own import own_acceleration
 from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
+from wmr_synth.hidden.registry import OWN_FORMS, words_of
 from wmr_synth.hidden.simulate import simulate_hidden
-from wmr_synth.hidden.sizes import SIZES, check_sizes, draw_effect
-from wmr_synth.plants.simulate import Motion
+from wmr_synth.plants.motion import Motion
 from wmr_synth.sensors import stream
 
 PATCH_SHARE = (0.2, 0.5)
@@ -37,7 +39,7 @@ class World:
     def __post_init__(self) -> None:
         names = [effect.name for effect in self.effects]
         for name in names:
-            if name not in CHANGES and name not in MEASURED:
+            if name not in CHANGES and name not in MEASURED and name not in OWN_FORMS:
                 raise InvalidSetting(f"the simulator has no effect {name!r}")
             if names.count(name) > 1:
                 raise InvalidSetting(f"{name} is given twice")
@@ -56,7 +58,7 @@ def drawn_world(
     """The effects of ``--hide``, their open parameters drawn from a stream of the seed for each effect."""
     effects = []
     for name, given in map(parse_hide, hide):
-        rng = stream(seed, "hide", list(SIZES).index(name))
+        rng = stream(seed, "hide", stream_number(name))
         effects.append(draw_effect(name, given, rng, robot, duration_s))
     return World(tuple(effects), disturbance=disturbance)
 
@@ -72,7 +74,7 @@ def describe_effects(world: World) -> list[dict[str, Any]]:
         {
             "name": effect.name,
             "parameters": effect.parameters,
-            "form": EFFECTS[effect.name].formula if world.plain else SIZES[effect.name].form,
+            "form": declared(effect.name).formula if world.plain else words_of(effect.name),
         }
         for effect in world.effects
     ]
@@ -95,7 +97,8 @@ def move_in(
     def motion(effects: tuple[Effect, ...]) -> Motion:
         hidden = hidden_of(effects, robot, plain=world.plain)
         noise = world.disturbance, stream(seed, "disturbance")
-        return simulate_hidden(robot, plan.modes, commands, instants, start, hidden, noise)
+        own = own_acceleration(effects)
+        return simulate_hidden(robot, plan.modes, commands, instants, start, hidden, noise, own)
 
     if lying:
         others = tuple(effect for effect in world.effects if not is_open(effect))

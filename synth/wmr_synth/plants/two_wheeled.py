@@ -26,7 +26,6 @@ from wmr_schemas.robot import AUTO, RobotParameters
 
 X, Y, THETA, V_X, V_Y, V_THETA, SIGMA_1, SIGMA_2, PHI_1, PHI_2 = range(10)
 N_STATES = 10
-IDEAL, SKIDDING, SLIPPING, BOTH = 0, 1, 2, 3
 
 AVERAGE_SPEED_FLOOR_MPS = 0.3
 STEP_TIMES_POLE = 0.4
@@ -67,7 +66,8 @@ def coefficients(robot: RobotParameters, modes: set[int]) -> Coefficients:
 
     Raises InvalidSetting naming the parameters that the modes need and the robot lacks.
     """
-    skids, slips = bool(modes & {SKIDDING, BOTH}), bool(modes & {SLIPPING, BOTH})
+    skids = bool(modes & {ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING})
+    slips = bool(modes & {ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING})
     needed = dict.fromkeys(_ALWAYS + _SKID * skids + _SLIP * slips)
     known = robot.known()
     missing = [key for key in needed if key not in known]
@@ -125,10 +125,10 @@ def derivative(mode: int, state: F64, u_1: float, u_2: float, c: Coefficients, o
     out[PHI_2] = (-(v_y - v_theta) + 1.5 * (sigma_2 - sigma_1)) / c.wheel_radius_m
     v = average_speed(state, c)
     out[V_X] = 0.0
-    if mode in (SKIDDING, BOTH):
+    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
         out[V_X] = -c.skid_decay_mps2 / v * v_x + v_y * v_theta / l
     drive, turn = c.alpha * (u_1 + u_2), c.alpha_yaw * (u_1 - u_2)
-    if mode in (SLIPPING, BOTH):
+    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
         out[V_Y] = -c.slip_to_long_mps2 / v * sigma_2 - v_x * v_theta / l
         out[V_THETA] = -c.slip_to_yaw_mps2 / v * sigma_1
         out[SIGMA_1] = -c.sigma_1_pole_mps2 / v * sigma_1 + turn
@@ -143,9 +143,9 @@ def derivative(mode: int, state: F64, u_1: float, u_2: float, c: Coefficients, o
 @compiled
 def jump(mode: int, state: F64) -> None:
     """The state's jump at a switch into ``mode`` (§3.1): what the mode does not know becomes 0."""
-    if mode in (IDEAL, SLIPPING):
+    if mode in (ContactMode.IDEAL, ContactMode.SLIPPING):
         state[V_X] = 0.0
-    if mode in (IDEAL, SKIDDING):
+    if mode in (ContactMode.IDEAL, ContactMode.SKIDDING):
         state[SIGMA_1] = 0.0
         state[SIGMA_2] = 0.0
 
@@ -154,9 +154,9 @@ def jump(mode: int, state: F64) -> None:
 def longest_step_s(mode: int, state: F64, c: Coefficients) -> float:
     """A step that keeps the fastest pole well inside the method's stable and accurate range."""
     pole = 0.0
-    if mode in (SKIDDING, BOTH):
+    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
         pole = c.skid_decay_mps2
-    if mode in (SLIPPING, BOTH):
+    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
         pole = max(pole, c.sigma_1_pole_mps2, c.sigma_2_pole_mps2)
     pole /= average_speed(state, c)
     return STEP_TIMES_POLE / pole if pole * MAX_STEP_S > STEP_TIMES_POLE else MAX_STEP_S

@@ -38,7 +38,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Damage:
-    """A way to break a log: ``apply(bytes, generator)``, and what ``wmr-replay run`` makes of it.
+    """A way to break a log: ``apply(bytes, generator)``, and the answer of ``wmr-replay run`` to it.
 
     ``summary`` holds columns of the summary with the values expected; a bound starts with ``>=``.
     """
@@ -138,7 +138,7 @@ def chunk_missing(data: bytes, _: np.random.Generator) -> bytes:
 
 
 def unknown_compression(data: bytes, _: np.random.Generator) -> bytes:
-    """One chunk says that it is compressed in a way that nobody knows."""
+    """One chunk says that it is compressed in a way that no reader knows."""
     return changed(data, middle_chunk(data).body + CHUNK_CRC_OFFSET + 8, b"zstX")
 
 

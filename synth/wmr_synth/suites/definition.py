@@ -1,4 +1,4 @@
-"""What a suite is: a name, a version, and for each log a scenario, a seed and parameters."""
+"""The definition of a suite: a name, a version, and for each log a scenario, a seed and parameters."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -91,7 +91,7 @@ class LogSpec:
         return self.plan.robot if given is None else RobotParameters.from_values(given, self.name)
 
     def world(self) -> World:
-        """Hidden effects, what is open drawn by the seed; the disturbance given, else the scenario's."""
+        """Hidden effects, open parameters drawn by the seed; the given disturbance, else the scenario's."""
         asked = self.parameters.get("disturbance")
         disturbance = default_world(self.plan).disturbance if asked is None else parse_disturbance(asked)
         hide = self.parameters.get("hide", ())

@@ -44,7 +44,7 @@ class Manifest:
 
 
 def described(log: LogSpec, files: Mapping[str, str]) -> dict[str, Any]:
-    """One log's entry: what was asked for, what that makes of the sensors, and the files."""
+    """One log's entry: the specification, the sensors that follow from it, and the files."""
     entry: dict[str, Any] = {"name": log.name, "scenario": log.scenario, "seed": log.seed}
     entry |= {
         "parameters": dict(log.parameters),

@@ -122,7 +122,7 @@ class Report:
 
 @contextmanager
 def staging(directory: Path) -> Iterator[Path]:
-    """A place inside the directory for what is not complete, removed in the end."""
+    """A place inside the directory for incomplete files, removed in the end."""
     stage = directory / STAGING
     was_there = directory.is_dir()
     shutil.rmtree(stage, ignore_errors=True)

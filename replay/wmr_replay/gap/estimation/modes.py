@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
-from wmr_replay.gap.model.extension import WEIGHTS, Extension, combined, weight
+from wmr_replay.gap.model.extension import WEIGHTS, Extension, weight
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.memory import replay_columns
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model

@@ -129,10 +129,10 @@ def window_residuals(
 ) -> Iterator[tuple[tuple[int, int], F64, F64]]:
     """By window: its rows, measured − simulated (m, 3) in m and rad, and the poses' sd (m, 3)."""
     rows, theta, base = extension.rows(binned), extension.theta(), extension.base
-    sd, own = np.sqrt(binned.variances), binned.settings.windows
+    poses, sd, own = extension.poses(binned), np.sqrt(binned.variances), binned.settings.windows
     for a, b in windows:
         z0 = starting_motion(binned, a, base)
-        whitened = fit_window(z0, rows[a:b], binned.pose[a:b], theta, base, sd[a:b], own.rounds, own.tries)
+        whitened = fit_window(z0, rows[a:b], poses[a:b], theta, base, sd[a:b], own.rounds, own.tries)
         yield (a, b), whitened * sd[a:b], sd[a:b]
 
 

@@ -74,7 +74,7 @@ class Problem:
         """
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        data = FilterInput(extension.rows(self.binned), self.binned.pose, self.variances, first)
+        data = FilterInput(extension.rows(self.binned), extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
 

@@ -8,11 +8,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.model.dynamics import D_LAT, D_LONG, D_YAW, N_STATE, V_LAT, Row, V, W, X, Y
+from wmr_replay.gap.model.dynamics import (
+    D_LAT,
+    D_LONG,
+    D_YAW,
+    N_STATE,
+    V_LAT,
+    Row,
+    V,
+    W,
+    X,
+    Y,
+    is_skidding,
+    is_slipping,
+)
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
-from wmr_schemas.modes import ContactMode
 
 
 class Diffusion(NamedTuple):
@@ -50,12 +62,12 @@ def add_noise(
     settings: FilterSettings,
 ) -> None:
     """Add the process noise of one step to ``P`` (9, 9); exact for the Ornstein–Uhlenbeck states."""
-    dt, mode = row[Row.DT], int(row[Row.MODE])
+    dt, mode = row[Row.DT], row[Row.MODE]
     kept_long, kept_yaw, kept_lat = kept
     P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
     P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
-    if mode in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING):
+    if is_skidding(mode):
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
     else:
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
@@ -63,7 +75,7 @@ def add_noise(
         P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
         P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
         P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
-    if mode in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING):
+    if is_slipping(mode):
         P[V, V] += settings.slip_disturbance_mps2_rthz**2 * dt
         P[W, W] += settings.slip_disturbance_mps2_rthz**2 * dt
     if mode != mode_before:

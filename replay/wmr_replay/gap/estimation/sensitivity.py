@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_STATE, YAW, Base, Row, Theta, step
+from wmr_replay.effects.measurement import ON_POSE, slope_by_place
+from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_STATE, YAW, Base, Row, step
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled import compiled
 
@@ -104,7 +105,7 @@ def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass 
     n_places, n_efforts = len(targets.places), len(targets.efforts)
     for j in range(n_places):
         place = targets.places[j]
-        if place not in (Theta.HEADING, Theta.YAW_DRIFT, Theta.ARM_X, Theta.ARM_Y):
+        if place not in ON_POSE:
             changed[place] = theta[place] + DIFFERENCE
             step(z, row, changed, base, ahead)
             changed[place] = theta[place]
@@ -151,16 +152,8 @@ def measurement_sensitivity(
         scale(slopes[a:b], h[0], S[0, a:b])
         for i in range(1, 3):
             add(slopes[a:b], h[i], S[i, a:b])
-    cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
     for j in range(len(places)):
-        if places[j] == Theta.ARM_X:
-            slopes[j] += (cos, sin, 0.0)[c]
-        elif places[j] == Theta.ARM_Y:
-            slopes[j] += (-sin, cos, 0.0)[c]
-        elif places[j] == Theta.HEADING and c == YAW:
-            slopes[j] += 1.0
-        elif places[j] == Theta.YAW_DRIFT and c == YAW:
-            slopes[j] += age_s
+        slopes[j] += slope_by_place(places[j], c, z[YAW], age_s)
 
 
 @compiled(error_model="numpy")

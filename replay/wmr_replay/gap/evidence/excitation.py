@@ -8,12 +8,9 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.model.dictionary import form_of
+from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
-
-SEEN_ANYWAY = ("heading_misalignment", "yaw_drift")
-"""Effects on the measured yaw, which torques do not act on."""
 
 
 def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
@@ -29,11 +26,12 @@ def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffu
 
     An effect on both channels needs one channel in full and two thirds of the other.
     """
-    if name in SEEN_ANYWAY:
+    declaration = declaration_of(name)
+    if not declaration.needs_excitation:
         return ""
     own = problem.settings.excitation
     ahead, turning = excitation_ratios(problem, extension, noise)
-    channel = form_of(name).channel
+    channel = declaration.channel
     by_channel = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
     ratio = by_channel.get(channel, min(ahead, turning))
     both = channel not in by_channel and max(ahead, turning) >= own.least_ratio

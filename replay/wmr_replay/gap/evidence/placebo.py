@@ -28,6 +28,7 @@ def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 
     columns = kind.of(problem.binned, rest.extension)
     here = evaluate(problem, rest.extension, current.noise)
     output = problem.filtered(rest.extension, current.noise, columns.targets, keep=True)
+    output = columns.own.joined_to(output, problem, current.noise)
     psi = projected(output.sensitivities[train], here.psi[train])
     G = psi.T @ psi
     e = clipped(output.innovations[train], settings.refit)

@@ -7,11 +7,8 @@ from scipy.stats import f as fisher
 from wmr_replay.gap.estimation.covariance import inverse_information, robust_covariance
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.model.candidates import LOCAL, is_place
+from wmr_replay.gap.model.candidates import LOCAL, candidate_of, is_place
 from wmr_schemas.arrays import Bool
-
-NO_DISTANCE = ("torque_saturation", "undeclared_skid")
-"""Effects whose parameter is not 0 without the effect, so that its size is no distance from the base."""
 
 
 def size_columns(fit: Fit, name: str) -> list[int]:
@@ -39,7 +36,7 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
     Returns 0 where the size is no distance from the base model, so that the likelihood ratio decides alone.
     A local effect is seen in few blocks; its test is the plain one.
     """
-    if name in NO_DISTANCE:
+    if not candidate_of(name).declaration.zero_is_absent:
         return 0.0
     size = size_columns(fit, name)
     values = fit.values[size]

@@ -1,18 +1,18 @@
-"""Terms that are tried where no effect of the library explains what is missing."""
+"""Terms that are tried where no effect of the catalogue explains the prediction errors."""
 
 from collections.abc import Iterator
 
 import numpy as np
 from scipy.signal import savgol_filter
 
+from wmr_replay.effects.efforts import InputEffects
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import Base
-from wmr_replay.gap.model.inputs import InputEffects
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX, EffectForm
-from wmr_schemas.terms import COEFFICIENT, Term, TermChannel, parse_term
+from wmr_schemas.terms import Term, TermChannel
 
 SMOOTHED_BINS, DEGREE = 19, 3
+"""Window and degree of the local polynomials that give speeds: .7 s follow a driver's changes of speed."""
 PRODUCTS: dict[TermChannel, tuple[str, ...]] = {
     "longitudinal": (
         *("yaw_rate", "abs(yaw_rate)", "yaw_rate*yaw_rate", "v*yaw_rate", "v*abs(yaw_rate)"),
@@ -31,33 +31,41 @@ TERMS = tuple(
 )
 
 
-def form_of(name: str) -> EffectForm:
-    """An effect's entry in the catalogue, or what stands for it where it is a term of the dictionary."""
-    if not name.startswith(UNNAMED_PREFIX):
-        return EFFECTS[name]
-    term = parse_term(name)
-    return EffectForm(name, term.channel, term.formula, {COEFFICIENT: "SI"})
-
-
-def columns_of(drive: BinnedLog) -> dict[str, F64]:
+def columns_of(binned: BinnedLog) -> dict[str, F64]:
     """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s, and efforts."""
-    step_s = float(np.median(drive.step_s[1:]))
-    moved = savgol_filter(drive.pose, SMOOTHED_BINS, DEGREE, deriv=1, delta=step_s, axis=0)
-    cos, sin = np.cos(drive.pose[:, 2]), np.sin(drive.pose[:, 2])
-    left, right = drive.torque.means(drive.t_s, InputEffects())
+    step_s = float(np.median(binned.step_s[1:]))
+    moved = savgol_filter(binned.pose, SMOOTHED_BINS, DEGREE, deriv=1, delta=step_s, axis=0)
+    cos, sin = np.cos(binned.pose[:, 2]), np.sin(binned.pose[:, 2])
+    left, right = binned.torque.means(binned.t_s, InputEffects())
     return {
         "v": moved[:, 0] * cos + moved[:, 1] * sin,
         "v_lat": moved[:, 1] * cos - moved[:, 0] * sin,
-        "yaw": drive.pose[:, 2],
+        "yaw": binned.pose[:, 2],
         "yaw_rate": moved[:, 2],
         "effort_sum": right + left,
         "effort_diff": right - left,
     }
 
 
-def as_efforts(drive: BinnedLog, base: Base) -> Iterator[tuple[Term, F64]]:
-    """Each term with the change (n, 2) of left and right effort that has the effect of a coefficient of 1."""
-    columns = columns_of(drive)
+def own_columns_of(binned: BinnedLog) -> dict[str, F64]:
+    """The columns that a user's effect reads, :data:`wmr_schemas.effects.own.Columns`, at each row (n,)."""
+    terms = columns_of(binned)
+    return {
+        "t_s": binned.t_s,
+        "x_m": binned.pose[:, 0],
+        "y_m": binned.pose[:, 1],
+        "yaw_rad": terms["yaw"],
+        "v_mps": terms["v"],
+        "v_lat_mps": terms["v_lat"],
+        "yaw_rate_radps": terms["yaw_rate"],
+        "left_nm": (terms["effort_sum"] - terms["effort_diff"]) / 2,
+        "right_nm": (terms["effort_sum"] + terms["effort_diff"]) / 2,
+    }
+
+
+def as_efforts(binned: BinnedLog, base: Base) -> Iterator[tuple[Term, F64]]:
+    """Each term with the change (n, 2) of left and right effort that is equivalent to a coefficient of 1."""
+    columns = columns_of(binned)
     for term in TERMS:
         value = term.evaluate(columns)
         if term.channel == "longitudinal":

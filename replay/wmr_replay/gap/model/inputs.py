@@ -1,25 +1,13 @@
-"""Torques as they act: imbalance, bias, dead-zone, saturation, lag and delay, averaged over each step."""
+"""Torques as they act, averaged over each step of the filter: the closed form of lag and delay."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.effects.efforts import InputEffects, static_part
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.compiled import compiled
 from wmr_schemas.signals import TorqueTrack
-
-
-class InputEffects(NamedTuple):
-    """Parameters of the effects on the inputs; 0 (infinity for the limit) is none."""
-
-    imbalance: float = 0.0
-    bias_common_nm: float = 0.0
-    bias_differential_nm: float = 0.0
-    deadzone_nm: float = 0.0
-    limit_nm: float = np.inf
-    lag_s: float = 0.0
-    delay_s: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +34,6 @@ class TorqueHistory:
         steps = np.diff(edges_s)
         first = acting[:, [max(int(np.searchsorted(self.t_s, at_s[0], side="right")) - 1, 0)]]
         return np.concatenate([first, np.diff(integral, axis=1) / steps], axis=1)
-
-
-def static_part(efforts_nm: F64, effects: InputEffects) -> F64:
-    """Imbalance and bias, then dead-zone, then saturation, on (2, m)."""
-    e = effects
-    u = efforts_nm * np.array([[1 - e.imbalance], [1 + e.imbalance]])
-    u = u + e.bias_common_nm + e.bias_differential_nm * np.array([[-1.0], [1.0]])
-    if e.deadzone_nm > 0:
-        u = np.sign(u) * np.maximum(np.abs(u) - e.deadzone_nm, 0.0)
-    return np.asarray(np.clip(u, -e.limit_nm, e.limit_nm))
 
 
 @compiled

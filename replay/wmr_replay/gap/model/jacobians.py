@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from wmr_replay.effects.measurement import arm_slopes
+from wmr_replay.effects.motion import downhill_left, wheel_slopes, with_body_slopes
 from wmr_replay.gap.model.dynamics import (
     D_LAT,
     D_LONG,
     D_YAW,
-    IDEAL,
     LEAST_SPEED_MPS,
     N_MOTION,
     N_STATE,
@@ -14,20 +15,18 @@ from wmr_replay.gap.model.dynamics import (
     YAW,
     Base,
     Row,
-    Theta,
     V,
     W,
     X,
     Y,
     kept_lateral,
     responses,
-    sign,
     skid_rate,
     skids,
+    skids_unseen,
 )
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
-from wmr_schemas.terms import SOFT_SIGN
 
 Six = tuple[float, float, float, float, float, float]
 Five = tuple[float, float, float, float, float]
@@ -35,40 +34,22 @@ UNIT = np.eye(N_STATE)
 
 
 @compiled(error_model="numpy")
-def steepness(speed: float) -> float:
-    """Slope of the softened sign."""
-    return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
-
-
-@compiled(error_model="numpy")
 def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
     """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
-    (ahead, turning), v, w = gains, z[V], z[W]
-    yaw_rate = w / base.half_track_m
-    com_yaw = base.com_yaw_per_m * theta[Theta.COM_OFFSET]
-    v_yaw, v_lateral = 0.0, 0.0
-    v_v = -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
-    v_w = 2 * theta[Theta.COM_OFFSET] * yaw_rate / base.half_track_m
-    w_v, w_w = -com_yaw * yaw_rate, -theta[Theta.YAW_DAMPING] - com_yaw * v / base.half_track_m
-    if theta[Theta.WHEEL_COULOMB] != 0.0 or theta[Theta.WHEEL_VISCOUS] != 0.0:
-        right = theta[Theta.WHEEL_COULOMB] * steepness(v + w) + theta[Theta.WHEEL_VISCOUS]
-        left = theta[Theta.WHEEL_COULOMB] * steepness(v - w) + theta[Theta.WHEEL_VISCOUS]
-        v_v, v_w = v_v - ahead * (right + left), v_w - ahead * (right - left)
-        w_v, w_w = w_v - turning * (right - left), w_w - turning * (right + left)
-    if theta[Theta.ROLLING] != 0.0:
-        v_v -= theta[Theta.ROLLING] * steepness(v)
-    if theta[Theta.SCRUB] != 0.0:
-        w_w -= theta[Theta.SCRUB] * steepness(w)
-    if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
-        v_yaw = theta[Theta.GRADE_Y] * np.cos(z[YAW]) - theta[Theta.GRADE_X] * np.sin(z[YAW])
+    (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
+    right, left = wheel_slopes(v + w, v - w, theta)
+    by_wheels = -ahead * (right + left), -ahead * (right - left), -turning * (right - left)
+    given = (*by_wheels, -turning * (right + left))
+    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
+    v_yaw, v_lateral = downhill_left(z[YAW], theta)[0], 0.0
     if skids(row[Row.MODE], theta):
-        v_w, v_lateral = v_w + z[V_LAT] / base.half_track_m / 3.0, yaw_rate / 3.0
+        v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
 @compiled(error_model="numpy")
 def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
-    """What q is in ∂rate/∂speed = −q rate speed, for any of the speeds; 0 where the rate's speed is held."""
+    """The factor q in ∂rate/∂speed = −q·rate·speed, for each of the speeds; 0 where v̄ is constant."""
     squared = v**2 + v_lat**2 + w**2
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
@@ -79,18 +60,15 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
     if not skids(row[Row.MODE], theta):
         kept = kept_lateral(row, base)
-        if not (row[Row.MODE] == IDEAL and theta[Theta.UNDECLARED] > 0.0 and base.skid_rate_mps > 0.0):
+        if not (skids_unseen(row[Row.MODE], theta) and base.skid_decay_mps2 > 0.0):
             return 0.0, 0.0, 0.0, kept, 0.0
         q = fall_of_rate(v, 0.0, w, base)
         lost = (1.0 - kept) / l / skid_rate(v, 0.0, w, row, theta, base)
         return 0.0, -lost * w * (1.0 + q * v**2), -lost * v * (1.0 + q * w**2), kept, 0.0
     rate = skid_rate(v, v_lat, w, row, theta, base)
     kept, least = np.exp(-rate * dt), max(rate, 1e-9)
-    reach, by_yaw, push = (1.0 - kept) / least, 0.0, -v * w / l + z[D_LAT]
-    if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
-        cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
-        push += theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
-        by_yaw = -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
+    downhill, by_yaw = downhill_left(z[YAW], theta)
+    reach, push = (1.0 - kept) / least, -v * w / l + z[D_LAT] + downhill
     by_rate = push * (dt * kept - reach) / least - dt * kept * v_lat
     fall = -fall_of_rate(v, v_lat, w, base) * rate * by_rate
     return reach * by_yaw, fall * v - reach * w / l, fall * w - reach * v / l, kept + fall * v_lat, reach
@@ -98,7 +76,7 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
 
 @compiled(error_model="numpy", inline="always")
 def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
-    """What changes of the state make of the accelerations of slopes ``a``."""
+    """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
 
 
@@ -133,9 +111,7 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
 @compiled(error_model="numpy")
 def slopes_of_measurement(z: F64, theta: F64, H: F64) -> None:
     """``H`` (3, 3) ← ∂measured/∂(x, y, yaw)."""
-    cos, sin = np.cos(z[YAW]), np.sin(z[YAW])
     for i in range(3):
         for j in range(3):
             H[i, j] = UNIT[i, j]
-    H[X, YAW] = -sin * theta[Theta.ARM_X] - cos * theta[Theta.ARM_Y]
-    H[Y, YAW] = cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]
+    H[X, YAW], H[Y, YAW] = arm_slopes(z[YAW], theta)

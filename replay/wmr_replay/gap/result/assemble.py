@@ -24,7 +24,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
     detectable = minimum_detectable(scanned, options.gates.detectable)
     effects = found_effects(problem, selection, options.modes)
-    hidden = unseen(detectable, options.gates.detectable)
+    hidden = unseen(detectable)
     verdict, notes = verdict_of(problem, effects, selection, hidden)
     at_floor = problem.filtered(base.extension, fit.noise, keep=True)
     trained = windows_within(problem, problem.train)

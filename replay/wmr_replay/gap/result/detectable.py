@@ -5,8 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.stats import norm
 
-from wmr_replay.gap.evidence.significance import NO_DISTANCE
-from wmr_replay.gap.model.candidates import BY_NAME
+from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.result.result import Detectable
 from wmr_replay.gap.scan.scan import LibraryScan
 from wmr_replay.gap.settings.result import DetectableSettings
@@ -23,19 +22,18 @@ def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Ma
     z = float(norm.isf(settings.level / n_tried / 2) + norm.isf(1 - settings.power))
     found = {}
     for name, (value, information) in scanned.unit_information.items():
-        if name in NO_DISTANCE:
-            continue
-        units = EFFECTS[name].parameters
-        if information > 0:
-            key = next(iter(BY_NAME[name].free))
-            found[name] = Detectable(abs(value) * z / float(np.sqrt(information)), units[key])
+        effect = candidate_of(name).declaration
+        if effect.zero_is_absent and information > 0:
+            unit = next(iter(effect.units.values()))
+            found[name] = Detectable(abs(value) * z / float(np.sqrt(information)), unit)
     return found
 
 
-def unseen(detectable: Mapping[str, Detectable], settings: DetectableSettings) -> tuple[str, ...]:
+def unseen(detectable: Mapping[str, Detectable]) -> tuple[str, ...]:
     """Effects of a relevant size that the log would not have shown."""
     return tuple(
         name
-        for name, size in settings.relevant_sizes
-        if name not in detectable or detectable[name].value > size
+        for name, effect in EFFECTS.items()
+        if effect.relevant is not None
+        and (name not in detectable or detectable[name].value > effect.relevant)
     )

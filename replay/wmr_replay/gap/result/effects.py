@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import t as student
 
+from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.candidates import is_place
+from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
-from wmr_replay.gap.model.dictionary import form_of
-from wmr_replay.gap.model.extension import WEIGHTS, combined
+from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
@@ -34,7 +34,7 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
         ci95 = interval(problem.binned, name, key, value, w)
-        estimates[name][key] = Estimate(float(value), ci95, form_of(name).parameters[key])
+        estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
     identified = modes == "identified"
     return tuple(
         reported(
@@ -51,7 +51,7 @@ def reported(
     settings: ReportSettings,
 ) -> FoundEffect:
     """One effect as the result holds it."""
-    form = form_of(effect.name)
+    form = declaration_of(effect.name)
     alternatives = tuple(Alternative(other, delta) for other, delta in effect.alternatives)
     close = tuple(a.name for a in alternatives if a.delta_bic < settings.ambiguous_bic)
     return FoundEffect(

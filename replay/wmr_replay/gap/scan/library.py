@@ -5,18 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.effects.efforts import UNIT_CHANGES
+from wmr_replay.effects.theta import from_place
 from wmr_replay.gap.estimation.sensitivity import SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.candidates import LIBRARY, UNIT_EFFORTS, Candidate
+from wmr_replay.gap.model.candidates import LIBRARY, Candidate
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.local_effects import Patches, local_candidates, time_cells
+from wmr_replay.gap.scan.own_columns import OwnColumns
 from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
 from wmr_schemas.arrays import F64, I64
-
-GRIDDED_EFFORTS = ("actuator_lag", "input_delay", "torque_deadzone", "torque_saturation")
-CLIPPED = ("payload", "yaw_inertia", "drive_gain", "cornering_stiffness")
-"""Candidates whose linear size is clipped to its bounds; others of an unphysical sign gain nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +33,7 @@ class LibraryColumns:
     cells: I64
     n_cells: int
     patches: Patches
+    own: OwnColumns
 
     @classmethod
     def of(cls, binned: BinnedLog, extension: Extension) -> "LibraryColumns":
@@ -41,7 +41,8 @@ class LibraryColumns:
         linear = tuple(c for c in LIBRARY if c.places and c.name not in extension.effects)
         changes = tuple(effort_changes(extension, binned, extension.rows(binned)))
         cells, n_cells = time_cells(binned)
-        return cls(binned, extension, linear, changes, cells, n_cells, Patches.of(binned, cells, n_cells))
+        patches, own = Patches.of(binned, cells, n_cells), OwnColumns.of(extension)
+        return cls(binned, extension, linear, changes, cells, n_cells, patches, own)
 
     @property
     def targets(self) -> SensitivityTargets:
@@ -62,6 +63,7 @@ class LibraryColumns:
         scored += best.values()
         after = first + len(self.changes)
         scored += local_candidates(normal, self.binned, self.patches, after, self.extension.effects)
+        scored += self.own.scores(normal, after + 2 * self.n_cells)
         return sorted(scored, key=lambda one: -one.gain)
 
     def groups(self) -> Iterator[tuple[Candidate, list[int]]]:
@@ -83,7 +85,7 @@ class LibraryColumns:
                 seen[candidate.name]
             ):
                 seen[candidate.name] = this
-        return seen
+        return seen | self.own.information(normal, first + len(self.changes) + 2 * self.n_cells)
 
 
 def size_per_information(seen: tuple[float, float]) -> float:
@@ -98,18 +100,18 @@ def effort_changes(
     left, right = rows[:, Row.LEFT], rows[:, Row.RIGHT]
     largest = float(np.max(np.abs(binned.torque.efforts_nm)))
     typical = float(np.median(np.abs(binned.torque.efforts_nm)))
-    scales = {"torque_deadzone": 2 * typical, "torque_saturation": largest}
+    scales = {"typical_effort": 2 * typical, "largest_effort": largest}
     for candidate in LIBRARY:
         if candidate.name in extension.effects:
             continue
-        if candidate.name in UNIT_EFFORTS:
-            yield candidate, None, np.column_stack(UNIT_EFFORTS[candidate.name](left, right))
-        elif candidate.name in GRIDDED_EFFORTS:
+        if candidate.name in UNIT_CHANGES:
+            yield candidate, None, np.column_stack(UNIT_CHANGES[candidate.name](left, right))
+        elif candidate.grid:
             (key,) = candidate.free
+            scale = scales.get(candidate.declaration.search.grid_unit, 1.0)
             for share in candidate.grid:
-                value = share * scales.get(candidate.name, 1.0)
-                changed = extension.with_effect(candidate.name, {key: value}).input_effects()
-                means = binned.torque.means(binned.t_s, changed)
+                value = share * scale
+                means = extension.with_effect(candidate.name, {key: value}).mean_torques(binned)
                 yield candidate, value, np.column_stack([means[0] - left, means[1] - right])
 
 
@@ -118,13 +120,10 @@ def linear_score(
 ) -> ScoredCandidate:
     """The best linear size of an effect; its gain is 0 where the sign is not a physical one."""
     gain, delta = normal.gain(columns)
-    if candidate.name == "undeclared_skid":
-        delta = 1.0 / np.maximum(delta, 1e-3)
-    if candidate.name == "wheel_viscous":
-        delta = delta * wheel_radius_m
-    parameters = dict(zip(candidate.free, (float(d) for d in delta), strict=True))
+    sizes = (from_place(p, float(d), wheel_radius_m) for p, d in zip(candidate.places, delta, strict=True))
+    parameters = dict(zip(candidate.free, sizes, strict=True))
     outside = any(not low <= parameters[key] <= high for key, (low, high) in candidate.bounds.items())
-    if outside and candidate.name in CLIPPED:
+    if outside and candidate.declaration.search.clipped:
         parameters = {k: float(np.clip(v, *candidate.bounds[k])) for k, v in parameters.items()}
         outside = False
     return ScoredCandidate(candidate.name, parameters, 0.0 if outside else gain, 1)

@@ -50,6 +50,7 @@ def equations_of(
 ) -> NormalEquations:
     """The normal equations of the columns over the fitted rows."""
     output = problem.filtered(extension, noise, columns.targets, keep=True)
+    output = columns.own.joined_to(output, problem, noise)
     psi, e = output.sensitivities[problem.train], output.innovations[problem.train]
     known = None if nuisance is None else nuisance[problem.train]
     return normal_equations(psi, e, known, problem.settings.refit)

@@ -8,6 +8,7 @@ from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import as_efforts
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.own_columns import NO_COLUMNS, OwnColumns
 from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
 from wmr_schemas.terms import COEFFICIENT
 
@@ -18,6 +19,7 @@ class TermColumns:
 
     names: tuple[str, ...]
     targets: SensitivityTargets
+    own: OwnColumns = NO_COLUMNS
 
     @classmethod
     def of(cls, binned: BinnedLog, extension: Extension) -> "TermColumns":

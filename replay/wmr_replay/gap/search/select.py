@@ -12,8 +12,9 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
+from wmr_schemas.effects import BUILT_IN
 
-CONFOUNDED_FORMS = ({"actuator_lag", "input_delay"},)
+CONFOUNDED_FORMS = tuple({effect.name, *effect.akin} for effect in BUILT_IN if effect.akin)
 """Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 

@@ -16,13 +16,14 @@ from wmr_replay.gap.scan.score import ScoredCandidate
 def best_start(problem: Problem, current: Fit, scored: ScoredCandidate) -> ScoredCandidate:
     """The candidate at the likeliest of its starts.
 
-    Only an undeclared skid has several: its slope at no skid says little about its size.
+    An effect that declares starts has several, since its slope at no effect says little about its size.
     """
-    if scored.name != "undeclared_skid":
+    candidate, extension = candidate_of(scored.name), current.extension
+    key, further = candidate.free[0], candidate.declaration.search.starts
+    if not further:
         return scored
-    key, extension = "stiffness_ratio", current.extension
     calm = with_calm_lateral(current.noise, problem.settings.diffusion)
-    values = (scored.parameters[key], *problem.settings.candidates.undeclared_skid_starts)
+    values = (scored.parameters[key], *further)
     starts = [replace(scored, parameters={key: value}) for value in values]
     return min(
         starts,

@@ -13,25 +13,6 @@ class DetectableSettings:
     power: float = 0.9
     """Power at which a size counts as detectable: nine logs in ten. Statistics: the usual choice."""
 
-    relevant_sizes: tuple[tuple[str, float], ...] = (
-        ("payload", 0.3),
-        ("yaw_inertia", 0.4),
-        ("drive_gain", 0.25),
-        ("rolling_resistance", 0.15),
-        ("viscous_drag", 0.2),
-        ("aerodynamic_drag", 0.2),
-        ("scrub_torque", 0.15),
-        ("yaw_damping", 0.6),
-        ("torque_imbalance", 0.15),
-        ("actuator_lag", 0.15),
-        ("input_delay", 0.15),
-        ("com_offset", 0.05),
-        ("heading_misalignment", 0.05),
-        ("yaw_drift", 0.002),
-    )
-    """Sizes that matter in practice, in the unit of the effect's first parameter. Judgement, for
-    the patrol benchmark's robots of 20 to 50 kg; other robots need other sizes."""
-
     most_unseen: int = 4
     """Most effects of a relevant size that a log may miss and still be said to lack nothing. Patrol
     benchmark."""

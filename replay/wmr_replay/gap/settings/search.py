@@ -41,10 +41,6 @@ class CandidateFitSettings:
     edge_gain: float = 1.0
     """What a step of that search must gain. Statistics: what a change by one standard deviation costs."""
 
-    undeclared_skid_starts: tuple[float, ...] = (0.2, 0.4, 0.8, 1.6, 3.2)
-    """Stiffness ratios from which an undeclared skid is fitted, besides the scan's. Numerics:
-    the slope at no skid says little about its size; each doubles the one before."""
-
 
 @dataclass(frozen=True)
 class SelectionSettings:

@@ -43,30 +43,16 @@ class Prior(NamedTuple):
     average_speed_mps: float
 
 
-def slip_shares(robot: RobotParameters) -> tuple[float, float] | None:
-    """Traction left by quasi-steady slipping, ahead and in yaw: (3/m)/(r²/I_φ + 2/m) and (3l²/I_θ)/(r²/I_φ +
-    2l²/I_θ).
-
-    The slip stiffness cancels: σ settles within milliseconds. None where a parameter is unknown.
-    """
-    m, inertia, yaw = robot.mass_kg, robot.wheel_inertia_kgm2, robot.yaw_inertia_kgm2
-    radius, half_track = robot.wheel_radius_m, robot.half_track_m
-    if m is None or inertia is None or yaw is None or radius is None or half_track is None:
-        return None
-    wheel, turn = radius**2 / inertia, half_track**2 / yaw
-    return 3 / m / (wheel + 2 / m), 3 * turn / (wheel + 2 * turn)
-
-
 def make_prior(robot: RobotParameters) -> Prior:
     """A prior about the nominal parameters: α within a factor 2 (two standard deviations), stiffness
     likewise.
 
     What is unknown gets a wide prior; an unknown α is NaN until :func:`with_alpha` fills it in.
     """
-    shares = slip_shares(robot)
+    shares = robot.slip_shares
     rho, yaw_share = (PRIORS.unknown_rho, PRIORS.unknown_rho) if shares is None else shares
-    known_c = robot.mass_kg is not None and robot.cornering_stiffness_over_epsilon is not None
-    c = 2 * robot.cornering_stiffness_over_epsilon / robot.mass_kg if known_c else PRIORS.unknown_c_mps2  # type: ignore[operator]
+    known_c = robot.skid_decay_mps2
+    c = PRIORS.unknown_c_mps2 if known_c is None else known_c
     alpha, alpha_yaw, half_track = robot.alpha, robot.alpha_yaw_or_alpha, robot.half_track_m
     speed = robot.average_speed_mps
     known_beta = alpha_yaw is not None and half_track is not None
@@ -76,7 +62,7 @@ def make_prior(robot: RobotParameters) -> Prior:
         ln_beta=float(np.log(alpha_yaw / half_track)) if known_beta else np.nan,  # type: ignore[operator]
         ln_beta_given_alpha_sd=PRIORS.ln_beta_given_alpha_sd,
         ln_c=float(np.log(c)),
-        ln_c_sd=PRIORS.ln_c_sd if known_c else PRIORS.unknown_ln_c_sd,
+        ln_c_sd=PRIORS.unknown_ln_c_sd if known_c is None else PRIORS.ln_c_sd,
         rho=rho,
         rho_sd=PRIORS.rho_sd,
         yaw_slip_ratio=yaw_share / rho,

@@ -1,6 +1,4 @@
-"""The compiled loop: plant, driver and mode switches on one grid of instants."""
-
-from dataclasses import dataclass
+"""The compiled loop of the two-wheeled plant: driver and mode switches on one grid of instants."""
 
 import numpy as np
 
@@ -10,6 +8,7 @@ from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
 from wmr_synth.plants import two_wheeled as plant
+from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled import (
     N_STATES,
     PHI_1,
@@ -27,47 +26,6 @@ from wmr_synth.plants.two_wheeled import (
 
 _LEFT, _RIGHT, _A_LONG, _YAW_ACC = N_STATES, N_STATES + 1, N_STATES + 2, N_STATES + 3
 _N_RECORDED = N_STATES + 4
-
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """The true motion at ``t_ns`` (n,), in robot conventions; efforts and mode as in force from then on."""
-
-    t_ns: I64
-    x_m: F64
-    y_m: F64
-    yaw_rad: F64
-    v_long_mps: F64
-    v_lat_mps: F64
-    yaw_rate_radps: F64
-    a_long_mps2: F64
-    yaw_acc_radps2: F64
-    sigma_sum_mps: F64
-    sigma_diff_mps: F64
-    effort_left_nm: F64
-    effort_right_nm: F64
-    left_rad: F64
-    right_rad: F64
-    left_radps: F64
-    right_radps: F64
-    mode: I8
-
-    def at(self, t_ns: I64) -> "Motion":
-        """The rows at ``t_ns``, each of which is an instant of the motion."""
-        if len(t_ns) == len(self.t_ns):
-            return self
-        return self.take(np.searchsorted(self.t_ns, t_ns))
-
-    def take(self, rows: I64 | Bool | slice) -> "Motion":
-        """Some of the rows."""
-        return Motion(**{name: column[rows] for name, column in vars(self).items()})
-
-
-def union_of_sorted(*tracks: I64) -> I64:
-    """Every instant of the sorted tracks once, in order."""
-    t_ns = np.sort(np.concatenate(tracks), kind="stable")
-    union: I64 = t_ns[np.concatenate([[True], np.diff(t_ns) > 0])]
-    return union
 
 
 def simulate(

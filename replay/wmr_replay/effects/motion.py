@@ -1,0 +1,105 @@
+"""Accelerations of the body and torque lost at the wheels, with their slopes.
+
+v and w = l·yaw_rate are the body's speeds in m/s, v ± w the ground speeds of the right and the left wheel.
+Each function adds to the values it is given, so that every caller sums in one order. Effects after ISO 8855.
+"""
+
+import numpy as np
+
+from wmr_replay.effects.theta import Theta
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.terms import SOFT_SIGN
+
+Pair = tuple[float, float]
+Four = tuple[float, float, float, float]
+
+
+@compiled(error_model="numpy", inline="always")
+def sign(speed: float) -> float:
+    """sgn(speed) as tanh(speed/.02), speed in m/s: friction changes its sign over 2 cm/s."""
+    return float(np.tanh(speed / SOFT_SIGN))
+
+
+@compiled(error_model="numpy")
+def steepness(speed: float) -> float:
+    """Slope of :func:`sign`, in 1/(m/s)."""
+    return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
+
+
+@compiled(error_model="numpy", inline="always")
+def wheel_losses(right: float, left: float, theta: F64) -> Pair:
+    """Torque in N·m lost at the right and the left wheel, of ground speeds in m/s: τ sgn(s) + c s."""
+    if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
+        return 0.0, 0.0
+    lost_right = theta[Theta.WHEEL_COULOMB] * sign(right) + theta[Theta.WHEEL_VISCOUS] * right
+    lost_left = theta[Theta.WHEEL_COULOMB] * sign(left) + theta[Theta.WHEEL_VISCOUS] * left
+    return lost_right, lost_left
+
+
+@compiled(error_model="numpy", inline="always")
+def wheel_slopes(right: float, left: float, theta: F64) -> Pair:
+    """Slopes of :func:`wheel_losses`, each by its own wheel's speed, in N·m/(m/s)."""
+    if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
+        return 0.0, 0.0
+    by_right = theta[Theta.WHEEL_COULOMB] * steepness(right) + theta[Theta.WHEEL_VISCOUS]
+    by_left = theta[Theta.WHEEL_COULOMB] * steepness(left) + theta[Theta.WHEEL_VISCOUS]
+    return by_right, by_left
+
+
+@compiled(error_model="numpy", inline="always")
+def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw: float, theta: F64) -> Pair:
+    """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
+
+    dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
+    dw/dt:      −d₁ w − k d v yaw_rate − d₀ sgn w,      k = l m/I in 1/m (``com_yaw``)
+    """
+    (dv, dw), (w, yaw_rate) = given, turning
+    dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
+    dv += theta[Theta.COM_OFFSET] * yaw_rate**2
+    dw -= theta[Theta.YAW_DAMPING] * w
+    dw -= com_yaw * theta[Theta.COM_OFFSET] * v * yaw_rate
+    if theta[Theta.ROLLING] != 0.0:
+        dv -= theta[Theta.ROLLING] * sign(v)
+    if theta[Theta.SCRUB] != 0.0:
+        dw -= theta[Theta.SCRUB] * sign(w)
+    if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
+        dv += theta[Theta.GRADE_X] * np.cos(yaw) + theta[Theta.GRADE_Y] * np.sin(yaw)
+    return dv, dw
+
+
+@compiled(error_model="numpy", inline="always")
+def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, theta: F64) -> Four:
+    """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
+    v_v, v_w, w_v, w_w = given
+    yaw_rate, com = w / l, com_yaw * theta[Theta.COM_OFFSET]
+    v_v += -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
+    v_w += 2 * theta[Theta.COM_OFFSET] * yaw_rate / l
+    w_v += -com * yaw_rate
+    w_w += -theta[Theta.YAW_DAMPING] - com * v / l
+    if theta[Theta.ROLLING] != 0.0:
+        v_v -= theta[Theta.ROLLING] * steepness(v)
+    if theta[Theta.SCRUB] != 0.0:
+        w_w -= theta[Theta.SCRUB] * steepness(w)
+    return v_v, v_w, w_v, w_w
+
+
+@compiled(error_model="numpy", inline="always")
+def downhill_left(yaw: float, theta: F64) -> Pair:
+    """Acceleration to the left on a slope, g_y cos ψ − g_x sin ψ in m/s², and its slope by yaw.
+
+    It moves v_lat while the tyres skid, and is the slope by yaw of the acceleration ahead.
+    """
+    if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
+        return 0.0, 0.0
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
+    return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
+
+
+def com_yaw_per_m(robot: RobotParameters) -> float:
+    """L m/I in 1/m, by which a centre of mass ahead of the axle turns the robot; 0 where unknown."""
+    if robot.half_track_m is None or robot.mass_kg is None or robot.yaw_inertia_kgm2 is None:
+        return 0.0
+    return robot.half_track_m * robot.mass_kg / robot.yaw_inertia_kgm2

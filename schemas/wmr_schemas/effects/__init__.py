@@ -1,0 +1,68 @@
+"""Effects that a model can carry beyond its base, each declared once; see :mod:`.declaration`.
+
+The catalogue serves ``model.toml``, ``gap.json``, the candidates of the gap analysis, ``--hide`` and the
+documentation. A family of effects is a module; its place in ``FAMILIES`` is the order of a scan.
+"""
+
+from collections.abc import Mapping
+
+from wmr_schemas.effects import (
+    body,
+    places,
+    pose,
+    resistance,
+    response,
+    simulator_only,
+    torques,
+    tyres,
+    wheels,
+)
+from wmr_schemas.effects.declaration import EffectDeclaration, Exact, Parameter, Range, Search, Separable
+from wmr_schemas.effects.manoeuvres import Manoeuvre
+from wmr_schemas.effects.own import OwnEffect, own_effects
+
+__all__ = [
+    "BEYOND",
+    "BUILT_IN",
+    "EFFECTS",
+    "UNNAMED_PREFIX",
+    "EffectDeclaration",
+    "Exact",
+    "Manoeuvre",
+    "OwnEffect",
+    "Parameter",
+    "Range",
+    "Search",
+    "Separable",
+    "catalogue",
+    "declared",
+    "own_effects",
+]
+
+UNNAMED_PREFIX = "unnamed:"
+"""Prefix of an effect that only a dictionary term describes, ``unnamed:<channel>:<term>``; see
+:mod:`wmr_schemas.terms`.
+"""
+FAMILIES = (response, resistance, wheels, body, pose, tyres, torques, places)
+BUILT_IN: tuple[EffectDeclaration, ...] = tuple(effect for family in FAMILIES for effect in family.EFFECTS)
+"""The built-in effects in the order in which a scan looks for them."""
+
+
+def by_number(effects: tuple[EffectDeclaration, ...]) -> dict[str, EffectDeclaration]:
+    """Declarations by name, in the order of their numbers."""
+    return {effect.name: effect for effect in sorted(effects, key=lambda effect: effect.number)}
+
+
+EFFECTS: dict[str, EffectDeclaration] = by_number(BUILT_IN)
+BEYOND: dict[str, EffectDeclaration] = by_number(simulator_only.EFFECTS)
+"""Effects that only the simulator has: no candidate names them, no model file holds them."""
+
+
+def catalogue() -> Mapping[str, EffectDeclaration]:
+    """Every effect that a model file can hold by name: the built-in ones, then those that users installed."""
+    return EFFECTS | {name: effect.declaration for name, effect in own_effects().items()}
+
+
+def declared(name: str) -> EffectDeclaration:
+    """The declaration of an effect, also of one that only the simulator has. Raises KeyError."""
+    return BEYOND[name] if name in BEYOND else catalogue()[name]
