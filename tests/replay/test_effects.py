@@ -2,18 +2,19 @@
 
 import numpy as np
 import pytest
-from wmr_replay.gap.estimation.binned_log import drive_of
-from wmr_replay.gap.search.scan import scan
 
 from wmr_replay.effects.efforts import FIELDS, InputEffects, static_part
 from wmr_replay.effects.measurement import ON_POSE, to_axle
 from wmr_replay.effects.theta import CONVERTED, PLACES, Theta, from_place, theta_of, to_place
-from wmr_replay.gap.estimation.filter import Diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import LIBRARY, declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS, Extension
+from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.model_effects import FOLLOWED, change_pose, change_torque
 from wmr_schemas.batches import Rows
 from wmr_schemas.effects import BUILT_IN, EffectDeclaration, OwnEffect, Parameter, Search, Separable, own
@@ -161,13 +162,13 @@ def test_a_scan_finds_a_users_effects_on_torque_and_pose():
     t_s = (log.pose.t_ns - log.pose.t_ns[0]) / 1e9
     pose = type(log.pose)(log.pose.t_ns, log.pose.x_m, log.pose.y_m, log.pose.yaw_rad + 0.03 * np.sin(t_s))
     swaying = type(log)(pose, log.torque, log.mode, log.robot)
-    leads = {lead.name: lead for lead in scan(Problem.of(drive_of(swaying, log.mode)), base, noise).leads}
-    best = max(leads.values(), key=lambda lead: lead.gain)
+    binned = bin_log(swaying, GateSettings(), log.mode)
+    scored = {one.name: one for one in scan(Problem.of(binned), base, noise).scored}
+    best = max(scored.values(), key=lambda one: one.gain)
     assert best.name == "swaying"
     assert best.parameters["size_rad"] == pytest.approx(0.03, rel=0.1)
-    assert leads["gearbox"].parameters["c_per_nm"] in (0.02, 0.05)
+    assert scored["gearbox"].parameters["c_per_nm"] in (0.02, 0.05)
     held = base.with_effect("swaying", {"size_rad": 0.03})
-    drive = drive_of(swaying, log.mode)
-    assert held.poses(drive) == pytest.approx(drive_of(log, log.mode).pose, abs=1e-4)
-    weaker = base.with_effect("gearbox", {"c_per_nm": 0.05}).mean_torques(drive)
-    assert np.abs(weaker).sum() < np.abs(base.mean_torques(drive)).sum()
+    assert held.poses(binned) == pytest.approx(bin_log(log, GateSettings(), log.mode).pose, abs=1e-4)
+    weaker = base.with_effect("gearbox", {"c_per_nm": 0.05}).mean_torques(binned)
+    assert np.abs(weaker).sum() < np.abs(base.mean_torques(binned)).sum()

@@ -11,14 +11,16 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.signal import lfilter
 
+from wmr_replay.effects.efforts import InputEffects
+from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, N_THETA, Base, Row, Theta, step
+from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Base, Row, step
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.model.inputs import InputEffects, TorqueHistory
+from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_replay.gap.scan.score import normal_equations
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.filter import RefitSettings
@@ -30,12 +32,12 @@ BASE = Base(
     alpha=0.28,
     alpha_yaw=0.34,
     half_track_m=0.25,
-    skid_rate_mps=8.0,
+    skid_decay_mps2=8.0,
     speed_mps=0.0,
     slip_share=0.25,
     slip_share_yaw=0.2,
     com_yaw_per_m=5.0,
-    lateral_decay=5.0,
+    lateral_decay_per_s=5.0,
 )
 SETTINGS = GateSettings()
 TORQUES = {Row.LEFT: 0.9, Row.RIGHT: 1.4}
@@ -78,10 +80,10 @@ def written(_, z, p, mode):
     dv += at(Theta.COM_OFFSET) * yaw_rate**2
     dw -= at(Theta.SCRUB) * sgn(w) + at(Theta.YAW_DAMPING) * w
     dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) * v * yaw_rate
-    dv_lat = -BASE.lateral_decay * v_lat
+    dv_lat = -BASE.lateral_decay_per_s * v_lat
     if mode == ContactMode.SKIDDING:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), 0.3)
-        rate = BASE.skid_rate_mps * (1 + at(Theta.CORNERING)) * (1 - at(Theta.PATCH)) / speed
+        rate = BASE.skid_decay_mps2 * (1 + at(Theta.CORNERING)) * (1 - at(Theta.PATCH)) / speed
         across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
         dv_lat = -rate * v_lat - v * yaw_rate + across
         dv += v_lat * yaw_rate / 3

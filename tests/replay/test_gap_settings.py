@@ -1,19 +1,19 @@
 """Thresholds as data: every one has a reason, none stands elsewhere in the analysis, a changed one acts."""
 
 import ast
+import inspect
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 
 import pytest
 
-from wmr_replay import gap
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.errors import InvalidSignal
 from wmr_synth import synthesise
 
-ROOMS = Path(gap.__file__).parent
+ROOMS = Path(inspect.getfile(GateSettings)).parents[1]
 SOURCES = ("Statistics", "Physics", "Numerics", "Presentation", "Judgement", "Patrol", "As ", "``")
 STRUCTURE = {"LOG_TWO_PI", "N_FREE", "OTHER_FOLDS", "NO_TARGETS", "START_ALPHA"}
 """Module constants that lay out arrays or are mathematics; all other numbers belong to the settings."""
