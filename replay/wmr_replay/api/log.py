@@ -96,7 +96,7 @@ class LogInfo:
 
 
 class LogFile:
-    """A log whose channels are known. Made by ``open_log``."""
+    """A log whose channels are known. Made by ``open_log``; iterating over it gives its batches."""
 
     def __init__(self, open_reader: Callable[[], LogReader], mapping: LogMapping) -> None:
         self._open, self._mapping = open_reader, mapping
@@ -120,6 +120,9 @@ class LogFile:
         """The signals in use in file order, a batch for a few neighbouring chunks."""
         for batch in read(self._open(), progress):
             yield signals_of(batch)
+
+    def __iter__(self) -> Iterator[Signals]:
+        return self.batches()
 
     def signals(self, progress: Progress | None = None) -> Signals:
         """The signals in use, whole."""
