@@ -26,8 +26,10 @@ if TYPE_CHECKING:
     from wmr_replay.api.convert import Converted, convert
     from wmr_replay.api.design import Design, design
     from wmr_replay.api.differentiate import Derivative, differentiate
-    from wmr_replay.api.gap import Fit, Gap, fit, gap
-    from wmr_replay.api.log import LogFile, LogInfo, Signals, open_log
+    from wmr_replay.api.fit import Fit, fit
+    from wmr_replay.api.gap import Gap, gap
+    from wmr_replay.api.info import LogInfo
+    from wmr_replay.api.log import LogFile, Signals, open_log
     from wmr_replay.api.places import URL
     from wmr_replay.api.pose_derivatives import PoseDerivatives, differentiate_pose
     from wmr_replay.api.request import read_mapping, read_model
@@ -100,8 +102,10 @@ _HOMES = {
     "wmr_replay.api.convert": "Converted convert",
     "wmr_replay.api.design": "Design design",
     "wmr_replay.api.differentiate": "Derivative differentiate",
-    "wmr_replay.api.gap": "Fit Gap fit gap",
-    "wmr_replay.api.log": "LogFile LogInfo Signals open_log",
+    "wmr_replay.api.fit": "Fit fit",
+    "wmr_replay.api.gap": "Gap gap",
+    "wmr_replay.api.info": "LogInfo",
+    "wmr_replay.api.log": "LogFile Signals open_log",
     "wmr_replay.api.places": "URL",
     "wmr_replay.api.pose_derivatives": "PoseDerivatives differentiate_pose",
     "wmr_replay.api.request": "read_mapping read_model",

@@ -17,8 +17,8 @@ from polars.testing import assert_frame_equal
 
 import wmr_replay as wr
 from wmr_replay.api.request import SettingsArguments
+from wmr_replay.api.simulation import SensorArguments
 from wmr_replay.api.store import SampleStore
-from wmr_replay.api.synthesise import SensorArguments
 from wmr_schemas.errors import InvalidSetting, InvalidSignal, LogUnusable
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, polars_schema
 from wmr_synth import Sensors
