@@ -10,7 +10,7 @@ module                  holds
 ``log``, ``info``       ``open_log``: signals as frames, and what a log holds
 ``gap``, ``fit``        what a model lacks; a robot's base model
 ``differentiate``       derivatives of arrays; ``design`` of a kernel; ``pose_derivatives`` of a log
-``synthesise``          synthetic logs; ``simulation``: robot, sensors and world; ``suite``: named sets of logs
+``synthesise``          synthetic logs; ``simulation``: robot, sensors, world; ``suite``: sets of logs
 ``compare``, ``check``  two results side by side; results against references
 ``batch``, ``convert``  many logs into one dataset; a CSV file as a log
 ``plots``, ``html``     pictures (matplotlib, extra ``plot``), and the card of a result in notebooks
