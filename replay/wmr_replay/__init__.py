@@ -26,17 +26,20 @@ if TYPE_CHECKING:
     from wmr_replay.api.convert import Converted, convert
     from wmr_replay.api.design import Design, design
     from wmr_replay.api.differentiate import Derivative, differentiate
-    from wmr_replay.api.gap import Fit, Gap, fit, gap
-    from wmr_replay.api.log import LogFile, LogInfo, Signals, open_log
+    from wmr_replay.api.fit import Fit, fit
+    from wmr_replay.api.gap import Gap, gap
+    from wmr_replay.api.info import LogInfo
+    from wmr_replay.api.log import LogFile, Signals, open_log
     from wmr_replay.api.places import URL
     from wmr_replay.api.pose_derivatives import PoseDerivatives, differentiate_pose
+    from wmr_replay.api.request import read_mapping, read_model
     from wmr_replay.api.result import Result
     from wmr_replay.api.run import replay, run
     from wmr_replay.api.suite import suite, suites, verify_suite
     from wmr_replay.api.synthesise import Synthetic, hidden_effects, scenarios, synthesise
     from wmr_replay.pipeline.settings import Settings
-    from wmr_schemas.mapping_file import LogMapping, read_mapping
-    from wmr_schemas.model_file import Model, read_model
+    from wmr_schemas.mapping_file import LogMapping
+    from wmr_schemas.model_file import Model
     from wmr_schemas.modes import ContactMode, ModeSet
     from wmr_schemas.robot import RobotParameters
     from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
@@ -99,17 +102,20 @@ _HOMES = {
     "wmr_replay.api.convert": "Converted convert",
     "wmr_replay.api.design": "Design design",
     "wmr_replay.api.differentiate": "Derivative differentiate",
-    "wmr_replay.api.gap": "Fit Gap fit gap",
-    "wmr_replay.api.log": "LogFile LogInfo Signals open_log",
+    "wmr_replay.api.fit": "Fit fit",
+    "wmr_replay.api.gap": "Gap gap",
+    "wmr_replay.api.info": "LogInfo",
+    "wmr_replay.api.log": "LogFile Signals open_log",
     "wmr_replay.api.places": "URL",
     "wmr_replay.api.pose_derivatives": "PoseDerivatives differentiate_pose",
+    "wmr_replay.api.request": "read_mapping read_model",
     "wmr_replay.api.result": "Result",
     "wmr_replay.api.run": "replay run",
     "wmr_replay.api.suite": "suite suites verify_suite",
     "wmr_replay.api.synthesise": "Synthetic hidden_effects scenarios synthesise",
     "wmr_replay.pipeline.settings": "Settings",
-    "wmr_schemas.mapping_file": "LogMapping read_mapping",
-    "wmr_schemas.model_file": "Model read_model",
+    "wmr_schemas.mapping_file": "LogMapping",
+    "wmr_schemas.model_file": "Model",
     "wmr_schemas.modes": "ContactMode ModeSet",
     "wmr_schemas.robot": "RobotParameters",
     "wmr_schemas.signals": "Log ModeTrack PoseTrack TorqueTrack",

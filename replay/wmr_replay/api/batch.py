@@ -16,9 +16,12 @@ from wmr_replay.api.request import (
     settings_of,
 )
 from wmr_replay.fleet.batch import BatchResult, Progress, run_batch
-from wmr_replay.fleet.job import Orders
+from wmr_replay.fleet.job import Orders, Outcome
+from wmr_replay.fleet.summary import fleet_json, totals
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.model_file import Model
+
+__all__ = ["BatchResult", "Outcome", "Progress", "batch", "fleet_json", "totals"]
 
 
 def batch(

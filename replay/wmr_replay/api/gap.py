@@ -1,8 +1,7 @@
-"""Where simulation and measurement of a log disagree, and a robot's base model."""
+"""Where simulation and measurement of a log disagree, and what the model lacks."""
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import polars as pl
 
@@ -11,10 +10,10 @@ from wmr_replay.api.request import Instant, MappingLike, ModelLike, between_of, 
 from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
-from wmr_replay.jobs.gap import FitRun, GapRun, analyse_log, calibrate_log, write_gap, write_model
+from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.gap_file import GapFile, gap_to_json
-from wmr_schemas.model_file import Model, model_tables
+from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log
 
 TOPIC = "topic:"
@@ -94,43 +93,6 @@ class Gap:
         return f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>"
 
 
-class Fit:
-    """The answer of ``fit``.
-
-    Attributes:
-        file: The model file that was written; None without ``out``.
-    """
-
-    def __init__(self, run: FitRun, file: Path | None = None) -> None:
-        self._run, self.file = run, file
-
-    @property
-    def model(self) -> Model:
-        """Robot parameters with standard deviations where they were fitted, and the noise."""
-        return self._run.model
-
-    @property
-    def log(self) -> Log:
-        """The signals that were used."""
-        return self._run.log
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was noticed."""
-        return self._run.notes
-
-    def as_dict(self) -> dict[str, Any]:
-        """The model file's tables."""
-        return model_tables(self.model)
-
-    def save(self, directory: LocalPlace) -> Path:
-        """Write ``<stem>.model.toml`` to a directory; the file."""
-        return write_model(self._run, local_path(directory))
-
-    def __repr__(self) -> str:
-        return f"<Fit of {self._run.path}: {self.model.robot.known()}>"
-
-
 def gap(
     log: Place,
     out: LocalPlace | None = None,
@@ -185,46 +147,6 @@ def gap(
         progress=progress,
     )
     return Gap(run, None if directory is None else write_gap(run, directory, timeline=timeline))
-
-
-def fit(
-    log: Place,
-    out: LocalPlace | None = None,
-    *,
-    modes: str = "identified",
-    mapping: MappingLike | None = None,
-    start: Instant | None = None,
-    end: Instant | None = None,
-    command: str = "",
-    progress: Progress | None = None,
-) -> Fit:
-    """Calibrate the base model of a robot on a log: α, yaw gain, noise, stiffness where it is excited.
-
-    Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
-        out: Directory for ``<stem>.model.toml``; None: nothing is written.
-        modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
-        mapping: Mapping or mapping file.
-        start: Leave out what was logged before.
-        end: Leave out what was logged after.
-        command: What the model states as its origin.
-        progress: Called with what is being done and the share that is done.
-
-    Raises:
-        LogUnusable: No pose, no torques, or a log that is too short.
-        InvalidSetting: An option that makes no sense.
-    """
-    options, topic = options_of(modes)
-    run = calibrate_log(
-        place_of(log),
-        options=options,
-        mode_topic=topic,
-        mapping=mapping_of(mapping),
-        between=between_of(start, end),
-        command=command,
-        progress=progress,
-    )
-    return Fit(run, None if out is None else write_model(run, local_path(out)))
 
 
 def options_of(

@@ -13,6 +13,8 @@ Place: TypeAlias = LocalPlace | RemotePath
 """A file or directory of this machine, or a URL: as text (``s3://bucket/log.mcap``) or as ``URL``."""
 URL = RemotePath
 
+__all__ = ["URL", "LocalPlace", "LogPath", "Place", "home_of", "local_path", "place_of"]
+
 
 def place_of(given: Place) -> LogPath:
     """A path or URL as the stages take it."""

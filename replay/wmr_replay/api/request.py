@@ -7,9 +7,10 @@ from typing import Any, TypeAlias, TypedDict
 from wmr_replay.api.places import LocalPlace, local_path
 from wmr_replay.ingest import Between
 from wmr_replay.pipeline.settings import Settings
+from wmr_schemas import mapping_file, model_file
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.mapping_file import LogMapping, read_mapping
-from wmr_schemas.model_file import Model, read_model
+from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.model_file import Model
 
 ModelLike: TypeAlias = Model | LocalPlace
 """A model, or the path of a model file (``model.toml``)."""
@@ -53,14 +54,24 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
     return Settings(**given)
 
 
+def read_model(path: LocalPlace) -> Model:
+    """Read and check a model file (``model.toml``). Raises InvalidFile naming the key at fault."""
+    return model_file.read_model(local_path(path))
+
+
+def read_mapping(path: LocalPlace) -> LogMapping:
+    """Read and check a mapping file (``robot.toml``). Raises InvalidFile naming the key at fault."""
+    return mapping_file.read_mapping(local_path(path))
+
+
 def model_of(given: ModelLike | None) -> Model | None:
     """The model, read from its file where a path was given."""
-    return given if given is None or isinstance(given, Model) else read_model(local_path(given))
+    return given if given is None or isinstance(given, Model) else read_model(given)
 
 
 def mapping_of(given: MappingLike | None) -> LogMapping | None:
     """The mapping, read from its file where a path was given."""
-    return given if given is None or isinstance(given, LogMapping) else read_mapping(local_path(given))
+    return given if given is None or isinstance(given, LogMapping) else read_mapping(given)
 
 
 def between_of(start: Instant | None, end: Instant | None) -> Between:

@@ -11,7 +11,7 @@ from wmr_replay.cli.options.places import LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
 
 if TYPE_CHECKING:
-    from wmr_replay.ingest import LogPath
+    from wmr_replay.api.places import LogPath
 
 
 @click.command(name="batch")

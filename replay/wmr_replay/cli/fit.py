@@ -30,7 +30,7 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: A
       wmr-replay fit calibration.mcap --out models/
       wmr-replay gap other.mcap --model models/calibration.model.toml
     """
-    from wmr_replay.api.gap import fit
+    from wmr_replay.api.fit import fit
     from wmr_replay.cli.printing.fit import print_fit
     from wmr_replay.cli.printing.progress import share_progress
 

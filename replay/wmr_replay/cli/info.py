@@ -9,7 +9,7 @@ from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import LOG
 
 if TYPE_CHECKING:
-    from wmr_replay.ingest import LogPath
+    from wmr_replay.api.places import LogPath
 
 
 @click.command(name="info")

@@ -8,7 +8,8 @@ import click
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
-    from wmr_replay.api.synthesise import Encoding, Noise, SensorArguments
+    from wmr_replay.api.simulation import SensorArguments
+    from wmr_replay.api.synthesise import Encoding, Noise
 
 NOISE_NAMES = ("mocap", "rtk", "poor")
 POSITIVE = click.FloatRange(min=0, min_open=True)

@@ -10,6 +10,7 @@ import polars as pl
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.csv_map import REQUIRED, CsvMap
 from wmr_schemas.errors import InvalidFile, LogUnusable
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
 INPUTS = ("effort_left", "effort_right", "speed_left", "speed_right")
@@ -95,5 +96,5 @@ def mode_of(t_ns: I64, columns: Mapping[str, F64]) -> ModeTrack | None:
     if "mode" not in columns:
         return None
     mode = columns["mode"].astype(np.int8)
-    switches = np.flatnonzero(np.diff(mode, prepend=np.int8(-1)))
+    switches = np.flatnonzero(np.diff(mode, prepend=np.int8(ContactMode.UNDECIDED)))
     return ModeTrack(t_ns[switches], mode[switches])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from wmr_replay.ingest.storage.source import LogPath
+    from wmr_replay.api.places import LogPath
 
 
 class LogPlace(click.ParamType["LogPath"]):
@@ -19,9 +19,9 @@ class LogPlace(click.ParamType["LogPath"]):
         self, value: "str | LogPath", param: click.Parameter | None, ctx: click.Context | None
     ) -> "LogPath":
         """The text as a path or URL."""
-        from wmr_replay.ingest.storage.source import log_path
+        from wmr_replay.api.places import place_of
 
-        return log_path(value) if isinstance(value, str) else value
+        return place_of(value)
 
 
 class LocalFolder(click.Path):

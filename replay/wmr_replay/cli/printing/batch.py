@@ -13,8 +13,8 @@ from wmr_replay.cli.printing.run import percent
 from wmr_schemas.modes import MODES, ContactMode
 
 if TYPE_CHECKING:
-    from wmr_replay.fleet.batch import BatchResult
-    from wmr_replay.ingest import LogPath
+    from wmr_replay.api.batch import BatchResult
+    from wmr_replay.api.places import LogPath
 
 _MAX_ROWS = 60
 _WIDTH = 1000
@@ -24,7 +24,7 @@ _MODES = (*MODES, ContactMode.UNDECIDED)
 
 def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None:
     """A row per log, each failure in full, and the totals; or all of it as JSON."""
-    from wmr_replay.fleet.summary import fleet_json, totals
+    from wmr_replay.api.batch import fleet_json, totals
 
     if as_json:
         click.echo(fleet_json(result.fleet))

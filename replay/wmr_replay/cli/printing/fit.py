@@ -11,7 +11,7 @@ from wmr_replay.cli.printing.json import echo_json
 from wmr_replay.cli.printing.words import numbers, unit_of
 
 if TYPE_CHECKING:
-    from wmr_replay.api.gap import Fit
+    from wmr_replay.api.fit import Fit
     from wmr_schemas.model_file import Model
 
 NORMAL_95 = 1.96

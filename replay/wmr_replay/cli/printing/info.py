@@ -10,7 +10,7 @@ from rich.table import Table
 from wmr_replay.cli.printing.json import echo_json
 
 if TYPE_CHECKING:
-    from wmr_replay.api.log import LogInfo
+    from wmr_replay.api.info import LogInfo
 
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from wmr_replay.fleet.batch import Progress as BatchProgress
-    from wmr_replay.fleet.job import Outcome
+    from wmr_replay.api.batch import Outcome
+    from wmr_replay.api.batch import Progress as BatchProgress
 
 
 @contextlib.contextmanager
