@@ -1,6 +1,6 @@
-"""Compiled code is never stale, is found wherever it is wanted, and is done without where it cannot be kept.
+"""Compiled code is never stale, is found where it is kept, and is done without where it cannot be.
 
-Every case is a real process with a package of its own, whose ``top`` calls ``middle``, which calls ``bottom``.
+Every case is a real process with a package of its own: ``top`` calls ``middle``, which calls ``bottom``.
 """
 
 import json
@@ -28,7 +28,8 @@ print(json.dumps([top(2.0), told, caught]))
 """
 MODULES = {
     "__init__": "",
-    "bottom": "from wmr_schemas.compiled import compiled\nADDED = 5.0\n@compiled\ndef bottom(x):\n    return x + ADDED\n",
+    "bottom": "from wmr_schemas.compiled import compiled\nADDED = 5.0\n"
+    "@compiled\ndef bottom(x):\n    return x + ADDED\n",
     "middle": "from chain.bottom import bottom\nfrom wmr_schemas.compiled.lean import lean\n"
     "@lean\ndef middle(x):\n    return 2.0 * bottom(x)\n",
     "top": "from chain.middle import middle\nfrom wmr_schemas.compiled import compiled\n"

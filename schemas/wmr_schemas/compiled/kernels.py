@@ -1,3 +1,4 @@
+# mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore"
 """A dispatcher of numba's whose callees are parts of it, with a cache of our own; see ``internals``."""
 
 import contextlib
@@ -36,7 +37,7 @@ class PlainText:
         return str
 
 
-class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+class PartLibrary(JITCodeLibrary):
     """Code of one function; without a wrapper for Python it is neither optimised nor emitted for itself."""
 
     @cached_property
@@ -81,7 +82,7 @@ def callees_as_parts(codegen: Any) -> Iterator[None]:
             del codegen.set_env
 
 
-class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
+class KernelCompiler(_FunctionCompiler):
     """The compiler of a kernel; it is asked only for what the cache does not hold."""
 
     def compile(self, args: Any, return_type: Any) -> Any:
@@ -91,7 +92,7 @@ class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
             return super().compile(args, return_type)
 
 
-class KernelCache(NullCache):  # type: ignore[misc]
+class KernelCache(NullCache):
     """Compiled signatures of one function in the directory of the present state."""
 
     def __init__(self, function: Any) -> None:
@@ -127,7 +128,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
             store.write(file, dumps((str(sig), data._reduce())))
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class Kernel(CPUDispatcher):
     """A function that Python calls; compiled code calls its :attr:`part` in its place."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
