@@ -1,4 +1,4 @@
-# mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore"
+# mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore, method-assign"
 """A dispatcher of numba's whose callees are parts of it, with a cache of our own; see ``internals``."""
 
 import contextlib
@@ -16,6 +16,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
+from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 
 from wmr_schemas.compiled import store
@@ -35,6 +36,18 @@ class PlainText:
 
     def __getattr__(self, kind: str) -> Any:
         return str
+
+
+def values_of(config: Any) -> dict[str, Any]:
+    """``TargetConfig.values`` of numba, without a call for each option: it is asked 200,000 times."""
+    defaults = _DEFAULTS.get(type(config))
+    if defaults is None:
+        defaults = {name: option.default for name, option in config.options.items()}
+        _DEFAULTS[type(config)] = defaults
+    return {**defaults, **config._values}
+
+
+_DEFAULTS: dict[type, dict[str, Any]] = {}
 
 
 class PartLibrary(JITCodeLibrary):
@@ -72,13 +85,16 @@ def callees_as_parts(codegen: Any) -> Iterator[None]:
     """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
     with global_compiler_lock:
         before, colours = codegen._library_class, errors._termcolor_inst
+        values = TargetConfig.values
         errors._termcolor_inst = PlainText()
+        TargetConfig.values = values_of
         codegen._library_class = PartLibrary
         codegen.set_env = lambda name, env: set_environment(codegen, name, env)
         try:
             yield
         finally:
             codegen._library_class, errors._termcolor_inst = before, colours
+            TargetConfig.values = values
             del codegen.set_env
 
 
