@@ -60,11 +60,8 @@ def main() -> None:
         bound = BOUNDS.get(name)
         holds = bound is None or (seconds <= bound and mib <= MOST_MIB)
         over += [] if holds else [name]
-        asked = (
-            ""
-            if bound is None
-            else f"   asked {bound:.0f} s, {MOST_MIB:.0f} MiB{'' if holds else ': exceeded'}"
-        )
+        asked = "" if bound is None else f"   asked {bound:.0f} s, {MOST_MIB:.0f} MiB"
+        asked += "" if holds else ": exceeded"
         print(f"{name:11s} {seconds:6.1f} s of processor time, peak {mib:4.0f} MiB{asked}")
     print(f"first/second run {found['first run'][0] / found['second run'][0]:.1f}")
     if strict and over:

@@ -1,10 +1,12 @@
-"""Compiled code is never stale, is found wherever it is wanted, and is done without where it cannot be kept.
+"""Compiled code is never stale, is found where it is kept, and is done without where it cannot be.
 
-Every case is a real process with a package of its own, whose ``top`` calls ``middle``, which calls ``bottom``.
+Every case is a real process with a package of its own: ``top`` calls ``middle``, which calls ``bottom``.
 """
 
+import importlib.util
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -28,7 +30,8 @@ print(json.dumps([top(2.0), told, caught]))
 """
 MODULES = {
     "__init__": "",
-    "bottom": "from wmr_schemas.compiled import compiled\nADDED = 5.0\n@compiled\ndef bottom(x):\n    return x + ADDED\n",
+    "bottom": "from wmr_schemas.compiled import compiled\nADDED = 5.0\n"
+    "@compiled\ndef bottom(x):\n    return x + ADDED\n",
     "middle": "from chain.bottom import bottom\nfrom wmr_schemas.compiled.lean import lean\n"
     "@lean\ndef middle(x):\n    return 2.0 * bottom(x)\n",
     "top": "from chain.middle import middle\nfrom wmr_schemas.compiled import compiled\n"
@@ -226,3 +229,33 @@ def test_parts_and_kernels_give_the_same_numbers() -> None:
     demand = np.log(0.5 * np.exp(0.1) * 9.0)
     assert largest_demand(mean, 4.0, -5.0) == pytest.approx(np.exp(demand), rel=1e-15)
     assert 0.0 < slipping_share(mean, covariance, 4.0, -5.0) < 1.0
+
+
+BANK = """
+import numpy as np
+from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses
+from wmr_replay.identify.filter_bank.steps import update_all
+hypotheses = make_hypotheses(3)
+hypotheses.size[0], hypotheses.covariance[0] = 1, np.eye(10)
+update_all(hypotheses, np.array([3.0, 1.0, 1.0]), np.full(3, 0.1), np.empty(10))
+print(hypotheses.mean[0, 0])
+"""
+
+
+def test_the_banks_outlier_bound_is_edited_in_a_copy_and_the_update_changes_at_once(tmp_path: Path) -> None:
+    for package in ("wmr_schemas", "wmr_synth", "wmr_replay"):
+        (place,) = importlib.util.find_spec(package).submodule_search_locations  # type: ignore[union-attr]
+        shutil.copytree(place, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    environment = os.environ | {"PYTHONPATH": str(tmp_path), state.CACHE_VARIABLE: str(tmp_path / "cache")}
+
+    def mean() -> float:
+        command = [sys.executable, "-c", BANK]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        return float(done.stdout)
+
+    assert mean() == pytest.approx(3.0 / 1.1)
+    source = tmp_path / "wmr_replay" / "identify" / "filter_bank" / "update.py"
+    edited = source.read_text().replace("OUTLIER_SD = PRIORS.outlier_sd", "OUTLIER_SD = 0.01")
+    assert edited != source.read_text()
+    source.write_text(edited)
+    assert mean() == pytest.approx(3.0 / (3.0 / 0.01) ** 2)

@@ -39,8 +39,8 @@ def last_before(pose_ns: I64, t_ns: I64, values: F64, held: float) -> tuple[F64,
 
 @lean
 def hold_rows(pose_ns: I64, t_ns: I64, values: F64, state: I64, held: F64, means: F64, total: F64) -> int:
-    """:func:`hold_mean` into ``means``; the rows used up. ``state`` (3,) – stamps of the pose before and of the
-    input in force, longest hold – and ``held`` are carried on; ``total`` (k,) is scratch.
+    """:func:`hold_mean` into ``means``; the rows used up. ``state`` (3,) – stamps of the pose before and of
+    the input in force, longest hold – and ``held`` are carried on; ``total`` (k,) is scratch.
     """
     n_inputs, n_values, max_hold_ns = held.shape[0], t_ns.shape[0], state[2]
     j = 0

@@ -55,8 +55,8 @@ def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
 
 @lean
 def offsets(pending: F64, start: int, stop: int, t_s: float, lines: F64, out: F64) -> None:
-    """Offsets of start … stop − 1 of ``pending`` (4, …) – t, x, y, yaw – from the line: mean and range, ``out``
-    (2, 3).
+    """Offsets of start … stop − 1 of ``pending`` (4, …) – t, x, y, yaw – from the line: mean and range,
+    ``out`` (2, 3).
     """
     for k in range(3):
         low, high, total = math.inf, -math.inf, 0.0

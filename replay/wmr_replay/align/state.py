@@ -40,15 +40,23 @@ class Memory(NamedTuple):
 
 def fresh_memory(position_sd_m: float, yaw_sd_rad: float) -> Memory:
     """The memory before the first row."""
-    variances, pending, last = (
-        np.array([position_sd_m**2, yaw_sd_rad**2]),
-        np.zeros((4, AGREEING)),
-        np.full(3, np.nan),
+    return Memory(
+        counts=np.zeros(8, np.int64),
+        held=fresh_track(),
+        variances=np.array([position_sd_m**2, yaw_sd_rad**2]),
+        pending=np.zeros((4, AGREEING)),
+        frame=np.zeros(3),
+        last=np.full(3, np.nan),
+        waiting=np.zeros(5),
+        lines=np.zeros((2, 3)),
+        gate=np.zeros(3),
+        before=np.zeros((2, 3)),
+        after=np.zeros((2, 3)),
+        found=np.zeros((2, 3)),
+        step=np.zeros(3),
+        nowhere=np.zeros(3),
+        pose=np.zeros(3),
     )
-    scratch = (np.zeros((2, 3)), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 3)))
-    scratch += (np.zeros(3), np.zeros(3), np.zeros(3))
-    counts = np.zeros(8, np.int64)
-    return Memory(counts, fresh_track(), variances, pending, np.zeros(3), last, np.zeros(5), *scratch)
 
 
 class Rules(NamedTuple):

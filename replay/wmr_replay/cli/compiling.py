@@ -5,7 +5,7 @@ import warnings
 
 from wmr_schemas.compiled import on_compiling
 
-LINE = "compiling (first use of this version, about 15 s) …"
+LINE = "compiling what this version uses for the first time (up to half a minute, kept for later) …"
 
 _listening = False
 

@@ -19,6 +19,7 @@ from typing import Any
 
 import llvmlite
 import numba
+from numba.core import config
 
 from wmr_schemas.compiled.state import source_files, state_directory
 
@@ -61,7 +62,7 @@ def kernel_class() -> Any:
 def decorate(function: Any, options: dict[str, Any]) -> Any:
     """``function`` compiled on its first call."""
     kernel = kernel_class()
-    if kernel is None or numba.config.DISABLE_JIT:
+    if kernel is None or getattr(config, "DISABLE_JIT", False):
         return numba.njit(**{k: v for k, v in options.items() if k not in UNDOCUMENTED})(function)
     return kernel(function, targetoptions=options)
 

@@ -1,3 +1,4 @@
+# mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore, method-assign"
 """A dispatcher of numba's whose callees are parts of it, with a cache of our own; see ``internals``."""
 
 import contextlib
@@ -15,6 +16,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
+from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 
 from wmr_schemas.compiled import store
@@ -36,7 +38,19 @@ class PlainText:
         return str
 
 
-class PartLibrary(JITCodeLibrary):  # type: ignore[misc]
+def values_of(config: Any) -> dict[str, Any]:
+    """``TargetConfig.values`` of numba, without a call for each option: it is asked 200,000 times."""
+    defaults = _DEFAULTS.get(type(config))
+    if defaults is None:
+        defaults = {name: option.default for name, option in config.options.items()}
+        _DEFAULTS[type(config)] = defaults
+    return {**defaults, **config._values}
+
+
+_DEFAULTS: dict[type, dict[str, Any]] = {}
+
+
+class PartLibrary(JITCodeLibrary):
     """Code of one function; without a wrapper for Python it is neither optimised nor emitted for itself."""
 
     @cached_property
@@ -71,17 +85,20 @@ def callees_as_parts(codegen: Any) -> Iterator[None]:
     """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
     with global_compiler_lock:
         before, colours = codegen._library_class, errors._termcolor_inst
+        values = TargetConfig.values
         errors._termcolor_inst = PlainText()
+        TargetConfig.values = values_of
         codegen._library_class = PartLibrary
         codegen.set_env = lambda name, env: set_environment(codegen, name, env)
         try:
             yield
         finally:
             codegen._library_class, errors._termcolor_inst = before, colours
+            TargetConfig.values = values
             del codegen.set_env
 
 
-class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
+class KernelCompiler(_FunctionCompiler):
     """The compiler of a kernel; it is asked only for what the cache does not hold."""
 
     def compile(self, args: Any, return_type: Any) -> Any:
@@ -91,7 +108,7 @@ class KernelCompiler(_FunctionCompiler):  # type: ignore[misc]
             return super().compile(args, return_type)
 
 
-class KernelCache(NullCache):  # type: ignore[misc]
+class KernelCache(NullCache):
     """Compiled signatures of one function in the directory of the present state."""
 
     def __init__(self, function: Any) -> None:
@@ -127,7 +144,7 @@ class KernelCache(NullCache):  # type: ignore[misc]
             store.write(file, dumps((str(sig), data._reduce())))
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class Kernel(CPUDispatcher):
     """A function that Python calls; compiled code calls its :attr:`part` in its place."""
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:

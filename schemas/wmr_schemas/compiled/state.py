@@ -105,8 +105,8 @@ def state_directory(*environment: str) -> Path | None:
 def clear_old(base: Path, current: Path) -> None:
     """Remove all but the most recently used states.
 
-    A process that still uses a removed one compiles once more what it has not loaded yet, and no harm is done;
-    what another process removes at the same time is passed over.
+    A process that still uses a removed one compiles once more what it has not loaded yet. What another
+    process removes at the same time is passed over.
     """
     ages = []
     for place in base.iterdir():

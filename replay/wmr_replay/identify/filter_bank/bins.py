@@ -82,7 +82,7 @@ def fill_bins(
         np.ascontiguousarray(variances),
         restarts,
     )
-    n_bins = bin_rows(*rows, rows_per_bin, state, (values, stamps), done)
+    n_bins = bin_rows(rows, rows_per_bin, state, (values, stamps), done)
     return values[:, :n_bins].copy(), stamps[:n_bins], done
 
 
@@ -117,17 +117,10 @@ def close_bin(state: Bin, values: F64, stamps: I64, place: int) -> None:
 
 @lean
 def bin_rows(
-    t_ns: I64,
-    pose: F64,
-    efforts: F64,
-    variances: F64,
-    restarts: Bool,
-    rows_per_bin: int,
-    state: Bin,
-    bins: tuple[F64, I64],
-    done: I64,
+    rows: tuple[I64, F64, F64, F64, Bool], rows_per_bin: int, state: Bin, bins: tuple[F64, I64], done: I64
 ) -> int:
     """:func:`fill_bins` into arrays that it is given; the number of bins completed."""
+    t_ns, pose, efforts, variances, restarts = rows
     values, stamps = bins
     n_bins = 0
     for i in range(t_ns.shape[0]):

@@ -154,7 +154,7 @@ def twin_of(hypotheses: HypothesisSet, candidate: int, n_kept: int) -> int:
     """The most probable of those kept that agrees with the candidate; −1 where there is none."""
     for k in range(n_kept):
         if are_alike(hypotheses, hypotheses.kept[k], candidate):
-            return hypotheses.kept[k]
+            return int(hypotheses.kept[k])
     return -1
 
 

@@ -65,6 +65,13 @@ def lateral_step(
 
 
 @lean
+def clear(rows: F64, i: int) -> None:
+    """Set row i to zero."""
+    for j in range(N_STATES):
+        rows[i, j] = 0.0
+
+
+@lean
 def predict_mean(
     mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
 ) -> None:
@@ -90,8 +97,7 @@ def predict_mean(
         0.0,
     )
     for i in range(N_MOVING):
-        for j in range(N_STATES):
-            jacobian[i, j] = 0.0
+        clear(jacobian, i)
         jacobian[i, i] = 1.0
     jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = by.ahead_by_alpha * dt, by.turning_by_beta * dt
     jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = by.ahead_by_own * dt, by.turning_by_own * dt
@@ -130,8 +136,7 @@ def predict_mean(
 def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
     """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 10) is scratch."""
     for i in range(N_MOVING):
-        for j in range(N_STATES):
-            work[i, j] = 0.0
+        clear(work, i)
         for k in DEPENDS_ON[i]:
             if k >= 0:
                 factor = jacobian[i, k]

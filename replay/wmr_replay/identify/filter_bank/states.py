@@ -21,7 +21,9 @@ N_MOVING = 6
 IDEAL, SKIDDING, SLIPPING, SKIDDING_SLIPPING = (int(mode) for mode in MODES)
 """``ContactMode`` as the integers that compiled code compares with."""
 CAPPED = 1 + SKIDDING_SLIPPING
-"""A hypothesis beyond the modes, slippery ground: a wheel slips while its demand exceeds what friction carries."""
+"""A hypothesis beyond the modes, slippery ground: a wheel slips while its demand exceeds what friction
+carries.
+"""
 
 
 class Prior(NamedTuple):

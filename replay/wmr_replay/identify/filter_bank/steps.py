@@ -75,7 +75,7 @@ def predict(
 
     ``work`` (12, 10 at least) is scratch.
     """
-    pieces = max(1, int(math.ceil(step_s / LONGEST_STEP_S)))
+    pieces = max(1, math.ceil(step_s / LONGEST_STEP_S))
     dt = step_s / pieces
     free_v, free_omega = math.isnan(force), math.isnan(turn) or math.isnan(prior.ln_beta)
     for h in range(hypotheses.size[0]):
@@ -152,8 +152,8 @@ class Rhythm(NamedTuple):
 
 
 class Outputs(NamedTuple):
-    """After each bin: posterior by mode (4, m), mean and variance of ln α (2, m), and the probability that the
-    pose has just jumped (1, m).
+    """After each bin: posterior by mode (4, m), mean and variance of ln α (2, m), and the probability that
+    the pose has just jumped (1, m).
     """
 
     posterior: F64
