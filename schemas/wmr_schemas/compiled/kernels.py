@@ -8,7 +8,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from numba.core import errors
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
@@ -16,10 +15,10 @@ from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
-from numba.core.targetconfig import TargetConfig
 from numba.core.types import unliteral
 
 from wmr_schemas.compiled import store
+from wmr_schemas.compiled.front_end import faster
 from wmr_schemas.compiled.internals import directory_for
 from wmr_schemas.compiled.notice import tell
 
@@ -31,31 +30,20 @@ PYTHON_WRAPPER = "_ZN7cpython"
 """How the names of the wrappers begin that Python calls."""
 
 
-class PlainText:
-    """In place of numba's colours: it words an error for each of the many overloads that it tries in vain."""
-
-    def __getattr__(self, kind: str) -> Any:
-        return str
-
-
-def values_of(config: Any) -> dict[str, Any]:
-    """``TargetConfig.values`` of numba, without a call for each option: it is asked 200,000 times."""
-    defaults = _DEFAULTS.get(type(config))
-    if defaults is None:
-        defaults = {name: option.default for name, option in config.options.items()}
-        _DEFAULTS[type(config)] = defaults
-    return {**defaults, **config._values}
-
-
-_DEFAULTS: dict[type, dict[str, Any]] = {}
-
-
 class PartLibrary(JITCodeLibrary):
     """Code of one function; without a wrapper for Python it is neither optimised nor emitted for itself."""
 
     @cached_property
     def _is_part(self) -> bool:
         return not any(f.name.startswith(PYTHON_WRAPPER) for f in self._final_module.functions)
+
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Each function alone, which makes the module small; one pass manager serves all of them."""
+        ll_module.data_layout = self._codegen._data_layout
+        passes, builder = self._codegen._function_pass_manager()
+        for function in ll_module.functions:
+            if not function.is_declaration:
+                passes.run(function, builder)
 
     def _optimize_final_module(self) -> None:
         if not self._is_part:
@@ -83,18 +71,14 @@ def set_environment(codegen: Any, name: str, env: Any) -> None:
 @contextlib.contextmanager
 def callees_as_parts(codegen: Any) -> Iterator[None]:
     """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
-    with global_compiler_lock:
-        before, colours = codegen._library_class, errors._termcolor_inst
-        values = TargetConfig.values
-        errors._termcolor_inst = PlainText()
-        TargetConfig.values = values_of
+    with global_compiler_lock, faster():
+        before = codegen._library_class
         codegen._library_class = PartLibrary
         codegen.set_env = lambda name, env: set_environment(codegen, name, env)
         try:
             yield
         finally:
-            codegen._library_class, errors._termcolor_inst = before, colours
-            TargetConfig.values = values
+            codegen._library_class = before
             del codegen.set_env
 
 
