@@ -8,6 +8,10 @@ from typing import NamedTuple
 from unittest import mock
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("compiled", deadline=None)  # a first call may compile
+settings.load_profile("compiled")
 
 
 class Outcome(NamedTuple):

@@ -67,7 +67,7 @@ def test_polynomials_up_to_the_degree_are_exact_on_any_stamps(spec, seed, irregu
 
 @given(spec=specs, seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
-def test_both_roads_agree_to_round_off_on_uniform_stamps(spec, seed):
+def test_both_backends_agree_to_round_off_on_uniform_stamps(spec, seed):
     """A nominal step off by 3 ns sends the same uniform stamps through the solver on actual stamps."""
     rng = np.random.default_rng(seed)
     t_ns = 10**18 + np.arange(150) * 10_000_000

@@ -16,7 +16,7 @@ from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
 
 YOUNG_OBJECTS = 100_000
-"""Objects between two collections: a statement's typing makes some hundreds, none of them in cycles that grow."""
+"""New objects between two garbage collections. Few of those that a compilation makes are in cycles."""
 
 
 class PlainText:
