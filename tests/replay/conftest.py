@@ -69,9 +69,7 @@ def log_rows():
 @pytest.fixture(scope="session")
 def yardstick():
     """``yardstick(log, position_sd_m, yaw_sd_rad)``: the posterior of the filter that is told everything."""
-    spec = importlib.util.spec_from_file_location("yardstick", Path(__file__).with_name("yardstick.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = _module("yardstick")
     alpha = PAPER_ROBOT.alpha
     wheel, m, yaw = 0.35**2 / 1.6, 1000.0, 500.0
     truth = module.Truth(alpha, alpha, 8.0, (3 / m) / (wheel + 2 / m), (3 / yaw) / (wheel + 2 / yaw), 1.0)
@@ -81,19 +79,13 @@ def yardstick():
 @pytest.fixture(scope="session")
 def made_up_gap():
     """The module that makes gap results up, without an analysis."""
-    spec = importlib.util.spec_from_file_location("made_up_gap", Path(__file__).with_name("made_up_gap.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return _module("made_up_gap")
 
 
 @pytest.fixture(scope="session")
 def servers():
     """The module of small servers on loopback: ``FileServer``, ``S3Server``."""
-    spec = importlib.util.spec_from_file_location("servers", Path(__file__).with_name("servers.py"))
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return _module("servers")
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,7 @@ from wmr_schemas.csv_map import CsvMap, read_csv_map
 from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_synth import write_mcap
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DART = ROOT.parent / "shared" / "data" / "robots" / "dart"
 needs_dart = pytest.mark.skipif(not DART.is_dir(), reason="the DART files do not lie beside the project")
 COMMAND = "from wmr_replay.cli import main; main()"
