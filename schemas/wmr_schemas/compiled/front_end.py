@@ -1,9 +1,12 @@
 # mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore, method-assign, assignment"
 """numba's front end, faster while one of our kernels compiles; what is compiled does not change.
 
-Four fifths of a compilation are numba's own Python. Measured on the functions of a first ``run``, the largest
-parts are: the overloads of an operator that are tried in vain for every ``a + b`` before the built-in one is
-found, the garbage collector, lists of the variables of a statement, and the words of errors that nobody reads.
+Four fifths of a compilation are numba's own Python. Four parts of it, measured on a first ``run``, are large:
+
+- the overloads of an operator that are tried before the built-in one of ``a + b`` is found;
+- the garbage collector;
+- lists of the variables of a statement;
+- the text of errors that are never shown.
 """
 
 import contextlib
