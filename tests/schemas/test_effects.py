@@ -82,7 +82,7 @@ def test_numbers_are_given_once_and_their_order_is_that_of_the_table() -> None:
 
 def test_what_is_confounded_or_separable_is_an_effect_or_a_known_quantity() -> None:
     for effect in BUILT_IN:
-        others = {name for group in effect.separable for name in group.others} | set(effect.akin)
+        others = {name for group in effect.separable for name in group.others} | set(effect.other_forms)
         beside = {name for confound in effect.exact for name in confound.beside}
         same = {name for confound in effect.exact for name in confound.same_as}
         assert others | beside <= set(EFFECTS), effect.name

@@ -1,4 +1,4 @@
-"""The rigid motion that carries a pose back to where it would be had it never jumped."""
+"""The rigid motion that undoes all jumps of the pose so far."""
 
 import math
 
@@ -8,7 +8,7 @@ from wmr_schemas.compiled.lean import lean
 
 @lean
 def carry_back(frame: F64, measured: F64, pose: F64) -> None:
-    """The pose as if it had never jumped."""
+    """Transform a measured pose by ``frame`` (3,), turn and shift, into ``pose`` (3,)."""
     pose[0], pose[1], pose[2] = measured[0], measured[1], measured[2]
     if frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0:
         cos, sin = math.cos(frame[0]), math.sin(frame[0])

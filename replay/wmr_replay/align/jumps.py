@@ -1,4 +1,4 @@
-"""When a pose is no longer where its past says: gates for single samples, and lines that do not meet."""
+"""Tests for outliers and jumps: gates for single samples, and lines through groups that do not meet."""
 
 import math
 
@@ -21,8 +21,8 @@ JERK = 0.07
 
 @lean
 def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64, gate: F64) -> None:
-    """Pose and slopes at ``t_s`` by the line through the last good samples, (2, 3), and how far off one may
-    lie:
+    """Fill ``lines`` (2, 3), pose and slopes at ``t_s`` by the line through the last good samples, and
+    ``gate`` (3,), the largest distance of a good sample:
 
     6 σ √(1 + v) + s (gap + h/5) + A (h + gap)²/6, with the line's span h, the speed s – whose direction may
     change at once, as at the end of a skid – and a bound A on acceleration; likewise for yaw.
@@ -39,14 +39,14 @@ def gates(held: F64, n: int, n_line: int, t_s: float, variances: F64, lines: F64
 
 @lean
 def inside(pose: F64, lines: F64, gate: F64) -> bool:
-    """Whether a sample lies where it is expected."""
+    """Whether a sample lies inside the gate around its prediction."""
     x, y, yaw = abs(pose[0] - lines[0, 0]), abs(pose[1] - lines[0, 1]), abs(pose[2] - lines[0, 2])
     return bool(x <= gate[0] and y <= gate[1] and yaw <= gate[2])
 
 
 @lean
 def distance(pose: F64, lines: F64, offset: F64, gate: F64) -> float:
-    """Largest share of its gate that a channel uses up; above 1 a sample dissents."""
+    """Distance from the line over the gate, the largest of three channels; a sample above 1 is rejected."""
     most = 0.0
     for k in range(3):
         most = max(most, abs(pose[k] - lines[0, k] - offset[k]) / gate[k])

@@ -1,5 +1,6 @@
-"""The usual case, fast: rows that lie plainly where the last good ones lead, in scalars and without square
-roots. The first row that does not is left to the exact tests.
+"""Fast test of the usual case, in scalars and without square roots: rows that noise alone explains.
+
+The first row that does not pass is left to the exact tests of :mod:`.repair`.
 """
 
 import math
@@ -58,10 +59,10 @@ def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, ya
 
 @lean
 def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, poses: F64) -> tuple[int, bool]:
-    """Take up the rows from ``row`` on, as long as nothing is unusual about them.
+    """Add the rows from ``row`` on to the track, up to the first that does not pass.
 
-    ``poses`` (3, n) take the ``measured`` ones carried back. Returns the first row not taken up, and whether
-    the one before it may show a step.
+    ``poses`` (3, n) are the transformed ``measured`` ones. Returns the first row that was not added, and
+    whether the row before it may show a step.
     """
     counts, held, variances, frame, last = m.counts, m.held, m.variances, m.frame, m.last
     if counts[N_PENDING] or counts[N_HELD] < rules.n_line:

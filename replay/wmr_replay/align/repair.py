@@ -1,20 +1,20 @@
 """Outliers and jumps of the pose, before anything is differentiated.
 
-A sample is compared with a straight line through the last few good ones, and dissents when it lies further
-off than noise and any motion of a wheeled robot explain (``jumps.gates``). At the first such sample nobody
-can know whether it is an outlier or the pose has jumped: it is set aside as ``outlier``. When a sample agrees
-with the line again, that was all. When 4 in a row agree with one another instead, the pose has jumped, and
-that row is ``pose_jump``. Jumps too small for single samples are found in groups (``jumps.hidden_step``),
-somewhat later.
+A sample is compared with a straight line through the last few good ones. It is rejected when its distance
+exceeds what noise and any motion of a wheeled robot explain (``jumps.gates``). The first rejected sample may
+be an outlier or the start of a jump; its status is ``outlier``. If a later sample agrees with the line, the
+rejected ones were outliers. If 4 in a row agree with one another instead, the pose has jumped, and the last
+of them is ``pose_jump``. Jumps too small for single samples are found in groups (``jumps.hidden_step``), with
+a longer delay.
 
-After a jump, poses are carried back by the rigid motion that the jump was – a turn about the robot and a
-shift, so that velocities in the robot's own frame stay exact whatever the error of the turn – and the windows
-restart. They must: the shift is known to about σ only, and this error, a step, would stand in C_k at 2 to 4
-of its standard deviations for the length of a window: a skid that never was.
+A jump is a rigid motion: a turn about the robot and a shift. Later poses are transformed by its inverse, so
+that velocities in the robot's frame stay exact whatever the error of the turn. The windows restart, since the
+shift is known to about σ only: this error is a step, and would appear in C_k at 2 to 4 of its standard
+deviations for the length of a window, as a skid that did not happen.
 
-Found are, at the best of m = 16, 64, 256, jumps above about (5 to 5.5) 2.8 σ/√m + .09 s h + .42 h², h =
-m·step, at speed s (.5 m/s at least): .4 m at σ = .316 m and 1 kHz, 5 cm at σ = 1 mm and 100 Hz, both at 1
-m/s.
+The smallest jump that is found, at the best of m = 16, 64, 256, is about (5 to 5.5) 2.8 σ/√m + .09 s h +
+.42 h², h = m·step, at speed s (.5 m/s at least): .4 m at σ = .316 m and 1 kHz, 5 cm at σ = 1 mm and 100 Hz,
+both at 1 m/s.
 """
 
 from dataclasses import replace
@@ -51,7 +51,7 @@ LONGEST_GAP_S = 0.5
 
 @lean
 def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
-    """One more good sample."""
+    """Add a good sample to the track."""
     if counts[N_HELD] == CAPACITY:
         counts[ANCHOR_NS] += round(make_room(held) * 1e9)
         counts[N_HELD] = CAPACITY // 2
@@ -64,7 +64,7 @@ def take_up(counts: I64, held: F64, t_ns: int, pose: F64) -> None:
 
 @lean
 def start_again(m: Memory, t_ns: int, pose: F64) -> int:
-    """Forget what came before this row."""
+    """Restart the track at this row, after a jump."""
     m.counts[N_HELD] = m.counts[N_PENDING] = 0
     m.counts[N_JUMPS] += 1
     take_up(m.counts, m.held, t_ns, pose)
@@ -73,7 +73,7 @@ def start_again(m: Memory, t_ns: int, pose: F64) -> int:
 
 @lean
 def set_aside(m: Memory, t_s: float, pose: F64) -> None:
-    """One more dissenting sample; the last four are kept."""
+    """Add a rejected sample; the last four are kept."""
     n = m.counts[N_PENDING]
     if n == AGREEING:
         n -= 1
@@ -88,7 +88,7 @@ def set_aside(m: Memory, t_s: float, pose: F64) -> None:
 
 @lean
 def is_back(m: Memory, t_s: float, pose: F64) -> bool:
-    """Whether a sample lies inside the gate, nearer to the line than to the last one that dissented."""
+    """Whether a sample lies inside the gate, nearer to the line than to the last rejected one."""
     here = distance(pose, m.lines, m.nowhere, m.gate)
     n = m.counts[N_PENDING]
     if here > 1.0 or n == 0:
@@ -99,7 +99,7 @@ def is_back(m: Memory, t_s: float, pose: F64) -> bool:
 
 @lean
 def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bool) -> int:
-    """A row without a prediction, or one that dissents, or one after some that did."""
+    """Outcome of a row without a prediction, of a rejected row, or of a row after rejected ones."""
     t_s, n_held = (t_ns - m.counts[ANCHOR_NS]) * 1e-9, m.counts[N_HELD]
     if predictable and not is_back(m, t_s, pose):
         set_aside(m, t_s, pose)
@@ -120,7 +120,7 @@ def judge_unusual(m: Memory, rules: Rules, t_ns: int, pose: F64, predictable: bo
 
 @lean
 def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, lines: F64, gate: F64) -> int:
-    """1 where a sample can be predicted and nothing is pending, 0 where something is, −1 without a
+    """1 with a prediction and no rejected samples, 0 with a prediction and rejected samples, −1 without a
     prediction.
     """
     n = counts[N_HELD]
@@ -132,7 +132,7 @@ def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, l
 
 @lean
 def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -> None:
-    """Inputs are means over the time since the row before; rows set aside leave theirs to the next."""
+    """Inputs are means since the row before; the inputs of outliers are added to those of the next row."""
     if outcome == OUTLIER:
         for k in range(4):
             waiting[k] += inputs[k, i] * dt_s
@@ -146,7 +146,7 @@ def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -
 
 @lean
 def find_step(m: Memory, rules: Rules, t_ns: int, pose: F64) -> int:
-    """A good row, just taken up: whether it shows that the pose has jumped before it."""
+    """Whether a good row, just added, shows that the pose has jumped before it."""
     n, count = m.counts[N_HELD], m.counts[N_GOOD]
     if not hidden_step(m.held, n, count, rules.n_groups, m.variances, m.before, m.after):
         return OK
@@ -172,7 +172,7 @@ def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> 
 
 @lean
 def judge_exactly(m: Memory, rules: Rules, i: int, t_ns: I64, measured: F64, inputs: F64, poses: F64) -> int:
-    """Row i by the exact tests: its outcome; its pose carried back goes into ``poses``."""
+    """Outcome of row i by the exact tests; its transformed pose goes into ``poses``."""
     counts, last, pose, stamp = m.counts, m.last, m.pose, t_ns[i]
     x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
     repeated = x == last[0] and y == last[1] and yaw == last[2]
@@ -190,7 +190,7 @@ def judge_exactly(m: Memory, rules: Rules, i: int, t_ns: I64, measured: F64, inp
 
 @lean
 def judge_step(m: Memory, rules: Rules, i: int, stamp: int, poses: F64) -> int:
-    """Whether row i, taken up as usual, shows a step; its pose in ``poses`` is changed by one."""
+    """Outcome of row i, added by the fast test: a hidden step changes its pose in ``poses``."""
     for k in range(3):
         m.pose[k] = poses[k, i]
     outcome = find_step(m, rules, stamp, m.pose)
@@ -203,10 +203,10 @@ def judge_step(m: Memory, rules: Rules, i: int, stamp: int, poses: F64) -> int:
 def judge_rows(
     m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64, outcome: I8, poses: F64
 ) -> None:
-    """``outcome`` of each row (n,) and its pose carried back, ``poses`` (3, n); ``inputs`` (4, n) change in
-    place.
+    """Fill the ``outcome`` of each row (n,) and its transformed pose, ``poses`` (3, n); ``inputs`` (4, n)
+    change in place.
 
-    A pose that is repeated to the bit is a held one: it goes on as it came, and carries no information.
+    A pose that is repeated to the bit was held by the sender. It is passed on and not added to the track.
     """
     i = 0
     while i < t_ns.shape[0]:
@@ -229,12 +229,12 @@ class PoseRepair:
 
     @property
     def n_jumps(self) -> int:
-        """Jumps so far."""
+        """Number of jumps of the pose so far."""
         return int(self._memory.counts[N_JUMPS])
 
     @property
     def n_outliers(self) -> int:
-        """Rows set aside so far."""
+        """Number of outliers so far."""
         return int(self._memory.counts[N_OUTLIERS])
 
     def push(self, rows: SampleBatch) -> SampleBatch:

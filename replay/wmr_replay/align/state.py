@@ -1,4 +1,4 @@
-"""What the repair of poses carries from row to row, and the constants of its rules."""
+"""The state of the pose repair between two rows, and the constants of its rules."""
 
 from typing import NamedTuple
 
@@ -13,12 +13,12 @@ N_HELD, N_GOOD, N_PENDING, N_JUMPS, N_OUTLIERS, N_ROWS, ANCHOR_NS, LAST_NS = ran
 
 
 class Memory(NamedTuple):
-    """What is carried from row to row, changed in place.
+    """State between two rows, changed in place.
 
-    ``counts`` (8,); the track ``held`` and the ``variances`` (2,) of position and yaw; the last dissenting
-    samples ``pending`` (4, 4) t, x, y, yaw; ``frame`` (3,) turn and shift that carry a measured pose back;
-    ``last`` (3,) the pose measured last; ``waiting`` (5,) inputs of rows set aside times their seconds, and
-    these; ``nowhere`` (3,) is zero. The rest is scratch.
+    ``counts`` (8,); the track ``held`` and the ``variances`` (2,) of position and yaw; the last rejected
+    samples ``pending`` (4, 4) t, x, y, yaw; ``frame`` (3,) turn and shift that undo the jumps so far;
+    ``last`` (3,) the pose measured last; ``waiting`` (5,) inputs of outliers times their seconds, and
+    these seconds; ``nowhere`` (3,) is zero. The rest is scratch.
     """
 
     counts: I64

@@ -19,13 +19,13 @@ REGULAR = 0.2
 
 
 def fresh_track() -> F64:
-    """Nothing held."""
+    """An empty track, (CAPACITY + 1, 12)."""
     return np.zeros((CAPACITY + 1, 12))
 
 
 @lean
 def put(held: F64, n: int, t_s: float, x_m: float, y_m: float, yaw_rad: float) -> None:
-    """A sample and the sums behind it."""
+    """Write sample n and the sums up to it."""
     held[n, 0], held[n, 1], held[n, 2], held[n, 3] = t_s, x_m, y_m, yaw_rad
     x, y, yaw = x_m - held[0, 1], y_m - held[0, 2], yaw_rad - held[0, 3]
     held[n + 1, 4], held[n + 1, 5] = held[n, 4] + t_s, held[n, 5] + t_s * t_s

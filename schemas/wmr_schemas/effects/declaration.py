@@ -151,7 +151,7 @@ class EffectDeclaration:
     """Two parameters drawn as a magnitude (the first one's range) and a uniform direction."""
     exact: tuple[Exact, ...] = ()
     separable: tuple[Separable, ...] = ()
-    akin: tuple[str, ...] = ()
+    other_forms: tuple[str, ...] = ()
     """Other forms of one physical cause: a real cause lies between them."""
     relevant: float | None = None
     """A size of the first parameter that matters in practice: a log that would not show it cannot say that

@@ -60,7 +60,7 @@ EFFECTS = (
         search=Search(grid=(0.03, 0.06, 0.1, 0.16, 0.25, 0.4)),
         ranges={"time_constant_s": Range(0.05, 0.25)},
         separable=(Separable(("input_delay",), Manoeuvre.STEPS),),
-        akin=("input_delay",),
+        other_forms=("input_delay",),
         relevant=0.15,
     ),
     EffectDeclaration(

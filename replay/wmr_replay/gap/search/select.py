@@ -14,7 +14,7 @@ from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
 from wmr_schemas.effects import BUILT_IN
 
-CONFOUNDED_FORMS = tuple({effect.name, *effect.akin} for effect in BUILT_IN if effect.akin)
+CONFOUNDED_FORMS = tuple({effect.name, *effect.other_forms} for effect in BUILT_IN if effect.other_forms)
 """Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 

@@ -1,4 +1,4 @@
-"""Consecutive rows averaged into bins, the bank's steps: white noise loses nothing by it."""
+"""Consecutive rows averaged into bins, the steps of the filter bank. White noise loses no information."""
 
 import math
 from dataclasses import dataclass
@@ -34,11 +34,11 @@ class Bins:
     stamps: I64
 
     def part(self, start: int, stop: int | None) -> "Bins":
-        """Some of them."""
+        """Bins start … stop − 1."""
         return Bins(self.values[:, start:stop], self.stamps[start:stop])
 
     def then(self, later: "Bins") -> "Bins":
-        """These and later ones."""
+        """These bins followed by others."""
         return Bins(
             np.concatenate([self.values, later.values], axis=1), np.concatenate([self.stamps, later.stamps])
         )

@@ -1,4 +1,4 @@
-"""The set of hypotheses: the improbable are pruned, those that have come to agree are merged."""
+"""The set of hypotheses: improbable ones are pruned, similar ones are merged."""
 
 import math
 from typing import NamedTuple
@@ -87,9 +87,7 @@ def copy(hypotheses: HypothesisSet, source: int, target: int) -> None:
 
 @lean
 def log_prior_of_level(level: int) -> float:
-    """Levels are equally probable but for the lowest, each a tenth of the next: a log must show that it is
-    so calm.
-    """
+    """Log prior of a level of disturbance: equal, except that each of the lowest has a tenth of the next."""
     return float(min(level - N_CALM, 0) * CALM_LOG_PRIOR)
 
 

@@ -23,20 +23,28 @@ JUMP_PROBABLE, ALPHA_KNOWN_WITHIN = PRIORS.jump_probable, PRIORS.alpha_known_wit
 
 @dataclass(frozen=True)
 class BankSettings:
-    """Size and rhythm of the bank, and how far the model is trusted."""
+    """Size and time steps of the filter bank, rates of change, and the least confidence; with reasons."""
 
     most_hypotheses: int = 40
+    """Hypotheses that are kept. A compromise with speed."""
     bin_s: float = 0.02
+    """Length of a bin. Numerics: motion changes little in it."""
     split_s: float = 0.1
+    """Time between two branchings. Numerics: a switch is dated to about this interval."""
     switch_rate_per_s: float = 0.15
+    """Switches of the mode a second. The rate of the benchmark, not evidence about robots."""
     start_bins: int = 30
+    """Bins of the first fit, .6 s. Judgement: long enough for a velocity, short against a phase."""
     velocity_diffusions: tuple[float, ...] = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-    """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω: hypothesised as well."""
+    """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω; part of the hypothesis."""
     alpha_diffusion_share: float = 0.01
-    """Diffusion of ln α in 1/s over that of the velocities: what disturbs a robot changes its load too."""
+    """Diffusion of ln α in 1/s over that of the velocities. Judgement."""
     rho_diffusion_per_s: float = 1e-3
+    """Diffusion of ρ. Judgement: .03 within a second."""
     cap_diffusion_per_s: float = 1e-2
+    """Diffusion of the logarithm of a cap. Judgement: a tenth within a second."""
     min_confidence: float = 0.5
+    """Least posterior of a named mode."""
 
 
 class BankIdentifier:

@@ -1,4 +1,4 @@
-"""What the filter bank believes before it sees a log, and its thresholds: every number with its reason."""
+"""Priors and thresholds of the filter bank, every value with its reason."""
 
 import math
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ class BankPriors:
     """Priors and thresholds of the filter bank. "sd" is a standard deviation; log weights are natural."""
 
     ln_alpha_sd: float = 0.5 * math.log(2.0) * 1.5
-    """Of ln α about the nominal one: a factor of 2 either way lies at 4/3 of it. Payload and motor constants
-    seldom move α further."""
+    """Of ln α about the nominal one: a factor of 2 is 4/3 of it. The benchmark draws nominal values within
+    that factor, so the value is the benchmark's own and is not evidence about other robots."""
     ln_beta_given_alpha_sd: float = 0.05
     """Of ln β where α is known: both share mass and motors, only the mass's distribution sets them apart."""
     ln_c_sd: float = math.log(2.0)
@@ -18,8 +18,8 @@ class BankPriors:
     unknown_ln_c_sd: float = 1.5
     """Of ln c without a nominal one: a factor of 20 either way at two standard deviations."""
     unknown_c_mps2: float = 8.0
-    """c = 2 G_x/(ε m) without a nominal one, in m/s². It is the paper's robot's value, held only as loosely
-    as ``unknown_ln_c_sd`` says."""
+    """c = 2 G_x/(ε m) without a nominal one, in m/s². It is the value of the paper's robot, with the
+    standard deviation ``unknown_ln_c_sd``; it is not evidence about other robots."""
     unknown_rho: float = 0.1
     """Share of traction that slipping leaves, where wheel and yaw inertia are unknown."""
     rho_sd: float = 0.2

@@ -1,4 +1,4 @@
-"""Where the bank starts: a quadratic through the first bins, in every mode."""
+"""Initial hypotheses: a quadratic through the first bins, in every mode and level of disturbance."""
 
 from itertools import product
 

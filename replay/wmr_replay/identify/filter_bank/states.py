@@ -1,4 +1,4 @@
-"""The state of one hypothesis, and what is believed of it before the log is seen.
+"""The state of one hypothesis, and its prior.
 
 x, y, ψ, v_long, v_lat, ω; ln α; ln β with β = α_yaw/l; ln c with the skid's decay rate c/v, c = 2 G_x/(ε m);
 and ρ, the share of traction that slipping leaves – on slippery ground, in its place, the logarithm of what
@@ -46,10 +46,9 @@ class Prior(NamedTuple):
 
 
 def make_prior(robot: RobotParameters) -> Prior:
-    """A prior about the nominal parameters: α within a factor 2 (two standard deviations), stiffness
-    likewise.
+    """The prior of a robot, about its nominal parameters; see :class:`.priors.BankPriors`.
 
-    What is unknown gets a wide prior; an unknown α is NaN until :func:`with_alpha` fills it in.
+    Unknown parameters get a wide prior. An unknown α is NaN until :func:`with_alpha` fills it in.
     """
     shares = robot.slip_shares
     rho, yaw_share = (PRIORS.unknown_rho, PRIORS.unknown_rho) if shares is None else shares

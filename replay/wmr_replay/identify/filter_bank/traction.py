@@ -1,4 +1,4 @@
-"""What the torques do to a robot, by mode: all of it, a share of it, or what friction carries."""
+"""Traction by mode: the full torque, a share of it, or at most what friction carries."""
 
 import math
 from typing import NamedTuple
@@ -37,7 +37,7 @@ class Traction(NamedTuple):
 @lean
 def traction(mean: F64, mode: int, force: float, turn: float, prior: Prior) -> Traction:
     """Rolling: α Σeffort and β Δeffort. Slipping: the share ρ of it, and ρ times a ratio in yaw. Capped: each
-    wheel's α·effort within ± cap, its logarithm in the place of ρ; a capped wheel says nothing of α.
+    wheel's α·effort within ± cap, its logarithm in the place of ρ; a capped wheel does not observe α.
     """
     alpha, beta = math.exp(mean[LN_ALPHA]), math.exp(mean[LN_BETA])
     drive, spin = alpha * force, beta * turn
