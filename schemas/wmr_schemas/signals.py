@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I8, I64
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.robot import RobotParameters
 
@@ -42,7 +42,13 @@ def check_columns(signal: str, n: int, columns: dict[str, F64], *, allow_nan: bo
             raise InvalidSignal(signal, f"{name} is {column[row]}", row)
 
 
-@dataclass(frozen=True, eq=False)
+def described(track: "PoseTrack | TorqueTrack | ModeTrack") -> str:
+    """``<PoseTrack: 6000 rows, 60 s>``."""
+    span_s = (int(track.t_ns[-1]) - int(track.t_ns[0])) / NS_PER_S if len(track) else 0.0
+    return f"<{type(track).__name__}: {len(track)} rows, {span_s:g} s>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class PoseTrack:
     """External pose of the midpoint N of the driving axle; ``yaw_rad`` wrapped or not."""
 
@@ -58,8 +64,11 @@ class PoseTrack:
     def __len__(self) -> int:
         return len(self.t_ns)
 
+    def __repr__(self) -> str:
+        return described(self)
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class TorqueTrack:
     """Wheel torques in N·m, held from their stamp on; wheel speeds in rad/s where known (NaN elsewhere)."""
 
@@ -77,8 +86,11 @@ class TorqueTrack:
     def __len__(self) -> int:
         return len(self.t_ns)
 
+    def __repr__(self) -> str:
+        return described(self)
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ModeTrack:
     """Contact mode, held from its stamp on."""
 
@@ -95,6 +107,9 @@ class ModeTrack:
 
     def __len__(self) -> int:
         return len(self.t_ns)
+
+    def __repr__(self) -> str:
+        return described(self)
 
 
 @dataclass(frozen=True, eq=False)

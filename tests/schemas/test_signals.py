@@ -116,3 +116,9 @@ def test_a_log_needs_a_pose_alone_and_knows_no_robot_by_default() -> None:
 )
 def test_first_true_is_the_first_index_or_none(mask: list[bool], index: int | None) -> None:
     assert first_true(np.array(mask, bool)) == index
+
+
+def test_a_track_shows_its_size_and_not_its_arrays():
+    t_ns = np.array([0, 500_000_000, 2_000_000_000])
+    assert repr(ModeTrack(t_ns, np.zeros(3, np.int8))) == "<ModeTrack: 3 rows, 2 s>"
+    assert repr(ModeTrack(t_ns[:0], np.zeros(0, np.int8))) == "<ModeTrack: 0 rows, 0 s>"

@@ -20,7 +20,7 @@ TUNING_ROWS = 5000
 """Rows from the start of a signal that a kernel is tuned on."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Derivative:
     """A derivative of a signal, one estimate per sample.
 
@@ -52,6 +52,10 @@ class Derivative:
     def delay_s(self) -> float:
         """How far behind the sample the described instant lies."""
         return self.spec.delay_s(self.window_s)
+
+    def __repr__(self) -> str:
+        size = "×".join(map(str, self.value.shape))
+        return f"<Derivative of order {self.order}: {size}, window {self.window_s:g} s, delay {self.delay_s:g} s>"
 
     def frame(self) -> pl.DataFrame:
         """As a table: ``t_s, at_s, value, sd, status``; of several signals ``value_0, sd_0, value_1`` …"""
