@@ -55,7 +55,8 @@ class Derivative:
 
     def __repr__(self) -> str:
         size = "×".join(map(str, self.value.shape))
-        return f"<Derivative of order {self.order}: {size}, window {self.window_s:g} s, delay {self.delay_s:g} s>"
+        times = f"window {self.window_s:g} s, delay {self.delay_s:g} s"
+        return f"<Derivative of order {self.order}: {size}, {times}>"
 
     def frame(self) -> pl.DataFrame:
         """As a table: ``t_s, at_s, value, sd, status``; of several signals ``value_0, sd_0, value_1`` …"""
