@@ -26,6 +26,8 @@ EXPLICIT: dict[str, Any] = {"nopython": True, "_nrt": True, "error_model": "pyth
 """Options that a function would else take over from whichever function calls it first."""
 KERNEL = {"no_cfunc_wrapper": True}
 PART = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+REFERENCES = "NRT_"
+"""How the names of the functions begin that count references."""
 PYTHON_WRAPPER = "_ZN7cpython"
 """How the names of the wrappers begin that Python calls."""
 
@@ -46,8 +48,14 @@ class PartLibrary(JITCodeLibrary):
                 passes.run(function, builder)
 
     def _optimize_final_module(self) -> None:
-        if not self._is_part:
+        """A kernel's module; the first of numba's two passes only prepares references for pruning."""
+        if self._is_part:
+            return
+        if any(f.name.startswith(REFERENCES) for f in self._final_module.functions):
             super()._optimize_final_module()
+            return
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
 
     def _finalize_final_module(self) -> None:
         if not self._is_part:
