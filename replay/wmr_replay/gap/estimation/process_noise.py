@@ -24,7 +24,7 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class Diffusion(NamedTuple):
@@ -45,14 +45,14 @@ class Diffusion(NamedTuple):
         return float(long), float(yaw)
 
 
-@compiled(error_model="numpy")
+@lean
 def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
     """Share of each disturbance left after ``dt``: of v_long and v_lat, of w, and of a lateral velocity."""
     kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
     return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
 
 
-@compiled(error_model="numpy")
+@lean
 def add_noise(
     P: F64,
     row: F64,
@@ -83,20 +83,20 @@ def add_noise(
         P[W, W] += settings.switch_sd_mps**2
 
 
-@compiled(error_model="numpy")
+@lean
 def decay_disturbances(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
     """Multiply the disturbances' rows of ``F`` (9, 9) and ``z`` (9,) by the shares that a step leaves."""
-    for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
-        z[d] *= share
-        F[d, d] *= share
+    z[D_LONG] *= kept[0]
+    z[D_LAT] *= kept[0]
+    z[D_YAW] *= kept[1]
+    F[D_LONG, D_LONG] *= kept[0]
+    F[D_LAT, D_LAT] *= kept[0]
+    F[D_YAW, D_YAW] *= kept[1]
 
 
-@compiled(error_model="numpy")
 def first_covariance(noise: Diffusion, variance: float) -> F64:
     """(9, 9): ``variance`` for pose and speeds, the stationary distribution for the disturbances."""
-    P = np.zeros((N_STATE, N_STATE))
-    for i in range(N_STATE):
-        P[i, i] = variance
+    P = np.diag(np.full(N_STATE, variance))
     P[D_LONG, D_LONG] = noise.long_sd_mps2**2
     P[D_LAT, D_LAT] = noise.long_sd_mps2**2
     P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
