@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.blas import dgemm, dgemv
+from scipy.linalg.lapack import dgesv
 
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
@@ -65,11 +67,19 @@ def residuals(z0: F64, window: Window, z: F64, ahead: F64, out: F64) -> float:
     return total
 
 
+def solved(N: F64, g: F64) -> F64:
+    """N⁻¹ g. Raises LinAlgError where N is singular or not finite."""
+    _, _, x, failed = dgesv(N, g)
+    if failed or not np.isfinite(N).all():
+        raise np.linalg.LinAlgError("the normal equations of a window are singular or not finite")
+    return np.asarray(x)
+
+
 def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
     """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
 
     v_lat is free only where the window starts in a skid. ``rounds`` bounds the steps, ``tries`` the dampings
-    tried in each.
+    tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
     """
     m = len(window.rows)
     free = N_MOTION if skids(window.rows[0, Row.MODE], window.theta) else N_MOTION - 1
@@ -82,13 +92,13 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
             other[j] += 1e-6
             residuals(other, window, *scratch, moved)
             A[:, j] = (at - moved) / 1e-6
-        N, g = A.T @ A, A.T @ at
+        N, g = dgemm(1.0, A.T, A.T, trans_b=True), dgemv(1.0, A.T, at)
         tried, lower = z.copy(), False
         for _ in range(tries):
             damped = N.copy()
             for j in range(free):
                 damped[j, j] += damping * N[j, j] + 1e-9
-            tried[:free] = z[:free] + np.linalg.solve(damped, g)
+            tried[:free] = z[:free] + solved(damped, g)
             new_cost = residuals(tried, window, *scratch, moved)
             lower = new_cost < cost
             if lower:
@@ -96,10 +106,10 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
             damping = max(damping, 1e-4) * 30
         if not lower:
             break
-        gained = new_cost > 0.9999 * cost
+        converged = new_cost > 0.9999 * cost
         z, at, moved, cost = tried, moved, at, new_cost
         damping /= 10
-        if gained:
+        if converged:
             break
     return at.reshape(m, 3).copy()
 
