@@ -1,5 +1,6 @@
 """From a posterior over the modes to a mode, a mode set and a status."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -7,7 +8,7 @@ import numpy as np
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_schemas.arrays import F64, I8, I64, U8, Bool
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.status import Status
 
@@ -64,21 +65,15 @@ def decide(
     return paper._replace(**decision._asdict())
 
 
-@compiled
 def decided_modes(posterior: F64, min_confidence: float) -> I8:
     """Mode and mode set by bin, (2, m). The set has bit k for each mode k whose posterior is .05 or more."""
-    out = np.empty((2, posterior.shape[1]), np.int8)
-    for i in range(posterior.shape[1]):
-        best, left = 0, 0
-        for k in range(4):
-            best = k if posterior[k, i] > posterior[best, i] else best
-            left += 1 << k if posterior[k, i] >= NOT_EXCLUDED else 0
-        out[0, i] = best if posterior[best, i] >= min_confidence else ContactMode.UNDECIDED
-        out[1, i] = left
-    return out
+    best = np.argmax(posterior, axis=0)
+    sure = np.max(posterior, axis=0) >= min_confidence
+    left = (posterior >= NOT_EXCLUDED).T @ (1 << np.arange(len(posterior)))
+    return np.stack([np.where(sure, best, ContactMode.UNDECIDED), left]).astype(np.int8)
 
 
-@compiled
+@lean
 def decide_rows(
     estimates: BinEstimates, modes: I8, independence: F64, force: F64, decision: Decision
 ) -> None:
@@ -96,12 +91,12 @@ def decide_rows(
     mode, mode_set, outcome, jumped = decision.mode, decision.mode_set, decision.outcome, estimates.jumped
     for i in range(len(at)):
         m = at[i]
-        started = not np.isnan(bin_posterior[0, m])
+        started = not math.isnan(bin_posterior[0, m])
         if started:
             alpha[i], alpha_sd[i] = bin_alpha[m], bin_sd[m]
         if not started or independence[i] == NOT_INDEPENDENT:
             for k in range(4):
-                posterior[k, i] = np.nan
+                posterior[k, i] = math.nan
             continue
         for k in range(4):
             posterior[k, i] = bin_posterior[k, m]
@@ -110,5 +105,5 @@ def decide_rows(
             outcome[i] = Status.POSE_JUMP
         elif modes[0, m] >= 0:
             outcome[i] = Status.OK
-        elif np.isnan(force[i]):
+        elif math.isnan(force[i]):
             outcome[i] = Status.NO_TORQUE

@@ -127,9 +127,10 @@ class FilterScratch(NamedTuple):
     """Memory of one pass, overwritten row by row.
 
     The state ``z`` (9,), its covariance ``P`` (9, 9) and sensitivities ``S`` (9, p). Of a time update: the
-    states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F`` (9, 9). Of a
-    measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the gain (9,), the slopes of a component (p,).
-    ``covariance`` (9, 9) and ``sensitivities`` (6, p) are products; ``active`` (3, 2) are ranges of columns.
+    states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F`` (9, 9).
+    Of a measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the gain (9,), the slopes of a
+    component (p,). ``covariance`` (9, 9) and ``sensitivities`` (6, p) are products; ``active`` (3, 2) are
+    ranges of columns.
     """
 
     z: F64
@@ -149,9 +150,7 @@ class FilterScratch(NamedTuple):
     step: StepScratch
 
 
-def scratch_for(
-    data: FilterInput, theta: F64, targets: SensitivityTargets, covariance: F64
-) -> FilterScratch:
+def scratch_for(data: FilterInput, theta: F64, targets: SensitivityTargets, covariance: F64) -> FilterScratch:
     """The memory before row 0, where the state has this ``covariance`` (9, 9)."""
     p, zeros = n_columns(targets), np.zeros
     return FilterScratch(

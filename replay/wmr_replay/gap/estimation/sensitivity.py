@@ -147,7 +147,7 @@ def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass 
 
 
 @lean
-def slope_of_effort(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
+def slope_of_effort(
     side: int, z: F64, moved: F64, row: F64, theta: F64, base: Base, ahead: F64, out: F64
 ) -> None:
     """``out`` (6,) ← ∂step/∂effort of one side; ``row`` is restored, ``ahead`` (9,) is scratch."""

@@ -7,6 +7,7 @@ deviations); where the manoeuvre cannot show a mode, that mode is not excluded a
 from a regression over time, so nothing is divided by a torque near 0.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ from wmr_replay.identify.interface import Evidence, Verdict, no_posterior
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.alpha import AlphaState, fit_of, fresh_alpha, regress_alpha
 from wmr_schemas.arrays import F64, I8, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
@@ -79,21 +80,21 @@ def make_rules(
     )
 
 
-@compiled
+@lean
 def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: float, rules: Rules) -> bool:
     """Whether skidding would drive |v_lat| past the threshold: |v_long ω| · (lateral time constant) against
     it.
     """
     speed = rules.average_speed_mps
-    if np.isnan(speed):
-        speed = np.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2)
+    if math.isnan(speed):
+        speed = math.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2)
         speed = max(speed, rules.min_average_speed_mps)
-    known = not np.isnan(rules.skid_time_per_speed)
+    known = not math.isnan(rules.skid_time_per_speed)
     settle_s = rules.skid_time_per_speed * speed if known else rules.unknown_skid_time_s
     return abs(v_long * yaw_rate) * settle_s >= threshold
 
 
-@compiled
+@lean
 def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     """The set of modes that the two constraints leave over."""
     if skids:
@@ -103,7 +104,7 @@ def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     return SET_IDEAL | (0 if excited else SET_SLIPPING) | (0 if turning else SET_SKIDDING)
 
 
-@compiled
+@lean
 def mode_of(left: int) -> int:
     """The mode that is left alone, else −1."""
     if left & (left - 1):
@@ -113,7 +114,7 @@ def mode_of(left: int) -> int:
     return ContactMode.SKIDDING if left == SET_SKIDDING else ContactMode.SLIPPING
 
 
-@compiled
+@lean
 def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     """Why more than one mode is left; OK where one is."""
     if not independent:
@@ -125,7 +126,6 @@ def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     return Status.NO_TORQUE if no_torque else Status.NOT_EXCITED
 
 
-@compiled
 def threshold_rows(
     t_ns: I64, motion: Motion, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
 ) -> tuple[F64, I8]:
@@ -134,16 +134,34 @@ def threshold_rows(
     Returns C_d, its threshold, that of C_k, α and its sd, (5, n); and mode, mode set and outcome, (3, n).
     ``alpha`` is carried on in place.
     """
-    n = t_ns.shape[0]
+    n = len(t_ns)
     values, verdicts = np.empty((5, n)), np.empty((3, n), np.int8)
+    fill_rows(t_ns, motion, force, known, independence, rules, alpha, values, verdicts)
+    return values, verdicts
+
+
+@lean
+def fill_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that it fills
+    t_ns: I64,
+    motion: Motion,
+    force: F64,
+    known: F64,
+    independence: F64,
+    rules: Rules,
+    alpha: AlphaState,
+    values: F64,
+    verdicts: I8,
+) -> None:
+    """Fill the answer of :func:`threshold_rows`."""
     v_longs, v_lats, v_lat_sds = motion.v_long_mps, motion.v_lat_mps, motion.v_lat_mps_sd
     yaw_rates, a_longs, a_long_sds = motion.yaw_rate_radps, motion.a_long_mps2, motion.a_long_mps2_sd
     fitted, fitted_sd = fit_of(alpha)
     due_ns = alpha.stamps_ns[0]
-    for i in range(n):
+    for i in range(len(t_ns)):
         v_long, v_lat = v_longs[i], v_lats[i]
-        if np.isnan(v_long):
-            values[:, i] = np.nan
+        if math.isnan(v_long):
+            for k in range(len(values)):
+                values[k, i] = math.nan
             verdicts[0, i], verdicts[1, i], verdicts[2, i] = (
                 ContactMode.UNDECIDED,
                 NONE_EXCLUDED,
@@ -152,7 +170,7 @@ def threshold_rows(
             continue
         yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
-        if np.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
+        if math.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
             used = fitted
         threshold_k = max(
             rules.threshold_sd * v_lat_sds[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
@@ -169,7 +187,7 @@ def threshold_rows(
         if independent:
             turning = skids or slips or skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
             left = not_excluded(skids, slips, abs(push) >= threshold_d, turning)
-        if independent and not np.isnan(force[i]):
+        if independent and not math.isnan(force[i]):
             sd = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd)
             response = a_long - known[i] - v_lat * yaw_rate * THIRD
             counts = (slips and not skids) or t_ns[i] >= due_ns
@@ -180,8 +198,7 @@ def threshold_rows(
         values[3, i], values[4, i] = fitted, fitted_sd
         fitted, fitted_sd = fit_of(alpha) if counts else (fitted, fitted_sd)
         verdicts[0, i], verdicts[1, i] = mode_of(left), left
-        verdicts[2, i] = outcome_of(left, independent, np.isnan(force[i]))
-    return values, verdicts
+        verdicts[2, i] = outcome_of(left, independent, math.isnan(force[i]))
 
 
 class PaperIdentifier:
