@@ -3,6 +3,8 @@
 position = (x, y) + R(ψ) a      yaw = ψ + angle + rate t,      t in s from the log's first pose
 """
 
+import math
+
 import numpy as np
 
 from wmr_replay.effects.theta import Theta
@@ -26,14 +28,14 @@ def moved(x: float, y: float, yaw: float, arm: tuple[float, float]) -> tuple[flo
     """(x, y) + R(ψ) a in m, world frame; ``arm`` is a on the robot, forward and left."""
     if arm[0] == 0.0 and arm[1] == 0.0:
         return x, y
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     return x + cos * arm[0] - sin * arm[1], y + sin * arm[0] + cos * arm[1]
 
 
 @lean
 def arm_slopes(yaw: float, theta: F64) -> tuple[float, float]:
     """Slopes of the measured x and y by yaw: those of R(ψ) a."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     x = -sin * theta[Theta.ARM_X] - cos * theta[Theta.ARM_Y]
     return x, cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]
 
@@ -41,7 +43,7 @@ def arm_slopes(yaw: float, theta: F64) -> tuple[float, float]:
 @lean
 def slope_by_place(place: int, component: int, yaw: float, age_s: float) -> float:
     """Slope of the measured x, y or yaw (``component`` 0, 1, 2) by a place in θ, in m or rad per unit."""
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     slope = 0.0
     if place == Theta.ARM_X:
         slope = (cos, sin, 0.0)[component]

@@ -4,7 +4,7 @@ v and w = l·yaw_rate are the body's speeds in m/s, v ± w the ground speeds of 
 Each function adds to the values it is given, so that every caller sums in one order. Effects after ISO 8855.
 """
 
-import numpy as np
+import math
 
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
@@ -19,7 +19,7 @@ Four = tuple[float, float, float, float]
 @lean
 def sign(speed: float) -> float:
     """sgn(speed) as tanh(speed/.02), speed in m/s: friction changes its sign over 2 cm/s."""
-    return float(np.tanh(speed / SOFT_SIGN))
+    return float(math.tanh(speed / SOFT_SIGN))
 
 
 @lean
@@ -65,7 +65,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     if theta[Theta.SCRUB] != 0.0:
         dw -= theta[Theta.SCRUB] * sign(w)
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
-        dv += theta[Theta.GRADE_X] * np.cos(yaw) + theta[Theta.GRADE_Y] * np.sin(yaw)
+        dv += theta[Theta.GRADE_X] * math.cos(yaw) + theta[Theta.GRADE_Y] * math.sin(yaw)
     return dv, dw
 
 
@@ -93,7 +93,7 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
     """
     if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
         return 0.0, 0.0
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
     return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
 

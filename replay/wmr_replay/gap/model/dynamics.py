@@ -6,10 +6,9 @@ robot conventions (REP 103) after the paper's (3) to (5). The effects' own formu
 :mod:`wmr_replay.effects`.
 """
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
-
-import numpy as np
 
 from wmr_replay.effects.measurement import moved, yaw_error
 from wmr_replay.effects.motion import downhill_left, wheel_losses, with_body_effects
@@ -102,7 +101,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄) times the stiffness that the effects leave."""
     speed = base.speed_mps
     if speed <= 0.0:
-        speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
+        speed = max(math.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
     rate = with_stiffness(base.skid_decay_mps2 / speed, row[Row.PATCH], theta)
     if skids_unseen(row[Row.MODE], theta):
         rate /= theta[Theta.UNDECLARED]
@@ -137,7 +136,7 @@ def accelerations(
 @lean
 def kept_lateral(row: F64, base: Base) -> float:
     """The share of v_lat left after a step without a skid."""
-    return float(np.exp(-row[Row.DT] * base.lateral_decay_per_s)) if row[Row.LOOSE] == 0.0 else 0.0
+    return float(math.exp(-row[Row.DT] * base.lateral_decay_per_s)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
 @lean
@@ -149,7 +148,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     if skids(row[Row.MODE], theta):
         rate = skid_rate(v, z[V_LAT], w, row, theta, base)
         push = -v * yaw_rate + z[D_LAT] + downhill_left(z[YAW], theta)[0]
-        kept = np.exp(-rate * dt)
+        kept = math.exp(-rate * dt)
         return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
     kept = kept_lateral(row, base)
     v_lat = kept * z[V_LAT]
@@ -182,7 +181,7 @@ def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -
     """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
     dt = row[Row.DT]
     dv, dw = accelerations(middle, responses(row, theta, base), row, theta, base)
-    cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
+    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2

@@ -1,5 +1,7 @@
 """∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.dynamics`."""
 
+import math
+
 import numpy as np
 
 from wmr_replay.effects.measurement import arm_slopes
@@ -66,7 +68,7 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
         lost = (1.0 - kept) / l / skid_rate(v, 0.0, w, row, theta, base)
         return 0.0, -lost * w * (1.0 + q * v**2), -lost * v * (1.0 + q * w**2), kept, 0.0
     rate = skid_rate(v, v_lat, w, row, theta, base)
-    kept, least = np.exp(-rate * dt), max(rate, 1e-9)
+    kept, least = math.exp(-rate * dt), max(rate, 1e-9)
     downhill, by_yaw = downhill_left(z[YAW], theta)
     reach, push = (1.0 - kept) / least, -v * w / l + z[D_LAT] + downhill
     by_rate = push * (dt * kept - reach) / least - dt * kept * v_lat
@@ -87,7 +89,7 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
-    cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
+    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     for i in range(N_STATE):
         F[i, X], F[i, Y] = UNIT[i, X], UNIT[i, Y]
     for j in range(YAW, N_STATE):
