@@ -28,11 +28,8 @@ def add_products(taps: F64, moments: F64, total: F64) -> None:
 
 
 @lean
-def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, total: F64, out: F64) -> None:
-    """``out[i] = Σ_p taps[p, i]·moment_p`` of the L samples up to row + i, for i with ``wanted[i]``.
-
-    ``total``, as long as ``wanted``, is scratch.
-    """
+def weigh(taps: F64, moments: F64, low: int, head: int, row: int, total: F64) -> None:
+    """``total[i]`` ← Σ_p taps[p, i]·moment_p of the L samples up to row + i."""
     n_taps = taps.shape[1]
     for i in range(len(total)):
         total[i] = 0.0
@@ -40,9 +37,14 @@ def weigh(taps: F64, moments: F64, low: int, head: int, row: int, wanted: Bool, 
         here = taps[p, row - head :]
         add_products(here, moments[p, row - low :], total)
         add_products(here, moments[p, row - n_taps + 1 - low : head - low], total)
-    for i in range(len(wanted)):
-        if wanted[i]:
-            out[i] = total[i]
+
+
+@lean
+def put(total: F64, row: int, wanted: Bool, out: F64) -> None:
+    """``out[row + i]`` ← ``total[i]`` in the ``wanted`` rows."""
+    for i in range(len(total)):
+        if wanted[row + i]:
+            out[row + i] = total[i]
 
 
 class BlockScratch(NamedTuple):
@@ -85,8 +87,8 @@ def fill_blocks(
     filtered: F64,
 ) -> None:
     """See :func:`uniform_rows`: one block after the other."""
-    samples, inputs = signals.samples, signals.inputs
-    n_taps, dt_s, moments = taps.shape[2], scratch.dt_s, scratch.moments
+    samples, inputs, folds = signals.samples, signals.inputs, signals.folds
+    n_signals, n_taps, moments = len(samples), taps.shape[2], scratch.moments
     row = 0
     while row < len(wanted):
         if not wanted[row]:
@@ -94,18 +96,22 @@ def fill_blocks(
             continue
         _, head, stop = block_of(signals, row)
         stop = min(stop, head + n_taps)
-        low, here = min(row - n_taps + 1, head), wanted[row:stop]
+        low = min(row - n_taps + 1, head)
         span = powers[:, low - head + n_taps : stop - head + n_taps]
         local, total = scratch.values[: stop - low], scratch.total[: stop - row]
-        for s in range(len(samples)):
-            centred_samples(samples[s], low, head, stop, local)
+        for s in range(n_signals + len(inputs)):
+            k = s - n_signals
+            if k < 0:
+                first, end = 0, len(taps)
+                centred_samples(samples[s], low, head, stop, local)
+            else:
+                first, end = folds[k], folds[k] + 1
+                integrated_input(inputs[k], scratch.dt_s, folds[k], low, head, stop, local)
             moments_about_head(local, span, head - low, moments)
-            for order in range(len(taps)):
-                weigh(taps[order], moments, low, head, row, here, total, estimates[s, order, row:stop])
-            for i in range(row, stop):
-                estimates[s, 0, i] += samples[s, head]
-        for k in range(len(inputs)):
-            integrated_input(inputs[k], dt_s, signals.folds[k], low, head, stop, local)
-            moments_about_head(local, span, head - low, moments)
-            weigh(taps[signals.folds[k]], moments, low, head, row, here, total, filtered[k, row:stop])
+            for order in range(first, end):
+                weigh(taps[order], moments, low, head, row, total)
+                put(total, row, wanted, estimates[s, order] if k < 0 else filtered[k])
+            if k < 0:
+                for i in range(row, stop):
+                    estimates[s, 0, i] += samples[s, head]
         row = stop

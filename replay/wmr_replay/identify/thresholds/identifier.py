@@ -23,6 +23,8 @@ from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
 
 THIRD = 1 / 3
+SEEN = ("v_long_mps", "v_lat_mps", "v_lat_mps_sd", "yaw_rate_radps", "a_long_mps2", "a_long_mps2_sd")
+"""The columns of a motion that the scheme reads."""
 SET_IDEAL, SET_SKIDDING, SET_SLIPPING = int(ModeSet.IDEAL), int(ModeSet.SKIDDING), int(ModeSet.SLIPPING)
 NONE_EXCLUDED = int(ModeSet.ALL_SINGLE)
 """Mode sets as the integers that compiled code takes."""
@@ -136,29 +138,23 @@ def threshold_rows(
     """
     n = len(t_ns)
     values, verdicts = np.empty((5, n)), np.empty((3, n), np.int8)
-    fill_rows(t_ns, motion, force, known, independence, rules, alpha, values, verdicts)
+    seen = np.stack([getattr(motion, name) for name in SEEN] + [force, known, independence])
+    fill_rows(t_ns, seen, rules, alpha, values, verdicts)
     return values, verdicts
 
 
 @lean
-def fill_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that it fills
-    t_ns: I64,
-    motion: Motion,
-    force: F64,
-    known: F64,
-    independence: F64,
-    rules: Rules,
-    alpha: AlphaState,
-    values: F64,
-    verdicts: I8,
-) -> None:
-    """Fill the answer of :func:`threshold_rows`."""
-    v_longs, v_lats, v_lat_sds = motion.v_long_mps, motion.v_lat_mps, motion.v_lat_mps_sd
-    yaw_rates, a_longs, a_long_sds = motion.yaw_rate_radps, motion.a_long_mps2, motion.a_long_mps2_sd
+def fill_rows(t_ns: I64, seen: F64, rules: Rules, alpha: AlphaState, values: F64, verdicts: I8) -> None:
+    """Fill the answer of :func:`threshold_rows`.
+
+    ``seen`` (9, n) are the columns ``SEEN`` of the motion, the force, the known acceleration and the
+    independence.
+    """
     fitted, fitted_sd = fit_of(alpha)
     due_ns = alpha.stamps_ns[0]
     for i in range(len(t_ns)):
-        v_long, v_lat = v_longs[i], v_lats[i]
+        v_long, v_lat, v_lat_sd, yaw_rate = seen[0, i], seen[1, i], seen[2, i], seen[3, i]
+        a_long, a_long_sd, force, known = seen[4, i], seen[5, i], seen[6, i], seen[7, i]
         if math.isnan(v_long):
             for k in range(len(values)):
                 values[k, i] = math.nan
@@ -168,37 +164,35 @@ def fill_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that it fills
                 Status.WARMING_UP,
             )
             continue
-        yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
         if math.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
             used = fitted
-        threshold_k = max(
-            rules.threshold_sd * v_lat_sds[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
-        )
+        threshold_k = max(rules.threshold_sd * v_lat_sd, rules.min_c_k_mps, rules.min_sideslip * abs(v_long))
         threshold_d = max(rules.threshold_sd * a_long_sd, rules.min_c_d_mps2)
-        push = used * force[i]
-        c_d = a_long - known[i] - push
+        push = used * force
+        c_d = a_long - known - push
         skids, slips, independent = (
             abs(v_lat) > threshold_k,
             abs(c_d) > threshold_d,
-            independence[i] != NOT_INDEPENDENT,
+            seen[8, i] != NOT_INDEPENDENT,
         )
         left, counts = NONE_EXCLUDED, False
         if independent:
             turning = skids or slips or skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
             left = not_excluded(skids, slips, abs(push) >= threshold_d, turning)
-        if independent and not math.isnan(force[i]):
+        if independent and not math.isnan(force):
             sd = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd)
-            response = a_long - known[i] - v_lat * yaw_rate * THIRD
+            response = a_long - known - v_lat * yaw_rate * THIRD
             counts = (slips and not skids) or t_ns[i] >= due_ns
             if counts:
-                seen = (force[i], response, sd * sd)
-                due_ns = regress_alpha(alpha, t_ns[i], rules.window_ns, seen, slips and not skids)
+                due_ns = regress_alpha(
+                    alpha, t_ns[i], rules.window_ns, (force, response, sd * sd), slips and not skids
+                )
         values[0, i], values[1, i], values[2, i] = c_d, threshold_k, threshold_d
         values[3, i], values[4, i] = fitted, fitted_sd
         fitted, fitted_sd = fit_of(alpha) if counts else (fitted, fitted_sd)
         verdicts[0, i], verdicts[1, i] = mode_of(left), left
-        verdicts[2, i] = outcome_of(left, independent, math.isnan(force[i]))
+        verdicts[2, i] = outcome_of(left, independent, math.isnan(force))
 
 
 class PaperIdentifier:
