@@ -75,7 +75,7 @@ def test_both_roads_agree_to_round_off_on_uniform_stamps(spec, seed):
     fast = push_all(Differentiator(spec, window_s=0.3, step_s=0.01, folds=(2, 1)), t_ns, samples, inputs)
     off = Differentiator(spec, window_s=0.3, step_s=0.010000003, folds=(2, 1))
     off._rules = off._rules._replace(window_ns=300_000_000)
-    off._road._fit = make_fit(spec, 300_000_000)
+    off._backend._fit = make_fit(spec, 300_000_000)
     slow = push_all(off, t_ns, samples, inputs)
     sd = np.sqrt(np.diagonal(fast[2][:, :, -1]))
     both = (fast[3] == Status.OK) & (slow[3] == Status.OK)
