@@ -10,10 +10,8 @@ first stamp alone, so batches change no bit (van Herk 1992, Gil and Werman 1993,
 
 from typing import NamedTuple
 
-import numpy as np
-
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class Signals(NamedTuple):
@@ -29,17 +27,28 @@ class Signals(NamedTuple):
     block_ns: int
 
 
-@compiled
+@lean
 def block_of(signals: Signals, row: int) -> tuple[int, int, int]:
     """Anchor of the block that holds ``row``, its first sample there, and the row behind the block's last."""
     start_ns, block_ns = signals.start_ns, signals.block_ns
     anchor_ns = start_ns + (signals.t_ns[row] - start_ns) // block_ns * block_ns
-    head = int(np.searchsorted(signals.t_ns, anchor_ns))
-    stop = int(np.searchsorted(signals.t_ns, anchor_ns + block_ns))
-    return anchor_ns, head, stop
+    return anchor_ns, first_from(signals.t_ns, anchor_ns), first_from(signals.t_ns, anchor_ns + block_ns)
 
 
-@compiled
+@lean
+def first_from(t_ns: I64, start_ns: int) -> int:
+    """The first of increasing stamps (n,) at or after ``start_ns``; n where there is none."""
+    low, high = 0, len(t_ns)
+    while low < high:
+        middle = (low + high) // 2
+        if t_ns[middle] < start_ns:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@lean
 def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> None:
     """``out[j] = signal[low + j] − signal[head]``: a large offset costs no digits."""
     part, origin = signal[low:stop], signal[head]
@@ -47,7 +56,7 @@ def centred_samples(signal: F64, low: int, head: int, stop: int, out: F64) -> No
         out[j] = part[j] - origin
 
 
-@compiled
+@lean
 def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop: int, out: F64) -> None:
     """The ``fold``-times integral of an input that is constant over each interval, zero at ``head``: (stop −
     low,).
@@ -71,7 +80,7 @@ def integrated_input(means: F64, dt_s: F64, fold: int, low: int, head: int, stop
         out[j - 1 - low] = place
 
 
-@compiled
+@lean
 def moments_about_head(values: F64, powers: F64, split: int, out: F64) -> None:
     """Running moments on both sides of the anchor, ``out`` (p, n) from ``values`` (n,) and ``powers`` (p, n).
 

@@ -6,11 +6,13 @@ at nine times the current variance so that outliers and mode switches count litt
 constant.
 """
 
+import math
+
 import numpy as np
 
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.clipping import clipped_update
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 MAD_TO_SD = 1.4826
 UNIFORM = 20**-0.5
@@ -20,7 +22,7 @@ HOLE_IN_STEPS = 3.5
 LEAST_SD = 1e-12
 
 
-@compiled
+@lean
 def third_difference(t_ns: I64, last: int) -> tuple[float, float, float]:
     """Weights of x − x_last at the samples last − 3 … last − 1: Σ c_k t_kᵖ = 0 for p ≤ 2 and Σ c_k² = 1."""
     ab, bc, cd = t_ns[last - 2] - t_ns[last - 3], t_ns[last - 1] - t_ns[last - 2], t_ns[last] - t_ns[last - 1]
@@ -30,18 +32,19 @@ def third_difference(t_ns: I64, last: int) -> tuple[float, float, float]:
     p, q, r = ab / whole, bc / whole, cd / whole
     a, b = -1.0 / (p * (p + q)), 1.0 / (p * q * (q + r))
     c, d = -1.0 / ((p + q) * q * r), 1.0 / ((q + r) * r)
-    size = np.sqrt(a * a + b * b + c * c + d * d)
+    size = math.sqrt(a * a + b * b + c * c + d * d)
     return a / size, b / size, c / size
 
 
-@compiled
-def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: float, variances: F64) -> F64:
-    """s² ← s² + g (min(d², 9 s²)/b − s²) row by row from ``n_old`` on; s² (s, n) at each of these rows.
+@lean
+def track_variances(
+    t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: float, variances: F64, out: F64
+) -> None:
+    """s² ← s² + g (min(d², 9 s²)/b − s²) row by row from ``n_old`` on; ``out`` ← s² (s, n) at these rows.
 
     ``samples`` (s, n), ``variances`` (s,) are carried on in place.
     """
     n_signals, longest_ns = len(samples), 3 * HOLE_IN_STEPS * step_ns
-    out = np.empty((n_signals, len(t_ns) - n_old))
     for i in range(n_old, len(t_ns)):
         if i >= 3 and t_ns[i] - t_ns[i - 3] <= longest_ns:
             a, b, c = third_difference(t_ns, i)
@@ -49,22 +52,19 @@ def track_variances(t_ns: I64, samples: F64, n_old: int, step_ns: float, gain: f
                 x, last, variance = samples[s], samples[s, i], variances[s]
                 difference = a * (x[i - 3] - last) + b * (x[i - 2] - last) + c * (x[i - 1] - last)
                 square = difference * difference
-                if np.isfinite(square):
+                if math.isfinite(square):
                     variances[s] = max(clipped_update(variance, square, gain), LEAST_SD**2)
         for s in range(n_signals):
             out[s, i - n_old] = variances[s]
-    return out
 
 
-@compiled
-def third_differences(t_ns: I64, signal: F64) -> F64:
-    """Third differences, scaled as :func:`third_difference` says, at every sample from the fourth on."""
-    out = np.empty(max(len(signal) - 3, 0))
+@lean
+def third_differences(t_ns: I64, signal: F64, out: F64) -> None:
+    """``out`` ← third differences, scaled as :func:`third_difference` says, from the fourth sample on."""
     for i in range(len(out)):
         a, b, c = third_difference(t_ns, i + 3)
         last = signal[i + 3]
         out[i] = a * (signal[i] - last) + b * (signal[i + 1] - last) + c * (signal[i + 2] - last)
-    return out
 
 
 def robust_sigma(t_ns: I64, signal: F64) -> float:
@@ -72,8 +72,9 @@ def robust_sigma(t_ns: I64, signal: F64) -> float:
 
     A signal quantised more coarsely than its noise has a median of 0; the root mean square is given then.
     """
-    sizes = np.abs(third_differences(t_ns, np.ascontiguousarray(signal, np.float64)))
-    sizes = sizes[np.isfinite(sizes)]
+    differences = np.empty(max(len(signal) - 3, 0))
+    third_differences(np.ascontiguousarray(t_ns), np.ascontiguousarray(signal, np.float64), differences)
+    sizes = np.abs(differences[np.isfinite(differences)])
     if not sizes.size:
         return 0.0
     level = MAD_TO_SD * float(np.median(sizes))
@@ -93,6 +94,7 @@ class NoiseTracker:
         n_old = len(self._t_ns)
         t = np.concatenate([self._t_ns, t_ns])
         held = np.concatenate([self._samples, samples], axis=1)
-        track = track_variances(t, held, n_old, self._step_ns, self._gain, self._variances)
+        track = np.empty((len(held), len(t_ns)))
+        track_variances(t, held, n_old, self._step_ns, self._gain, self._variances, track)
         self._t_ns, self._samples = t[-3:], held[:, -3:]
         return np.asarray(np.sqrt(track))

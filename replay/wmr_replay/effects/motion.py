@@ -4,11 +4,11 @@ v and w = l·yaw_rate are the body's speeds in m/s, v ± w the ground speeds of 
 Each function adds to the values it is given, so that every caller sums in one order. Effects after ISO 8855.
 """
 
-import numpy as np
+import math
 
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.terms import SOFT_SIGN
 
@@ -16,19 +16,19 @@ Pair = tuple[float, float]
 Four = tuple[float, float, float, float]
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def sign(speed: float) -> float:
     """sgn(speed) as tanh(speed/.02), speed in m/s: friction changes its sign over 2 cm/s."""
-    return float(np.tanh(speed / SOFT_SIGN))
+    return float(math.tanh(speed / SOFT_SIGN))
 
 
-@compiled(error_model="numpy")
+@lean
 def steepness(speed: float) -> float:
     """Slope of :func:`sign`, in 1/(m/s)."""
     return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def wheel_losses(right: float, left: float, theta: F64) -> Pair:
     """Torque in N·m lost at the right and the left wheel, of ground speeds in m/s: τ sgn(s) + c s."""
     if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
@@ -38,7 +38,7 @@ def wheel_losses(right: float, left: float, theta: F64) -> Pair:
     return lost_right, lost_left
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def wheel_slopes(right: float, left: float, theta: F64) -> Pair:
     """Slopes of :func:`wheel_losses`, each by its own wheel's speed, in N·m/(m/s)."""
     if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
@@ -48,7 +48,7 @@ def wheel_slopes(right: float, left: float, theta: F64) -> Pair:
     return by_right, by_left
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw: float, theta: F64) -> Pair:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
@@ -65,11 +65,11 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     if theta[Theta.SCRUB] != 0.0:
         dw -= theta[Theta.SCRUB] * sign(w)
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
-        dv += theta[Theta.GRADE_X] * np.cos(yaw) + theta[Theta.GRADE_Y] * np.sin(yaw)
+        dv += theta[Theta.GRADE_X] * math.cos(yaw) + theta[Theta.GRADE_Y] * math.sin(yaw)
     return dv, dw
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, theta: F64) -> Four:
     """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
     v_v, v_w, w_v, w_w = given
@@ -85,7 +85,7 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, 
     return v_v, v_w, w_v, w_w
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def downhill_left(yaw: float, theta: F64) -> Pair:
     """Acceleration to the left on a slope, g_y cos ψ − g_x sin ψ in m/s², and its slope by yaw.
 
@@ -93,7 +93,7 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
     """
     if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
         return 0.0, 0.0
-    cos, sin = np.cos(yaw), np.sin(yaw)
+    cos, sin = math.cos(yaw), math.sin(yaw)
     left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
     return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
 

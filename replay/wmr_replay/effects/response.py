@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 LEAST_STIFFNESS = 0.02
 """Share of its stiffness that a tyre keeps: with none, v_lat never decays and the step divides by 0."""
@@ -21,7 +21,7 @@ class Weights(NamedTuple):
 NO_WEIGHTS = Weights()
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def response(
     gains: tuple[float, float], slipping: tuple[float, float], acts: Weights, theta: F64
 ) -> tuple[float, float]:
@@ -41,7 +41,7 @@ def response(
     return ahead, turning
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def with_stiffness(nominal: float, patch: float, theta: F64) -> float:
     """``nominal`` cornering stiffness, or a rate proportional to it, where ``patch`` of a patch acts:
     G (1 + ratio) (1 − patch loss).

@@ -1,11 +1,12 @@
 """Body-frame motion from the derivatives of x, y and yaw, with standard deviations."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class Motion(NamedTuple):
@@ -23,10 +24,10 @@ class Motion(NamedTuple):
     yaw_acc_radps2_sd: F64
 
 
-@compiled
-def body_motion(estimates: F64, gains: F64, variances: F64) -> F64:
-    """Rows of :class:`Motion`, (10, n), from ``estimates`` (3, 3, n) (signal, order), ``gains`` (3, 3, n),
-    ``variances`` (2, n).
+@lean
+def body_motion(estimates: F64, gains: F64, variances: F64, out: F64) -> None:
+    """``out`` ← rows of :class:`Motion`, (10, n), from ``estimates`` (3, 3, n) (signal, order), ``gains`` (3,
+    3, n), ``variances`` (2, n).
 
     With e = (cos ψ, sin ψ), n = (−sin ψ, cos ψ), p = (x, y) and ω = ψ̇: v_long = ṗ·e, v_lat = ṗ·n, dv_long/dt
     = p̈·e + ω v_lat (paper §4.2 in REP 103). First-order propagation of white noise of variance s² on x and y
@@ -34,10 +35,8 @@ def body_motion(estimates: F64, gains: F64, variances: F64) -> F64:
     G₀₀; var ω = s_ψ² G₁₁; var ω̇ = s_ψ² G₂₂; var a = s² (G₂₂ + ω² G₁₁) + s_ψ² (d² G₀₀ + 2 d v_lat G₀₁ +
     v_lat² G₁₁), d = p̈·n − ω v_long.
     """
-    n = estimates.shape[2]
-    out = np.empty((10, n))
-    for i in range(n):
-        cos, sin = np.cos(estimates[2, 0, i]), np.sin(estimates[2, 0, i])
+    for i in range(estimates.shape[2]):
+        cos, sin = math.cos(estimates[2, 0, i]), math.sin(estimates[2, 0, i])
         vx, vy, ax, ay = estimates[0, 1, i], estimates[1, 1, i], estimates[0, 2, i], estimates[1, 2, i]
         rate = estimates[2, 1, i]
         v_long, v_lat = vx * cos + vy * sin, vy * cos - vx * sin
@@ -46,17 +45,19 @@ def body_motion(estimates: F64, gains: F64, variances: F64) -> F64:
         d = ay * cos - ax * sin - rate * v_long
         out[0, i], out[1, i], out[2, i] = v_long, v_lat, rate
         out[3, i], out[4, i] = ax * cos + ay * sin + rate * v_lat, estimates[2, 2, i]
-        out[5, i] = np.sqrt(position * g11 + v_lat**2 * yaw * g00)
-        out[6, i] = np.sqrt(position * g11 + v_long**2 * yaw * g00)
-        out[7, i], out[9, i] = np.sqrt(yaw * g11), np.sqrt(yaw * g22)
+        out[5, i] = math.sqrt(position * g11 + v_lat**2 * yaw * g00)
+        out[6, i] = math.sqrt(position * g11 + v_long**2 * yaw * g00)
+        out[7, i], out[9, i] = math.sqrt(yaw * g11), math.sqrt(yaw * g22)
         from_yaw = d * d * g00 + 2 * d * v_lat * g01 + v_lat**2 * g11
-        out[8, i] = np.sqrt(position * (g22 + rate**2 * g11) + yaw * max(from_yaw, 0.0))
-    return out
+        out[8, i] = math.sqrt(position * (g22 + rate**2 * g11) + yaw * max(from_yaw, 0.0))
 
 
 def motion_of(estimates: F64, gains: F64, variances: F64) -> Motion:
     """The rows of :func:`body_motion` as a :class:`Motion`."""
-    return Motion(*body_motion(estimates, gains, variances))
+    out = np.empty((len(Motion._fields), estimates.shape[2]))
+    contiguous = np.ascontiguousarray  # one layout, so that one version is compiled
+    body_motion(contiguous(estimates), contiguous(gains), contiguous(variances), out)
+    return Motion(*out)
 
 
 class Slip(NamedTuple):

@@ -1,13 +1,14 @@
 """From a posterior over the modes to a mode, a mode set and a status."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.identify.independence import NOT_INDEPENDENT
 from wmr_replay.identify.interface import Evidence, Verdict
-from wmr_schemas.arrays import F64, I8, I64, U8, Bool
-from wmr_schemas.compiled import compiled
+from wmr_schemas.arrays import F64, I8, I64, Bool
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.status import Status
 
@@ -29,17 +30,6 @@ class BinEstimates(NamedTuple):
     at: I64
 
 
-class Decision(NamedTuple):
-    """Columns of a verdict that the posterior decides, (4, n) and (n,)."""
-
-    posterior: F64
-    alpha: F64
-    alpha_sd: F64
-    mode: I8
-    mode_set: U8
-    outcome: I8
-
-
 def decide(
     paper: Verdict, evidence: Evidence, estimates: BinEstimates, min_confidence: float, n_modes: int
 ) -> Verdict:
@@ -49,66 +39,56 @@ def decide(
     independent no mode is named and none excluded. The constraints and their thresholds are those of
     ``paper``; before the identifier has started (a robot whose α is not known yet) the whole verdict is.
     """
-    n, modes = len(estimates.at), decided_modes(estimates.posterior, min_confidence)
-    decision = Decision(
-        np.empty((4, n)),
-        paper.alpha.copy(),
-        paper.alpha_sd.copy(),
-        paper.mode.copy(),
-        paper.mode_set.copy(),
-        paper.outcome.copy(),
-    )
-    decide_rows(estimates, modes, evidence.independence, evidence.force, decision)
+    values = np.concatenate([np.empty((4, len(estimates.at))), [paper.alpha, paper.alpha_sd]])
+    verdicts = np.stack([paper.mode, paper.mode_set.view(np.int8), paper.outcome])
+    bins = np.concatenate([estimates.posterior, [estimates.alpha, estimates.alpha_sd]])
+    modes = np.concatenate([decided_modes(estimates.posterior, min_confidence), [estimates.jumped]], axis=0)
+    decide_rows(estimates.at, bins, modes, evidence.independence, evidence.force, values, verdicts)
     if n_modes == 3:
-        decision.posterior[3] = np.nan
-    return paper._replace(**decision._asdict())
+        values[3] = np.nan
+    mode, mode_set, outcome = verdicts
+    return paper._replace(
+        posterior=values[:4],
+        alpha=values[4],
+        alpha_sd=values[5],
+        mode=mode,
+        mode_set=mode_set.view(np.uint8),
+        outcome=outcome,
+    )
 
 
-@compiled
 def decided_modes(posterior: F64, min_confidence: float) -> I8:
     """Mode and mode set by bin, (2, m). The set has bit k for each mode k whose posterior is .05 or more."""
-    out = np.empty((2, posterior.shape[1]), np.int8)
-    for i in range(posterior.shape[1]):
-        best, left = 0, 0
-        for k in range(4):
-            best = k if posterior[k, i] > posterior[best, i] else best
-            left += 1 << k if posterior[k, i] >= NOT_EXCLUDED else 0
-        out[0, i] = best if posterior[best, i] >= min_confidence else ContactMode.UNDECIDED
-        out[1, i] = left
-    return out
+    best = np.argmax(posterior, axis=0)
+    sure = np.max(posterior, axis=0) >= min_confidence
+    left = (posterior >= NOT_EXCLUDED).T @ (1 << np.arange(len(posterior)))
+    return np.stack([np.where(sure, best, ContactMode.UNDECIDED), left]).astype(np.int8)
 
 
-@compiled
+@lean
 def decide_rows(
-    estimates: BinEstimates, modes: I8, independence: F64, force: F64, decision: Decision
+    at: I64, bins: F64, modes: I8, independence: F64, force: F64, values: F64, verdicts: I8
 ) -> None:
-    """The rows of :func:`decide`, in place of those in ``decision``, which holds the paper's verdict.
+    """The rows of :func:`decide`, in place of the paper's verdict.
 
-    An undecided row keeps the paper's reason (torques too small, too little turning), or has no torque.
+    ``bins`` (6, m) and ``values`` (6, n): posterior, α and its standard deviation; ``modes`` (3, m): mode,
+    mode set and whether the pose jumped; ``verdicts`` (3, n): mode, mode set and outcome. An undecided row
+    keeps the paper's reason (torques too small, too little turning), or has no torque.
     """
-    at, bin_posterior, bin_alpha, bin_sd = (
-        estimates.at,
-        estimates.posterior,
-        estimates.alpha,
-        estimates.alpha_sd,
-    )
-    posterior, alpha, alpha_sd = decision.posterior, decision.alpha, decision.alpha_sd
-    mode, mode_set, outcome, jumped = decision.mode, decision.mode_set, decision.outcome, estimates.jumped
     for i in range(len(at)):
         m = at[i]
-        started = not np.isnan(bin_posterior[0, m])
+        started = not math.isnan(bins[0, m])
         if started:
-            alpha[i], alpha_sd[i] = bin_alpha[m], bin_sd[m]
-        if not started or independence[i] == NOT_INDEPENDENT:
-            for k in range(4):
-                posterior[k, i] = np.nan
-            continue
+            values[4, i], values[5, i] = bins[4, m], bins[5, m]
+        named = started and independence[i] != NOT_INDEPENDENT
         for k in range(4):
-            posterior[k, i] = bin_posterior[k, m]
-        mode[i], mode_set[i] = modes[0, m], modes[1, m]
-        if jumped[m]:
-            outcome[i] = Status.POSE_JUMP
+            values[k, i] = bins[k, m] if named else math.nan
+        if not named:
+            continue
+        verdicts[0, i], verdicts[1, i] = modes[0, m], modes[1, m]
+        if modes[2, m]:
+            verdicts[2, i] = Status.POSE_JUMP
         elif modes[0, m] >= 0:
-            outcome[i] = Status.OK
-        elif np.isnan(force[i]):
-            outcome[i] = Status.NO_TORQUE
+            verdicts[2, i] = Status.OK
+        elif math.isnan(force[i]):
+            verdicts[2, i] = Status.NO_TORQUE

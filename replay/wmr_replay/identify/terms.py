@@ -1,5 +1,6 @@
 """Accelerations that a model has besides α times the torques: its effects and terms of the dictionary."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -7,10 +8,11 @@ import numpy as np
 from wmr_replay.effects.motion import sign, wheel_losses, with_body_effects
 from wmr_replay.effects.theta import N_THETA
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
-from wmr_schemas.terms import FACTORS
+from wmr_schemas.compiled.lean import lean
+from wmr_schemas.terms import CHANNELS, FACTORS
 
 N_FACTORS = len(FACTORS)
+AHEAD, ASIDE = CHANNELS.index("longitudinal"), CHANNELS.index("lateral")
 NO_EFFECTS = np.zeros(N_THETA)
 NO_PRODUCTS = np.zeros((0, N_FACTORS + 2))
 
@@ -44,7 +46,7 @@ class Moving(NamedTuple):
     turn: float
 
 
-@compiled
+@lean
 def factors_at(at: Moving) -> tuple[float, ...]:
     """Every one of ``FACTORS``, in their order."""
     return (
@@ -57,8 +59,8 @@ def factors_at(at: Moving) -> tuple[float, ...]:
         at.yaw_rate,
         abs(at.yaw_rate),
         sign(at.yaw_rate),
-        np.cos(at.yaw),
-        np.sin(at.yaw),
+        math.cos(at.yaw),
+        math.sin(at.yaw),
         at.force,
         abs(at.force),
         at.turn,
@@ -66,19 +68,27 @@ def factors_at(at: Moving) -> tuple[float, ...]:
     )
 
 
-@compiled
-def add_products(at: Moving, products: F64, out: F64) -> None:
-    """Coefficient · term of each of the ``products`` onto its channel of ``out`` (3,)."""
+@lean
+def with_products(given: tuple[float, float, float], at: Moving, products: F64) -> tuple[float, float, float]:
+    """``given`` values of the three channels, and coefficient · term of each of the ``products``."""
+    ahead, aside, turning = given
     factors = factors_at(at)
-    for row in products:
-        value = row[1]
+    for i in range(len(products)):
+        value = products[i, 1]
         for k in range(N_FACTORS):
-            for _ in range(int(row[2 + k])):
+            for _ in range(int(products[i, 2 + k])):
                 value *= factors[k]
-        out[int(row[0])] += value
+        channel = int(products[i, 0])
+        if channel == AHEAD:
+            ahead += value
+        elif channel == ASIDE:
+            aside += value
+        else:
+            turning += value
+    return ahead, aside, turning
 
 
-@compiled
+@lean
 def extra_accelerations(
     at: Moving, alpha: float, alpha_yaw: float, terms: Terms
 ) -> tuple[float, float, float]:
@@ -97,24 +107,26 @@ def extra_accelerations(
     ahead -= alpha * (lost_right + lost_left)
     turning -= alpha_yaw * (lost_right - lost_left)
     aside = 0.0
-    if terms.products.shape[0]:
-        known = np.array([ahead, aside, turning])
-        add_products(at, terms.products, known)
-        ahead, aside, turning = known
+    if len(terms.products) > 0:
+        ahead, aside, turning = with_products((ahead, aside, turning), at, terms.products)
     return ahead, aside, (turning / l if l > 0.0 else 0.0)
 
 
-@compiled
 def extra_along(motion: F64, efforts: F64, alpha: float, terms: Terms) -> F64:
     """The longitudinal part of :func:`extra_accelerations` at each row, (n,).
 
     ``motion`` (4, n) are v_long, v_lat, yaw and yaw rate, ``efforts`` (2, n) left and right.
     """
     out = np.empty(motion.shape[1])
-    for i in range(motion.shape[1]):
-        v_long, v_lat, yaw, yaw_rate = motion[:, i]
-        force, turn = efforts[1, i] + efforts[0, i], efforts[1, i] - efforts[0, i]
-        out[i] = extra_accelerations(Moving(v_long, v_lat, yaw, yaw_rate, force, turn), alpha, alpha, terms)[
-            0
-        ]
+    contiguous = np.ascontiguousarray  # one layout, so that one version is compiled
+    fill_along(contiguous(motion), contiguous(efforts), alpha, terms, out)
     return out
+
+
+@lean
+def fill_along(motion: F64, efforts: F64, alpha: float, terms: Terms, out: F64) -> None:
+    """Fill the answer of :func:`extra_along`."""
+    for i in range(len(out)):
+        force, turn = efforts[1, i] + efforts[0, i], efforts[1, i] - efforts[0, i]
+        at = Moving(motion[0, i], motion[1, i], motion[2, i], motion[3, i], force, turn)
+        out[i] = extra_accelerations(at, alpha, alpha, terms)[0]

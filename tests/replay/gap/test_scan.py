@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.result.effects import merged_effects
+from wmr_replay.gap.scan.local_effects import sizes_of
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Effect
@@ -91,3 +92,11 @@ def test_an_effect_that_the_base_has_already_adds_up():
     assert drift == Effect("yaw_drift", {"rate_radps": pytest.approx(-0.0063)}, {"rate_radps": 1e-5})
     assert limit == base[1]
     assert (first, payload, second) == (base[2], new[3], new[2])
+
+
+@pytest.mark.parametrize("places", [1, 16, 17, 40])
+def test_sizes_of_patches_are_their_quadratic_forms(places):
+    rng = np.random.default_rng(places)
+    root, share = rng.normal(size=(9, 7)), rng.random((7, places))
+    sizes = sizes_of(share, root.T @ root)
+    assert sizes == pytest.approx([float(np.sum((root @ a) ** 2)) for a in share.T], rel=1e-12)

@@ -7,6 +7,7 @@ Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225, for prediction
 diffusion; sensitivities after Ljung, System Identification (1999), ch. 10.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -20,11 +21,13 @@ from wmr_replay.gap.estimation.process_noise import (
 )
 from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
+    StepScratch,
     active_ranges,
     add_step_slopes,
     measurement_sensitivity,
     n_columns,
     predict_sensitivities,
+    step_scratch,
     update_sensitivities,
 )
 from wmr_replay.gap.model.dynamics import (
@@ -39,8 +42,8 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
-from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.arrays import F64, I64
+from wmr_schemas.compiled.lean import lean
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
 
@@ -66,7 +69,14 @@ class FilterOutput(NamedTuple):
     log_variances: F64
 
 
-@compiled(error_model="numpy")
+@lean
+def copy(out: F64, x: F64) -> None:
+    """``out`` ← x."""
+    for i in range(len(x)):
+        out[i] = x[i]
+
+
+@lean
 def transform(F: F64, P: F64, out: F64) -> None:
     """``out`` ← F P. F is the identity in its first two columns and behind its first six rows, except for
     the disturbances' diagonal; most of the rest is 0.
@@ -81,7 +91,7 @@ def transform(F: F64, P: F64, out: F64) -> None:
                         out[i, j] += F[i, m] * P[m, j]
 
 
-@compiled(error_model="numpy")
+@lean
 def predict_covariance(F: F64, P: F64, scratch: F64) -> None:
     """``P`` ← F P Fᵀ = F (F P)ᵀ."""
     transform(F, P, scratch)
@@ -91,7 +101,7 @@ def predict_covariance(F: F64, P: F64, scratch: F64) -> None:
     transform(F, scratch, P)
 
 
-@compiled(error_model="numpy")
+@lean
 def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
     """Update ``z`` (9,) and ``P`` (9, 9) with one scalar measurement of slope ``h`` (3,) on x, y, yaw.
 
@@ -113,7 +123,55 @@ def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> 
     return float(s)
 
 
-@compiled(error_model="numpy")
+class FilterScratch(NamedTuple):
+    """Memory of one pass, overwritten row by row.
+
+    The state ``z`` (9,), its covariance ``P`` (9, 9) and sensitivities ``S`` (9, p). Of a time update: the
+    states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F`` (9, 9).
+    Of a measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the gain (9,), the slopes of a
+    component (p,). ``covariance`` (9, 9) and ``sensitivities`` (6, p) are products; ``active`` (3, 2) are
+    ranges of columns.
+    """
+
+    z: F64
+    P: F64
+    S: F64
+    middle: F64
+    moved: F64
+    undisturbed: F64
+    F: F64
+    at: F64
+    H: F64
+    gain: F64
+    slopes: F64
+    covariance: F64
+    sensitivities: F64
+    active: I64
+    step: StepScratch
+
+
+def scratch_for(data: FilterInput, theta: F64, targets: SensitivityTargets, covariance: F64) -> FilterScratch:
+    """The memory before row 0, where the state has this ``covariance`` (9, 9)."""
+    p, zeros = n_columns(targets), np.zeros
+    return FilterScratch(
+        z=data.first.copy(),
+        P=covariance,
+        S=zeros((N_STATE, p)),
+        middle=zeros(N_STATE),
+        moved=zeros(N_STATE),
+        undisturbed=zeros(N_STATE),
+        F=zeros((N_STATE, N_STATE)),
+        at=zeros(3),
+        H=zeros((3, 3)),
+        gain=zeros(N_STATE),
+        slopes=zeros(p),
+        covariance=zeros((N_STATE, N_STATE)),
+        sensitivities=zeros((N_MOTION, p)),
+        active=active_ranges(targets),
+        step=step_scratch(theta),
+    )
+
+
 def filter_pass(
     data: FilterInput,
     theta: F64,
@@ -128,15 +186,34 @@ def filter_pass(
     With ``keep`` false, states and sensitivities are left out (0 rows each).
     """
     n, p = len(data.rows), n_columns(targets)
-    deviance, innovations, log_variances = np.zeros(n), np.zeros((n, 3)), np.zeros((n, 3))
-    states, sensitivities = np.zeros((n if keep else 0, N_STATE)), np.zeros((n if keep else 0, 3, p))
-    S, S_ahead, slopes = np.zeros((N_STATE, p)), np.zeros((N_MOTION, p)), np.zeros(p)
-    active = active_ranges(targets)
-    z, P = data.first.copy(), first_covariance(noise, settings.first_variance)
-    F, scratch = np.zeros((N_STATE, N_STATE)), np.zeros((N_STATE, N_STATE))
-    moved, undisturbed, middle = np.zeros(N_STATE), np.zeros(N_STATE), np.zeros(N_STATE)
-    kept, dt, H, at, gain = (0.0, 0.0, 0.0), np.nan, np.zeros((3, 3)), np.zeros(3), np.zeros(N_STATE)
-    for k in range(n):
+    m = n if keep else 0
+    output = FilterOutput(
+        np.zeros(n), np.zeros((n, 3)), np.zeros((m, N_STATE)), np.zeros((m, 3, p)), np.zeros((n, 3))
+    )
+    scratch = scratch_for(data, theta, targets, first_covariance(noise, settings.first_variance))
+    filter_rows(data, theta, base, noise, targets, settings, keep, scratch, output)
+    return output
+
+
+@lean
+def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
+    data: FilterInput,
+    theta: F64,
+    base: Base,
+    noise: Diffusion,
+    targets: SensitivityTargets,
+    settings: FilterSettings,
+    keep: bool,
+    scratch: FilterScratch,
+    output: FilterOutput,
+) -> None:
+    """Fill the ``output`` of :func:`filter_pass` row by row."""
+    z, P, S, F, H = scratch.z, scratch.P, scratch.S, scratch.F, scratch.H
+    moved, undisturbed, middle, at = scratch.moved, scratch.undisturbed, scratch.middle, scratch.at
+    gain, slopes, active = scratch.gain, scratch.slopes, scratch.active
+    innovations, log_variances = output.innovations, output.log_variances
+    kept, dt = (0.0, 0.0, 0.0), np.nan
+    for k in range(len(data.rows)):
         row = data.rows[k]
         if k > 0:
             if row[Row.DT] != dt:
@@ -145,13 +222,13 @@ def filter_pass(
             halfway(z, responses(row, theta, base), row, theta, base, middle)
             step_from(middle, z, row, theta, base, moved)
             jacobian(z, row, theta, base, moved, middle, F)
-            undisturbed[:] = moved
+            copy(undisturbed, moved)
             decay_disturbances(F, moved, kept)
             if keep:
-                predict_sensitivities(F, S, active, S_ahead)
-                add_step_slopes(S, active, z, undisturbed, k, data.rows, theta, base, targets)
-            z[:] = moved
-            predict_covariance(F, P, scratch)
+                predict_sensitivities(F, S, active, scratch.sensitivities)
+                add_step_slopes(S, active, z, undisturbed, k, data.rows, theta, base, targets, scratch.step)
+            copy(z, moved)
+            predict_covariance(F, P, scratch.covariance)
             add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept, settings)
         slopes_of_measurement(z, theta, H)
         for c in range(3):
@@ -160,11 +237,10 @@ def filter_pass(
             if keep:
                 measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
             s = update(z, P, H[c], error, data.variances[k, c], gain)
-            e = error / np.sqrt(s)
-            innovations[k, c], log_variances[k, c] = e, np.log(s)
-            deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)
+            e = error / math.sqrt(s)
+            innovations[k, c], log_variances[k, c] = e, math.log(s)
+            output.deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)
             if keep:
-                update_sensitivities(S, active, gain, slopes, sensitivities[k, c], np.sqrt(s))
+                update_sensitivities(S, active, gain, slopes, output.sensitivities[k, c], math.sqrt(s))
         if keep:
-            states[k] = z
-    return FilterOutput(deviance, innovations, states, sensitivities, log_variances)
+            copy(output.states[k], z)

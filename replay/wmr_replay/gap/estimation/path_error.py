@@ -8,12 +8,14 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg.blas import dgemm, dgemv
+from scipy.linalg.lapack import dgesv
 
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode
 
 Windows = list[tuple[int, int]]
@@ -32,56 +34,82 @@ class WindowErrors(NamedTuple):
     start_s: F64
 
 
-@compiled
-def residuals(z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64, out: F64) -> None:
-    """``out`` (3m,) ← (measured − simulated)/scale over a window's rows."""
-    z, ahead, at = z0.copy(), np.zeros(N_STATE), np.zeros(3)
+class Window(NamedTuple):
+    """A window of m rows: inputs (m, 11), poses (m, 3) and their standard deviations (m, 3); the model."""
+
+    rows: F64
+    poses: F64
+    scale: F64
+    theta: F64
+    base: Base
+
+
+@lean
+def residuals(z0: F64, window: Window, z: F64, ahead: F64, out: F64) -> float:
+    """``out`` (3m,) ← (measured − simulated)/scale from the motion ``z0`` (9,) on; returns Σ out².
+
+    ``z`` and ``ahead`` (9,) are scratch.
+    """
+    rows, poses, scale, theta, base = window.rows, window.poses, window.scale, window.theta, window.base
+    for i in range(N_STATE):
+        z[i] = z0[i]
+    total = 0.0
     for k in range(len(rows)):
         if k > 0:
             step(z, rows[k], theta, base, ahead)
-            z[:] = ahead
+            for i in range(N_STATE):
+                z[i] = ahead[i]
+        at = out[3 * k : 3 * k + 3]
         measured(z, rows[k], theta, at)
         for c in range(3):
-            out[3 * k + c] = (poses[k, c] - at[c]) / scale[k, c]
+            at[c] = (poses[k, c] - at[c]) / scale[k, c]
+            total += at[c] * at[c]
+    return total
 
 
-@compiled
-def fit_window(
-    z0: F64, rows: F64, poses: F64, theta: F64, base: Base, scale: F64, rounds: int, tries: int
-) -> F64:
+def solved(N: F64, g: F64) -> F64:
+    """N⁻¹ g. Raises LinAlgError where N is singular or not finite."""
+    _, _, x, failed = dgesv(N, g)
+    if failed or not np.isfinite(N).all():
+        raise np.linalg.LinAlgError("the normal equations of a window are singular or not finite")
+    return np.asarray(x)
+
+
+def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
     """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
 
     v_lat is free only where the window starts in a skid. ``rounds`` bounds the steps, ``tries`` the dampings
-    tried in each.
+    tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
     """
-    m = len(rows)
-    free = N_MOTION if skids(rows[0, Row.MODE], theta) else N_MOTION - 1
-    z, damping = z0.copy(), 1e-6
+    m = len(window.rows)
+    free = N_MOTION if skids(window.rows[0, Row.MODE], window.theta) else N_MOTION - 1
+    z, damping, scratch = z0.copy(), 1e-6, (np.zeros(N_STATE), np.zeros(N_STATE))
     at, moved, A = np.empty(3 * m), np.empty(3 * m), np.empty((3 * m, free))
-    residuals(z, rows, poses, theta, base, scale, at)
+    cost = residuals(z, window, *scratch, at)
     for _ in range(rounds):
         for j in range(free):
             other = z.copy()
             other[j] += 1e-6
-            residuals(other, rows, poses, theta, base, scale, moved)
+            residuals(other, window, *scratch, moved)
             A[:, j] = (at - moved) / 1e-6
-        N, g, cost = A.T @ A, A.T @ at, np.sum(at**2)
-        tried = z.copy()
+        N, g = dgemm(1.0, A.T, A.T, trans_b=True), dgemv(1.0, A.T, at)
+        tried, lower = z.copy(), False
         for _ in range(tries):
             damped = N.copy()
             for j in range(free):
                 damped[j, j] += damping * N[j, j] + 1e-9
-            tried[:free] = z[:free] + np.linalg.solve(damped, g)
-            residuals(tried, rows, poses, theta, base, scale, moved)
-            if np.sum(moved**2) < cost:
+            tried[:free] = z[:free] + solved(damped, g)
+            new_cost = residuals(tried, window, *scratch, moved)
+            lower = new_cost < cost
+            if lower:
                 break
             damping = max(damping, 1e-4) * 30
-        if not np.sum(moved**2) < cost:
+        if not lower:
             break
-        z[:] = tried
-        at[:] = moved
+        converged = new_cost > 0.9999 * cost
+        z, at, moved, cost = tried, moved, at, new_cost
         damping /= 10
-        if np.sum(at**2) > 0.9999 * cost:
+        if converged:
             break
     return at.reshape(m, 3).copy()
 
@@ -132,7 +160,8 @@ def window_residuals(
     poses, sd, own = extension.poses(binned), np.sqrt(binned.variances), binned.settings.windows
     for a, b in windows:
         z0 = starting_motion(binned, a, base)
-        whitened = fit_window(z0, rows[a:b], poses[a:b], theta, base, sd[a:b], own.rounds, own.tries)
+        window = Window(rows[a:b], poses[a:b], sd[a:b], theta, base)
+        whitened = fit_window(z0, window, own.rounds, own.tries)
         yield (a, b), whitened * sd[a:b], sd[a:b]
 
 

@@ -4,6 +4,7 @@ A disturbance with standard deviation s and correlation time τ has the autocorr
 of length dt keeps the share exp(−dt/τ) of it and adds the variance s² (1 − exp(−2 dt/τ)).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class Diffusion(NamedTuple):
@@ -45,14 +46,13 @@ class Diffusion(NamedTuple):
         return float(long), float(yaw)
 
 
-@compiled(error_model="numpy")
+@lean
 def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
     """Share of each disturbance left after ``dt``: of v_long and v_lat, of w, and of a lateral velocity."""
-    kept_long, kept_yaw = np.exp(-dt / noise.long_tau_s), np.exp(-dt / noise.yaw_tau_s)
-    return float(kept_long), float(kept_yaw), float(np.exp(-dt / noise.lat_tau_s))
+    return math.exp(-dt / noise.long_tau_s), math.exp(-dt / noise.yaw_tau_s), math.exp(-dt / noise.lat_tau_s)
 
 
-@compiled(error_model="numpy")
+@lean
 def add_noise(
     P: F64,
     row: F64,
@@ -64,8 +64,9 @@ def add_noise(
     """Add the process noise of one step to ``P`` (9, 9); exact for the Ornstein–Uhlenbeck states."""
     dt, mode = row[Row.DT], row[Row.MODE]
     kept_long, kept_yaw, kept_lat = kept
-    P[D_LONG, D_LONG] += noise.long_sd_mps2**2 * (1 - kept_long**2)
-    P[D_LAT, D_LAT] += noise.long_sd_mps2**2 * (1 - kept_long**2)
+    ahead, switch = noise.long_sd_mps2**2 * (1 - kept_long**2), settings.switch_sd_mps**2
+    P[D_LONG, D_LONG] += ahead
+    P[D_LAT, D_LAT] += ahead
     P[D_YAW, D_YAW] += noise.yaw_sd_mps2**2 * (1 - kept_yaw**2)
     if is_skidding(mode):
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * dt
@@ -73,32 +74,34 @@ def add_noise(
         P[V_LAT, V_LAT] += noise.lat_sd_mps**2 * (1 - kept_lat**2)
     if row[Row.LOOSE] > 0.0:
         P[V_LAT, V_LAT] += row[Row.LOOSE] ** 2
-        P[X, X] += (row[Row.LOOSE] * dt) ** 2 / 3
-        P[Y, Y] += (row[Row.LOOSE] * dt) ** 2 / 3
+        moved = (row[Row.LOOSE] * dt) ** 2 / 3
+        P[X, X] += moved
+        P[Y, Y] += moved
     if is_slipping(mode):
-        P[V, V] += settings.slip_disturbance_mps2_rthz**2 * dt
-        P[W, W] += settings.slip_disturbance_mps2_rthz**2 * dt
+        slipped = settings.slip_disturbance_mps2_rthz**2 * dt
+        P[V, V] += slipped
+        P[W, W] += slipped
     if mode != mode_before:
-        P[V, V] += settings.switch_sd_mps**2
-        P[W, W] += settings.switch_sd_mps**2
+        P[V, V] += switch
+        P[W, W] += switch
 
 
-@compiled(error_model="numpy")
+@lean
 def decay_disturbances(F: F64, z: F64, kept: tuple[float, float, float]) -> None:
     """Multiply the disturbances' rows of ``F`` (9, 9) and ``z`` (9,) by the shares that a step leaves."""
-    for d, share in ((D_LONG, kept[0]), (D_LAT, kept[0]), (D_YAW, kept[1])):
-        z[d] *= share
-        F[d, d] *= share
+    z[D_LONG] *= kept[0]
+    z[D_LAT] *= kept[0]
+    z[D_YAW] *= kept[1]
+    F[D_LONG, D_LONG] *= kept[0]
+    F[D_LAT, D_LAT] *= kept[0]
+    F[D_YAW, D_YAW] *= kept[1]
 
 
-@compiled(error_model="numpy")
 def first_covariance(noise: Diffusion, variance: float) -> F64:
     """(9, 9): ``variance`` for pose and speeds, the stationary distribution for the disturbances."""
-    P = np.zeros((N_STATE, N_STATE))
-    for i in range(N_STATE):
-        P[i, i] = variance
-    P[D_LONG, D_LONG] = noise.long_sd_mps2**2
-    P[D_LAT, D_LAT] = noise.long_sd_mps2**2
-    P[D_YAW, D_YAW] = noise.yaw_sd_mps2**2
-    P[V_LAT, V_LAT] = noise.lat_sd_mps**2 + 1e-6
+    P = np.diag(np.full(N_STATE, variance))
+    ahead, turning, aside = np.square([noise.long_sd_mps2, noise.yaw_sd_mps2, noise.lat_sd_mps])
+    P[D_LONG, D_LONG] = P[D_LAT, D_LAT] = ahead
+    P[D_YAW, D_YAW] = turning
+    P[V_LAT, V_LAT] = aside + 1e-6
     return P

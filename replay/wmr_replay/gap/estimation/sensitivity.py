@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.effects.measurement import ON_POSE, slope_by_place
-from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_STATE, YAW, Base, Row, step
+from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_ROW, N_STATE, YAW, Base, Row, step
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class SensitivityTargets(NamedTuple):
@@ -31,13 +31,29 @@ class SensitivityTargets(NamedTuple):
 NO_TARGETS = SensitivityTargets(np.zeros(0, np.int64), np.zeros((0, 0, 2)), np.zeros(0, np.int64), 0)
 
 
-@compiled(error_model="numpy")
 def n_columns(targets: SensitivityTargets) -> int:
     """Number of columns p."""
     return len(targets.places) + len(targets.efforts) + 2 * targets.n_cells
 
 
-@compiled(error_model="numpy")
+class StepScratch(NamedTuple):
+    """Memory for difference quotients of a step: the state after it (9,), a changed θ (24,), which is θ
+    between two quotients, a changed row (11,), and the slopes by the left and the right effort (6,).
+    """
+
+    ahead: F64
+    theta: F64
+    row: F64
+    left: F64
+    right: F64
+
+
+def step_scratch(theta: F64) -> StepScratch:
+    """The memory for a pass with this θ."""
+    zeros = np.zeros
+    return StepScratch(zeros(N_STATE), theta.copy(), zeros(N_ROW), zeros(N_MOTION), zeros(N_MOTION))
+
+
 def active_ranges(targets: SensitivityTargets) -> I64:
     """Ranges [a, b) (3, 2) of the columns that may differ from 0 at the first row.
 
@@ -47,14 +63,15 @@ def active_ranges(targets: SensitivityTargets) -> I64:
     return np.array([[0, known], [known, known], [known + targets.n_cells, known + targets.n_cells]])
 
 
-@compiled(error_model="numpy")
+@lean
 def predict_sensitivities(F: F64, S: F64, active: I64, ahead: F64) -> None:
     """S ← F S, with ``ahead`` (6, p) as scratch.
 
     F is the identity in its first two columns and behind its first six rows, except for the disturbances'
     diagonal.
     """
-    for a, b in active:
+    for k in range(len(active)):
+        a, b = active[k, 0], active[k, 1]
         for i in range(2):
             add_others(S[i, a:b], F[i], i, S, a, b)
         for i in range(2, N_MOTION):
@@ -66,7 +83,7 @@ def predict_sensitivities(F: F64, S: F64, active: I64, ahead: F64) -> None:
             scale(S[i, a:b], F[i, i], S[i, a:b])
 
 
-@compiled(error_model="numpy")
+@lean
 def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
     """``out`` += f S over columns [a, b), without rows 0, 1 and ``i`` of S; most of ``f`` (9,) is 0."""
     for m in range(2, N_STATE):
@@ -74,21 +91,21 @@ def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
             add(out, f[m], S[m, a:b])
 
 
-@compiled(error_model="numpy")
+@lean
 def scale(out: F64, factor: float, x: F64) -> None:
     """``out`` ← factor x."""
     for j in range(len(out)):
         out[j] = factor * x[j]
 
 
-@compiled(error_model="numpy")
+@lean
 def add(out: F64, factor: float, x: F64) -> None:
     """``out`` += factor x."""
     for j in range(len(out)):
         out[j] += factor * x[j]
 
 
-@compiled(error_model="numpy")
+@lean
 def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
     S: F64,
     active: I64,
@@ -99,9 +116,12 @@ def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass 
     theta: F64,
     base: Base,
     targets: SensitivityTargets,
+    scratch: StepScratch,
 ) -> None:
     """S ← S + ∂step/∂parameter at the state ``z`` before row ``k``; ``moved`` is step(z)."""
-    ahead, changed, row = np.zeros(N_STATE), theta.copy(), rows[k].copy()
+    ahead, changed, row, left, right = scratch.ahead, scratch.theta, scratch.row, scratch.left, scratch.right
+    for i in range(N_ROW):
+        row[i] = rows[k, i]
     n_places, n_efforts = len(targets.places), len(targets.efforts)
     for j in range(n_places):
         place = targets.places[j]
@@ -112,8 +132,8 @@ def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass 
             for i in range(N_MOTION):
                 S[i, j] += (ahead[i] - moved[i]) / DIFFERENCE
     if n_efforts > 0 or targets.n_cells > 0:
-        left = slope_of_effort(Row.LEFT, z, moved, row, theta, base, ahead)
-        right = slope_of_effort(Row.RIGHT, z, moved, row, theta, base, ahead)
+        slope_of_effort(Row.LEFT, z, moved, row, theta, base, ahead, left)
+        slope_of_effort(Row.RIGHT, z, moved, row, theta, base, ahead, right)
         for j in range(n_efforts):
             add_effort_slopes(
                 S, n_places + j, left, right, targets.efforts[j, k, 0], targets.efforts[j, k, 1]
@@ -126,29 +146,33 @@ def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass 
             add_effort_slopes(S, j + targets.n_cells, left, right, half, -half)
 
 
-@compiled(error_model="numpy")
-def slope_of_effort(side: int, z: F64, moved: F64, row: F64, theta: F64, base: Base, ahead: F64) -> F64:
-    """∂step/∂effort (6,) of one side; ``row`` is restored."""
+@lean
+def slope_of_effort(
+    side: int, z: F64, moved: F64, row: F64, theta: F64, base: Base, ahead: F64, out: F64
+) -> None:
+    """``out`` (6,) ← ∂step/∂effort of one side; ``row`` is restored, ``ahead`` (9,) is scratch."""
     effort = row[side]
     row[side] = effort + DIFFERENCE
     step(z, row, theta, base, ahead)
     row[side] = effort
-    return (ahead[:N_MOTION] - moved[:N_MOTION]) / DIFFERENCE
+    for i in range(N_MOTION):
+        out[i] = (ahead[i] - moved[i]) / DIFFERENCE
 
 
-@compiled(error_model="numpy")
+@lean
 def add_effort_slopes(S: F64, j: int, left: F64, right: F64, by_left: float, by_right: float) -> None:
     """Add to column ``j`` the slope by a change of both efforts, from the slopes (6,) by each of them."""
     for i in range(N_MOTION):
         S[i, j] += left[i] * by_left + right[i] * by_right
 
 
-@compiled(error_model="numpy")
+@lean
 def measurement_sensitivity(
     slopes: F64, S: F64, active: I64, h: F64, c: int, z: F64, age_s: float, places: I64
 ) -> None:
     """``slopes`` (p,) ← H S + ∂h/∂θ of component ``c``, ``age_s`` after the first pose."""
-    for a, b in active:
+    for k in range(len(active)):
+        a, b = active[k, 0], active[k, 1]
         scale(slopes[a:b], h[0], S[0, a:b])
         for i in range(1, 3):
             add(slopes[a:b], h[i], S[i, a:b])
@@ -156,10 +180,11 @@ def measurement_sensitivity(
         slopes[j] += slope_by_place(places[j], c, z[YAW], age_s)
 
 
-@compiled(error_model="numpy")
+@lean
 def update_sensitivities(S: F64, active: I64, gain: F64, slopes: F64, whitened: F64, sd: float) -> None:
     """S ← S − K slopes; writes slopes/sd to ``whitened`` (p,)."""
-    for a, b in active:
+    for k in range(len(active)):
+        a, b = active[k, 0], active[k, 1]
         scale(whitened[a:b], 1.0 / sd, slopes[a:b])
         for i in range(N_STATE):
             add(S[i, a:b], -gain[i], slopes[a:b])

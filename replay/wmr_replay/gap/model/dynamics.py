@@ -6,17 +6,16 @@ robot conventions (REP 103) after the paper's (3) to (5). The effects' own formu
 :mod:`wmr_replay.effects`.
 """
 
+import math
 from enum import IntEnum
 from typing import NamedTuple
-
-import numpy as np
 
 from wmr_replay.effects.measurement import moved, yaw_error
 from wmr_replay.effects.motion import downhill_left, wheel_losses, with_body_effects
 from wmr_replay.effects.response import Weights, response, with_stiffness
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode
 
 N_STATE = 9
@@ -73,43 +72,43 @@ class Base(NamedTuple):
     lateral_decay_per_s: float
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def is_skidding(mode: float) -> bool:
     """Whether the mode of a row declares a skid."""
     return int(mode) in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def is_slipping(mode: float) -> bool:
     """Whether the mode of a row declares slip."""
     return int(mode) in (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def skids_unseen(mode: float, theta: F64) -> bool:
     """Whether θ has an undeclared skid, and the mode of the row is ideal."""
     return int(mode) == ContactMode.IDEAL and theta[Theta.UNDECLARED] > 0.0
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def skids(mode: float, theta: F64) -> bool:
     """Whether the tyres skid: declared by the mode, or an undeclared skid while the mode is ideal."""
     return is_skidding(mode) or (skids_unseen(mode, theta) and theta[Theta.UNDECLARED] > LEAST_UNDECLARED)
 
 
-@compiled(error_model="numpy")
+@lean
 def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """Decay rate of lateral velocity, 1/s: 2 G_x/(ε m v̄) times the stiffness that the effects leave."""
     speed = base.speed_mps
     if speed <= 0.0:
-        speed = max(np.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
+        speed = max(math.sqrt(v**2 + v_lat**2 + w**2), LEAST_SPEED_MPS)
     rate = with_stiffness(base.skid_decay_mps2 / speed, row[Row.PATCH], theta)
     if skids_unseen(row[Row.MODE], theta):
         rate /= theta[Theta.UNDECLARED]
     return float(rate)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     """dv_long/dt per N·m of the sum of the efforts, and dw/dt per N·m of their difference."""
     slips = is_slipping(row[Row.MODE])
@@ -118,7 +117,7 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     return response((base.alpha, base.alpha_yaw), slipping, acts, theta)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 ) -> tuple[float, float]:
@@ -134,13 +133,13 @@ def accelerations(
     return dv, dw
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def kept_lateral(row: F64, base: Base) -> float:
     """The share of v_lat left after a step without a skid."""
-    return float(np.exp(-row[Row.DT] * base.lateral_decay_per_s)) if row[Row.LOOSE] == 0.0 else 0.0
+    return float(math.exp(-row[Row.DT] * base.lateral_decay_per_s)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """v_lat after the step: equation (3) while skidding; else a noise that dies out, about the first-order
     motion of an undeclared skid that is too small to be followed.
@@ -149,7 +148,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     if skids(row[Row.MODE], theta):
         rate = skid_rate(v, z[V_LAT], w, row, theta, base)
         push = -v * yaw_rate + z[D_LAT] + downhill_left(z[YAW], theta)[0]
-        kept = np.exp(-rate * dt)
+        kept = math.exp(-rate * dt)
         return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
     kept = kept_lateral(row, base)
     v_lat = kept * z[V_LAT]
@@ -158,7 +157,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     return float(v_lat)
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later."""
     half = row[Row.DT] / 2
@@ -170,19 +169,19 @@ def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
     out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * half
 
 
-@compiled(error_model="numpy")
+@lean
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
     halfway(z, responses(row, theta, base), row, theta, base, out)
     step_from(out, z, row, theta, base, out)
 
 
-@compiled(error_model="numpy")
+@lean
 def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
     dt = row[Row.DT]
     dv, dw = accelerations(middle, responses(row, theta, base), row, theta, base)
-    cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
+    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2
@@ -196,7 +195,7 @@ def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -
     out[V_LAT] = lateral
 
 
-@compiled(error_model="numpy")
+@lean
 def measured(z: F64, row: F64, theta: F64, out: F64) -> None:
     """``out`` (3,) ← the pose as measured, with the errors of :mod:`wmr_replay.effects.measurement`."""
     constant, drifted = yaw_error(row[Row.AGE], 1.0, theta)

@@ -1,5 +1,7 @@
 """∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.dynamics`."""
 
+import math
+
 import numpy as np
 
 from wmr_replay.effects.measurement import arm_slopes
@@ -26,14 +28,14 @@ from wmr_replay.gap.model.dynamics import (
     skids_unseen,
 )
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 Six = tuple[float, float, float, float, float, float]
 Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
 
 
-@compiled(error_model="numpy")
+@lean
 def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
     """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
     (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
@@ -47,14 +49,14 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
-@compiled(error_model="numpy")
+@lean
 def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
     """The factor q in ∂rate/∂speed = −q·rate·speed, for each of the speeds; 0 where v̄ is constant."""
     squared = v**2 + v_lat**2 + w**2
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
 
-@compiled(error_model="numpy")
+@lean
 def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> Five:
     """∂next_lateral/∂(yaw, v, w, v_lat, disturbance)."""
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
@@ -66,7 +68,7 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
         lost = (1.0 - kept) / l / skid_rate(v, 0.0, w, row, theta, base)
         return 0.0, -lost * w * (1.0 + q * v**2), -lost * v * (1.0 + q * w**2), kept, 0.0
     rate = skid_rate(v, v_lat, w, row, theta, base)
-    kept, least = np.exp(-rate * dt), max(rate, 1e-9)
+    kept, least = math.exp(-rate * dt), max(rate, 1e-9)
     downhill, by_yaw = downhill_left(z[YAW], theta)
     reach, push = (1.0 - kept) / least, -v * w / l + z[D_LAT] + downhill
     by_rate = push * (dt * kept - reach) / least - dt * kept * v_lat
@@ -74,21 +76,22 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
     return reach * by_yaw, fall * v - reach * w / l, fall * w - reach * v / l, kept + fall * v_lat, reach
 
 
-@compiled(error_model="numpy", inline="always")
+@lean
 def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
     """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
 
 
-@compiled(error_model="numpy")
+@lean
 def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, F: F64) -> None:
     """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there."""
     dt, l, half, gains = row[Row.DT], base.half_track_m, row[Row.DT] / 2, responses(row, theta, base)
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
-    cos, sin = np.cos(middle[YAW]), np.sin(middle[YAW])
-    F[:, X], F[:, Y] = UNIT[X], UNIT[Y]
+    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
+    for i in range(N_STATE):
+        F[i, X], F[i, Y] = UNIT[i, X], UNIT[i, Y]
     for j in range(YAW, N_STATE):
         e = UNIT[j]
         yaw, v, w, v_lat = e[YAW], e[V], e[W], e[V_LAT]
@@ -108,7 +111,7 @@ def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, 
             F[i, j] = e[i]
 
 
-@compiled(error_model="numpy")
+@lean
 def slopes_of_measurement(z: F64, theta: F64, H: F64) -> None:
     """``H`` (3, 3) ← ∂measured/∂(x, y, yaw)."""
     for i in range(3):

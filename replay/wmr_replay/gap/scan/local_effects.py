@@ -15,6 +15,9 @@ from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
 from wmr_replay.gap.settings.scan import ScanSettings
 from wmr_schemas.arrays import F64, I64
 
+COLUMNS = 16
+"""Columns of a product at a time."""
+
 
 def time_cells(binned: BinnedLog) -> tuple[I64, int]:
     """The cell of time in which each row (n,) lies, and the number of cells."""
@@ -124,11 +127,21 @@ def best_interval(s: F64, G: F64, edges: F64, settings: ScanSettings) -> ScoredC
     return ScoredCandidate("slip_interval", parameters, float(gain[k]), len(i))
 
 
+def sizes_of(share: F64, G: F64) -> F64:
+    """aᵀGa (places,) of each column a of ``share`` (cells, places).
+
+    Few columns at a time: for so small a product BLAS starts no threads, which would wait for each other
+    longer than they work, and the answer does not depend on the number of cores.
+    """
+    parts = (share[:, a : a + COLUMNS] for a in range(0, share.shape[1], COLUMNS))
+    return np.concatenate([np.sum(part * (G @ part), axis=0) for part in parts])
+
+
 def best_patch(s: F64, G: F64, patches: Patches, settings: ScanSettings) -> ScoredCandidate:
     """A loss within a disc about a place on the path."""
     found = ScoredCandidate("low_friction_patch", {}, -1.0, 1)
     for radius, share in patches.shares.items():
-        size = np.maximum(np.sum(share * (G @ share), axis=0), 1e-9)
+        size = np.maximum(sizes_of(share, G), 1e-9)
         loss, gain = credible_gain(share.T @ s, size, settings)
         k = int(np.argmax(gain))
         if gain[k] > found.gain:

@@ -1,11 +1,12 @@
 """α as a weighted regression over time, (14) and (15) of the paper."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 
 
 class AlphaState(NamedTuple):
@@ -24,7 +25,7 @@ def fresh_alpha() -> AlphaState:
     return AlphaState(np.zeros(2), np.zeros(3), np.array([long_ago, long_ago, long_ago]))
 
 
-@compiled
+@lean
 def regress_alpha(
     state: AlphaState, t_ns: int, window_ns: int, seen: tuple[float, float, float], slips: bool
 ) -> int:
@@ -52,8 +53,8 @@ def regress_alpha(
     return int((stamps[0] if pending[2] > 0.0 else max(stamps[1], stamps[2])) + window_ns)
 
 
-@compiled
+@lean
 def fit_of(state: AlphaState) -> tuple[float, float]:
     """α and its standard deviation so far."""
     weight = state.sums[0]
-    return (state.sums[1] / weight, 1.0 / np.sqrt(weight)) if weight > 0.0 else (np.nan, np.nan)
+    return (state.sums[1] / weight, 1.0 / math.sqrt(weight)) if weight > 0.0 else (math.nan, math.nan)

@@ -7,6 +7,7 @@ deviations); where the manoeuvre cannot show a mode, that mode is not excluded a
 from a regression over time, so nothing is divided by a torque near 0.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +17,14 @@ from wmr_replay.identify.interface import Evidence, Verdict, no_posterior
 from wmr_replay.identify.motion import Motion
 from wmr_replay.identify.thresholds.alpha import AlphaState, fit_of, fresh_alpha, regress_alpha
 from wmr_schemas.arrays import F64, I8, I64
-from wmr_schemas.compiled import compiled
+from wmr_schemas.compiled.lean import lean
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
 
 THIRD = 1 / 3
+SEEN = ("v_long_mps", "v_lat_mps", "v_lat_mps_sd", "yaw_rate_radps", "a_long_mps2", "a_long_mps2_sd")
+"""The columns of a motion that the scheme reads."""
 SET_IDEAL, SET_SKIDDING, SET_SLIPPING = int(ModeSet.IDEAL), int(ModeSet.SKIDDING), int(ModeSet.SLIPPING)
 NONE_EXCLUDED = int(ModeSet.ALL_SINGLE)
 """Mode sets as the integers that compiled code takes."""
@@ -79,21 +82,21 @@ def make_rules(
     )
 
 
-@compiled
+@lean
 def skid_would_show(v_long: float, v_lat: float, yaw_rate: float, threshold: float, rules: Rules) -> bool:
     """Whether skidding would drive |v_lat| past the threshold: |v_long ω| · (lateral time constant) against
     it.
     """
     speed = rules.average_speed_mps
-    if np.isnan(speed):
-        speed = np.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2)
+    if math.isnan(speed):
+        speed = math.sqrt(v_long**2 + v_lat**2 + (rules.half_track_m * yaw_rate) ** 2)
         speed = max(speed, rules.min_average_speed_mps)
-    known = not np.isnan(rules.skid_time_per_speed)
+    known = not math.isnan(rules.skid_time_per_speed)
     settle_s = rules.skid_time_per_speed * speed if known else rules.unknown_skid_time_s
     return abs(v_long * yaw_rate) * settle_s >= threshold
 
 
-@compiled
+@lean
 def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     """The set of modes that the two constraints leave over."""
     if skids:
@@ -103,7 +106,7 @@ def not_excluded(skids: bool, slips: bool, excited: bool, turning: bool) -> int:
     return SET_IDEAL | (0 if excited else SET_SLIPPING) | (0 if turning else SET_SKIDDING)
 
 
-@compiled
+@lean
 def mode_of(left: int) -> int:
     """The mode that is left alone, else −1."""
     if left & (left - 1):
@@ -113,7 +116,7 @@ def mode_of(left: int) -> int:
     return ContactMode.SKIDDING if left == SET_SKIDDING else ContactMode.SLIPPING
 
 
-@compiled
+@lean
 def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     """Why more than one mode is left; OK where one is."""
     if not independent:
@@ -125,7 +128,6 @@ def outcome_of(left: int, independent: bool, no_torque: bool) -> int:
     return Status.NO_TORQUE if no_torque else Status.NOT_EXCITED
 
 
-@compiled
 def threshold_rows(
     t_ns: I64, motion: Motion, force: F64, known: F64, independence: F64, rules: Rules, alpha: AlphaState
 ) -> tuple[F64, I8]:
@@ -134,54 +136,63 @@ def threshold_rows(
     Returns C_d, its threshold, that of C_k, α and its sd, (5, n); and mode, mode set and outcome, (3, n).
     ``alpha`` is carried on in place.
     """
-    n = t_ns.shape[0]
+    n = len(t_ns)
     values, verdicts = np.empty((5, n)), np.empty((3, n), np.int8)
-    v_longs, v_lats, v_lat_sds = motion.v_long_mps, motion.v_lat_mps, motion.v_lat_mps_sd
-    yaw_rates, a_longs, a_long_sds = motion.yaw_rate_radps, motion.a_long_mps2, motion.a_long_mps2_sd
+    seen = np.stack([getattr(motion, name) for name in SEEN] + [force, known, independence])
+    fill_rows(t_ns, seen, rules, alpha, values, verdicts)
+    return values, verdicts
+
+
+@lean
+def fill_rows(t_ns: I64, seen: F64, rules: Rules, alpha: AlphaState, values: F64, verdicts: I8) -> None:
+    """Fill the answer of :func:`threshold_rows`.
+
+    ``seen`` (9, n) are the columns ``SEEN`` of the motion, the force, the known acceleration and the
+    independence.
+    """
     fitted, fitted_sd = fit_of(alpha)
     due_ns = alpha.stamps_ns[0]
-    for i in range(n):
-        v_long, v_lat = v_longs[i], v_lats[i]
-        if np.isnan(v_long):
-            values[:, i] = np.nan
+    for i in range(len(t_ns)):
+        v_long, v_lat, v_lat_sd, yaw_rate = seen[0, i], seen[1, i], seen[2, i], seen[3, i]
+        a_long, a_long_sd, force, known = seen[4, i], seen[5, i], seen[6, i], seen[7, i]
+        if math.isnan(v_long):
+            for k in range(len(values)):
+                values[k, i] = math.nan
             verdicts[0, i], verdicts[1, i], verdicts[2, i] = (
                 ContactMode.UNDECIDED,
                 NONE_EXCLUDED,
                 Status.WARMING_UP,
             )
             continue
-        yaw_rate, a_long, a_long_sd = yaw_rates[i], a_longs[i], a_long_sds[i]
         used = rules.alpha
-        if np.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
+        if math.isnan(used) and fitted_sd <= rules.alpha_known_within * fitted:
             used = fitted
-        threshold_k = max(
-            rules.threshold_sd * v_lat_sds[i], rules.min_c_k_mps, rules.min_sideslip * abs(v_long)
-        )
+        threshold_k = max(rules.threshold_sd * v_lat_sd, rules.min_c_k_mps, rules.min_sideslip * abs(v_long))
         threshold_d = max(rules.threshold_sd * a_long_sd, rules.min_c_d_mps2)
-        push = used * force[i]
-        c_d = a_long - known[i] - push
+        push = used * force
+        c_d = a_long - known - push
         skids, slips, independent = (
             abs(v_lat) > threshold_k,
             abs(c_d) > threshold_d,
-            independence[i] != NOT_INDEPENDENT,
+            seen[8, i] != NOT_INDEPENDENT,
         )
         left, counts = NONE_EXCLUDED, False
         if independent:
             turning = skids or slips or skid_would_show(v_long, v_lat, yaw_rate, threshold_k, rules)
             left = not_excluded(skids, slips, abs(push) >= threshold_d, turning)
-        if independent and not np.isnan(force[i]):
+        if independent and not math.isnan(force):
             sd = max(a_long_sd, rules.min_c_d_mps2 / rules.threshold_sd)
-            response = a_long - known[i] - v_lat * yaw_rate * THIRD
+            response = a_long - known - v_lat * yaw_rate * THIRD
             counts = (slips and not skids) or t_ns[i] >= due_ns
             if counts:
-                seen = (force[i], response, sd * sd)
-                due_ns = regress_alpha(alpha, t_ns[i], rules.window_ns, seen, slips and not skids)
+                due_ns = regress_alpha(
+                    alpha, t_ns[i], rules.window_ns, (force, response, sd * sd), slips and not skids
+                )
         values[0, i], values[1, i], values[2, i] = c_d, threshold_k, threshold_d
         values[3, i], values[4, i] = fitted, fitted_sd
         fitted, fitted_sd = fit_of(alpha) if counts else (fitted, fitted_sd)
         verdicts[0, i], verdicts[1, i] = mode_of(left), left
-        verdicts[2, i] = outcome_of(left, independent, np.isnan(force[i]))
-    return values, verdicts
+        verdicts[2, i] = outcome_of(left, independent, math.isnan(force))
 
 
 class PaperIdentifier:
