@@ -1,9 +1,10 @@
 # mypy: disable-error-code="no-untyped-call, attr-defined, misc, unused-ignore, method-assign, assignment"
 """numba's front end, faster while one of our kernels compiles; what is compiled does not change.
 
-Four fifths of a compilation are numba's own Python. Four parts of it, measured on a first ``run``, are large:
+Four fifths of a compilation are numba's own Python. Measured on a first ``run``, these parts are large:
 
 - the overloads of an operator that are tried before the built-in one of ``a + b`` is found;
+- the search for new registries at every function, and events of every call of LLVM;
 - the garbage collector;
 - lists of the variables of a statement;
 - the text of errors that are never shown.
@@ -11,15 +12,19 @@ Four fifths of a compilation are numba's own Python. Four parts of it, measured 
 
 import contextlib
 import gc
+import sys
 from collections.abc import Iterator
 from typing import Any
 
-from numba.core import errors, ir
+from llvmlite.binding import ffi
+from numba.core import errors, event, ir
+from numba.core.base import BaseContext
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
+from numba.core.typing.context import BaseContext as TypingContext
 
-YOUNG_OBJECTS = 100_000
-"""New objects between two garbage collections. Few of those that a compilation makes are in cycles."""
+COLLECTED_AFTER = (100_000, 100, 1000)
+"""``gc.set_threshold`` while compiling. Few of the objects that a compilation makes are in cycles."""
 
 
 class PlainText:
@@ -105,23 +110,41 @@ def is_overload(function: Any, implementation: Any) -> bool:
     return implementation not in built_in
 
 
+def refreshed_for_modules(refresh: Any) -> Any:
+    """``refresh``, which looks for new registries, only where a module was imported since the last one."""
+    done: dict[int, int] = {}
+
+    def refreshed(self: Any) -> None:
+        if done.get(id(self)) != len(sys.modules):
+            refresh(self)
+            done[id(self)] = len(sys.modules)
+
+    return refreshed
+
+
+def replacements() -> Iterator[tuple[Any, str, Any]]:
+    """Owner, attribute and the quicker value in its place."""
+    yield errors, "_termcolor_inst", PlainText()
+    yield TargetConfig, "values", values_of
+    yield ir.Inst, "_rec_list_vars", lambda self, value: variables_in(value)
+    yield BaseFunction, "get_call_type", remembered_call_type(BaseFunction.get_call_type)
+    yield BaseContext, "refresh", refreshed_for_modules(BaseContext.refresh)
+    yield TypingContext, "refresh", refreshed_for_modules(TypingContext.refresh)
+    if not any(event._registered.values()):
+        yield ffi.lib._lock, "_cblist", []
+
+
 @contextlib.contextmanager
 def faster() -> Iterator[None]:
     """With numba's compiler lock held: the quicker functions in the place of numba's own."""
     thresholds = gc.get_threshold()
-    before = errors._termcolor_inst, TargetConfig.values, ir.Inst._rec_list_vars, BaseFunction.get_call_type
-    errors._termcolor_inst = PlainText()
-    TargetConfig.values = values_of
-    ir.Inst._rec_list_vars = lambda self, value: variables_in(value)
-    BaseFunction.get_call_type = remembered_call_type(before[3])
-    gc.set_threshold(max(YOUNG_OBJECTS, thresholds[0]), *thresholds[1:])
+    replaced = [(owner, name, getattr(owner, name), value) for owner, name, value in replacements()]
+    for owner, name, _, value in replaced:
+        setattr(owner, name, value)
+    gc.set_threshold(*COLLECTED_AFTER)
     try:
         yield
     finally:
         gc.set_threshold(*thresholds)
-        (
-            errors._termcolor_inst,
-            TargetConfig.values,
-            ir.Inst._rec_list_vars,
-            BaseFunction.get_call_type,
-        ) = before
+        for owner, name, before, _ in replaced:
+            setattr(owner, name, before)
