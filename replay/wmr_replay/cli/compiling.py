@@ -5,7 +5,7 @@ import warnings
 
 from wmr_schemas.compiled import on_compiling
 
-LINE = "compiling what this version uses for the first time (up to half a minute, kept for later) …"
+LINE = "compiling for the first use of this version (about 15 s, kept for later) …"
 
 _listening = False
 
