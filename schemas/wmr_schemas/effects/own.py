@@ -15,6 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import register_sources
 from wmr_schemas.effects.declaration import EffectDeclaration
 from wmr_schemas.errors import InvalidEffect
 
@@ -104,15 +105,6 @@ def check_own(source: str, effect: OwnEffect) -> None:
     method = METHODS[declared.acts_on]
     if getattr(type(effect), method) is getattr(OwnEffect, method):
         raise InvalidEffect(source, f"lacks the method {method}, which its acts_on asks for")
-
-
-def register_sources(package: str) -> None:
-    """Make the cache of compiled functions depend on the sources of ``package``, which may compile too."""
-    from wmr_schemas import compiled  # noqa: PLC0415 – compiles nothing unless a user's effect is installed
-
-    register = getattr(compiled, "register_sources", None)
-    if register is not None:
-        register(package)
 
 
 def as_columns(t_s: F64, pose: F64) -> dict[str, F64]:
