@@ -15,7 +15,7 @@ from wmr_synth import synthesise
 
 ROOMS = Path(inspect.getfile(GateSettings)).parents[1]
 SOURCES = ("Statistics", "Physics", "Numerics", "Presentation", "Judgement", "Patrol", "As ", "``")
-STRUCTURE = {"LOG_TWO_PI", "N_FREE", "OTHER_FOLDS", "NO_TARGETS", "START_ALPHA"}
+STRUCTURE = {"LOG_TWO_PI", "N_FREE", "OTHER_FOLDS", "NO_TARGETS", "PRODUCT_COLUMNS", "START_ALPHA"}
 """Module constants that lay out arrays or are mathematics; all other numbers belong to the settings."""
 
 

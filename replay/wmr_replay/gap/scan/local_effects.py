@@ -15,7 +15,7 @@ from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
 from wmr_replay.gap.settings.scan import ScanSettings
 from wmr_schemas.arrays import F64, I64
 
-COLUMNS = 16
+PRODUCT_COLUMNS = 16
 """Columns of a product at a time."""
 
 
@@ -133,7 +133,7 @@ def sizes_of(share: F64, G: F64) -> F64:
     Few columns at a time: for so small a product BLAS starts no threads, which would wait for each other
     longer than they work, and the answer does not depend on the number of cores.
     """
-    parts = (share[:, a : a + COLUMNS] for a in range(0, share.shape[1], COLUMNS))
+    parts = (share[:, a : a + PRODUCT_COLUMNS] for a in range(0, share.shape[1], PRODUCT_COLUMNS))
     return np.concatenate([np.sum(part * (G @ part), axis=0) for part in parts])
 
 
