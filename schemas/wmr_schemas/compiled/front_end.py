@@ -18,13 +18,12 @@ from typing import Any
 
 from llvmlite.binding import ffi
 from numba.core import errors, event, ir
-from numba.core.base import BaseContext
-from numba.core.imputils import builtin_registry as CODE  # noqa: N812
+from numba.core.cpu import CPUContext
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
-from numba.core.typing.context import BaseContext as TypingContext
-from numba.core.typing.templates import builtin_registry as TYPES  # noqa: N812
+from numba.core.typing.context import Context as TypingContext
 
+_LOAD = "load_additional_registries"
 COLLECTED_AFTER = (100_000, 100, 1000)
 """``gc.set_threshold`` while compiling. Few of the objects that a compilation makes are in cycles."""
 
@@ -112,25 +111,19 @@ def is_overload(function: Any, implementation: Any) -> bool:
     return implementation not in built_in
 
 
-def declarations() -> tuple[int, ...]:
-    """How many modules and declarations numba could know: any of them grows where a new one is made."""
-    return (
-        len(sys.modules),
-        *map(len, (TYPES.functions, TYPES.attributes, TYPES.globals)),
-        *map(len, (CODE.functions, CODE.getattrs, CODE.setattrs, CODE.casts, CODE.constants)),
-    )
+def loaded_where_new(load: Any) -> Any:
+    """``load_additional_registries`` of a context, only where a module was imported since the last time.
 
+    Declarations that are made while compiling go to the built-in registry, which is searched as before.
+    """
+    done: dict[int, int] = {}
 
-def refreshed_where_new(refresh: Any) -> Any:
-    """``refresh``, which looks for new declarations, only where there is one."""
-    done: dict[int, tuple[int, ...]] = {}
+    def loaded(self: Any) -> None:
+        if done.get(id(self)) != len(sys.modules):
+            load(self)
+            done[id(self)] = len(sys.modules)
 
-    def refreshed(self: Any) -> None:
-        if done.get(id(self)) != declarations():
-            refresh(self)
-            done[id(self)] = declarations()
-
-    return refreshed
+    return loaded
 
 
 def replacements() -> Iterator[tuple[Any, str, Any]]:
@@ -139,8 +132,8 @@ def replacements() -> Iterator[tuple[Any, str, Any]]:
     yield TargetConfig, "values", values_of
     yield ir.Inst, "_rec_list_vars", lambda self, value: variables_in(value)
     yield BaseFunction, "get_call_type", remembered_call_type(BaseFunction.get_call_type)
-    yield BaseContext, "refresh", refreshed_where_new(BaseContext.refresh)
-    yield TypingContext, "refresh", refreshed_where_new(TypingContext.refresh)
+    for context in (CPUContext, TypingContext):
+        yield context, _LOAD, loaded_where_new(getattr(context, _LOAD))
     if not any(event._registered.values()):
         yield ffi.lib._lock, "_cblist", []
 
