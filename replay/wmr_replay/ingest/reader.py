@@ -24,6 +24,7 @@ from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile
+from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
@@ -37,8 +38,8 @@ class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
-    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``
-    and ``remarks`` are complete once :meth:`batches` is exhausted.
+    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``,
+    ``remarks`` and ``findings`` are complete once :meth:`batches` is exhausted.
     """
 
     def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
@@ -55,6 +56,7 @@ class LogReader:
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
         self.robot = mapping.robot or self._own_parameters()
+        self.findings: list[Finding] = []
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()

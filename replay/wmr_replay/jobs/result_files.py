@@ -101,8 +101,8 @@ class ResultFiles:
 
 
 def summary_json(row: Mapping[str, Any]) -> str:
-    """The summary's row as JSON, settings and notes unfolded."""
-    unfolded = {name: json.loads(row[name]) for name in ("settings", "notes")}
+    """The summary's row as JSON, settings, notes and findings unfolded."""
+    unfolded = {name: json.loads(row[name]) for name in ("settings", "notes", "findings")}
     return json.dumps({**row, **unfolded}, indent=2, ensure_ascii=False)
 
 
