@@ -1,5 +1,7 @@
 """Stretches of marked rows do not depend on the batches."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,7 +27,7 @@ def test_stretches_are_the_runs_of_marked_rows_whatever_the_batches(
 ) -> None:
     stretches, t_s = Stretches(), np.arange(len(marked), dtype=float)
     edges = [0, *sorted(min(c, len(marked)) for c in cuts), len(marked)]
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         stretches.push(t_s[begin:end], np.array(marked[begin:end], bool))
     assert stretches.n == sum(marked)
     assert stretches.n_stretches == len(runs(marked))
