@@ -111,7 +111,7 @@ class Result:
         try:
             for samples in self._store.batches():
                 timeline.push(samples)
-            timeline.finish(self.verdict)
+            timeline.finish(self.verdict, self.findings)
         except BaseException:
             timeline.discard()
             raise

@@ -76,7 +76,8 @@ class ResultFiles:
                 write(parts[kind])
             self._samples.close()
             if self._timeline is not None:
-                self._timeline.finish(tables.summary["verdict"])
+                found = json.loads(tables.summary["findings"])
+                self._timeline.finish(tables.summary["verdict"], found)
             self._samples.finish()
         if "confusion" not in small:
             self._names["confusion"].unlink(missing_ok=True)
