@@ -49,3 +49,14 @@ BARRING = frozenset(
     {Status.CLOCKS_APART, Status.NO_HEADING, Status.RATE_TOO_LOW, Status.IMPLAUSIBLE, Status.OTHER_DRIVE}
 )
 """Statuses of rows that a finding on the data's quality bars; see :mod:`wmr_schemas.findings`."""
+
+WHOLE_LOG = frozenset(
+    {
+        Status.CLOCKS_APART,
+        Status.NO_HEADING,
+        Status.IMPLAUSIBLE,
+        Status.OTHER_DRIVE,
+        Status.POSE_NOT_INDEPENDENT,
+    }
+)
+"""Statuses of faults that a log has from its beginning to its end, whenever they are noticed."""

@@ -98,6 +98,34 @@ SEGMENTS: tuple[Column, ...] = (
     _count("n_samples", "rows in the segment"),
 )
 
+HINDSIGHT: tuple[Column, ...] = (
+    Column("t_ns", pl.Int64, "ns", "stamp of the pose sample, as in the samples table"),
+    _real("t_s", "s", "seconds since the first pose sample"),
+    _real("x_m", "m", "smoothed position of N, world x; jumps of the pose are taken out"),
+    _real("y_m", "m", "smoothed position of N, world y"),
+    _real("yaw_rad", "rad", "smoothed yaw, unwrapped"),
+    *_with_sd("v_long_mps", "m/s", "longitudinal velocity at t, forward positive"),
+    *_with_sd("v_lat_mps", "m/s", "lateral velocity at t, left positive"),
+    *_with_sd("yaw_rate_radps", "rad/s", "yaw rate at t"),
+    *_with_sd("a_long_mps2", "m/s²", "dv_long/dt at t"),
+    *_with_sd("yaw_acc_radps2", "rad/s²", "yaw acceleration at t"),
+    Column(
+        "mode",
+        pl.Int8,
+        "–",
+        "mode at t as the log up to t + lag shows it: −1 undecided, 0 ideal, 1 skidding, 2 slipping, 3 both",
+    ),
+    _real("p_ideal", "–", "smoothed posterior probability of ideal rolling"),
+    _real("p_skidding", "–", "smoothed posterior probability of skidding"),
+    _real("p_slipping", "–", "smoothed posterior probability of slipping"),
+    _real("p_skidding_slipping", "–", "smoothed posterior probability of both; null when not enabled"),
+    Column("mode_set", pl.UInt8, "–", "bit k set: mode k is not excluded"),
+    *_with_sd("alpha", "(m/s²)/(N·m)", "α from the whole log, as it holds at t + lag"),
+    Column("status", STATUS_DTYPE, "–", "why the row says what it says"),
+    Column("mode_true", pl.Int8, "–", "true mode; null without truth"),
+)
+"""``<stem>.hindsight.parquet``: what the recording as a whole says about every moment. Not causal."""
+
 CONFUSION: tuple[Column, ...] = (
     Column("mode_true", pl.Int8, "–", "true mode"),
     Column("mode", pl.Int8, "–", "estimated mode"),
@@ -149,6 +177,15 @@ SUMMARY: tuple[Column, ...] = (
     _real("brier", "–", "Brier score of the posterior"),
     _real("ece", "–", "expected calibration error, 10 bins"),
     _real("alpha_error", "–", "relative error of the last α against the truth (side file)"),
+    _real("hindsight_accuracy", "–", "accuracy of the hindsight table, over the same rows"),
+    _real("hindsight_decided_share", "–", "share of those rows with a mode in hindsight"),
+    _real("hindsight_accuracy_decided", "–", "accuracy over those"),
+    _real("hindsight_brier", "–", "Brier score of the smoothed posterior"),
+    _real("hindsight_ece", "–", "its expected calibration error, 10 bins"),
+    *(
+        _real(f"hindsight_share_{label}", "–", f"share of the rows {label} in hindsight")
+        for label in (*(mode.label for mode in MODES), "undecided")
+    ),
     Column("verdict", pl.String, "–", "the result in a sentence or two"),
     Column("notes", pl.String, "–", "JSON list of what was noticed: losses, clocks, what was left out"),
     Column("findings", pl.String, "–", "JSON list of findings on the data's quality, by code"),

@@ -5,10 +5,12 @@ import numpy as np
 from wmr_replay.align import PoseRepair, SampleBatch
 from wmr_replay.differentiate import Derivatives, NoiseTracker
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
+from wmr_replay.identify.filter_bank import BankIdentifier
 from wmr_replay.identify.independence import fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
+from wmr_replay.pipeline.hindsight import Record, SecondPass
 from wmr_replay.pipeline.identifiers import make_identifier, undecided_where_barred, undecided_while_filling
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
@@ -26,7 +28,9 @@ PIECE_ROWS = 16384
 class Chain:
     """Stage: measured rows → rows of the samples table."""
 
-    def __init__(self, settings: Settings, model: ReplayModel, stretch: SampleBatch) -> None:
+    def __init__(
+        self, settings: Settings, model: ReplayModel, stretch: SampleBatch, record: Record | None = None
+    ) -> None:
         levels = initial_levels(stretch)
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repair = PoseRepair(
@@ -42,6 +46,7 @@ class Chain:
         )
         self._outliers = OutlierFill()
         self._quality = Quality()
+        self._settings, self._record = settings, record
 
     @property
     def findings(self) -> list[Finding]:
@@ -68,6 +73,20 @@ class Chain:
         """Outliers among the poses so far."""
         return self._repair.n_outliers
 
+    def second_pass(self) -> SecondPass | None:
+        """The log once more, with what the first pass has learned; None where it was not recorded."""
+        if self._record is None:
+            return None
+        looking_back = None
+        if isinstance(self._identifier, BankIdentifier):
+            looking_back = self._identifier.looking_back(self._settings.hindsight_lag_s)
+        return SecondPass(
+            self._record,
+            looking_back,
+            min_confidence=self._settings.min_confidence,
+            all_modes=self._all_modes,
+        )
+
     def push(self, rows: SampleBatch) -> list[Columns]:
         """One row of the table for each row; an outlier's row holds the last verdict."""
         done = []
@@ -84,6 +103,8 @@ class Chain:
         """Repair rows, estimate the kept ones, and fill in the outliers, under one design."""
         rows = self._repair.push(rows)
         estimates = self._outliers.push(rows.kept, self._estimate(rows.without_outliers()))
+        if self._record is not None:
+            self._record.push_rows(rows, estimates)
         return measured_columns(self._start_ns, rows) | estimates
 
     def _estimate(self, rows: SampleBatch) -> Columns:
@@ -93,15 +114,18 @@ class Chain:
         motion = evidence.motion
         robot = self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
+        answer = self._identifier.push(evidence)
+        if self._record is not None and isinstance(self._identifier, BankIdentifier):
+            self._record.push_bins(self._identifier.new_bins)
         verdict = undecided_while_filling(
-            self._identifier.push(evidence), derivatives.state == Status.WARMING_UP, self._all_modes
+            answer, derivatives.state == Status.WARMING_UP, self._all_modes
         )
         verdict = undecided_where_barred(
             verdict, self._quality.push(self._observed(rows, derivatives, evidence, verdict)), self._all_modes
         )
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        return estimated_columns(motion, slip, verdict, delay_s, status)
+        return estimated_columns(derivatives.estimates[:, 0], motion, slip, verdict, delay_s, status)
 
     def _evidence(self, rows: SampleBatch, derivatives: Derivatives) -> Evidence:
         """What the identifier is given of each row."""

@@ -13,6 +13,8 @@ from wmr_schemas.status import Status
 Columns = dict[str, np.ndarray[Any, Any]]
 """Arrays of equal length by column name; ``status`` holds values of ``Status``; NaN where unknown."""
 
+SMOOTHED_POSE = ("smoothed_x_m", "smoothed_y_m", "smoothed_yaw_rad")
+"""The pose through the window, at the instant that the window describes; no columns of the samples table."""
 POSTERIOR = tuple(f"p_{mode.label}" for mode in MODES)
 
 
@@ -39,9 +41,11 @@ def warming_up_columns(start_ns: int, rows: SampleBatch, all_modes: ModeSet) -> 
     }
 
 
-def estimated_columns(motion: Motion, slip: Slip, verdict: Verdict, delay_s: F64, status: I8) -> Columns:
-    """Every estimate of the kept rows."""
-    columns = motion._asdict() | verdict._asdict()
+def estimated_columns(
+    pose: F64, motion: Motion, slip: Slip, verdict: Verdict, delay_s: F64, status: I8
+) -> Columns:
+    """Every estimate of the kept rows; ``pose`` (3, n) is the smoothed one."""
+    columns = motion._asdict() | verdict._asdict() | dict(zip(SMOOTHED_POSE, pose, strict=True))
     del columns["outcome"], columns["posterior"]
     columns |= dict(zip(POSTERIOR, verdict.posterior, strict=True))
     return columns | {

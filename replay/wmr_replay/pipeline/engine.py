@@ -4,6 +4,7 @@ align → (initial stretch) → repair → differentiate → identify. Rows of t
 ``warming_up``: what the stretch tells about the log must not reach back into it.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from wmr_replay.align import Aligner, Lag, SampleBatch, concatenate
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.columns import Columns, warming_up_columns
 from wmr_replay.pipeline.derivation import Tuning
+from wmr_replay.pipeline.hindsight import Record
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import I64, NS_PER_S
@@ -23,11 +25,12 @@ MIN_STRETCH_ROWS = 20
 
 class Engine:
     """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
-    order.
+    order; with ``hindsight`` the second pass follows.
     """
 
-    def __init__(self, settings: Settings, model: ReplayModel) -> None:
+    def __init__(self, settings: Settings, model: ReplayModel, *, hindsight: bool = False) -> None:
         self.settings, self.model = settings, model
+        self._record = Record() if hindsight else None
         self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
         self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
@@ -74,6 +77,11 @@ class Engine:
         self._stretch = []
         return done + rest
 
+    def hindsight(self) -> Iterator[Columns]:
+        """Batches of the hindsight table, after :meth:`finish`; a log too short for any answer has none."""
+        second = self._chain.second_pass() if self._chain else None
+        return iter(()) if second is None else second.columns()
+
     def _advance(self, rows: SampleBatch) -> list[Columns]:
         """Aligned rows → rows of the table; the initial stretch is held until it is complete."""
         if not len(rows):
@@ -98,7 +106,7 @@ class Engine:
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
-        self._chain = Chain(self.settings, self.model, stretch)
+        self._chain = Chain(self.settings, self.model, stretch, self._record)
         self._chain.push(stretch)
         return [
             warming_up_columns(int(stretch.t_ns[0]), stretch, self.settings.all_modes),

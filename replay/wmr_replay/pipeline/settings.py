@@ -49,6 +49,8 @@ class Settings:
     initial_stretch_s: float = 1.0
     """Rate, noise and window come from this first stretch, and from its first 20 rows at least."""
     noise_time_constant_s: float = 5.0
+    hindsight_lag_s: float = 4.0
+    """How far the second pass looks ahead of a row (docs/hindsight.md: more changes nothing by .002)."""
     reorder_window_s: float = 2.0
     max_hold_s: float = 1.0
     """A torque is held no longer than this."""
@@ -72,6 +74,8 @@ class Settings:
             )
         if not self.tuning_stretch_s > 0:
             raise InvalidSetting(f"the stretch to tune on must be above 0 s, not {self.tuning_stretch_s:g} s")
+        if not 0.1 <= self.hindsight_lag_s <= 60:
+            raise InvalidSetting(f"the lag must lie between 0.1 and 60 s, not {self.hindsight_lag_s:g} s")
         if not self.threshold_sd > 0:
             raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
 

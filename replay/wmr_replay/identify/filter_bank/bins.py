@@ -33,6 +33,11 @@ class Bins:
     values: F64
     stamps: I64
 
+    @classmethod
+    def none(cls) -> "Bins":
+        """No bins."""
+        return cls(np.empty((N_VALUES, 0)), np.empty(0, np.int64))
+
     def part(self, start: int, stop: int | None) -> "Bins":
         """Bins start … stop − 1."""
         return Bins(self.values[:, start:stop], self.stamps[start:stop])

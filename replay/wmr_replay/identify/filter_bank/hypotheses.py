@@ -29,6 +29,7 @@ N_CALM, CALM_LOG_PRIOR = PRIORS.n_calm_levels, PRIORS.calm_level_log_prior
 ALIKE_VARIANCE_OF_MEAN = PRIORS.merge_sd * PRIORS.merge_sd
 ALIKE_VARIANCE = PRIORS.merge_variance_ratio
 TINY = 1e-14
+N_MODES = 4
 NEVER_S = -1e9
 COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
@@ -36,7 +37,9 @@ COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 class HypothesisSet(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
     modes (H,), levels of disturbance (H,), how often each has slipped so far, (H, 2), in the form of a
-    share, and on slippery ground; and when, in s, its pose last jumped (H,). ``order``, ``kept`` (H,) and
+    share, and on slippery ground; when, in s, its pose last jumped (H,); and, in a ring of S intervals, the
+    probabilities of the modes that led to it, (H, S, 4). ``past_s`` (S,) are the ends of these intervals in s
+    and ``n_past`` (1,) their number so far; a bank that does not look back has S = 0. ``order``, ``kept`` (H,) and
     ``stack`` (64, 2) are scratch.
     """
 
@@ -47,14 +50,17 @@ class HypothesisSet(NamedTuple):
     level: I64
     slips: F64
     jumped_s: F64
+    past: F64
+    past_s: F64
+    n_past: I64
     size: I64
     order: I64
     kept: I64
     stack: I64
 
 
-def make_hypotheses(room: int) -> HypothesisSet:
-    """An empty set with room for so many hypotheses."""
+def make_hypotheses(room: int, intervals: int = 0) -> HypothesisSet:
+    """An empty set with room for so many hypotheses, each with a past of so many intervals."""
     return HypothesisSet(
         np.zeros((room, N_STATES)),
         np.zeros((room, N_STATES, N_STATES)),
@@ -63,6 +69,9 @@ def make_hypotheses(room: int) -> HypothesisSet:
         np.zeros(room, np.int64),
         np.zeros((room, 2)),
         np.full(room, NEVER_S),
+        np.zeros((room, intervals, N_MODES)),
+        np.zeros(intervals),
+        np.zeros(1, np.int64),
         np.zeros(1, np.int64),
         np.zeros(room, np.int64),
         np.zeros(room, np.int64),
@@ -83,6 +92,9 @@ def copy(hypotheses: HypothesisSet, source: int, target: int) -> None:
     hypotheses.slips[target, 0] = hypotheses.slips[source, 0]
     hypotheses.slips[target, 1] = hypotheses.slips[source, 1]
     hypotheses.jumped_s[target] = hypotheses.jumped_s[source]
+    for k in range(hypotheses.past.shape[1]):
+        for m in range(N_MODES):
+            hypotheses.past[target, k, m] = hypotheses.past[source, k, m]
 
 
 @lean
@@ -157,6 +169,18 @@ def twin_of(hypotheses: HypothesisSet, candidate: int, n_kept: int) -> int:
 
 
 @lean
+def merge_pasts(hypotheses: HypothesisSet, twin: int, candidate: int) -> None:
+    """The past of two hypotheses that become one: the mean of their pasts by weight."""
+    if hypotheses.past.shape[1] == 0:
+        return
+    share = 1.0 / (1.0 + math.exp(hypotheses.log_weight[twin] - hypotheses.log_weight[candidate]))
+    for k in range(hypotheses.past.shape[1]):
+        for m in range(N_MODES):
+            own, other = hypotheses.past[twin, k, m], hypotheses.past[candidate, k, m]
+            hypotheses.past[twin, k, m] = own + share * (other - own)
+
+
+@lean
 def prune_and_merge(hypotheses: HypothesisSet, most: int) -> None:
     """Keep the ``most`` probable; one that agrees with a more probable one gives its weight to it."""
     size, order, kept = hypotheses.size[0], hypotheses.order, hypotheses.kept
@@ -169,6 +193,7 @@ def prune_and_merge(hypotheses: HypothesisSet, most: int) -> None:
             break
         twin = twin_of(hypotheses, candidate, n_kept)
         if twin >= 0:
+            merge_pasts(hypotheses, twin, candidate)
             hypotheses.log_weight[twin] = np.logaddexp(
                 hypotheses.log_weight[twin], hypotheses.log_weight[candidate]
             )

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
+from wmr_replay.identify.filter_bank.hindsight import LookingBack, Pass, learned_prior
 from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.start import start_hypotheses
@@ -31,6 +32,8 @@ class BankSettings:
     """Length of a bin. Numerics: motion changes little in it."""
     split_s: float = 0.1
     """Time between two branchings. Numerics: a switch is dated to about this interval."""
+    hindsight_split_s: float = 0.06
+    """The same in the second pass, which has no delay of its own to hide a coarser grid."""
     switch_rate_per_s: float = 0.15
     """Switches of the mode a second. The rate of the benchmark, not evidence about robots."""
     start_bins: int = 30
@@ -72,12 +75,15 @@ class BankIdentifier:
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
         self._origin_ns = 0
+        self.new_bins = Bins.none()
+        """The bins that the last ``push`` completed."""
         self._said = np.full(N_OUTPUTS, np.nan)
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
         paper = self._paper.push(evidence)
         bins, done = into_bins(evidence, self._rows_per_bin, self._bin)
+        self.new_bins = bins
         said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
         self._said = said[:, -1]
         alpha = np.exp(said[4])
@@ -119,17 +125,29 @@ class BankIdentifier:
         return held + int(done[row])
 
     def _step(self, bins: Bins) -> F64:
-        s = self.settings
-        drift = Drift(
-            np.array(s.velocity_diffusions),
-            s.alpha_diffusion_share,
-            s.rho_diffusion_per_s,
-            s.cap_diffusion_per_s,
-        )
-        newer = 0.5 * (1 + 1 / self._rows_per_bin)
-        rhythm = Rhythm(self._n_modes, s.most_hypotheses, s.split_s, s.switch_rate_per_s, newer)
         seconds = (bins.stamps - self._origin_ns) / NS_PER_S
+        drift, rhythm = self._drift(), self._rhythm(self.settings.split_s)
         said = run_bins(
             self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
         )
-        return np.concatenate(said)
+        return np.concatenate(said[:3])
+
+    def _drift(self) -> Drift:
+        """Diffusions as the settings have them."""
+        s = self.settings
+        velocity = np.array(s.velocity_diffusions)
+        return Drift(velocity, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s)
+
+    def _rhythm(self, split_s: float) -> Rhythm:
+        """The bank's time steps with branchings ``split_s`` apart."""
+        s, newer = self.settings, 0.5 * (1 + 1 / self._rows_per_bin)
+        return Rhythm(self._n_modes, s.most_hypotheses, split_s, s.switch_rate_per_s, newer)
+
+    def looking_back(self, lag_s: float) -> LookingBack | None:
+        """A second pass over the same bins with the parameters learned so far; None before the bank starts."""
+        if not self._hypotheses.size[0]:
+            return None
+        prior, s = learned_prior(self._hypotheses, self._prior), self.settings
+        rhythm = self._rhythm(s.hindsight_split_s)
+        second = Pass(prior, self._terms, self._n_modes, self._drift(), rhythm, s.start_bins)
+        return LookingBack(second, lag_s)

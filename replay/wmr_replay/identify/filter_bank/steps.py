@@ -153,12 +153,14 @@ class Rhythm(NamedTuple):
 
 class Outputs(NamedTuple):
     """After each bin: posterior by mode (4, m), mean and variance of ln α (2, m), and the probability that
-    the pose has just jumped (1, m).
+    the pose has just jumped (1, m). ``smoothed`` (7, i): for each interval that leaves the ring, its end in s,
+    the posterior by mode, and mean and variance of ln α.
     """
 
     posterior: F64
     ln_alpha: F64
     jumped: F64
+    smoothed: F64
 
 
 def run_bins(
@@ -177,11 +179,14 @@ def run_bins(
     in s, its effort sum and difference, time since the last split – is carried on in place.
     """
     m = len(seconds)
-    outputs = Outputs(np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m)))
+    intervals = m if hypotheses.past.shape[1] else 0
+    outputs = Outputs(np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m)), np.zeros((7, intervals)))
+    before = int(hypotheses.n_past[0])
     work = np.empty((2 * N_MOVING + 1, N_STATES))
     values = np.ascontiguousarray(values)
     filter_bins(hypotheses, values, seconds, last, (prior, terms, drift), rhythm, work, outputs)
-    return outputs
+    first, done = max(before, hypotheses.past.shape[1]), int(hypotheses.n_past[0])
+    return outputs._replace(smoothed=outputs.smoothed[:, : max(done - first, 0)])
 
 
 @lean
@@ -198,6 +203,43 @@ def branch(
     split(hypotheses, r.n_modes, since_s, r.switch_rate_per_s, inputs, prior)
     vary_level(hypotheses, levels)
     prune_and_merge(hypotheses, r.most)
+
+
+@lean
+def look_back(hypotheses: HypothesisSet, k: int, out: F64) -> None:
+    """The end in s of the interval at place ``k`` of the ring, its posterior by mode as it is known now, and
+    mean and variance of ln α now.
+    """
+    out[0] = hypotheses.past_s[k]
+    out[5], out[6] = moments_of_ln_alpha(hypotheses)
+    for h in range(hypotheses.size[0]):
+        weight = math.exp(hypotheses.log_weight[h])
+        for m in range(4):
+            out[1 + m] += weight * hypotheses.past[h, k, m]
+
+
+@lean
+def record_interval(
+    hypotheses: HypothesisSet, inputs: tuple[float, float], now_s: float, row: int, smoothed: F64
+) -> int:
+    """An interval ends at ``now_s``: it enters the ring with each hypothesis's mode, and the one in whose place
+    it comes goes to column ``row`` of ``smoothed``; the next free column.
+    """
+    room, n = hypotheses.past.shape[1], hypotheses.n_past[0]
+    k = n % room
+    if n >= room:
+        look_back(hypotheses, k, smoothed[:, row])
+        row += 1
+    hypotheses.past_s[k] = now_s
+    for h in range(hypotheses.size[0]):
+        mode = hypotheses.mode[h]
+        for m in range(4):
+            hypotheses.past[h, k, m] = 1.0 if m == mode else 0.0
+        if mode == CAPPED:
+            slipping = slipping_share(hypotheses.mean[h], hypotheses.covariance[h], inputs[0], inputs[1])
+            hypotheses.past[h, k, IDEAL], hypotheses.past[h, k, SLIPPING] = 1.0 - slipping, slipping
+    hypotheses.n_past[0] = n + 1
+    return row
 
 
 @lean
@@ -223,6 +265,7 @@ def filter_bins(
 ) -> None:
     """:func:`run_bins` into ``outputs``; ``work`` (13, 10) is scratch."""
     prior, terms, drift = model
+    row = 0
     for k in range(seconds.shape[0]):
         step_s = seconds[k] - last[0]
         force = blend(values[FORCE, k], last[1], rhythm.newer)
@@ -230,6 +273,8 @@ def filter_bins(
         last[3] += step_s
         if last[3] >= rhythm.split_s - 1e-9:
             inputs = (0.0 if math.isnan(force) else force, 0.0 if math.isnan(turn) else turn)
+            if hypotheses.past.shape[1] > 0:
+                row = record_interval(hypotheses, inputs, seconds[k] - step_s, row, outputs.smoothed)
             branch(hypotheses, inputs, last[3], prior, drift.velocity.shape[0], rhythm)
             last[3] = 0.0
         predict(hypotheses, force, turn, step_s, prior, terms, drift, work)

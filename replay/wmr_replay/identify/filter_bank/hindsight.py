@@ -1,0 +1,126 @@
+"""The bank once more over a whole log: what the log up to t + lag says about the mode at t.
+
+Every hypothesis carries the probabilities of the modes that led to it, interval by interval, over the lag.
+Where two hypotheses are merged, their pasts are averaged by weight. An interval's posterior is the average over
+the hypotheses that live a lag later: fixed-lag smoothing of a multi-hypothesis filter.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, make_hypotheses
+from wmr_replay.identify.filter_bank.start import start_hypotheses
+from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, Prior
+from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
+from wmr_replay.identify.terms import Terms
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+
+
+class Intervals(NamedTuple):
+    """m consecutive intervals: their ends in ns (m,), the posterior by mode (4, m), mean and variance of ln α
+    (2, m).
+    """
+
+    end_ns: I64
+    posterior: F64
+    ln_alpha: F64
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """What the second pass takes from the first: prior, model terms, number of modes, drift and rhythm."""
+
+    prior: Prior
+    terms: Terms
+    n_modes: int
+    drift: Drift
+    rhythm: Rhythm
+    start_bins: int
+
+
+def learned_prior(hypotheses: HypothesisSet, prior: Prior) -> Prior:
+    """The prior with what the first pass knows at its end of ln α, ln β, ln c and ρ.
+
+    An interval of the parameters is at least as wide as ``LEAST_SD``: the first pass has seen the same log.
+    """
+    n = int(hypotheses.size[0])
+    weight = np.exp(hypotheses.log_weight[:n])
+    weight /= weight.sum()
+    mean = weight @ hypotheses.mean[:n]
+    off = hypotheses.mean[:n] - mean
+    variance = weight @ (np.diagonal(hypotheses.covariance[:n], axis1=1, axis2=2) + off**2)
+    sd = np.maximum(np.sqrt(variance), LEAST_SD)
+    return prior._replace(
+        ln_alpha=float(mean[LN_ALPHA]),
+        ln_alpha_sd=min(float(sd[LN_ALPHA]), prior.ln_alpha_sd),
+        ln_beta=prior.ln_beta if np.isnan(prior.ln_beta) else float(mean[LN_BETA]),
+        ln_c=float(mean[LN_C]),
+        ln_c_sd=min(float(sd[LN_C]), prior.ln_c_sd),
+    )
+
+
+LEAST_SD = 0.05
+"""Of ln α and ln c in the second pass: a load of 5 % comes and goes within a log."""
+
+
+class LookingBack:
+    """Stage: the bins of the first pass in, intervals out, each a lag after its end."""
+
+    def __init__(self, second: Pass, lag_s: float) -> None:
+        room = second.rhythm.most * (second.n_modes + 2) + 4
+        self._second = second
+        self._room = max(1, round(lag_s / second.rhythm.split_s))
+        self._hypotheses = make_hypotheses(room, self._room)
+        self._last = np.zeros(4)
+        self._waiting: Bins | None = None
+        self._origin_ns = 0
+
+    def push(self, bins: Bins) -> Intervals:
+        """The intervals whose lag is over."""
+        if not self._hypotheses.size[0]:
+            waiting = bins if self._waiting is None else self._waiting.then(bins)
+            if len(waiting.stamps) < self._second.start_bins:
+                self._waiting = waiting
+                return self._intervals(np.empty((7, 0)))
+            bins = self._begin(waiting)
+        second = self._second
+        seconds = (bins.stamps - self._origin_ns) / NS_PER_S
+        said = run_bins(
+            self._hypotheses,
+            bins.values,
+            seconds,
+            self._last,
+            second.prior,
+            second.terms,
+            second.drift,
+            second.rhythm,
+        )
+        return self._intervals(said.smoothed)
+
+    def finish(self) -> Intervals:
+        """The intervals of the last lag, as the end of the log shows them."""
+        size, n = int(self._hypotheses.size[0]), int(self._hypotheses.n_past[0])
+        places = np.arange(max(0, n - self._room), n) % self._room
+        weight = np.exp(self._hypotheses.log_weight[:size])
+        posterior = np.einsum("h,hkm->mk", weight, self._hypotheses.past[:size, places])
+        mean = self._hypotheses.mean[:size, LN_ALPHA]
+        first = float(weight @ mean)
+        second = float(weight @ (self._hypotheses.covariance[:size, LN_ALPHA, LN_ALPHA] + mean**2))
+        alpha = np.broadcast_to([[first], [max(second - first**2, 0.0)]], (2, len(places)))
+        return self._intervals(np.concatenate([[self._hypotheses.past_s[places]], posterior, alpha]))
+
+    def _begin(self, waiting: Bins) -> Bins:
+        """Start the hypotheses on the first bins; the bins that are left."""
+        second, n = self._second, self._second.start_bins
+        first, self._waiting = waiting.part(0, n), None
+        self._origin_ns = int(first.stamps[-1])
+        start_hypotheses(self._hypotheses, first, second.prior, second.n_modes, len(second.drift.velocity))
+        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
+        return waiting.part(n, None)
+
+    def _intervals(self, smoothed: F64) -> Intervals:
+        end_ns = self._origin_ns + np.rint(smoothed[0] * NS_PER_S).astype(np.int64)
+        return Intervals(end_ns, smoothed[1:5], smoothed[5:7])

@@ -1,0 +1,70 @@
+"""What the first pass keeps for the second: its rows, and the bins that its identifier went through."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wmr_replay.align import SampleBatch
+from wmr_replay.identify import Motion
+from wmr_replay.identify.filter_bank.bins import N_VALUES, Bins
+from wmr_replay.pipeline.columns import SMOOTHED_POSE, Columns
+from wmr_replay.pipeline.hindsight.spool import Spool, Table
+from wmr_schemas.status import WHOLE_LOG, Status
+
+DESCRIBED = ("x_m", "y_m", "yaw_rad", *Motion._fields)
+"""Columns that describe the instant t − delay: pose and motion."""
+ROW = np.dtype(
+    [
+        ("t_ns", np.int64),
+        ("delay_s", np.float64),
+        ("described", np.float64, len(DESCRIBED)),
+        ("mode", np.int8),
+        ("mode_set", np.uint8),
+        ("status", np.int8),
+        ("mode_true", np.int8),
+    ]
+)
+BIN = np.dtype([("values", np.float64, N_VALUES), ("stamp", np.int64)])
+
+
+class Record:
+    """Rows and bins of the first pass, in order."""
+
+    def __init__(self) -> None:
+        self._rows, self._bins = Spool(ROW), Spool(BIN)
+        self.last_status = Status.OK
+        """Of the last row: a fault of the whole log that holds there held from the beginning."""
+
+    def push_rows(self, rows: SampleBatch, estimates: Columns) -> None:
+        """Rows of the samples table."""
+        n = len(rows)
+        if not n:
+            return
+        table = np.empty(n, ROW)
+        table["t_ns"], table["mode_true"] = rows.t_ns, rows.mode_true
+        for k, name in enumerate((*SMOOTHED_POSE, *Motion._fields)):
+            table["described"][:, k] = estimates[name]
+        for name in ("delay_s", "mode", "mode_set", "status"):
+            table[name] = estimates[name]
+        self._rows.push(table)
+        self.last_status = Status(int(estimates["status"][-1]))
+
+    def push_bins(self, bins: Bins) -> None:
+        """Bins that the identifier completed."""
+        table = np.empty(len(bins.stamps), BIN)
+        table["values"], table["stamp"] = bins.values.T, bins.stamps
+        self._bins.push(table)
+
+    @property
+    def whole_log(self) -> Status | None:
+        """The status of a fault of the whole log."""
+        return self.last_status if self.last_status in WHOLE_LOG else None
+
+    def rows(self) -> Iterator[Table]:
+        """The rows in blocks."""
+        return self._rows.blocks()
+
+    def bins(self) -> Iterator[Bins]:
+        """The bins in blocks."""
+        for table in self._bins.blocks():
+            yield Bins(np.ascontiguousarray(table["values"].T), table["stamp"].copy())

@@ -1,0 +1,115 @@
+"""The second pass: columns of the hindsight table from what the first pass recorded."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.hindsight import Intervals, LookingBack
+from wmr_replay.identify.posterior import decided_modes
+from wmr_replay.pipeline.columns import POSTERIOR, Columns
+from wmr_replay.pipeline.hindsight.motion import AtInstants, Shift
+from wmr_replay.pipeline.hindsight.record import DESCRIBED, Record
+from wmr_replay.pipeline.hindsight.spool import Table
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.modes import ContactMode, ModeSet
+from wmr_schemas.status import BARRING, Status
+
+NO_ANSWER = np.array(sorted({*BARRING, Status.POSE_NOT_INDEPENDENT}))
+"""A causal row with one of these statuses has no answer in hindsight either."""
+
+
+class SecondPass:
+    """Iterate over :meth:`columns` once the first pass is over."""
+
+    def __init__(
+        self, record: Record, looking_back: LookingBack | None, *, min_confidence: float, all_modes: ModeSet
+    ) -> None:
+        self._record, self._looking_back = record, looking_back
+        self._min_confidence, self._all_modes = min_confidence, all_modes
+        self._intervals = self._smoothed() if looking_back is not None else iter(())
+        self._held = Intervals(np.empty(0, np.int64), np.empty((4, 0)), np.empty((2, 0)))
+        self._exhausted = looking_back is None
+        self._start_ns = 0
+
+    def columns(self) -> Iterator[Columns]:
+        """Batches of the hindsight table, every row of the samples table once and in order."""
+        shift = Shift()
+        for k, rows in enumerate(self._record.rows()):
+            if k == 0:
+                self._start_ns = int(rows["t_ns"][0])
+            yield from self._told(shift.push(rows))
+        yield from self._told(shift.finish())
+
+    def _told(self, ready: AtInstants | None) -> Iterator[Columns]:
+        """Columns of rows whose motion is known."""
+        if ready is None:
+            return
+        columns = dict(zip(DESCRIBED, ready.described, strict=True))
+        columns |= {"t_ns": ready.rows["t_ns"], "mode_true": ready.rows["mode_true"]}
+        columns["t_s"] = (ready.rows["t_ns"] - self._start_ns) / NS_PER_S
+        columns |= self._modes(ready)
+        yield columns
+
+    def _modes(self, ready: AtInstants) -> Columns:
+        """Mode, probabilities, α and status; the first pass's, moved to its instant, where the bank has none."""
+        at = self._interval_of(ready.rows["t_ns"])
+        if at is None:
+            decided = np.stack([ready.later["mode"], ready.later["mode_set"].view(np.int8)])
+            posterior, alpha = np.full((4, len(ready.rows)), np.nan), np.full((2, len(ready.rows)), np.nan)
+        else:
+            posterior, ln_alpha = self._held.posterior[:, at], self._held.ln_alpha[:, at]
+            decided = decided_modes(posterior, self._min_confidence)
+            alpha = np.stack([np.exp(ln_alpha[0]), np.exp(ln_alpha[0]) * np.sqrt(ln_alpha[1])])
+        if ModeSet.SKIDDING_SLIPPING not in self._all_modes:
+            posterior[3] = np.nan
+        return self._barred(ready.rows, decided, posterior, alpha)
+
+    def _barred(self, rows: Table, decided: I8, posterior: F64, alpha: F64) -> Columns:
+        """The answers where one may be given, and the status of every row."""
+        cause = rows["status"]
+        if self._record.whole_log is not None:
+            cause = np.full(len(rows), self._record.whole_log, np.int8)
+        barred = np.isin(cause, NO_ANSWER)
+        mode, mode_set = decided[0].copy(), decided[1].view(np.uint8).copy()
+        mode[barred], mode_set[barred] = ContactMode.UNDECIDED, self._all_modes
+        posterior[:, barred] = alpha[:, barred] = np.nan
+        status = np.where(mode != ContactMode.UNDECIDED, Status.OK, reason(cause, mode_set))
+        return {
+            **dict(zip(POSTERIOR, posterior, strict=True)),
+            "mode": mode,
+            "mode_set": mode_set,
+            "alpha": alpha[0],
+            "alpha_sd": alpha[1],
+            "status": status.astype(np.int8),
+        }
+
+    def _interval_of(self, t_ns: I64) -> I64 | None:
+        """For each stamp the interval that holds it; the first or last one beyond the ends. None without any."""
+        while not self._exhausted and (not len(self._held.end_ns) or self._held.end_ns[-1] < t_ns[-1]):
+            self._extend(int(t_ns[0]))
+        if not len(self._held.end_ns):
+            return None
+        return np.minimum(np.searchsorted(self._held.end_ns, t_ns), len(self._held.end_ns) - 1)
+
+    def _extend(self, needed_ns: int) -> None:
+        """The next intervals; those that end before ``needed_ns`` are dropped."""
+        more = next(self._intervals, None)
+        if more is None:
+            self._exhausted = True
+            return
+        keep = max(int(np.searchsorted(self._held.end_ns, needed_ns)) - 1, 0)
+        parts = zip(self._held, more, strict=True)
+        self._held = Intervals(*(np.concatenate([held[..., keep:], new], axis=-1) for held, new in parts))
+
+    def _smoothed(self) -> Iterator[Intervals]:
+        """The intervals of the second pass in order."""
+        assert self._looking_back is not None
+        for bins in self._record.bins():
+            yield self._looking_back.push(bins)
+        yield self._looking_back.finish()
+
+
+def reason(cause: I8, mode_set: F64) -> I8:
+    """Why a row (n,) has no mode: the first pass's reason; where that had none, what cannot be told apart."""
+    open_reason = np.where(mode_set & int(ModeSet.SKIDDING), Status.NOT_TURNING, Status.NOT_EXCITED)
+    return np.where(cause == Status.OK, open_reason, cause)
