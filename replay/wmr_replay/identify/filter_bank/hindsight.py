@@ -117,7 +117,7 @@ class LookingBack:
         second, n = self._second, self._second.start_bins
         first, self._waiting = waiting.part(0, n), None
         self._origin_ns = int(first.stamps[-1])
-        start_hypotheses(self._hypotheses, first, second.prior, second.n_modes, len(second.drift.velocity))
+        start_hypotheses(self._hypotheses, first, second.prior, second.n_modes, second.drift.disturbance)
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
         return waiting.part(n, None)
 

@@ -35,7 +35,7 @@ COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
 
 class HypothesisSet(NamedTuple):
-    """The first ``size`` (1,) of H hypotheses live: means (H, 10), covariances (H, 10, 10), log weights (H,),
+    """The first ``size`` (1,) of H hypotheses live: means (H, 12), covariances (H, 12, 12), log weights (H,),
     modes (H,), levels of disturbance (H,), how often each has slipped so far, (H, 2), in the form of a
     share, and on slippery ground; when, in s, its pose last jumped (H,); and, in a ring of S intervals, the
     probabilities of the modes that led to it, (H, S, 4). ``past_s`` (S,) are the ends of these intervals in s

@@ -40,6 +40,8 @@ class BankSettings:
     """Bins of the first fit, .6 s. Judgement: long enough for a velocity, short against a phase."""
     velocity_diffusions: tuple[float, ...] = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
     """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω; part of the hypothesis."""
+    disturbances_mps2: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.03, 0.1, 0.3)
+    """Coloured disturbances by the same levels, standard deviations of dv_long/dt (l dω/dt alike)."""
     alpha_diffusion_share: float = 0.01
     """Diffusion of ln α in 1/s over that of the velocities. Judgement."""
     rho_diffusion_per_s: float = 1e-3
@@ -105,7 +107,7 @@ class BankIdentifier:
         first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
         start_hypotheses(
-            self._hypotheses, first, self._prior, self._n_modes, len(self.settings.velocity_diffusions)
+            self._hypotheses, first, self._prior, self._n_modes, np.array(self.settings.disturbances_mps2)
         )
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
         before = np.full((N_OUTPUTS, len(bins.stamps) - len(rest.stamps)), np.nan)
@@ -136,7 +138,8 @@ class BankIdentifier:
         """Diffusions as the settings have them."""
         s = self.settings
         velocity = np.array(s.velocity_diffusions)
-        return Drift(velocity, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s)
+        disturbance = np.array(s.disturbances_mps2)
+        return Drift(velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s)
 
     def _rhythm(self, split_s: float) -> Rhythm:
         """The bank's time steps with branchings ``split_s`` apart."""

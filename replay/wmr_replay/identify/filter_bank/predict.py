@@ -6,6 +6,8 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
+    AHEAD,
+    AROUND,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -28,14 +30,15 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
 AVERAGE_SPEED_FLOOR_MPS = PRIORS.average_speed_floor_mps
+DISTURBANCE_TIME_S = PRIORS.disturbance_time_s
 DEPENDS_ON = np.array(
     [
         [X, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
         [Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
         [PSI, OMEGA, LN_BETA, -1, -1, -1],
-        [V_LONG, V_LAT, OMEGA, LN_ALPHA, RHO, -1],
+        [V_LONG, V_LAT, OMEGA, LN_ALPHA, RHO, AHEAD],
         [V_LONG, V_LAT, OMEGA, LN_C, -1, -1],
-        [OMEGA, LN_BETA, RHO, -1, -1, -1],
+        [OMEGA, LN_BETA, RHO, AROUND, -1, -1],
     ]
 )
 """States on which each moving state depends: where the Jacobian is not zero."""
@@ -92,8 +95,8 @@ def predict_mean(
         terms,
     )
     new_v, new_omega, new_lat = (
-        v_long + (by.ahead + ahead) * dt,
-        omega + (by.turning + turning) * dt,
+        v_long + (by.ahead + ahead + mean[AHEAD]) * dt,
+        omega + (by.turning + turning + mean[AROUND]) * dt,
         0.0,
     )
     for i in range(N_MOVING):
@@ -101,6 +104,7 @@ def predict_mean(
         jacobian[i, i] = 1.0
     jacobian[V_LONG, LN_ALPHA], jacobian[OMEGA, LN_BETA] = by.ahead_by_alpha * dt, by.turning_by_beta * dt
     jacobian[V_LONG, RHO], jacobian[OMEGA, RHO] = by.ahead_by_own * dt, by.turning_by_own * dt
+    jacobian[V_LONG, AHEAD] = jacobian[OMEGA, AROUND] = dt
     middle_omega = 0.5 * (omega + new_omega)
     if skids:
         new_lat = lateral_step(mean, dt, (0.5 * (v_long + new_v), middle_omega, aside), prior, jacobian)
@@ -151,3 +155,19 @@ def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
             covariance[i, j] = covariance[j, i] = total
         for j in range(N_MOVING, N_STATES):
             covariance[i, j] = covariance[j, i] = work[i, j]
+
+
+@lean
+def let_disturbances_fade(mean: F64, covariance: F64, variance: float, around: float, dt: float) -> None:
+    """Disturbances after dt: the old ones fade with the time constant τ, new ones keep their ``variance`` in
+    (m/s²)², ``around`` times as large for dω/dt in (rad/s²)².
+    """
+    left = math.exp(-dt / DISTURBANCE_TIME_S)
+    for k in (AHEAD, AROUND):
+        mean[k] *= left
+        for j in range(N_STATES):
+            covariance[k, j] *= left
+            covariance[j, k] *= left
+    fresh = variance * (1.0 - left * left)
+    covariance[AHEAD, AHEAD] += fresh
+    covariance[AROUND, AROUND] += around * fresh

@@ -8,6 +8,8 @@ from wmr_replay.identify.filter_bank.bins import Bins
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, log_prior_of_level, normalise
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
+    AHEAD,
+    AROUND,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -30,17 +32,21 @@ LEAST_SPEED_SD_MPS = PRIORS.least_start_speed_sd_mps
 
 
 def start_hypotheses(
-    hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, n_levels: int
+    hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, disturbances_mps2: F64
 ) -> None:
     """Fill the set with one hypothesis for each mode and level, at the last of the bins."""
     mean, covariance = first_state(bins.values, bins.stamps, prior)
-    for h, (mode, level) in enumerate(product(range(n_modes), range(n_levels))):
+    for h, (mode, level) in enumerate(product(range(n_modes), range(len(disturbances_mps2)))):
         hypotheses.mean[h], hypotheses.covariance[h] = mean, covariance
         hypotheses.mode[h], hypotheses.level[h] = mode, level
+        variance = disturbances_mps2[level] ** 2
+        half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
+        hypotheses.covariance[h, AHEAD, AHEAD] = variance
+        hypotheses.covariance[h, AROUND, AROUND] = variance / half_track_m**2
         hypotheses.log_weight[h] = log_prior_of_level(level)
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
             stop_skidding(hypotheses.mean[h], hypotheses.covariance[h])
-    hypotheses.size[0] = n_modes * n_levels
+    hypotheses.size[0] = n_modes * len(disturbances_mps2)
     normalise(hypotheses)
 
 

@@ -1,8 +1,9 @@
 """The state of one hypothesis, and its prior.
 
 x, y, ψ, v_long, v_lat, ω; ln α; ln β with β = α_yaw/l; ln c with the skid's decay rate c/v, c = 2 G_x/(ε m);
-and ρ, the share of traction that slipping leaves – on slippery ground, in its place, the logarithm of what
-friction carries, a wheel's largest contribution to dv_long/dt in m/s².
+ρ, the share of traction that slipping leaves – on slippery ground, in its place, the logarithm of what
+friction carries, a wheel's largest contribution to dv_long/dt in m/s²; and disturbances of dv_long/dt in m/s² and of dω/dt in rad/s²,
+which no model has: Ornstein-Uhlenbeck processes, since what acts on a robot lasts for a while.
 """
 
 from typing import NamedTuple
@@ -13,10 +14,11 @@ from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_schemas.modes import MODES
 from wmr_schemas.robot import RobotParameters
 
-X, Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_BETA, LN_C, RHO = range(10)
-N_STATES = 10
+X, Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_BETA, LN_C, RHO, AHEAD, AROUND = range(12)
+N_STATES = 12
 N_MOVING = 6
-"""The first six states are predicted; the last four are parameters that drift at most."""
+"""The first six states are predicted; of the others four are parameters that drift at most, and two are
+disturbances that die out."""
 
 IDEAL, SKIDDING, SLIPPING, SKIDDING_SLIPPING = (int(mode) for mode in MODES)
 """``ContactMode`` as the integers that compiled code compares with."""

@@ -19,7 +19,7 @@ from wmr_replay.identify.filter_bank.jumps import (
     share_that_jumped,
     surprising,
 )
-from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
+from wmr_replay.identify.filter_bank.predict import let_disturbances_fade, predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     CAPPED,
@@ -44,20 +44,35 @@ from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
-LONGEST_STEP_S = PRIORS.longest_step_s
+LONGEST_STEP_S, LEAST_HALF_TRACK_M = PRIORS.longest_step_s, PRIORS.least_half_track_m
 MIN_LOG_WEIGHT = math.log(PRIORS.least_interval_weight)
+COMPENSATED = PRIORS.compensated_sd * PRIORS.compensated_sd
 UNKNOWN_ACCELERATION_DIFFUSION = PRIORS.unknown_acceleration_diffusion
 
 
 class Drift(NamedTuple):
-    """Diffusion per second: of the velocities by level of disturbance, of ln α as a share of it, of ρ, and of
-    the logarithm of a cap.
+    """By level of disturbance: diffusion per second of the velocities, and the standard deviation in m/s² of a
+    coloured disturbance of dv_long/dt. Diffusion of ln α as a share of the velocities', of ρ, and of the
+    logarithm of a cap.
     """
 
     velocity: F64
+    disturbance: F64
     alpha_share: float
     rho: float
     cap: float
+
+
+@lean
+def told(effort: float, gain: float, variance: float) -> float:
+    """The part of an effort that tells modes apart: effort x²/(1 + x²), x = demand/(3 sd of the disturbance).
+
+    A speed controller compensates disturbances, and sees them better than a pose does. Its efforts of their
+    size are therefore no independent input: without this factor rolling at constant speed would look like
+    slipping, since such efforts are not followed by accelerations.
+    """
+    x = effort * effort * gain * gain / (COMPENSATED * variance)
+    return effort * x / (1.0 + x)
 
 
 @lean
@@ -73,26 +88,32 @@ def predict(
 ) -> None:
     """All hypotheses forward by ``step_s``; unknown efforts (NaN) leave the velocities free.
 
-    ``work`` (12, 10 at least) is scratch.
+    ``work`` (12, 12 at least) is scratch.
     """
     pieces = max(1, math.ceil(step_s / LONGEST_STEP_S))
     dt = step_s / pieces
     free_v, free_omega = math.isnan(force), math.isnan(turn) or math.isnan(prior.ln_beta)
+    half_track = max(prior.half_track_m, LEAST_HALF_TRACK_M)
+    around = 1.0 / half_track**2
     for h in range(hypotheses.size[0]):
         mean, covariance, mode = hypotheses.mean[h], hypotheses.covariance[h], hypotheses.mode[h]
         diffusion = drift.velocity[hypotheses.level[h]]
+        disturbance = drift.disturbance[hypotheses.level[h]] ** 2
+        told_force = 0.0 if free_v else told(force, math.exp(mean[LN_ALPHA]), disturbance)
+        told_turn = 0.0 if free_omega else told(turn, math.exp(mean[LN_BETA]) * half_track, disturbance)
         for _ in range(pieces):
             predict_mean(
                 mean,
                 mode,
-                0.0 if free_v else force,
-                0.0 if free_omega else turn,
+                told_force,
+                told_turn,
                 dt,
                 prior,
                 terms,
                 work[:N_MOVING],
             )
             predict_covariance(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
+            let_disturbances_fade(mean, covariance, disturbance, around, dt)
             covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
             covariance[OMEGA, OMEGA] += (UNKNOWN_ACCELERATION_DIFFUSION if free_omega else diffusion) * dt
             if mode in (SKIDDING, SKIDDING_SLIPPING):
@@ -263,7 +284,7 @@ def filter_bins(
     work: F64,
     outputs: Outputs,
 ) -> None:
-    """:func:`run_bins` into ``outputs``; ``work`` (13, 10) is scratch."""
+    """:func:`run_bins` into ``outputs``; ``work`` (13, 12) is scratch."""
     prior, terms, drift = model
     row = 0
     for k in range(seconds.shape[0]):

@@ -12,7 +12,7 @@ OUTLIER_SD = PRIORS.outlier_sd
 
 @lean
 def update(mean: F64, covariance: F64, pose: F64, variances: F64, gain: F64) -> float:
-    """Kalman update by x, y, ψ in turn; returns the log likelihood. ``gain`` (10,) is scratch.
+    """Kalman update by x, y, ψ in turn; returns the log likelihood. ``gain`` (12,) is scratch.
 
     An innovation beyond 5 sd counts as one of 5 sd with a larger variance. The influence of an outlier is
     bounded.
