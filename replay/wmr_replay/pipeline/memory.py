@@ -38,3 +38,14 @@ def replay_columns(
     """Columns of the samples table of a log in memory, by ``model`` or its own nominal parameters."""
     engine = Engine(settings or Settings(), model or ReplayModel(log.robot))
     return [*engine.push(as_batch(log)), *engine.finish()]
+
+
+def hindsight_columns(
+    log: Log, settings: Settings | None = None, model: ReplayModel | None = None
+) -> list[Columns]:
+    """Columns of the hindsight table of a log in memory; those of the samples table where the log is too short
+    for a second pass.
+    """
+    engine = Engine(settings or Settings(), model or ReplayModel(log.robot), hindsight=True)
+    causal = [*engine.push(as_batch(log)), *engine.finish()]
+    return list(engine.hindsight()) or causal

@@ -8,7 +8,7 @@ from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.extension import WEIGHTS, Extension, weight
 from wmr_replay.gap.settings import GateSettings
-from wmr_replay.pipeline.memory import replay_columns
+from wmr_replay.pipeline.memory import hindsight_columns
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect, Model
@@ -17,10 +17,12 @@ from wmr_schemas.signals import Log, ModeTrack
 
 
 def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> ModeTrack:
-    """The modes that the filter bank sees with the extended model; undecided rows count as ideal."""
+    """The modes that the filter bank sees in hindsight with the extended model; undecided rows count as
+    ideal.
+    """
     log = with_acting_torques(log, extension, settings)
     model = replay_model(Model(effects=lasting_effects(extension)), log.robot)
-    batches = replay_columns(Log(log.pose, log.torque, None, log.robot), model=model)
+    batches = hindsight_columns(Log(log.pose, log.torque, None, log.robot), model=model)
     t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
     return ModeTrack(t_ns, np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode).astype(np.int8))
 
