@@ -7,13 +7,13 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
-from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import log_span_ns, wanted_spans
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
@@ -23,7 +23,7 @@ from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import InvalidFile
+from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
@@ -49,7 +49,10 @@ class LogReader:
         self.files = join_files([file for file, _ in files])
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
-        self.limits = between.limits_ns(first_log_ns(self.survey))
+        self.between, self.span_ns = between, log_span_ns(self.survey)
+        self.limits = between.limits_ns(self.span_ns)
+        if self.survey.spans:
+            check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = unsupported_kinds(self.candidates)
@@ -127,6 +130,10 @@ class LogReader:
         reading.finish(None if statistics is None else sum(statistics.values()))
         self.remarks += reading.remarks
         self.position_bytes = self.size_bytes
+
+    def nothing_between(self, what: str) -> LogUnusable:
+        """The error for limits within which no result can be made of the log; ``what`` says why."""
+        return nothing_between(self.path, self.between, self.span_ns, what)
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""

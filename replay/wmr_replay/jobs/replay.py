@@ -16,11 +16,13 @@ from wmr_replay.tables import confusion_frame, samples_frame
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
 from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import DamagedLog
+from wmr_schemas.errors import DamagedLog, LogUnusable
 from wmr_schemas.signals import Log
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
+MOST_REASONS = 3
+"""Losses that an error names."""
 
 
 class Source(Protocol):
@@ -50,6 +52,9 @@ class Source(Protocol):
 
     def notes(self) -> list[str]:
         """What was noticed besides losses. Complete once the batches are exhausted."""
+
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Raises LogUnusable where the rows, of which ``n_warm`` are behind the warm-up, make no result."""
 
 
 class FileSource:
@@ -82,6 +87,21 @@ class FileSource:
         """Remarks on channels and stamps."""
         return [*self._reader.remarks, *self._reader.stamp_notes]
 
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Raises LogUnusable without any pose, and where the range or the window that the user chose leaves
+        no row behind the warm-up.
+        """
+        reader = self._reader
+        if not n_rows and reader.limits is None:
+            lost = "; ".join(reader.losses.notes[:MOST_REASONS])
+            raise LogUnusable(reader.path, "it holds no pose that could be used" + (f": {lost}" if lost else ""))
+        if not n_rows:
+            raise reader.nothing_between("no usable pose lies")
+        if not n_warm and window_s is not None:
+            raise reader.nothing_between(f"the poses end before a window of {window_s:g} s is full,")
+        if not n_warm and reader.limits is not None:
+            raise reader.nothing_between("the poses end before the differentiator's window is full,")
+
 
 class MemorySource:
     """The rows of a log in memory, in one batch."""
@@ -107,6 +127,9 @@ class MemorySource:
     def notes(self) -> list[str]:
         """No remarks."""
         return []
+
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Signals in memory give the rows that they are."""
 
 
 def content_sha256(log: Log) -> str:
@@ -149,7 +172,9 @@ class Replay:
         self._tally = SummaryCollector()
 
     def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
-        """The samples table, batch by batch. With ``strict``, raises DamagedLog when something was lost."""
+        """The samples table, batch by batch. Raises LogUnusable where they make no result, and with
+        ``strict`` DamagedLog when something was lost.
+        """
         for batch in self.source.batches():
             for columns in self.engine.push(batch):
                 yield self._counted(samples_frame(columns))
@@ -163,6 +188,7 @@ class Replay:
                 "; ".join(self.source.losses.notes),
                 "leave --strict out to analyse the intact part",
             )
+        self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
     def tables(self) -> RunTables:
         """Segments, confusion and the summary's row, once the samples are exhausted."""
