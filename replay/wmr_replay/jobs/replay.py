@@ -18,6 +18,7 @@ from wmr_replay.tables.truth import SideTruth
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import DamagedLog, LogUnusable
 from wmr_schemas.signals import Log
+from wmr_schemas.text import encodable
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
@@ -62,7 +63,7 @@ class FileSource:
 
     def __init__(self, reader: LogReader, sha256: str | None = None) -> None:
         self._reader = reader
-        self.name, self.stem = str(reader.path), reader.path.stem
+        self.name, self.stem = encodable(reader.path), encodable(reader.path.stem)
         self.sha256 = sha256 or sha256_of(reader.path)
         self.file_sha256 = None if isinstance(reader.path, RemotePath) else self.sha256
 
@@ -94,7 +95,9 @@ class FileSource:
         reader = self._reader
         if not n_rows and reader.limits is None:
             lost = "; ".join(reader.losses.notes[:MOST_REASONS])
-            raise LogUnusable(reader.path, "it holds no pose that could be used" + (f": {lost}" if lost else ""))
+            raise LogUnusable(
+                reader.path, "it holds no pose that could be used" + (f": {lost}" if lost else "")
+            )
         if not n_rows:
             raise reader.nothing_between("no usable pose lies")
         if not n_warm and window_s is not None:

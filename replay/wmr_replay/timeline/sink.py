@@ -20,6 +20,7 @@ from wmr_replay.timeline.series import Series
 from wmr_replay.timeline.states import LANES, Lane
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.modes import ContactMode
+from wmr_schemas.text import shown
 
 APPLICATION = "wmr_replay"
 XY = ("x_m", "y_m")
@@ -29,7 +30,11 @@ DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).ro
 
 def recording_into(path: Path, recording_id: str | None) -> rr.RecordingStream:
     """A recording that streams into ``path``."""
-    recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
+    recording = rr.RecordingStream(
+        APPLICATION,
+        recording_id=None if recording_id is None else shown(recording_id),
+        send_properties=False,
+    )
     recording.save(path)
     return recording
 
