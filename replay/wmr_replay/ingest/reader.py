@@ -11,8 +11,10 @@ from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
+from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
 from wmr_replay.ingest.mcap.chunk_selection import log_span_ns, wanted_spans
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
@@ -57,6 +59,7 @@ class LogReader:
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
+        self.remarks += unreadable_kin(self.candidates, self.plan.uses)
         self.robot = mapping.robot or self._own_parameters()
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
@@ -87,6 +90,12 @@ class LogReader:
     def size_bytes(self) -> int:
         """Size in bytes of all files of the log."""
         return self.survey.size_bytes
+
+    @property
+    def has_checksums(self) -> bool:
+        """Whether a checksum covers any message of the log; true of a log without messages."""
+        _, crc = self.survey.data_end or (0, 0)
+        return bool(crc) or not self.survey.spans or any(is_covered(span) for span in self.survey.spans)
 
     @property
     def pose_is_odometry(self) -> bool:
@@ -126,9 +135,10 @@ class LogReader:
             yield batch
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
-        statistics = self.survey.statistics if whole else None
-        reading.finish(None if statistics is None else sum(statistics.values()))
+        reading.finish(self.survey.statistics if whole else None)
         self.remarks += reading.remarks
+        if self.losses.any() and not self.has_checksums:
+            self.remarks.append(NO_CHECKSUMS)
         self.position_bytes = self.size_bytes
 
     def nothing_between(self, what: str) -> LogUnusable:

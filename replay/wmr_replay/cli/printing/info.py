@@ -86,8 +86,14 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         found.append(("note", "by its name the pose is odometry: skidding cannot be seen in wheel odometry"))
     if n_empty := info.losses["n_torque_empty"]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
-    found += [("lost", note) for note in info.losses["notes"]] or [("lost", "nothing")]
+    found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
     return found
+
+
+def nothing_lost(info: "LogInfo") -> str:
+    """That nothing is known to be lost, and how far that can be known."""
+    without = "as far as can be seen: the file has no checksums, so that changed values go unnoticed"
+    return "nothing" if info.has_checksums else f"nothing, {without}"
 
 
 def role_line(info: "LogInfo", role: str) -> str:
