@@ -14,7 +14,8 @@ import re
 from typing import Any
 
 _BMP = 0xFFFF
-_MARKDOWN = re.compile(r"([\\`*_{}\[\]()<>#|!~$&])")
+_MARKDOWN = re.compile(r"([\\`*\[\]<>#|~$&]|(?<![^\W_])_|_(?![^\W_]))")
+"""An underscore inside a word means nothing; without brackets there is no link."""
 
 
 def shown(text: object) -> str:

@@ -60,4 +60,4 @@ def test_toml_of_a_lone_surrogate_can_be_written_and_read():
 
 
 def test_markdown_shows_punctuation_as_it_is():
-    assert markdown("a_b [x](y) <b>\x1b") == "a\\_b \\[x\\]\\(y\\) \\<b\\>\\\\x1b"
+    assert markdown("a_b _c_ [x](y) <b>\x1b") == "a_b \\_c\\_ \\[x\\](y) \\<b\\>\\\\x1b"
