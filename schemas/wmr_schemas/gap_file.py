@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from wmr_schemas.errors import InvalidFile
+from wmr_schemas.text import json_shown
 
 Maybe = float | None
 Probability = Annotated[float, Meta(ge=0, le=1)] | None
@@ -176,7 +177,7 @@ class GapFile(Part, frozen=True):
     modes: Annotated[
         str,
         Meta(
-            pattern=r"^(identified|ideal|topic:.+)$",
+            pattern=r"^(identified|ideal|topic:[\s\S]+)$",
             description="how the contact mode was obtained: `identified`, `ideal` or `topic:/…`",
         ),
     ]
@@ -196,7 +197,7 @@ class GapFile(Part, frozen=True):
 
 def gap_to_json(gap: GapFile) -> str:
     """The text of the file; :func:`read_gap` gives the same back."""
-    return msgspec.json.format(msgspec.json.encode(gap), indent=2).decode() + "\n"
+    return json_shown(msgspec.json.format(msgspec.json.encode(gap), indent=2).decode()) + "\n"
 
 
 def read_gap(path: Path) -> GapFile:

@@ -9,6 +9,7 @@ import tomli_w
 
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.text import toml_shown
 from wmr_schemas.tomlfile import check_keys, expect_number, expect_table, expect_text, read_toml
 
 Clock = Literal["header", "publish", "log"]
@@ -237,7 +238,7 @@ def mapping_toml(mapping: LogMapping) -> str:
         "robot": mapping.robot.known() if mapping.robot else {},
     }
     head = {"clock": mapping.clock} if mapping.clock else {}
-    return tomli_w.dumps(head | {name: table for name, table in sections.items() if table})
+    return toml_shown(tomli_w.dumps(head | {name: table for name, table in sections.items() if table}))
 
 
 def _section(topic: str | None, more: dict[str, Any], record: Any) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import FitRun, calibrate_log, write_model
 from wmr_schemas.model_file import Model, model_tables
 from wmr_schemas.signals import Log
+from wmr_schemas.text import shown
 
 
 class Fit:
@@ -46,7 +47,7 @@ class Fit:
         return write_model(self._run, local_path(directory))
 
     def __repr__(self) -> str:
-        return f"<Fit of {self._run.path}: {self.model.robot.known()}>"
+        return shown(f"<Fit of {self._run.path}: {self.model.robot.known()}>")
 
 
 def fit(

@@ -15,6 +15,7 @@ from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.gap_file import GapFile, gap_to_json
 from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log
+from wmr_schemas.text import shown
 
 TOPIC = "topic:"
 EFFECT_COLUMNS = {
@@ -90,7 +91,7 @@ class Gap:
         return write_gap(self._run, local_path(directory), timeline=timeline)
 
     def __repr__(self) -> str:
-        return f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>"
+        return shown(f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>")
 
 
 def gap(

@@ -20,6 +20,7 @@ class LogInfo:
         losses: Counters of what could not be used, and ``notes``.
         stamp_notes: What is out of the ordinary in the stamps, in words.
         pose_is_odometry: Whether the pose, by its name, was integrated from wheel speeds.
+        has_checksums: Whether a checksum covers any of the messages.
     """
 
     log: str
@@ -35,6 +36,7 @@ class LogInfo:
     remarks: tuple[str, ...]
     stamp_notes: tuple[str, ...]
     pose_is_odometry: bool
+    has_checksums: bool = True
 
     @property
     def n_messages(self) -> int:
@@ -65,6 +67,7 @@ class LogInfo:
             "robot": self.robot.known(),
             "losses": self.losses,
             "remarks": list(self.remarks),
+            "has_checksums": self.has_checksums,
         }
 
 
@@ -88,6 +91,7 @@ def info_of(reader: LogReader) -> LogInfo:
         remarks=tuple(reader.remarks),
         stamp_notes=tuple(reader.stamp_notes),
         pose_is_odometry=plan.pose_is_odometry,
+        has_checksums=reader.has_checksums,
     )
 
 

@@ -18,6 +18,7 @@ from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawB
 from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping, mapping_toml
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.text import shown
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
@@ -84,7 +85,7 @@ class LogFile:
 
     def __repr__(self) -> str:
         used = ", ".join(f"{role} {use.channel.topic}" for role, use in self._reader.plan.uses.items())
-        return f"<Log {self._reader.path}: {used or 'no channel in use'}>"
+        return shown(f"<Log {self._reader.path}: {used or 'no channel in use'}>")
 
 
 def open_log(

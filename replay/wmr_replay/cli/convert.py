@@ -30,8 +30,9 @@ def command(csv: Path, map_path: Path, out: Path, encoding: str) -> None:
       wmr-replay run drive.mcap
     """
     from wmr_replay.api.convert import convert
+    from wmr_replay.cli.printing.plain import say
 
     converted = convert(csv, map_path, out, encoding=encoding)
     left_out = f", {converted.n_left_out} left out" if converted.n_left_out else ""
-    click.echo(f"wrote {out}: {converted.n_rows} rows{left_out}")
-    click.echo(f"next: wmr-replay run {out}")
+    say(f"wrote {out}: {converted.n_rows} rows{left_out}")
+    say(f"next: wmr-replay run {out}")

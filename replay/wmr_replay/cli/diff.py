@@ -119,9 +119,10 @@ def command(  # noqa: PLR0917
     print_design(designed, on_log, as_json=as_json)
     if plot is not None:
         from wmr_replay.api.plots import design_figure, write_figure
+        from wmr_replay.cli.printing.plain import say
 
         write_figure(design_figure(designed, on_log), plot)
-        click.echo(f"wrote {plot}", err=as_json)
+        say(f"wrote {plot}", err=as_json)
 
 
 def check_plot(plot: Path) -> None:

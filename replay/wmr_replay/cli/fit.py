@@ -7,6 +7,7 @@ import click
 
 from wmr_replay.cli.gap import MODES_OPTION, command_line
 from wmr_replay.cli.options.mapping import blind_options, log_options
+from wmr_schemas.text import encodable
 
 
 @click.command(name="fit")
@@ -37,7 +38,7 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: A
     with share_progress() as progress:
         fitted = fit(
             log,
-            out or f"{log.stem}.wmr",
+            out or encodable(f"{log.stem}.wmr"),
             modes=modes,
             command=command_line(),
             progress=progress,

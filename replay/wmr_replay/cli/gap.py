@@ -9,6 +9,7 @@ import click
 
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import model_option
+from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
 EXIT_CHECK_FAILED = 1
@@ -77,7 +78,7 @@ def command(  # noqa: PLR0917
     with share_progress() as progress:
         found = gap(
             log,
-            out or f"{log.stem}.wmr",
+            out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             modes=modes,
             tolerance_m=tolerance_m,

@@ -7,13 +7,15 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
-from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
+from wmr_replay.ingest.mcap.chunk_selection import log_span_ns, wanted_spans
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
@@ -23,7 +25,7 @@ from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import InvalidFile
+from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
@@ -50,11 +52,15 @@ class LogReader:
         self.files = join_files([file for file, _ in files])
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
-        self.limits = between.limits_ns(first_log_ns(self.survey))
+        self.between, self.span_ns = between, log_span_ns(self.survey)
+        self.limits = between.limits_ns(self.span_ns)
+        if self.survey.spans:
+            check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
+        self.remarks += unreadable_kin(self.candidates, self.plan.uses)
         self.robot = mapping.robot or self._own_parameters()
         self.findings: list[Finding] = []
         self.clocks: dict[str, Clock] = {}
@@ -86,6 +92,12 @@ class LogReader:
     def size_bytes(self) -> int:
         """Size in bytes of all files of the log."""
         return self.survey.size_bytes
+
+    @property
+    def has_checksums(self) -> bool:
+        """Whether a checksum covers any message of the log; true of a log without messages."""
+        _, crc = self.survey.data_end or (0, 0)
+        return bool(crc) or not self.survey.spans or any(is_covered(span) for span in self.survey.spans)
 
     @property
     def pose_is_odometry(self) -> bool:
@@ -125,10 +137,15 @@ class LogReader:
             yield batch
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
-        statistics = self.survey.statistics if whole else None
-        reading.finish(None if statistics is None else sum(statistics.values()))
+        reading.finish(self.survey.statistics if whole else None)
         self.remarks += reading.remarks
+        if self.losses.any() and not self.has_checksums:
+            self.remarks.append(NO_CHECKSUMS)
         self.position_bytes = self.size_bytes
+
+    def nothing_between(self, what: str) -> LogUnusable:
+        """The error for limits within which no result can be made of the log; ``what`` says why."""
+        return nothing_between(self.path, self.between, self.span_ns, what)
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""

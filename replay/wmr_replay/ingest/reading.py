@@ -15,8 +15,10 @@ from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.chunks import Span, load
 from wmr_replay.ingest.mcap.log_files import LogFiles
-from wmr_replay.ingest.mcap.message_counts import MessageCounts
+from wmr_replay.ingest.mcap.message_counts import MessageCounts, differing_counts
 from wmr_replay.ingest.mcap.message_table import MessageTable
+from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
+from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_schemas.arrays import F64, U8
@@ -73,6 +75,11 @@ class Reading:
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
         self.n_used = 0
+        self.strays = StrayRecords()
+        self.strays.add(files.survey.strays)
+        self.sequences = defaultdict[tuple[str, int], SequenceNumbers](SequenceNumbers)
+        self.indexed: Counter[int] | None = Counter() if limits is None else None
+        """Messages by channel of the spans read, as the index counts them; None where it does not."""
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
@@ -122,6 +129,7 @@ class Reading:
         """The rows of a group, in the order of the file."""
         for found in group.found:
             self._judge(found)
+        self.strays.add(group.messages.strays)
         rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
         self.n_used += int(group.messages.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
@@ -131,6 +139,7 @@ class Reading:
         decoded, messages = self.decoders[role].finish(group.columns[k]), group.messages
         t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(k) + self.n_used
         publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
+        self.sequences[role, group.last.file_index].push(messages.sequence(k))
         if not decoded.all_used:
             self._count(role, decoded)
         kept = self.clocks[role].stamped(t_ns, decoded.used)
@@ -149,7 +158,9 @@ class Reading:
     def _judge(self, found: ReadSpan) -> None:
         """Note what is wrong with a span."""
         if not found.problem and found.stop == found.n_bytes:
+            self._compare_with_index(found)
             return
+        self.indexed = None
         where = self._where(found.span)
         if found.problem and found.span.whole:
             self.losses.n_chunks_damaged += 1
@@ -163,13 +174,29 @@ class Reading:
                 f"the {found.n_messages} messages before that were used"
             )
 
+    def _compare_with_index(self, found: ReadSpan) -> None:
+        """Note a chunk that holds other messages than its index counts."""
+        if self.indexed is None:
+            return
+        n_indexed = sum(found.span.counts.values())
+        if not n_indexed:
+            self.indexed = None
+        elif n_indexed == found.n_messages:
+            self.indexed.update(found.span.counts)
+        else:
+            self.indexed = None
+            self.losses.note(
+                f"{self._where(found.span)}: its index counts {n_indexed} messages, "
+                f"{found.n_messages} were found"
+            )
+
     def _where(self, span: Span) -> str:
         """Where a span is, as a text."""
         place = f"the chunk at byte {span.offset}"
         return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
-    def finish(self, n_expected: int | None = None) -> None:
-        """Note all losses; ``n_expected`` is the number of messages by the file's own statistics."""
+    def finish(self, statistics: Mapping[int, int] | None = None) -> None:
+        """Note all losses; ``statistics``: messages by channel as the file counts them, if all was read."""
         for role, n in self.undecodable.items():
             self.losses.n_undecodable += n
             if n:
@@ -178,9 +205,13 @@ class Reading:
         for channel_id in sorted(by_channel.keys() - self.catalogue.channels.keys()):
             n = by_channel[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
-        n_found = sum(tally.n for tally in by_channel.values())
-        if n_expected is not None and n_expected != n_found and not self.losses.any():
-            self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
+        for lost in self.strays.losses():
+            self.losses.note(lost)
+        claims = {"its index": self.indexed, "its statistics": statistics}
+        if not (self.losses.n_chunks_damaged or self.losses.truncated):
+            known = {name: counts for name, counts in claims.items() if counts is not None}
+            for channel_id, text in differing_counts(by_channel, known, self.catalogue.channels):
+                self.losses.note(f"{self.catalogue.channels[channel_id].topic}: {text}")
         if self.catalogue.n_malformed:
             n = self.catalogue.n_malformed
             self.losses.note(f"{n} malformed records of schemas, channels or messages")
@@ -194,6 +225,10 @@ class Reading:
             for role, clock in self.clocks.items()
             if clock.n_unstamped
         ]
+        found += self.strays.remarks()
+        if self.limits_ns is NO_LIMITS:
+            skipped = ((topics[role], numbers.describe()) for (role, _), numbers in self.sequences.items())
+            found += [f"{topic}: {text}" for topic, text in skipped if text]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
 

@@ -49,6 +49,8 @@ def read_whole(
     torque, torque_note = once_each(torque, np.ones(len(torque), bool), "torque")
     known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
     mode, mode_note = once_each(mode, known, "mode")
+    if reader.limits is not None and len(pose) < 2:
+        raise reader.nothing_between(f"{len(pose)} usable poses lie")
     check_content(path, pose, torque, mode, mode_topic)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
     found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]

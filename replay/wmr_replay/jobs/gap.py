@@ -18,6 +18,7 @@ from wmr_schemas.gap_file import GapFile, gap_to_json
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.model_file import Model, Provenance, model_to_toml
 from wmr_schemas.signals import Log
+from wmr_schemas.text import encodable
 
 TRY_LONGER = (
     "A gap analysis needs a minute or so of driving with changes of speed and of yaw rate, poses and wheel "
@@ -142,4 +143,4 @@ def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command
 def names(path: LogPath, out: Path, *, timeline: bool) -> dict[str, Path]:
     """The files by kind."""
     kinds = {"json": "gap.json", "model": "model.toml"} | ({"timeline": "gap.rrd"} if timeline else {})
-    return {kind: out / f"{path.stem}.{ending}" for kind, ending in kinds.items()}
+    return {kind: out / encodable(f"{path.stem}.{ending}") for kind, ending in kinds.items()}

@@ -3,11 +3,12 @@
 import sys
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import console_of, styled
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.info import LogInfo
@@ -22,15 +23,15 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
     if as_json:
         echo_json(info.as_dict())
         return
-    console = Console(highlight=False, soft_wrap=True)
+    console = console_of(soft_wrap=True)
     console.width = _WIDTH
     with console.capture() as capture:
-        console.print(f"[bold]{escape(info.log)}[/bold]  [dim]{escape(overview(info))}[/dim]\n")
+        console.print(styled((info.log, "bold"), "  ", (overview(info), "dim")), end="\n\n")
         if info.channels:
             console.print(channel_table(info))
             console.print()
         for name, text in lines(info):
-            console.print(f"[bold]{name:<8}[/bold]{escape(text)}")
+            console.print(styled((f"{name:<8}", "bold"), text))
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 
@@ -55,9 +56,9 @@ def channel_table(info: "LogInfo") -> Table:
     )
     for row in rows:
         use = (
-            f"[bold green]{row['role']}[/bold green]"
+            Text(row["role"], style="bold green")
             if row["role"]
-            else f"[dim]{escape(row['why_not'] or '')}[/dim]"
+            else Text(shown(row["why_not"] or ""), style="dim")
         )
         rate = "–" if row["rate_hz"] is None else f"{row['rate_hz']:.4g}"
         span = [
@@ -65,7 +66,7 @@ def channel_table(info: "LogInfo") -> Table:
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*(escape(text) for text in texts), str(row["messages"]), rate, *span, use)
+        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, use)
     return table
 
 
@@ -85,8 +86,14 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         found.append(("note", "by its name the pose is odometry: skidding cannot be seen in wheel odometry"))
     if n_empty := info.losses["n_torque_empty"]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
-    found += [("lost", note) for note in info.losses["notes"]] or [("lost", "nothing")]
+    found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
     return found
+
+
+def nothing_lost(info: "LogInfo") -> str:
+    """That nothing is known to be lost, and how far that can be known."""
+    without = "as far as can be seen: the file has no checksums, so that changed values go unnoticed"
+    return "nothing" if info.has_checksums else f"nothing, {without}"
 
 
 def role_line(info: "LogInfo", role: str) -> str:

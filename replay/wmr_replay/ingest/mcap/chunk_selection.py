@@ -19,10 +19,11 @@ def index_adds_up(found: Survey) -> bool:
     return +counts == +Counter(found.statistics)
 
 
-def first_log_ns(found: Survey) -> int:
-    """The earliest log time in ns by the chunks' heads; 0 in an empty log."""
-    starts = [span.times_ns[0] for span in found.spans if span.times_ns and span.times_ns != (0, 0)]
-    return min(starts, default=0)
+def log_span_ns(found: Survey) -> tuple[int, int]:
+    """The earliest and the latest log time in ns by the chunks' heads; zeros in an empty log."""
+    times = [span.times_ns for span in found.spans if span.times_ns and span.times_ns != (0, 0)]
+    first_ns = min((start for start, _ in times), default=0)
+    return first_ns, max((end for _, end in times), default=first_ns)
 
 
 def wanted_spans(found: Survey, channel_ids: set[int] | None, limits: tuple[int, int] | None) -> list[Span]:

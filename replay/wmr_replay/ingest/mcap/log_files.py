@@ -97,6 +97,7 @@ class _Joiner:
         whole.spans += [_moved(span, k, ids) for span in found.spans]
         whole.truncated |= found.truncated
         whole.n_chunks_damaged += found.n_chunks_damaged
+        whole.strays.add(found.strays)
         whole.notes += [f"{name}: {note}" for note in found.notes]
         whole.catalogue.n_malformed += found.catalogue.n_malformed
         if found.statistics is None or (k and whole.statistics is None):
