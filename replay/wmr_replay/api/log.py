@@ -9,12 +9,14 @@ import polars as pl
 
 from wmr_replay.api.info import LogInfo, info_of
 from wmr_replay.api.names import with_mode_names
-from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
 from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
 from wmr_replay.ingest import LogReader
 from wmr_replay.ingest import open_log as open_reader
+from wmr_replay.ingest.channels.first_rows import has_efforts
 from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
+from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping, mapping_toml
 from wmr_schemas.robot import RobotParameters
@@ -51,9 +53,10 @@ class LogFile:
     def info(self, progress: Progress | None = None) -> LogInfo:
         """Read the whole file and say what it holds, what would be used and what is damaged."""
         if self._info is None:
-            for _ in read(self._reader, progress, everything=True):
-                pass
-            self._info = info_of(self._reader)
+            found = False
+            for batch in read(self._reader, progress, everything=True):
+                found = found or has_efforts(batch.torque.values)
+            self._info = info_of(self._reader, has_efforts=found)
         return self._info
 
     def batches(self, progress: Progress | None = None) -> Iterator[Signals]:
@@ -74,9 +77,12 @@ class LogFile:
         self.info()
         return proposed_mapping(self._reader.plan, self._mapping, self._reader.robot)
 
-    def write_mapping(self, path: LocalPlace) -> Path:
-        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all."""
-        target = local_path(path)
+    def write_mapping(self, path: LocalPlace, *, overwrite: bool = False) -> Path:
+        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all.
+
+        Raises InvalidSetting where the file exists, unless ``overwrite``.
+        """
+        target = free_file(path, overwrite=overwrite)
         text = mapping_toml(self.mapping())
         with whole_file(target) as part:
             part.write_text(text, encoding="utf-8")
@@ -85,6 +91,17 @@ class LogFile:
     def __repr__(self) -> str:
         used = ", ".join(f"{role} {use.channel.topic}" for role, use in self._reader.plan.uses.items())
         return f"<Log {self._reader.path}: {used or 'no channel in use'}>"
+
+
+def free_file(path: LocalPlace, *, overwrite: bool) -> Path:
+    """A file of this machine that may be written. Raises InvalidSetting where it exists, unless
+    ``overwrite``.
+    """
+    target = local_path(path)
+    home_of(target)
+    if target.exists() and not overwrite:
+        raise InvalidSetting(f"{target} exists and is left as it is; name another file, or overwrite it")
+    return target
 
 
 def open_log(

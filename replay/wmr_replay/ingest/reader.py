@@ -37,8 +37,8 @@ class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
-    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``
-    and ``remarks`` are complete once :meth:`batches` is exhausted.
+    ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
+    ``losses``, ``message_counts`` and ``remarks`` are complete once :meth:`batches` is exhausted.
     """
 
     def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
@@ -54,7 +54,8 @@ class LogReader:
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
-        self.robot = mapping.robot or self._own_parameters()
+        own = self._own_parameters() if mapping.robot_from_log else RobotParameters()
+        self.robot = own.overridden_by(mapping.robot)
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()

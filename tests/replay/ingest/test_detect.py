@@ -1,6 +1,7 @@
 """The role of each channel, and the reasons for the channels without a role."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,7 +111,9 @@ def test_the_logs_robot_is_read_and_the_mappings_robot_overrides_it(tmp_path):
     path = write(tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata=metadata)
     assert open_log(path).robot == PAPER_ROBOT
     mine = RobotParameters(alpha=1.0)
-    assert open_log(path, LogMapping(robot=mine)).robot == mine
+    assert open_log(path, LogMapping(robot=mine)).robot == replace(PAPER_ROBOT, alpha=1.0)
+    assert open_log(path, LogMapping(robot=RobotParameters())).robot == PAPER_ROBOT
+    assert open_log(path, LogMapping(robot=mine, robot_from_log=False)).robot == mine
 
 
 def test_a_broken_robot_record_is_remarked_on_and_left_aside(tmp_path):

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from mcap.writer import Writer
+from rosbags.typesys import Stores, get_typestore
 
+import wmr_replay as wr
 from wmr_replay.cli.info import command
 from wmr_schemas import PAPER_ROBOT, ModeTrack, PoseTrack, TorqueTrack
-from wmr_schemas.errors import ChannelNotFound
+from wmr_schemas.errors import ChannelNotFound, InvalidSetting
 from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, ros2
 
 T0 = 1_700_000_000_000_000_000
@@ -67,10 +69,11 @@ def test_the_table_lists_every_channel_with_its_role_or_the_reason_against_it(lo
         "2.00",
         "3.00",
         "pose",
+        "pose",
     ]
     assert lines[TORQUE_TOPIC][-1] == "torque"
     assert lines[MODE_TOPIC][-1] == "truth"
-    assert " ".join(lines["/[chat]"]).endswith("1 – 0.00 0.00 no pose, joint state or contact mode")
+    assert " ".join(lines["/[chat]"]).endswith("1 – 0.00 0.00 – no pose, joint state or contact mode")
 
 
 def test_the_lines_below_tell_clocks_robot_and_losses(log):
@@ -125,7 +128,7 @@ def test_a_mapping_file_is_heeded(log, tmp_path):
     mapping = tmp_path / "robot.toml"
     mapping.write_text('[torque]\ntopic = "/wheel_torques"\n[robot]\nalpha = 2.0\n')
     facts = json.loads(run(log, "--json", "--map", mapping))
-    assert facts["robot"] == {"alpha": 2.0}
+    assert facts["robot"] == PAPER_ROBOT.known() | {"alpha": 2.0}
 
 
 @pytest.mark.parametrize("source", ["made", "real"])
@@ -137,3 +140,47 @@ def test_a_turtlebots_log_warns_of_odometry_and_empty_efforts(source, shared_dat
     text = run(path)
     assert "by its name the pose is odometry" in text
     assert "2741 torque messages without an effort" in text
+
+
+def test_a_mapping_file_that_exists_is_kept_and_a_written_one_is_told(log, tmp_path):
+    target = tmp_path / "robot.toml"
+    written = run(log, "--write-map", target)
+    assert f"wrote {target}: pose {POSE_TOPIC}; torque {TORQUE_TOPIC} (left " in written
+    mine = target.read_text().replace("alpha = 0.0255", "alpha = 0.0266")
+    target.write_text(mine)
+    refused = CliRunner().invoke(command, [str(log), "--write-map", str(target)])
+    assert refused.exit_code == 2
+    assert f"{target} exists and is left as it is; --force replaces it" in refused.output
+    assert target.read_text() == mine
+    with pytest.raises(InvalidSetting, match="exists and is left as it is"):
+        wr.open_log(log).write_mapping(target)
+    json.loads(
+        CliRunner().invoke(command, [str(log), "--json", "--write-map", str(target), "--force"]).stdout
+    )
+    assert target.read_text() != mine
+
+
+@pytest.mark.parametrize("efforts", [(), (float("nan"), float("nan"))])
+def test_a_joint_state_without_efforts_is_called_a_wheel_speed(tmp_path, efforts):
+    store, name = get_typestore(Stores.ROS2_HUMBLE), "sensor_msgs/msg/JointState"
+    kinds, empty = store.types, np.empty(0)
+    header = kinds["std_msgs/msg/Header"](kinds["builtin_interfaces/msg/Time"](1_700_000_000, 0), "")
+    joints = ["left_wheel", "right_wheel"]
+    message = kinds[name](header, joints, empty, np.array([1.0, 2.0]), np.array(efforts, np.float64))
+    path = tmp_path / "speeds.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        text = store.generate_msgdef(name, ros_version=2)[0].encode()
+        channel = writer.register_channel(
+            "/joint_states", "cdr", writer.register_schema(name, "ros2msg", text)
+        )
+        for k in range(30):
+            writer.add_message(channel, T0 + k * 10_000_000, bytes(store.serialize_cdr(message, name)), T0)
+        writer.finish()
+    facts = json.loads(run(path, "--json"))
+    assert facts["channels"][0]["serves_as"] == ["wheel speed"]
+    assert facts["channels"][0]["role"] == "wheel_speed"
+    assert facts["used"]["torque"] is None
+    assert facts["used"]["wheel_speed"]["topic"] == "/joint_states"
+    assert "torque  none: /joint_states holds wheel speeds, but no effort" in run(path)

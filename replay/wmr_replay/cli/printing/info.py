@@ -1,7 +1,7 @@
 """What ``info`` prints: channels, roles, clocks, losses."""
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -10,11 +10,15 @@ from rich.table import Table
 from wmr_replay.cli.printing.json import echo_json
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from wmr_replay.api.info import LogInfo
+    from wmr_schemas.mapping_file import LogMapping
 
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
 _ROLES = ("pose", "torque", "truth")
+_IN_USE = ("pose", "torque", "wheel_speed", "truth")
 
 
 def print_info(info: "LogInfo", *, as_json: bool) -> None:
@@ -46,16 +50,16 @@ def overview(info: "LogInfo") -> str:
 def channel_table(info: "LogInfo") -> Table:
     """A line for each channel; those in use first."""
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "use"):
+    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "serves as", "use"):
         right = name in {"id", "messages", "Hz", "from s", "to s"}
         table.add_column(name, justify="right" if right else "left", no_wrap=True)
     rows = sorted(
         info.channels,
-        key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]),
+        key=lambda row: (_IN_USE.index(row["role"]) if row["role"] else len(_IN_USE), row["id"]),
     )
     for row in rows:
         use = (
-            f"[bold green]{row['role']}[/bold green]"
+            f"[bold green]{row['role'].replace('_', ' ')}[/bold green]"
             if row["role"]
             else f"[dim]{escape(row['why_not'] or '')}[/dim]"
         )
@@ -65,8 +69,15 @@ def channel_table(info: "LogInfo") -> Table:
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*(escape(text) for text in texts), str(row["messages"]), rate, *span, use)
+        table.add_row(
+            *(escape(text) for text in texts), str(row["messages"]), rate, *span, serves_as(row), use
+        )
     return table
+
+
+def serves_as(row: dict[str, Any]) -> str:
+    """What a channel would serve for."""
+    return ", ".join(row["serves_as"]) or "–"
 
 
 def lines(info: "LogInfo") -> list[tuple[str, str]]:
@@ -92,6 +103,26 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
 def role_line(info: "LogInfo", role: str) -> str:
     """The channel and its clock, or how to name one."""
     channel = next((row for row in info.channels if row["role"] == role), None)
+    speeds = info.used.get("wheel_speed")
+    if role == "torque" and speeds is not None:
+        return (
+            f"none: {speeds['topic']} holds wheel speeds, but no effort ({info.clock_notes['wheel_speed']})"
+        )
     if channel is None:
         return "none" + ("" if role == "truth" else f" found; name one with --{role} TOPIC or --map FILE")
     return f"{channel['topic']}: {info.clock_notes[role]}"
+
+
+def mapping_line(path: "Path", mapping: "LogMapping") -> str:
+    """What was written to a mapping file, in a line."""
+    joints = "+".join(mapping.left_joints), "+".join(mapping.right_joints)
+    sides = f" (left {joints[0]}, right {joints[1]})" if any(joints) else ""
+    topics = {
+        "pose": mapping.pose_topic,
+        "torque": mapping.torque_topic and mapping.torque_topic + sides,
+        "truth": mapping.truth_topic,
+    }
+    parts = [f"{name} {topic}" for name, topic in topics.items() if topic]
+    if mapping.robot is not None:
+        parts.append(f"robot {', '.join(mapping.robot.known())}")
+    return f"wrote {path}: {'; '.join(parts) or 'nothing was found'}"
