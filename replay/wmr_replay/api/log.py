@@ -112,17 +112,17 @@ def open_log(
     end: Instant | None = None,
     need_pose: bool = False,
 ) -> LogFile:
-    """Open an MCAP log, a rosbag2 directory or a URL, and find its signals.
+    """Open an MCAP log, a ROS bag, a rosbag2 directory or a URL, and find its signals.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         mapping: Mapping or mapping file: which topics hold pose, torques and truth.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
         need_pose: Raise ChannelNotFound for a log without a pose.
 
     Raises:
-        LogUnusable: It is no MCAP log, or a topic that the mapping names does not serve.
+        LogUnusable: It is no such log, or a topic that the mapping names does not serve.
     """
     place, chosen, between = place_of(log), mapping_of(mapping) or LogMapping(), between_of(start, end)
     return LogFile(lambda: open_reader(place, chosen, need_pose=need_pose, between=between), chosen)

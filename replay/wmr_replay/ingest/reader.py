@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+from wmr_replay.ingest.bags.container import container_of
 from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
@@ -21,7 +22,7 @@ from wmr_replay.ingest.mcap.remote import readable_file, update_identity
 from wmr_replay.ingest.reading import Reading
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
-from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
+from wmr_replay.ingest.storage.source import LogPath, RemotePath
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.mapping_file import LogMapping
@@ -46,7 +47,7 @@ class LogReader:
         self._copies: Path | None = None
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
-        self.files = join_files([file for file, _ in files])
+        self.files = join_files([container_of(file) or file for file, _ in files])
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
         self.limits = between.limits_ns(first_log_ns(self.survey))
@@ -118,6 +119,7 @@ class LogReader:
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
+        self.files.want(used)
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
@@ -131,7 +133,7 @@ class LogReader:
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
-        sizes = [size_of(path) for path in self.files.paths]
+        sizes = self.files.sizes()
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
@@ -153,11 +155,11 @@ class LogReader:
 def open_log(
     path: LogPath, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
 ) -> LogReader:
-    """Open an MCAP log, or a rosbag2 directory of them, and find its signals.
+    """Open a log, an MCAP file, a ROS bag or a rosbag2 directory, and find its signals.
 
-    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no MCAP file,
-    ChannelNotFound when it has no pose (unless ``need_pose`` is
-    false) or when a topic that ``mapping`` names does not serve.
+    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no such file,
+    ChannelNotFound when it has no pose (unless ``need_pose`` is false) or when a topic that ``mapping``
+    names does not serve.
     """
     try:
         reader = LogReader(path, mapping, between)

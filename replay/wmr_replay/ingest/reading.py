@@ -3,7 +3,6 @@
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import BinaryIO
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from wmr_replay.ingest.channels.detect import Use
 from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.chunks import OpenFile, Span, load
 from wmr_replay.ingest.mcap.log_files import LogFiles
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.message_table import MessageTable
@@ -76,7 +75,7 @@ class Reading:
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
-    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
+    def begin(self, file: OpenFile, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
         n_expected = self._n_expected(spans)
         table = MessageTable(len(self.uses), max(n_expected, default=0))
@@ -153,7 +152,9 @@ class Reading:
         where = self._where(found.span)
         if found.problem and found.span.whole:
             self.losses.n_chunks_damaged += 1
-            self.losses.note(f"{where} is left out: {found.problem}{_expected(found.span)}")
+            kept = f"; {found.n_messages} messages of it were recovered" if found.n_messages else ""
+            fate = f": {found.problem}{kept}" if kept else f" is left out: {found.problem}"
+            self.losses.note(f"{where}{fate}{_expected(found.span)}")
         elif found.problem:
             self.losses.note(f"{where}: {found.problem}; {found.n_messages} messages of it were recovered")
         else:
@@ -165,7 +166,7 @@ class Reading:
 
     def _where(self, span: Span) -> str:
         """Where a span is, as a text."""
-        place = f"the chunk at byte {span.offset}"
+        place = span.name or f"the chunk at byte {span.offset}"
         return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
     def finish(self, n_expected: int | None = None) -> None:

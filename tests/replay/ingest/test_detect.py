@@ -160,9 +160,10 @@ def test_other_joints_are_no_wheels(names):
     [
         (b"", "the file is empty", "Nothing was recorded"),
         (b"\x89MCAP", "ends inside MCAP's magic", "Copying"),
-        (b"SQLite format 3\0" + bytes(90), "ROS 2 bag in SQLite form", "rosbags-convert --src {path}"),
-        (b"#ROSBAG V2.0\n", "ROS 1 bag", "rosbags-convert --src {path}"),
-        (b"hello, world", "not an MCAP file", "Give a .mcap file"),
+        (b"SQLite format 3\0" + bytes(90), "its database cannot be read", "copy it again"),
+        (b"#ROSBAG V2.0\n", "its header is damaged", "Copy it again"),
+        (b"#ROSBAG V1.2\n", "a ROS 1 bag of another version", "rosbag fix"),
+        (b"hello, world", "neither an MCAP file nor a ROS bag", "Give a .mcap, .db3 or .bag file"),
     ],
 )
 def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem, advice):
@@ -175,10 +176,10 @@ def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem,
 
 
 def test_an_empty_directory_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(LogUnusable, match=r"a directory without any \.mcap file"):
+    with pytest.raises(LogUnusable, match=r"a directory without any \.mcap or \.db3 file"):
         open_log(tmp_path)
     (tmp_path / "bag_0.db3").touch()
-    with pytest.raises(LogUnusable, match="rosbags-convert --src"):
+    with pytest.raises(LogUnusable, match="the file is empty"):
         open_log(tmp_path)
     with pytest.raises(LogUnusable, match="there is no such file"):
         open_log(tmp_path / "nothing.mcap")

@@ -13,6 +13,7 @@ import numpy as np
 
 from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.records import (
     HEAD,
     MAGIC,
@@ -35,12 +36,14 @@ _FIXED_HEAD_BYTES = 40
 _INDEX_HEAD_BYTES, _INDEX_ENTRY_BYTES = HEAD.size + 6, 16
 
 
-def surveyed(path: LogPath) -> Survey:
+def surveyed(path: LogPath | Container) -> Survey:
     """The survey of a file: on this machine by all its records, behind a URL by its index.
 
     Raises LogUnusable when a URL's index is of no use; see
     :func:`wmr_replay.ingest.mcap.remote.readable_file`.
     """
+    if isinstance(path, Container):
+        return path.survey()
     if not isinstance(path, RemotePath):
         return survey(path)
     with path.open() as file:

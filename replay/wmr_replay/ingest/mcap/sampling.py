@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.container import Container, SampledFile
 from wmr_replay.ingest.mcap.survey import Survey
 from wmr_replay.ingest.mcap.walk import Messages, walk
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.arrays import U8
 
-N_WANTED, _N_WANTED_LATER = 20, 2
+N_WANTED, N_WANTED_LATER = 20, 2
 """Messages of a channel that are worth opening another chunk for: within the log's first bytes, and later."""
 _FIRST_BYTES = 8 << 20
 _N_KEPT = 32
@@ -36,10 +37,16 @@ class Sampler:
         self.seen: dict[int, int] = {}
         self.n_bytes = 0
 
-    def run(self, path: LogPath) -> None:
+    def run(self, path: LogPath | Container) -> None:
         """Collect the samples; the survey's catalogue then knows every channel that has a message."""
         workspace = Workspace()
         with path.open("rb") as file:
+            records = (
+                file.first_messages(self.survey, N_WANTED_LATER) if isinstance(file, SampledFile) else None
+            )
+            if records is not None:
+                self._take(records)
+                return
             for span in self.survey.spans:
                 if self._needs(span):
                     self._take(load(file, span, workspace).data)
@@ -60,7 +67,7 @@ class Sampler:
 
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
         """Whether a channel is not described yet, or has fewer samples than wanted."""
-        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
+        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else N_WANTED_LATER
         few = self.seen.get(channel_id, 0) < min(wanted, n_messages)
         return few or channel_id not in self.catalogue.channels
 
