@@ -163,7 +163,7 @@ def test_other_joints_are_no_wheels(names):
         (b"SQLite format 3\0" + bytes(90), "its database cannot be read", "copy it again"),
         (b"#ROSBAG V2.0\n", "its header is damaged", "Copy it again"),
         (b"#ROSBAG V1.2\n", "a ROS 1 bag of another version", "rosbag fix"),
-        (b"hello, world", "neither an MCAP file nor a ROS bag", "Give a .mcap, .db3 or .bag file"),
+        (b"hello, world", "not an MCAP file nor a ROS bag", "Give a .mcap, .db3 or .bag file"),
     ],
 )
 def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem, advice):

@@ -51,7 +51,7 @@ def check_log_file(path: LogPath, shown: LogPath | None = None) -> None:
             raise LogUnusable(path, problem, advice.format(path=path, stem=path.stem))
     raise LogUnusable(
         path,
-        "this is neither an MCAP file nor a ROS bag, by its first bytes",
+        "this is not an MCAP file nor a ROS bag: its first bytes are of neither",
         "Give a .mcap, .db3 or .bag file, or a rosbag2 directory.",
     )
 
