@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from wmr_replay.ingest import LogReader
+from wmr_replay.ingest.mcap.chunk_selection import indexed_counts
+from wmr_replay.ingest.mcap.message_counts import ChannelCount
 from wmr_schemas.robot import RobotParameters
 
 ROLES = ("pose", "torque", "truth")
@@ -14,9 +16,13 @@ WHEEL_SPEED = "wheel_speed"
 
 @dataclass(frozen=True)
 class LogInfo:
-    """What a log holds, and what a replay would use of it. Complete: the whole file was read.
+    """What a log holds, and what a replay would use of it.
 
     Attributes:
+        complete: Whether the whole file was read. If not, numbers of messages are those of the file's index,
+            first and last times are known to a chunk, and clocks, losses and notes are of what was read.
+        n_chunks: Chunks, or other stretches of records, in the file.
+        n_chunks_read: How many of them were read.
         channels: One entry per channel: topic, schema, encoding, messages, rate, times, ``serves_as``, role
             or ``why_not``.
         used: By role (``pose``, ``torque``, ``truth``) the channel and how it is read; None without one. A
@@ -40,6 +46,9 @@ class LogInfo:
     remarks: tuple[str, ...]
     stamp_notes: tuple[str, ...]
     pose_is_odometry: bool
+    complete: bool = True
+    n_chunks: int = 0
+    n_chunks_read: int = 0
 
     @property
     def n_messages(self) -> int:
@@ -62,6 +71,9 @@ class LogInfo:
         return {
             "log": self.log,
             "size_bytes": self.size_bytes,
+            "complete": self.complete,
+            "chunks": self.n_chunks,
+            "chunks_read": self.n_chunks_read,
             "profile": self.profile,
             "library": self.library,
             "channels": list(self.channels),
@@ -73,9 +85,18 @@ class LogInfo:
         }
 
 
-def info_of(reader: LogReader, *, has_efforts: bool) -> LogInfo:
-    """What is known of a log once it is read. ``has_efforts``: whether an effort was met."""
+def info_of(reader: LogReader, *, has_efforts: bool, n_chunks_read: int | None = None) -> LogInfo:
+    """What is known of a log once it is read, or ``n_chunks_read`` of its chunks are.
+
+    ``has_efforts``: whether an effort was met.
+    """
     plan, survey = reader.plan, reader.survey
+    complete = n_chunks_read is None
+    counts = (
+        reader.message_counts.by_channel
+        if complete
+        else indexed_counts(reader.survey, reader.limits, reader.message_counts.by_channel)
+    )
     names = {role: role for role in ROLES}
     if not has_efforts:
         names["torque"] = WHEEL_SPEED
@@ -86,7 +107,8 @@ def info_of(reader: LogReader, *, has_efforts: bool) -> LogInfo:
         profile=survey.profile,
         library=survey.library,
         channels=tuple(
-            channel_facts(reader, channel_id, names) for channel_id in sorted(survey.catalogue.channels)
+            channel_facts(reader, channel_id, names, counts.get(channel_id))
+            for channel_id in sorted(survey.catalogue.channels)
         ),
         used=dict.fromkeys(ROLES) | used,
         clocks={
@@ -99,14 +121,19 @@ def info_of(reader: LogReader, *, has_efforts: bool) -> LogInfo:
         remarks=tuple(reader.remarks),
         stamp_notes=tuple(reader.stamp_notes),
         pose_is_odometry=plan.pose_is_odometry,
+        complete=complete,
+        n_chunks=len(survey.spans),
+        n_chunks_read=len(survey.spans) if n_chunks_read is None else n_chunks_read,
     )
 
 
-def channel_facts(reader: LogReader, channel_id: int, names: Mapping[str, str]) -> dict[str, Any]:
+def channel_facts(
+    reader: LogReader, channel_id: int, names: Mapping[str, str], tally: ChannelCount | None
+) -> dict[str, Any]:
     """One channel: what it is, how much of it there is, what it would serve for, its role or why it has
-    none. ``names`` of the roles.
+    none. ``names`` of the roles; ``tally`` of its messages.
     """
-    book, tally = reader.survey.catalogue, reader.message_counts.by_channel.get(channel_id)
+    book = reader.survey.catalogue
     channel = book.channels[channel_id]
     schema, role = book.schemas.get(channel.schema_id), reader.plan.role(channel_id)
     return {

@@ -15,6 +15,7 @@ from wmr_replay.ingest import LogReader
 from wmr_replay.ingest import open_log as open_reader
 from wmr_replay.ingest.channels.first_rows import has_efforts
 from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
@@ -40,28 +41,58 @@ class Signals(NamedTuple):
 class LogFile:
     """A log whose channels are known. Made by ``open_log``; iterating over it gives its batches."""
 
-    def __init__(self, open_reader: Callable[[], LogReader], mapping: LogMapping) -> None:
+    def __init__(self, open_reader: Callable[[bool], LogReader], mapping: LogMapping) -> None:
         self._open, self._mapping = open_reader, mapping
-        self._reader = open_reader()
-        self._info: LogInfo | None = None
+        self._reader = open_reader(True)
+        self._infos: dict[bool, LogInfo] = {}
+        """By whether the whole file was read for it."""
 
     @property
     def robot(self) -> RobotParameters:
         """Nominal parameters: the mapping's, else those in the log."""
         return self._reader.robot
 
-    def info(self, progress: Progress | None = None) -> LogInfo:
-        """Read the whole file and say what it holds, what would be used and what is damaged."""
-        if self._info is None:
-            found = False
-            for batch in read(self._reader, progress, everything=True):
-                found = found or has_efforts(batch.torque.values)
-            self._info = info_of(self._reader, has_efforts=found)
-        return self._info
+    def info(self, progress: Progress | None = None, *, full: bool = False) -> LogInfo:
+        """What the log holds, what would be used, and what is damaged.
+
+        A log with an index is read in a few stretches if it is large: that takes less than a second. Any
+        other log, and each one with ``full``, is read as a whole.
+        """
+        chosen = None if full else self._reader.stretches()
+        whole = chosen is None
+        if whole not in self._infos:
+            self._infos[whole] = self._whole_info(progress) if chosen is None else self._sampled_info(chosen)
+        return self._infos[whole]
+
+    def _whole_info(self, progress: Progress | None) -> LogInfo:
+        """The info of all that the file holds."""
+        reader, found = self._open(False) if self._reader.is_by_index else self._reader, False
+        for batch in read(reader, progress, everything=True):
+            found = found or has_efforts(batch.torque.values)
+        return info_of(reader, has_efforts=found)
+
+    def _sampled_info(self, chosen: list[list[Span]]) -> LogInfo:
+        """The info of a few stretches, and of the index."""
+        found = False
+        for stretch in self._reader.sampled_batches(chosen):
+            found = found or has_efforts(stretch.torque.values)
+        return info_of(self._reader, has_efforts=found, n_chunks_read=sum(map(len, chosen)))
+
+    def stretches(self) -> Iterator[Signals]:
+        """The signals of a few stretches of a large log, which ``info`` is made of; of a small one, whole.
+
+        The rows of one stretch follow one another; between two stretches rows are missing.
+        """
+        chosen = self._reader.stretches()
+        if chosen is None:
+            yield self.signals()
+            return
+        for stretch in self._open(True).sampled_batches(chosen):
+            yield signals_of(stretch)
 
     def batches(self, progress: Progress | None = None) -> Iterator[Signals]:
         """The signals in use in file order, a batch for a few neighbouring chunks."""
-        for batch in read(self._open(), progress):
+        for batch in read(self._open(False), progress):
             yield signals_of(batch)
 
     def __iter__(self) -> Iterator[Signals]:
@@ -74,7 +105,6 @@ class LogFile:
 
     def mapping(self) -> LogMapping:
         """The mapping that finds the same channels again."""
-        self.info()
         return proposed_mapping(self._reader.plan, self._mapping, self._reader.robot)
 
     def write_mapping(self, path: LocalPlace, *, overwrite: bool = False) -> Path:
@@ -125,7 +155,11 @@ def open_log(
         LogUnusable: It is no such log, or a topic that the mapping names does not serve.
     """
     place, chosen, between = place_of(log), mapping_of(mapping) or LogMapping(), between_of(start, end)
-    return LogFile(lambda: open_reader(place, chosen, need_pose=need_pose, between=between), chosen)
+
+    def opened(by_index: bool) -> LogReader:
+        return open_reader(place, chosen, need_pose=need_pose, between=between, by_index=by_index)
+
+    return LogFile(opened, chosen)
 
 
 def read(reader: LogReader, progress: Progress | None, *, everything: bool = False) -> Iterator[RawBatch]:

@@ -2,8 +2,8 @@
 
 Data goes one way: ``storage`` (where the bytes lie) → ``mcap`` (records and chunks) → ``bags`` (ROS bags as
 MCAP records) → ``decoding`` (messages to columns) → ``channels`` (which channel serves as what) → ``reading``
-(one pass) → ``reader`` (a log) → ``tracks`` (a whole log in memory). ``losses`` counts what could not be used;
-``between`` is a range of time.
+(one pass) → ``reader`` (a log) → ``tracks`` (a whole log in memory). ``losses`` counts what could not be
+used; ``between`` is a range of time.
 """
 
 from wmr_replay.ingest.between import Between

@@ -14,12 +14,14 @@ from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, index_adds_up, wanted_spans
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
-from wmr_replay.ingest.reading import Reading
+from wmr_replay.ingest.mcap.stretches import stretches
+from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath
@@ -42,12 +44,14 @@ class LogReader:
     ``losses``, ``message_counts`` and ``remarks`` are complete once :meth:`batches` is exhausted.
     """
 
-    def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
+    def __init__(
+        self, path: LogPath, mapping: LogMapping, between: Between = WHOLE, *, by_index: bool = False
+    ) -> None:
         self.path = path
         self._copies: Path | None = None
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
-        self.files = join_files([container_of(file) or file for file, _ in files])
+        self.files = join_files([container_of(file) or file for file, _ in files], by_index=by_index)
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
         self.limits = between.limits_ns(first_log_ns(self.survey))
@@ -131,6 +135,42 @@ class LogReader:
         self.remarks += reading.remarks
         self.position_bytes = self.size_bytes
 
+    @property
+    def is_by_index(self) -> bool:
+        """Whether the file between the chunks of its index is unseen, though it could be seen."""
+        return isinstance(self.path, Path) and any(span.by_index for span in self.survey.spans)
+
+    def stretches(self) -> list[list[Span]] | None:
+        """The spans of a few stretches that stand for the log; None where all of it has to be read.
+
+        That is so for a log without an index that adds up, and for one that is small.
+        """
+        if not index_adds_up(self.survey):
+            return None
+        used = {use.channel.id for use in self.plan.uses.values()}
+        spans = wanted_spans(self.survey, used or None, self.limits)
+        chosen = stretches(spans)
+        is_whole = sum(map(len, chosen)) == len(wanted_spans(self.survey, None, self.limits))
+        return None if is_whole else chosen
+
+    def sampled_batches(self, chosen: list[list[Span]]) -> Iterator[RawBatch]:
+        """Rows of the channels in use, a batch for each of the stretches of :meth:`stretches`.
+
+        The rows of a stretch follow one another in the file; between two stretches, rows are missing.
+        ``losses``, ``message_counts`` and ``clocks`` are of what was read.
+        """
+        self.losses, self.message_counts = self._frame_losses(), MessageCounts()
+        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self.files.want({use.channel.id for use in self.plan.uses.values()})
+        for spans in chosen:
+            for clock in self.clocks.values():
+                clock.steps.restart()
+            reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
+            yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
+            self.message_counts.add(reading.message_counts)
+            reading.finish()
+            self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
+
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
         sizes = self.files.sizes()
@@ -153,16 +193,22 @@ class LogReader:
 
 
 def open_log(
-    path: LogPath, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
+    path: LogPath,
+    mapping: LogMapping = NO_MAPPING,
+    *,
+    need_pose: bool = True,
+    between: Between = WHOLE,
+    by_index: bool = False,
 ) -> LogReader:
     """Open a log, an MCAP file, a ROS bag or a rosbag2 directory, and find its signals.
 
-    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no such file,
+    ``between`` leaves out what was logged before or after. ``by_index``: chunks are those of the file's
+    index, if it adds up, without a look at the file between them. Raises LogUnusable when it is no such file,
     ChannelNotFound when it has no pose (unless ``need_pose`` is false) or when a topic that ``mapping``
     names does not serve.
     """
     try:
-        reader = LogReader(path, mapping, between)
+        reader = LogReader(path, mapping, between, by_index=by_index)
     except OSError as error:
         raise unreadable(path, error) from None
     if need_pose and reader.plan.pose is None:

@@ -22,6 +22,8 @@ from wmr_schemas.arrays import F64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
+PARTS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "mode": MODE_COLUMNS}
+"""The fields of a batch, with their columns."""
 _TRUSTED_MESSAGES = 1 << 20
 
 
@@ -197,6 +199,26 @@ class Reading:
         ]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
+
+
+def joined(batches: Sequence[RawBatch]) -> RawBatch:
+    """One batch of several that follow one another."""
+    return RawBatch(
+        *(
+            concatenated([getattr(batch, name) for batch in batches], len(names))
+            for name, names in PARTS.items()
+        )
+    )
+
+
+def concatenated(pieces: Sequence[Rows], n_columns: int) -> Rows:
+    """The rows of one signal; ``n_columns`` is needed when there are none."""
+    pieces = [Rows.empty(n_columns), *pieces]
+    return Rows(
+        np.concatenate([rows.t_ns for rows in pieces]),
+        np.concatenate([rows.order for rows in pieces]),
+        np.concatenate([rows.values for rows in pieces], axis=1),
+    )
 
 
 def _expected(span: Span) -> str:

@@ -97,6 +97,11 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
     if n_empty := info.losses["n_torque_empty"]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
     found += [("lost", note) for note in info.losses["notes"]] or [("lost", "nothing")]
+    if not info.complete:
+        part = (
+            f"{info.n_chunks_read} of {info.n_chunks} chunks, so clocks, stamps and losses are of these alone"
+        )
+        found.append(("read", f"{part}; --full reads all"))
     return found
 
 

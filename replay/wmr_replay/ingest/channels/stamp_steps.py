@@ -74,6 +74,10 @@ class StampSteps:
         departures: F64 = (regular - self.usual_ns).astype(np.float64)
         self.squares_ns2 += float(departures @ departures)
 
+    def restart(self) -> None:
+        """The next block does not follow on the last one: no step leads to it."""
+        self.last_ns = self.highest_ns = None
+
     @property
     def furthest_back_s(self) -> float:
         """The largest backward step in s; 0 without one."""

@@ -4,8 +4,10 @@ The file's index is used only where its counts add up to the file's statistics; 
 """
 
 from collections import Counter
+from collections.abc import Mapping
 
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.message_counts import ChannelCount
 from wmr_replay.ingest.mcap.survey import Survey
 
 
@@ -30,6 +32,27 @@ def wanted_spans(found: Survey, channel_ids: set[int] | None, limits: tuple[int,
     if not index_adds_up(found):
         return found.spans
     return [span for span in found.spans if _may_hold(span, channel_ids, limits)]
+
+
+def indexed_counts(
+    found: Survey, limits: tuple[int, int] | None, read: Mapping[int, ChannelCount]
+) -> dict[int, ChannelCount]:
+    """Messages by channel id according to the index, of spans between the limits.
+
+    First and last times are those of the chunks that hold the channel, or of its messages where all
+    of them were ``read``.
+    """
+    counts: dict[int, ChannelCount] = {}
+    for span in wanted_spans(found, None, limits):
+        if span.times_ns is None:
+            continue
+        for channel_id, n in span.counts.items():
+            before = counts.get(channel_id, ChannelCount(0, *span.times_ns))
+            first_ns, last_ns = min(before.first_ns, span.times_ns[0]), max(before.last_ns, span.times_ns[1])
+            counts[channel_id] = ChannelCount(before.n + n, first_ns, last_ns)
+    return {
+        k: read[k] if k in read and read[k].n == count.n else count for k, count in counts.items() if count.n
+    }
 
 
 def _may_hold(span: Span, channel_ids: set[int] | None, limits: tuple[int, int] | None) -> bool:

@@ -36,18 +36,22 @@ _FIXED_HEAD_BYTES = 40
 _INDEX_HEAD_BYTES, _INDEX_ENTRY_BYTES = HEAD.size + 6, 16
 
 
-def surveyed(path: LogPath | Container) -> Survey:
+def surveyed(path: LogPath | Container, *, by_index: bool = False) -> Survey:
     """The survey of a file: on this machine by all its records, behind a URL by its index.
+
+    ``by_index``: by its index wherever it is, if there is one that adds up.
 
     Raises LogUnusable when a URL's index is of no use; see
     :func:`wmr_replay.ingest.mcap.remote.readable_file`.
     """
     if isinstance(path, Container):
         return path.survey()
-    if not isinstance(path, RemotePath):
+    if not by_index and not isinstance(path, RemotePath):
         return survey(path)
-    with path.open() as file:
+    with path.open("rb") as file:
         found = indexed_survey(file, size_of(path))
+    if found is None and not isinstance(path, RemotePath):
+        return survey(path)
     if found is None:
         raise LogUnusable(path, "the file has no index that could be used", "Download it first.")
     return found

@@ -49,9 +49,9 @@ class LogFiles:
         return [path.size_bytes if isinstance(path, Container) else size_of(path) for path in self.paths]
 
 
-def join_files(paths: list[LogPath | Container]) -> LogFiles:
-    """Survey and sample the files of one log, and join them."""
-    surveys = [surveyed(path) for path in paths]
+def join_files(paths: list[LogPath | Container], *, by_index: bool = False) -> LogFiles:
+    """Survey and sample the files of one log, and join them. ``by_index``: see :func:`surveyed`."""
+    surveys = [surveyed(path, by_index=by_index) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
         sampler.run(path)
