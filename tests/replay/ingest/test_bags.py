@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from mcap.reader import make_reader
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode
 
@@ -234,3 +235,37 @@ def test_an_encrypted_bag_and_another_database_are_refused(places, tmp_path):
         connection.execute("CREATE TABLE songs(id INTEGER)")
     with pytest.raises(LogUnusable, match="no ROS 2 bag: it lacks topics or messages"):
         open_log(other)
+
+
+@pytest.mark.parametrize("kind", ["db3 folder", "db3 by message", "bag lz4"])
+def test_a_bag_is_converted_to_mcap_with_the_same_messages(log, places, kind, command, tmp_path):
+    out = tmp_path / "copy.mcap"
+    done = command("convert", places[kind], "--out", out)
+    n_messages = wr.open_log(log).info().n_messages
+    assert f"wrote {out}: {n_messages} messages" in done.stdout
+    assert done.stderr.count("lost") == 0
+    assert_same(columns(out), columns(log))
+    if kind == "db3 folder":
+        with log.open("rb") as ours, out.open("rb") as theirs:
+            pairs = zip(make_reader(ours).iter_messages(), make_reader(theirs).iter_messages(), strict=True)
+            assert all(a[2].data == b[2].data and a[2].log_time == b[2].log_time for a, b in pairs)
+
+
+def test_a_bag_is_never_converted_onto_itself_and_a_csv_needs_a_map(places, command, tmp_path):
+    assert "is the log itself" in command("convert", places["bag"], "--out", places["bag"], code=2).stderr
+    (tmp_path / "a.csv").write_text("t,x\n")
+    assert (
+        "needs --map" in command("convert", tmp_path / "a.csv", "--out", tmp_path / "b.mcap", code=2).stderr
+    )
+
+
+def test_batch_and_gap_take_bags(places, command, tmp_path):
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    shutil.copy(places["bag"], folder / "one.bag")
+    shutil.copytree(places["db3 folder"], folder / "two")
+    fleet = wr.batch(folder, tmp_path / "fleet", jobs=1)
+    assert len(fleet.outcomes) == 2
+    assert not fleet.failed
+    shown = command("info", folder / "one.bag", "--json").stdout
+    assert json.loads(shown)["used"]["torque"]["topic"] == "/wheel_torques"

@@ -30,6 +30,8 @@ from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.errors import LogUnusable
 
 FOOTER = struct.Struct("<BQQQI")
+_TIMES_AND_PLACE, _PLACE = struct.Struct("<QQQQ"), struct.Struct("<HQ")
+"""The start of a chunk index record, and one entry of its map: a channel's id and its index's place."""
 _HEADER_BYTES = 1 << 10
 _FIXED_HEAD_BYTES = 40
 """A chunk's head without the name of its compression."""
@@ -136,12 +138,11 @@ def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
 def indexed_chunk(content: bytes, size_bytes: int) -> Span:
     """A chunk by its index record, its checksum still unknown. Raises Malformed."""
     cursor = Cursor(content)
-    start_ns, end_ns, offset, length = (cursor.uint(8) for _ in range(4))
-    stop = cursor.uint(4) + cursor.position
-    places = {}
-    while cursor.position < stop:
-        channel_id = cursor.uint(2)
-        places[channel_id] = cursor.uint(8)
+    start_ns, end_ns, offset, length = _TIMES_AND_PLACE.unpack(cursor.take(_TIMES_AND_PLACE.size))
+    map_bytes = cursor.uint(4)
+    if map_bytes % _PLACE.size:
+        raise Malformed(f"{map_bytes} bytes of places")
+    places = dict(_PLACE.iter_unpack(cursor.take(map_bytes)))
     index_bytes, compression = cursor.uint(8), cursor.text()
     stored, uncompressed = cursor.uint(8), cursor.uint(8)
     head_bytes = _FIXED_HEAD_BYTES + len(compression.encode())
