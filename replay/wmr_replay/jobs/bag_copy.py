@@ -32,7 +32,7 @@ def copy_as_mcap(reader: LogReader, target: Path, progress: Progress | None = No
         for name, content in reader.survey.metadata.items():
             writer.add_metadata(name, content)
         copied = _Copy(reader, writer).run(progress)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     return copied
 
 
