@@ -15,6 +15,11 @@ class Status(IntEnum):
     POSE_NOT_INDEPENDENT = 6
     POSE_JUMP = 7
     OUTLIER = 8
+    CLOCKS_APART = 9
+    NO_HEADING = 10
+    RATE_TOO_LOW = 11
+    IMPLAUSIBLE = 12
+    OTHER_DRIVE = 13
 
     @property
     def label(self) -> str:
@@ -32,5 +37,15 @@ STATUS_MEANING = {
     Status.POSE_NOT_INDEPENDENT: "the pose was integrated from wheel speeds: skidding cannot be seen in it",
     Status.POSE_JUMP: "the pose jumped further than the robot can move; the window restarted",
     Status.OUTLIER: "the pose sample was set aside as an outlier",
+    Status.CLOCKS_APART: "pose and wheel signals are stamped by clocks that do not belong together",
+    Status.NO_HEADING: "the pose has no usable heading: sideslip cannot be seen",
+    Status.RATE_TOO_LOW: "the pose comes too rarely for the motion",
+    Status.IMPLAUSIBLE: "signs or units of the signals contradict one another",
+    Status.OTHER_DRIVE: "the robot moves as no differential drive does",
 }
 """What each status means, for the schema pages."""
+
+BARRING = frozenset(
+    {Status.CLOCKS_APART, Status.NO_HEADING, Status.RATE_TOO_LOW, Status.IMPLAUSIBLE, Status.OTHER_DRIVE}
+)
+"""Statuses of rows that a finding on the data's quality bars; see :mod:`wmr_schemas.findings`."""

@@ -151,6 +151,7 @@ SUMMARY: tuple[Column, ...] = (
     _real("alpha_error", "–", "relative error of the last α against the truth (side file)"),
     Column("verdict", pl.String, "–", "the result in a sentence or two"),
     Column("notes", pl.String, "–", "JSON list of what was noticed: losses, clocks, what was left out"),
+    Column("findings", pl.String, "–", "JSON list of findings on the data's quality, by code"),
 )
 
 

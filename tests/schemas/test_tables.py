@@ -56,7 +56,7 @@ def test_segments_hold_the_documented_columns() -> None:
 def test_the_summary_holds_the_documented_columns_and_every_anomaly() -> None:
     found = names(tables.SUMMARY)
     assert in_order(DOCUMENTED_SUMMARY, found)
-    assert set(found) - set(DOCUMENTED_SUMMARY) == {*names(tables.ANOMALIES), "verdict", "notes"}
+    assert set(found) - set(DOCUMENTED_SUMMARY) == {*names(tables.ANOMALIES), "verdict", "notes", "findings"}
 
 
 def test_the_confusion_table_has_three_columns() -> None:
@@ -68,7 +68,10 @@ def test_the_simulator_writes_the_documented_side_file() -> None:
 
 
 def test_statuses_are_the_documented_ones_in_their_order() -> None:
-    documented = "ok warming_up gap no_torque not_excited not_turning pose_not_independent pose_jump outlier"
+    documented = (
+        "ok warming_up gap no_torque not_excited not_turning pose_not_independent pose_jump outlier "
+        "clocks_apart no_heading rate_too_low implausible other_drive"
+    )
     assert [status.label for status in Status] == documented.split()
     assert list(tables.STATUS_DTYPE.categories) == documented.split()
 

@@ -26,8 +26,18 @@ def result_html(result: "Result") -> str:
         f'<div style="font-family:sans-serif;max-width:{WIDTH}px">'
         f"<b>{escape(str(row['log']))}</b> <span style='opacity:.7'>{escape(' · '.join(facts))}</span>"
         f"{strip(result)}{key(row)}"
-        f"<p style='margin:.4em 0 0'>{escape(result.verdict)}</p></div>"
+        f"<p style='margin:.4em 0 0'>{escape(result.verdict)}</p>{found(result)}</div>"
     )
+
+
+def found(result: "Result") -> str:
+    """The findings on the data's quality as a list."""
+    entries = "".join(
+        f"<li><b>{escape(f['severity'])}</b> {escape(f['code'])}: "
+        f"{escape(f['text'])}; {escape(f['advice'])}</li>"
+        for f in result.findings
+    )
+    return f"<ul style='margin:.4em 0 0;padding-left:1.2em'>{entries}</ul>" if entries else ""
 
 
 def strip(result: "Result") -> str:

@@ -84,6 +84,13 @@ class Result:
         """What was noticed: losses, clocks, what was left out."""
         return tuple(json.loads(self._tables.summary["notes"]))
 
+    @property
+    def findings(self) -> tuple[dict[str, Any], ...]:
+        """What is wrong with the data: ``code``, ``severity``, ``text``, ``meaning``, ``advice``, ``n``,
+        ``where``.
+        """
+        return tuple(json.loads(self._tables.summary["findings"]))
+
     def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
         """Write the files that ``wmr-replay run --out DIRECTORY`` writes; the files by kind.
 
@@ -104,7 +111,7 @@ class Result:
         try:
             for samples in self._store.batches():
                 timeline.push(samples)
-            timeline.finish(self.verdict)
+            timeline.finish(self.verdict, self.findings)
         except BaseException:
             timeline.discard()
             raise

@@ -27,6 +27,7 @@ from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile
+from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
@@ -41,7 +42,7 @@ class LogReader:
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
     ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
-    ``losses``, ``message_counts`` and ``remarks`` are complete once :meth:`batches` is exhausted.
+    ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is exhausted.
     """
 
     def __init__(
@@ -61,6 +62,7 @@ class LogReader:
         self.remarks += [remark for _, remark in nearer if remark]
         own = self._own_parameters() if mapping.robot_from_log else RobotParameters()
         self.robot = own.overridden_by(mapping.robot)
+        self.findings: list[Finding] = []
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()

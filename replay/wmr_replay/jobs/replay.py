@@ -17,6 +17,7 @@ from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import DamagedLog
+from wmr_schemas.findings import Finding
 from wmr_schemas.signals import Log
 
 Progress = Callable[[int, int], None]
@@ -51,6 +52,9 @@ class Source(Protocol):
     def notes(self) -> list[str]:
         """What was noticed besides losses. Complete once the batches are exhausted."""
 
+    def findings(self) -> list[Finding]:
+        """What is wrong with clocks, channels and parameters. Complete once the batches are exhausted."""
+
 
 class FileSource:
     """The rows of an opened log file."""
@@ -82,6 +86,10 @@ class FileSource:
         """Remarks on channels and stamps."""
         return [*self._reader.remarks, *self._reader.stamp_notes]
 
+    def findings(self) -> list[Finding]:
+        """Findings of the reader."""
+        return self._reader.findings
+
 
 class MemorySource:
     """The rows of a log in memory, in one batch."""
@@ -106,6 +114,10 @@ class MemorySource:
 
     def notes(self) -> list[str]:
         """No remarks."""
+        return []
+
+    def findings(self) -> list[Finding]:
+        """Nothing was read."""
         return []
 
 
@@ -202,6 +214,7 @@ class Replay:
             n_pose_jumps=engine.n_pose_jumps,
             n_outliers=engine.n_outliers,
             notes=[*source.losses.notes, *source.notes(), *engine.model.notes],
+            findings=[*source.findings(), *engine.findings],
             robot=robot,
             alpha_true=self._truth.alpha,
         )

@@ -76,7 +76,8 @@ class ResultFiles:
                 write(parts[kind])
             self._samples.close()
             if self._timeline is not None:
-                self._timeline.finish(tables.summary["verdict"])
+                found = json.loads(tables.summary["findings"])
+                self._timeline.finish(tables.summary["verdict"], found)
             self._samples.finish()
         if "confusion" not in small:
             self._names["confusion"].unlink(missing_ok=True)
@@ -101,8 +102,8 @@ class ResultFiles:
 
 
 def summary_json(row: Mapping[str, Any]) -> str:
-    """The summary's row as JSON, settings and notes unfolded."""
-    unfolded = {name: json.loads(row[name]) for name in ("settings", "notes")}
+    """The summary's row as JSON, settings, notes and findings unfolded."""
+    unfolded = {name: json.loads(row[name]) for name in ("settings", "notes", "findings")}
     return json.dumps({**row, **unfolded}, indent=2, ensure_ascii=False)
 
 

@@ -4,17 +4,19 @@ import numpy as np
 
 from wmr_replay.align import PoseRepair, SampleBatch
 from wmr_replay.differentiate import Derivatives, NoiseTracker
-from wmr_replay.identify import Evidence, Motion, motion_of, wheel_slip
+from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.independence import fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
-from wmr_replay.pipeline.identifiers import make_identifier, undecided_while_filling
+from wmr_replay.pipeline.identifiers import make_identifier, undecided_where_barred, undecided_while_filling
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
+from wmr_replay.quality import Observed, Quality
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
 
 PIECE_ROWS = 16384
@@ -39,6 +41,12 @@ class Chain:
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
         self._outliers = OutlierFill()
+        self._quality = Quality()
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is wrong with the data, so far."""
+        return self._quality.findings()
 
     @property
     def tuning(self) -> Tuning:
@@ -88,6 +96,9 @@ class Chain:
         verdict = undecided_while_filling(
             self._identifier.push(evidence), derivatives.state == Status.WARMING_UP, self._all_modes
         )
+        verdict = undecided_where_barred(
+            verdict, self._quality.push(self._observed(rows, derivatives, evidence, verdict)), self._all_modes
+        )
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
         return estimated_columns(motion, slip, verdict, delay_s, status)
@@ -112,6 +123,23 @@ class Chain:
             variances=variances,
             independence=track_independence(rows.t_ns, rows.pose, self._independence),
             restarts=rows.restarts,
+        )
+
+    def _observed(
+        self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence, verdict: Verdict
+    ) -> Observed:
+        """What the monitors of the data's quality are given of each row."""
+        return Observed(
+            t_ns=rows.t_ns,
+            t_s=(rows.t_ns - self._start_ns) / NS_PER_S,
+            pose=rows.pose,
+            inputs=rows.inputs,
+            smoothed=derivatives.inputs,
+            motion=evidence.motion,
+            alpha=verdict.alpha,
+            alpha_sd=verdict.alpha_sd,
+            variances=evidence.variances,
+            robot=self._model.robot,
         )
 
     def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:

@@ -16,6 +16,7 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import I64, NS_PER_S
 from wmr_schemas.batches import RawBatch
+from wmr_schemas.findings import Finding
 
 MIN_STRETCH_ROWS = 20
 
@@ -53,6 +54,11 @@ class Engine:
     def n_outliers(self) -> int:
         """Outliers among the poses so far."""
         return self._chain.n_outliers if self._chain else 0
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is wrong with the data, so far."""
+        return self._chain.findings if self._chain else []
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """The rows of the table that the batch completes."""

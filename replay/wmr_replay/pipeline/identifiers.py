@@ -7,7 +7,7 @@ from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
-from wmr_schemas.arrays import NS_PER_S, Bool
+from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import Status
 
@@ -42,4 +42,21 @@ def undecided_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet)
         mode=np.where(filling, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
         mode_set=np.where(filling, all_modes, verdict.mode_set).astype(np.uint8),
         outcome=np.where(filling, Status.WARMING_UP, verdict.outcome).astype(np.int8),
+    )
+
+
+def undecided_where_barred(verdict: Verdict, barred: I8, all_modes: ModeSet) -> Verdict:
+    """Rows whose ``barred`` (n,) is not ``OK`` get no mode, no probabilities and no α, and it as outcome; a
+    window that is still filling keeps its own.
+    """
+    rows = (barred != Status.OK) & (verdict.outcome != Status.WARMING_UP)
+    if not rows.any():
+        return verdict
+    return verdict._replace(
+        posterior=np.where(rows, np.nan, verdict.posterior),
+        alpha=np.where(rows, np.nan, verdict.alpha),
+        alpha_sd=np.where(rows, np.nan, verdict.alpha_sd),
+        mode=np.where(rows, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
+        mode_set=np.where(rows, all_modes, verdict.mode_set).astype(np.uint8),
+        outcome=np.where(rows, barred, verdict.outcome).astype(np.int8),
     )

@@ -19,10 +19,14 @@ from wmr_replay.tables import (
 )
 from wmr_replay.tables.verdict import verdict_sentence
 from wmr_schemas import __version__
+from wmr_schemas.findings import Finding, findings_json
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.status import Status
+from wmr_schemas.status import BARRING, Status
 from wmr_schemas.tables import SUMMARY, polars_schema
+
+BARRED_LABELS = frozenset(status.label for status in BARRING)
+"""Rows of these end the validity of the α before them."""
 
 
 @dataclass
@@ -53,6 +57,8 @@ class SummaryCollector:
             else None
         )
         self.alpha = known.row(0) if known is not None else self.alpha
+        if samples["status"][-1] in BARRED_LABELS:
+            self.alpha = None
 
     @property
     def duration_s(self) -> float:
@@ -79,6 +85,7 @@ class LogFacts:
     n_pose_jumps: int
     n_outliers: int
     notes: Sequence[str]
+    findings: Sequence[Finding]
     robot: RobotParameters
     alpha_true: float | None
 
@@ -99,6 +106,7 @@ def summary_row(facts: LogFacts, collected: SummaryCollector, runs: ModeRuns) ->
     alpha, alpha_sd = collected.alpha or (None, None)
     row: dict[str, Any] = dict.fromkeys(polars_schema(SUMMARY))
     row |= {"log": facts.log, "log_sha256": facts.log_sha256, "version": __version__}
+    row["findings"] = findings_json(facts.findings)
     row |= {"settings": json.dumps(facts.settings, sort_keys=True), "notes": json.dumps(list(facts.notes))}
     row |= {"duration_s": collected.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
     row |= {"n_pose_jumps": facts.n_pose_jumps, "n_outliers": facts.n_outliers}

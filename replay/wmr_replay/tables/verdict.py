@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.status import Status
+from wmr_schemas.status import BARRING, STATUS_MEANING, Status
 
 WORTH_SAYING = 0.05
 
@@ -18,6 +18,7 @@ REASONS = {
         "the pose obeys the nonholonomic constraint by construction (it was integrated from wheel speeds), "
         "so skidding cannot be seen in it; an external pose is needed"
     ),
+    **{status: STATUS_MEANING[status] for status in sorted(BARRING)},
 }
 
 

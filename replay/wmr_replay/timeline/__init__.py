@@ -7,6 +7,7 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 
 ================================================  ===========================================================
 ``/description``                                  what the run found and how to read it (markdown, static)
+``/findings``                                     what is wrong with the data, where each finding begins
 ``/path/estimated``, ``/path/true``               the measured path, coloured by mode; the true path
 ``/path/robot``, ``/path/grid``                   where the robot is at the cursor; a grid in metres (static)
 ``/mode/estimated``, ``/mode/true``, ``/status``  mode and status changes, each at its exact row

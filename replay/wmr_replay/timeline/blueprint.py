@@ -64,14 +64,21 @@ PLOTS = (
 )
 
 
-def layout(written: Collection[str], frame: Frame, alpha_range: tuple[float, float] | None) -> rrb.Blueprint:
-    """The blueprint for a recording that holds the series ``written`` and a path inside ``frame``."""
-    text = rrb.TextDocumentView(origin="/description", name="How to read")
+def layout(
+    written: Collection[str], frame: Frame, alpha_range: tuple[float, float] | None, *, found: bool = False
+) -> rrb.Blueprint:
+    """The blueprint for a recording that holds the series ``written`` and a path inside ``frame``; with
+    ``found`` it holds findings on the data's quality.
+    """
+    texts: list[rrb.View] = [rrb.TextDocumentView(origin="/description", name="How to read")]
+    if found:
+        texts.insert(0, rrb.TextLogView(origin="/findings", name="Data quality"))
     plots = list(_plots(written, alpha_range))
     if not plots:
-        return with_panels(text)
+        return with_panels(rrb.Vertical(*texts))
     lanes = lanes_view(["/mode/**", "/status"], "Contact mode and status, at the time they were known")
-    left = rrb.Vertical(path_view(frame), text, row_shares=[66, 34])
+    shares = [56, 16, 28] if found else [66, 34]
+    left = rrb.Vertical(path_view(frame), *texts, row_shares=shares)
     right = rrb.Vertical(lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
     return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 

@@ -25,6 +25,11 @@ STATUS_COLOURS: dict[Status, Colour] = {
     Status.POSE_NOT_INDEPENDENT: (160, 90, 40),
     Status.POSE_JUMP: (200, 80, 40),
     Status.OUTLIER: (190, 110, 110),
+    Status.CLOCKS_APART: (150, 60, 110),
+    Status.NO_HEADING: (150, 70, 90),
+    Status.RATE_TOO_LOW: (150, 80, 70),
+    Status.IMPLAUSIBLE: (160, 60, 60),
+    Status.OTHER_DRIVE: (120, 80, 130),
 }
 
 ESTIMATE: Colour = (86, 180, 233)

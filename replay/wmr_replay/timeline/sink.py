@@ -1,7 +1,8 @@
 """One Rerun recording on its way into a file: how each kind of data is put into it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 import rerun as rr
@@ -19,9 +20,16 @@ from wmr_replay.timeline.path import (
 from wmr_replay.timeline.series import Series
 from wmr_replay.timeline.states import LANES, Lane
 from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.findings import Severity
 from wmr_schemas.modes import ContactMode
 
 APPLICATION = "wmr_replay"
+LEVELS = {
+    Severity.NOTE: rr.TextLogLevel.INFO,
+    Severity.WARNING: rr.TextLogLevel.WARN,
+    Severity.BARS: rr.TextLogLevel.ERROR,
+}
+"""The viewer's levels of log entries."""
 XY = ("x_m", "y_m")
 DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).round().cast(pl.Int64)
 """The instant that the derivative columns of a row describe."""
@@ -96,6 +104,16 @@ class Sink:
         self.recording.log(
             "/description", rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True
         )
+
+    def add_findings(self, findings: Sequence[Mapping[str, Any]]) -> None:
+        """Findings on the data's quality as log entries, each where it begins."""
+        if not findings:
+            return
+        at_s = [found["where"][0][0] if found["where"] else 0.0 for found in findings]
+        t_ns = pl.Series([self.start_ns + round(t_s * NS_PER_S) for t_s in at_s])
+        texts = [f"{found['code']}: {found['text']}. {found['advice']}" for found in findings]
+        levels = [LEVELS[found["severity"]] for found in findings]
+        self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 
     def flush(self) -> None:
         """Wait until everything is in the file; else rows logged faster than written fill the memory."""

@@ -1,7 +1,8 @@
 """Samples, batch by batch, into one recording: in blocks and decimated, neither depending on the batches."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -66,16 +67,19 @@ class Timeline:
             waiting = waiting[BLOCK_ROWS:]
         self._pieces, self._n_waiting = [waiting], len(waiting)
 
-    def finish(self, verdict_markdown: str | None = None) -> None:
-        """Write what is left, the text with the verdict and the layout; put the file in its place."""
+    def finish(self, verdict: str | None = None, findings: Sequence[Mapping[str, Any]] = ()) -> None:
+        """Write what is left, the text with the verdict (markdown), the findings on the data and the layout;
+        put the file in its place.
+        """
         if self._n_waiting:
             self._write(pl.concat(self._pieces))
         if self._last is not None:
             self._write_nominal(int(self._last["t_ns"][0]))
             self._sink.add_grid(self._frame)
-        self._sink.add_text(self._description(verdict_markdown))
+        self._sink.add_text(self._description(verdict))
+        self._sink.add_findings(findings)
         alpha = alpha_range(self._last, self._alpha_nominal)
-        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha))
+        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha, found=bool(findings)))
         self._file.finish()
 
     def discard(self) -> None:

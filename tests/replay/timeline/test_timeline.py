@@ -13,6 +13,7 @@ from rerun.chunk import RrdReader
 from wmr_replay.timeline import Timeline, ViewerUnavailable, picture
 from wmr_replay.timeline.colours import MODE_COLOURS
 from wmr_replay.timeline.picture import take_picture
+from wmr_schemas.findings import Severity, finding
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.tables import SAMPLES, polars_schema
 
@@ -255,6 +256,20 @@ def test_discard_after_finish_keeps_the_file(tmp_path: Path) -> None:
     timeline.finish()
     timeline.discard()
     assert [path.name for path in tmp_path.iterdir()] == ["a.rrd"]
+
+
+def test_findings_on_the_data_are_log_entries_where_they_begin(tmp_path: Path) -> None:
+    timeline = Timeline(tmp_path / "a.rrd", log_name="a", alpha_nominal=None, rate_hz=100.0)
+    timeline.push(samples(100.0, 20.0))
+    frozen = finding("frozen_pose", Severity.BARS, "12 rows", 12, [(3.25, 4.0)])
+    whole = finding("coloured_noise", Severity.WARNING, "a correlation time of .3 s")
+    timeline.finish("nothing", [frozen.as_dict(), whole.as_dict()])
+    entries = contents(tmp_path / "a.rrd")["/findings"].sort("log_t")
+    assert entries["log_t"].cast(pl.Int64).to_list() == [0, 3_250_000_000]
+    texts = [entry[0] for entry in entries["TextLog:text"].to_list()]
+    assert texts[0].startswith("coloured_noise: a correlation time")
+    assert texts[1].startswith("frozen_pose: 12 rows")
+    assert [entry[0] for entry in entries["TextLog:level"].to_list()] == ["WARN", "ERROR"]
 
 
 def test_a_viewer_without_graphics_is_unavailable_and_says_what_helps(

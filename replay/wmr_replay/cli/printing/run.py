@@ -1,7 +1,7 @@
 """What ``run`` prints: the summary as text or as JSON."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -23,13 +23,17 @@ def print_result(result: "Result", *, as_json: bool) -> None:
 
     row, console = result.summary.row(0, named=True), Console(highlight=False, soft_wrap=True)
     if as_json:
-        echo_json(row | {"settings": result.settings, "notes": result.notes})
+        echo_json(
+            row | {"settings": result.settings, "notes": result.notes, "findings": list(result.findings)}
+        )
         return
     console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
     for line in design_lines(row):
         console.print(line)
     console.print(mode_table(row))
     for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in result.notes]:
+        console.print(line)
+    for line in finding_lines(result.findings):
         console.print(line)
     console.print(f"\n[bold]{row['verdict']}[/bold]\n")
     console.print(f"results   {result.files['samples'].parent}/")
@@ -101,3 +105,14 @@ def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
 def percent(value: float | None) -> str:
     """A share as per cent, or a dash."""
     return "–" if value is None else f"{value:.1%}"
+
+
+def finding_lines(findings: Iterable[Mapping[str, Any]]) -> list[str]:
+    """Every finding on the data's quality: its weight and code, what was found, what it means, what to do."""
+    lines = []
+    for f in findings:
+        where = ", ".join(f"{start:.1f}–{end:.1f} s" for start, end in f["where"][:3])
+        rest = " …" if len(f["where"]) > 3 else ""
+        lines.append(f"{f['severity']:<9} {f['code']}: {f['text']}" + (f" ({where}{rest})" if where else ""))
+        lines.append(f"          {f['meaning']}; {f['advice']}")
+    return lines

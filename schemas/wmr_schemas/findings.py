@@ -1,0 +1,187 @@
+"""Findings: what is wrong with the data of a log, as data.
+
+A kind of finding is declared once, below: what it means, what to do about it, and which status the rows get
+whose answer it bars. The stages that look for them are in ``wmr_replay.quality`` and ``wmr_replay.ingest``.
+"""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from wmr_schemas.status import Status
+
+
+class Severity(StrEnum):
+    """How much a finding matters."""
+
+    NOTE = "note"
+    """Worth knowing; every answer stands."""
+    WARNING = "warning"
+    """Answers are given, and less certain than they say."""
+    BARS = "bars"
+    """Rows get no answer; their status says which finding it is."""
+
+
+@dataclass(frozen=True)
+class FindingKind:
+    """A kind of finding. ``bars`` is the status of the rows that it bars, None where it bars none."""
+
+    code: str
+    meaning: str
+    advice: str
+    bars: Status | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding in a log.
+
+    Attributes:
+        code: Its kind, a key of :data:`KINDS`.
+        severity: ``note``, ``warning`` or ``bars``.
+        text: What was found, with its numbers.
+        meaning: What it means for the answer.
+        advice: What to do.
+        n: How many rows or messages are concerned; 0 where it concerns the log as a whole.
+        where: The first stretches concerned, from and to in s since the first pose; empty: the whole log.
+    """
+
+    code: str
+    severity: Severity
+    text: str
+    meaning: str
+    advice: str
+    n: int = 0
+    where: tuple[tuple[float, float], ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON holds it."""
+        return asdict(self)
+
+
+KINDS: dict[str, FindingKind] = {
+    kind.code: kind
+    for kind in (
+        FindingKind(
+            "clocks_apart",
+            "pose and wheel signals are stamped by clocks that do not belong together",
+            "run with --clock log, or set the robot's clocks (chrony, PTP) before recording",
+            Status.CLOCKS_APART,
+        ),
+        FindingKind(
+            "clock_offset",
+            "the wheel signals fit the motion better when they are shifted in time",
+            "give the shift with --clock-offset, or set the clocks before recording",
+        ),
+        FindingKind(
+            "frozen_pose",
+            "the tracker repeats its last pose under new stamps; the repeats are holes, not a robot at rest",
+            "look for occlusions and lost markers at these times",
+            Status.GAP,
+        ),
+        FindingKind(
+            "no_heading",
+            "the orientation was never filled in, or is not the robot's: sideslip cannot be seen",
+            "publish the robot's orientation with its pose, or choose another pose with --pose",
+            Status.NO_HEADING,
+        ),
+        FindingKind(
+            "heading_not_along_path",
+            "the yaw does not follow the path's direction: it is of another frame, or turned",
+            "publish the pose of base_link in a frame whose z axis points up",
+            Status.NO_HEADING,
+        ),
+        FindingKind(
+            "pose_not_planar",
+            "roll, pitch or height vary as a camera's or a flying tracker's do, not a wheeled robot's",
+            "publish the pose of base_link in a frame whose z axis points up",
+            Status.NO_HEADING,
+        ),
+        FindingKind(
+            "rate_changed",
+            "the pose comes at another rate than in the log's first second; the window was chosen again",
+            "none is needed; a steady rate gives the shorter delay",
+        ),
+        FindingKind(
+            "rate_too_low",
+            "the pose comes too rarely for motion as quick as this: a skid can begin and end unseen",
+            "record the pose at a higher rate, or choose another one with --pose",
+            Status.RATE_TOO_LOW,
+        ),
+        FindingKind(
+            "torque_sign",
+            "the robot accelerates against its torques",
+            "give sign = -1 for the torque in --map",
+            Status.IMPLAUSIBLE,
+        ),
+        FindingKind(
+            "position_unit",
+            "the positions are not in metres",
+            "give the scale of the pose in --map",
+            Status.IMPLAUSIBLE,
+        ),
+        FindingKind(
+            "yaw_unit",
+            "the yaw is not in radians, or turns the other way",
+            "give the scale of the yaw in --map",
+            Status.IMPLAUSIBLE,
+        ),
+        FindingKind(
+            "wheel_speed_unit",
+            "wheel speeds and motion disagree by a constant factor: a unit or the wheel radius is wrong",
+            "give the scale of the wheel speed, or wheel_radius_m, in --map",
+        ),
+        FindingKind(
+            "torque_unit",
+            "torques and motion disagree by a factor that mass and wheel radius do not explain",
+            "give the scale of the torque, or mass and wheel radius, in --map",
+        ),
+        FindingKind(
+            "stamp_unit",
+            "the stamps count another unit than seconds",
+            "run with --clock log",
+            Status.IMPLAUSIBLE,
+        ),
+        FindingKind(
+            "parameter_without_sense",
+            "a parameter in the log's own metadata makes no sense and was left out",
+            "give it with --map",
+        ),
+        FindingKind(
+            "drives_sideways",
+            "the robot moves sideways on purpose (mecanum, omnidirectional): that is no skid",
+            "the model is a differential drive; no mode is told for such a robot",
+            Status.OTHER_DRIVE,
+        ),
+        FindingKind(
+            "steered",
+            "the robot is steered: the model is a differential drive",
+            "sideslip is told as skidding; slipping and alpha mean nothing for such a robot",
+        ),
+        FindingKind(
+            "coloured_noise",
+            "the pose's noise is correlated in time, so it does not average out within the window",
+            "trust the standard deviations less than they say; look for a filter or wobbling markers",
+        ),
+    )
+}
+
+
+def finding(
+    code: str,
+    severity: Severity,
+    text: str,
+    n: int = 0,
+    where: Iterable[tuple[float, float]] = (),
+    advice: str = "",
+) -> Finding:
+    """A finding of a declared kind; ``advice`` in place of the kind's where the data say more."""
+    kind = KINDS[code]
+    return Finding(code, severity, text, kind.meaning, advice or kind.advice, n, tuple(where))
+
+
+def findings_json(findings: Iterable[Finding]) -> str:
+    """A JSON list, as the summary table holds it."""
+    return json.dumps([f.as_dict() for f in findings], ensure_ascii=False)
