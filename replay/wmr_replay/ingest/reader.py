@@ -42,7 +42,8 @@ class LogReader:
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
     ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
-    ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is exhausted.
+    ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is
+    exhausted.
     """
 
     def __init__(
