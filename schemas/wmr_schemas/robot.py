@@ -76,6 +76,10 @@ class RobotParameters:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in values.items() if value is not None}
 
+    def overridden_by(self, given: "RobotParameters | None") -> "RobotParameters":
+        """These parameters, with the known ones of ``given`` in their place."""
+        return self if given is None else RobotParameters(**(self.known() | given.known()))  # type: ignore[arg-type]
+
     @property
     def alpha_yaw_or_alpha(self) -> float | None:
         """``alpha_yaw``, or ``alpha`` where that is all that is known."""

@@ -153,6 +153,12 @@ def real_shapes():
     return _module("real_shapes")
 
 
+@pytest.fixture(scope="session")
+def bags():
+    """The module that writes a log's messages into ROS bags."""
+    return _module("bags")
+
+
 def _module(name: str):
     spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
     module = importlib.util.module_from_spec(spec)

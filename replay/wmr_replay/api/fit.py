@@ -64,7 +64,7 @@ def fit(
     """Calibrate the base model of a robot on a log: α, yaw gain, noise, stiffness where it is excited.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         out: Directory for ``<stem>.model.toml``; None: nothing is written.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
         mapping: Mapping or mapping file.

@@ -114,7 +114,7 @@ def gap(
     """Say where simulation and measurement of a log disagree, and what the model lacks.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.

@@ -101,7 +101,7 @@ def differentiate_pose(
     """Send the pose of a log through a differentiator, and measure what comes out.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         window_s: Length T of the window.
         degree: Degree N of the local polynomial.
         kappa: Weight exponent at the window's newest end.

@@ -56,7 +56,7 @@ class LazyGroup(click.Group):
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="wmr-replay")
 def cli() -> None:
-    """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs.
+    """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs and ROS bags.
 
     \b
     Examples:

@@ -58,7 +58,7 @@ class Kernel(TypedDict):
     help="Draw kernels and Bode diagram to this file (.png, .svg or .pdf).",
 )
 @click.option(
-    "--log", type=click.Path(path_type=Path), help="MCAP log: say what the differentiator makes of its pose."
+    "--log", type=click.Path(path_type=Path), help="Log: say what the differentiator makes of its pose."
 )
 @click.option(
     "--max-delay",

@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+from wmr_replay.ingest.bags.container import container_of
 from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
@@ -15,15 +16,17 @@ from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
-from wmr_replay.ingest.mcap.chunk_selection import log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import index_adds_up, log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
-from wmr_replay.ingest.reading import Reading
+from wmr_replay.ingest.mcap.stretches import stretches
+from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
-from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
+from wmr_replay.ingest.storage.source import LogPath, RemotePath
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_schemas.findings import Finding
@@ -40,16 +43,19 @@ class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
-    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``,
-    ``remarks`` and ``findings`` are complete once :meth:`batches` is exhausted.
+    ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
+    ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is
+    exhausted.
     """
 
-    def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
+    def __init__(
+        self, path: LogPath, mapping: LogMapping, between: Between = WHOLE, *, by_index: bool = False
+    ) -> None:
         self.path = path
         self._copies: Path | None = None
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
-        self.files = join_files([file for file, _ in files])
+        self.files = join_files([container_of(file) or file for file, _ in files], by_index=by_index)
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
         self.between, self.span_ns = between, log_span_ns(self.survey)
@@ -61,7 +67,8 @@ class LogReader:
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
         self.remarks += unreadable_kin(self.candidates, self.plan.uses)
-        self.robot = mapping.robot or self._own_parameters()
+        own = self._own_parameters() if mapping.robot_from_log else RobotParameters()
+        self.robot = own.overridden_by(mapping.robot)
         self.findings: list[Finding] = []
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
@@ -131,6 +138,7 @@ class LogReader:
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before = self._bytes_before()
+        self.files.want(used)
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
@@ -147,9 +155,45 @@ class LogReader:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
         return nothing_between(self.path, self.between, self.span_ns, what)
 
+    @property
+    def is_by_index(self) -> bool:
+        """Whether the file between the chunks of its index is unseen, though it could be seen."""
+        return isinstance(self.path, Path) and any(span.by_index for span in self.survey.spans)
+
+    def stretches(self) -> list[list[Span]] | None:
+        """The spans of a few stretches that stand for the log; None where all of it has to be read.
+
+        That is so for a log without an index that adds up, and for one that is small.
+        """
+        if not index_adds_up(self.survey):
+            return None
+        used = {use.channel.id for use in self.plan.uses.values()}
+        spans = wanted_spans(self.survey, used or None, self.limits)
+        chosen = stretches(spans)
+        is_whole = sum(map(len, chosen)) == len(wanted_spans(self.survey, None, self.limits))
+        return None if is_whole else chosen
+
+    def sampled_batches(self, chosen: list[list[Span]]) -> Iterator[RawBatch]:
+        """Rows of the channels in use, a batch for each of the stretches of :meth:`stretches`.
+
+        The rows of a stretch follow one another in the file; between two stretches, rows are missing.
+        ``losses``, ``message_counts`` and ``clocks`` are of what was read.
+        """
+        self.losses, self.message_counts = self._frame_losses(), MessageCounts()
+        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self.files.want({use.channel.id for use in self.plan.uses.values()})
+        for spans in chosen:
+            for clock in self.clocks.values():
+                clock.steps.restart()
+            reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
+            yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
+            self.message_counts.add(reading.message_counts)
+            reading.finish()
+            self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
+
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
-        sizes = [size_of(path) for path in self.files.paths]
+        sizes = self.files.sizes()
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
@@ -169,16 +213,22 @@ class LogReader:
 
 
 def open_log(
-    path: LogPath, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
+    path: LogPath,
+    mapping: LogMapping = NO_MAPPING,
+    *,
+    need_pose: bool = True,
+    between: Between = WHOLE,
+    by_index: bool = False,
 ) -> LogReader:
-    """Open an MCAP log, or a rosbag2 directory of them, and find its signals.
+    """Open a log, an MCAP file, a ROS bag or a rosbag2 directory, and find its signals.
 
-    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no MCAP file,
-    ChannelNotFound when it has no pose (unless ``need_pose`` is
-    false) or when a topic that ``mapping`` names does not serve.
+    ``between`` leaves out what was logged before or after. ``by_index``: chunks are those of the file's
+    index, if it adds up, without a look at the file between them. Raises LogUnusable when it is no such file,
+    ChannelNotFound when it has no pose (unless ``need_pose`` is false) or when a topic that ``mapping``
+    names does not serve.
     """
     try:
-        reader = LogReader(path, mapping, between)
+        reader = LogReader(path, mapping, between, by_index=by_index)
     except OSError as error:
         raise unreadable(path, error) from None
     if need_pose and reader.plan.pose is None:

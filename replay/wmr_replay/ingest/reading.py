@@ -3,7 +3,6 @@
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import BinaryIO
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from wmr_replay.ingest.channels.detect import Use
 from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.chunks import OpenFile, Span, load
 from wmr_replay.ingest.mcap.log_files import LogFiles
 from wmr_replay.ingest.mcap.message_counts import MessageCounts, differing_counts
 from wmr_replay.ingest.mcap.message_table import MessageTable
@@ -25,6 +24,8 @@ from wmr_schemas.arrays import F64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
+PARTS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "mode": MODE_COLUMNS}
+"""The fields of a batch, with their columns."""
 _TRUSTED_MESSAGES = 1 << 20
 
 
@@ -83,7 +84,7 @@ class Reading:
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
-    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
+    def begin(self, file: OpenFile, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
         n_expected = self._n_expected(spans)
         table = MessageTable(len(self.uses), max(n_expected, default=0))
@@ -164,7 +165,9 @@ class Reading:
         where = self._where(found.span)
         if found.problem and found.span.whole:
             self.losses.n_chunks_damaged += 1
-            self.losses.note(f"{where} is left out: {found.problem}{_expected(found.span)}")
+            kept = f"; {found.n_messages} messages of it were recovered" if found.n_messages else ""
+            fate = f": {found.problem}{kept}" if kept else f" is left out: {found.problem}"
+            self.losses.note(f"{where}{fate}{_expected(found.span)}")
         elif found.problem:
             self.losses.note(f"{where}: {found.problem}; {found.n_messages} messages of it were recovered")
         else:
@@ -192,7 +195,7 @@ class Reading:
 
     def _where(self, span: Span) -> str:
         """Where a span is, as a text."""
-        place = f"the chunk at byte {span.offset}"
+        place = span.name or f"the chunk at byte {span.offset}"
         return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
     def finish(self, statistics: Mapping[int, int] | None = None) -> None:
@@ -231,6 +234,26 @@ class Reading:
             found += [f"{topic}: {text}" for topic, text in skipped if text]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
+
+
+def joined(batches: Sequence[RawBatch]) -> RawBatch:
+    """One batch of several that follow one another."""
+    return RawBatch(
+        *(
+            concatenated([getattr(batch, name) for batch in batches], len(names))
+            for name, names in PARTS.items()
+        )
+    )
+
+
+def concatenated(pieces: Sequence[Rows], n_columns: int) -> Rows:
+    """The rows of one signal; ``n_columns`` is needed when there are none."""
+    pieces = [Rows.empty(n_columns), *pieces]
+    return Rows(
+        np.concatenate([rows.t_ns for rows in pieces]),
+        np.concatenate([rows.order for rows in pieces]),
+        np.concatenate([rows.values for rows in pieces], axis=1),
+    )
 
 
 def _expected(span: Span) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
+from wmr_replay.ingest.reading import joined
 from wmr_schemas.arrays import Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
@@ -87,21 +88,8 @@ def read_rows(reader: LogReader, progress: Progress | None) -> tuple[Rows, Rows,
             )
         if progress is not None:
             progress("reading", reader.position_bytes / max(reader.size_bytes, 1))
-    pose, torque, mode = (
-        concatenate_rows([getattr(batch, name) for batch in batches], n_columns)
-        for name, n_columns in (("pose", 3), ("torque", 4), ("mode", 1))
-    )
-    return pose, torque, mode
-
-
-def concatenate_rows(pieces: list[Rows], n_columns: int) -> Rows:
-    """Concatenate rows of one signal; ``n_columns`` is needed when there are none."""
-    pieces = [Rows.empty(n_columns), *pieces]
-    return Rows(
-        np.concatenate([rows.t_ns for rows in pieces]),
-        np.concatenate([rows.order for rows in pieces]),
-        np.concatenate([rows.values for rows in pieces], axis=1),
-    )
+    whole = joined(batches)
+    return whole.pose, whole.torque, whole.mode
 
 
 def once_each(rows: Rows, usable: Bool, name: str) -> tuple[Rows, str]:

@@ -1,7 +1,7 @@
 """What ``info`` prints: channels, roles, clocks, losses."""
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.text import Text
@@ -11,11 +11,15 @@ from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from wmr_replay.api.info import LogInfo
+    from wmr_schemas.mapping_file import LogMapping
 
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
 _ROLES = ("pose", "torque", "truth")
+_IN_USE = ("pose", "torque", "wheel_speed", "truth")
 
 
 def print_info(info: "LogInfo", *, as_json: bool) -> None:
@@ -47,16 +51,16 @@ def overview(info: "LogInfo") -> str:
 def channel_table(info: "LogInfo") -> Table:
     """A line for each channel; those in use first."""
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "use"):
+    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "serves as", "use"):
         right = name in {"id", "messages", "Hz", "from s", "to s"}
         table.add_column(name, justify="right" if right else "left", no_wrap=True)
     rows = sorted(
         info.channels,
-        key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]),
+        key=lambda row: (_IN_USE.index(row["role"]) if row["role"] else len(_IN_USE), row["id"]),
     )
     for row in rows:
         use = (
-            Text(row["role"], style="bold green")
+            Text(row["role"].replace("_", " "), style="bold green")
             if row["role"]
             else Text(shown(row["why_not"] or ""), style="dim")
         )
@@ -66,8 +70,13 @@ def channel_table(info: "LogInfo") -> Table:
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, use)
+        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, shown(serves_as(row)), use)
     return table
+
+
+def serves_as(row: dict[str, Any]) -> str:
+    """What a channel would serve for."""
+    return ", ".join(row["serves_as"]) or "–"
 
 
 def lines(info: "LogInfo") -> list[tuple[str, str]]:
@@ -87,6 +96,11 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
     if n_empty := info.losses["n_torque_empty"]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
     found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
+    if not info.complete:
+        part = (
+            f"{info.n_chunks_read} of {info.n_chunks} chunks, so clocks, stamps and losses are of these alone"
+        )
+        found.append(("read", f"{part}; --full reads all"))
     return found
 
 
@@ -99,6 +113,26 @@ def nothing_lost(info: "LogInfo") -> str:
 def role_line(info: "LogInfo", role: str) -> str:
     """The channel and its clock, or how to name one."""
     channel = next((row for row in info.channels if row["role"] == role), None)
+    speeds = info.used.get("wheel_speed")
+    if role == "torque" and speeds is not None:
+        return (
+            f"none: {speeds['topic']} holds wheel speeds, but no effort ({info.clock_notes['wheel_speed']})"
+        )
     if channel is None:
         return "none" + ("" if role == "truth" else f" found; name one with --{role} TOPIC or --map FILE")
     return f"{channel['topic']}: {info.clock_notes[role]}"
+
+
+def mapping_line(path: "Path", mapping: "LogMapping") -> str:
+    """What was written to a mapping file, in a line."""
+    joints = "+".join(mapping.left_joints), "+".join(mapping.right_joints)
+    sides = f" (left {joints[0]}, right {joints[1]})" if any(joints) else ""
+    topics = {
+        "pose": mapping.pose_topic,
+        "torque": mapping.torque_topic and mapping.torque_topic + sides,
+        "truth": mapping.truth_topic,
+    }
+    parts = [f"{name} {topic}" for name, topic in topics.items() if topic]
+    if mapping.robot is not None:
+        parts.append(f"robot {', '.join(mapping.robot.known())}")
+    return f"wrote {path}: {'; '.join(parts) or 'nothing was found'}"

@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 
 from wmr_replay.ingest.channels.detect import Use
+from wmr_replay.ingest.channels.first_rows import first_rows
 from wmr_replay.ingest.channels.stamp_steps import StampSteps
-from wmr_replay.ingest.decoding.decoder import Decoder
 from wmr_replay.ingest.mcap.sampling import N_WANTED
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
@@ -98,16 +98,9 @@ def _typical_offsets(t_ns: I64, log_ns: I64) -> list[float]:
 
 def first_stamps(use: Use) -> tuple[I64, I64]:
     """Header stamps and log times of the first messages that concern the signal."""
-    messages = [sample.data for sample in use.samples]
-    lengths = np.array([len(message) for message in messages], np.int64)
-    data = np.frombuffer(b"".join(messages), np.uint8)
-    decoder = Decoder(use.definition, use.binding)
-    columns = decoder.begin(len(lengths))
-    decoder.read(columns, data, np.cumsum(lengths) - lengths, lengths)
-    decoder.settle(columns)
-    used = columns.used
+    rows = first_rows(use.definition, use.binding, use.samples)
     log_ns = np.array([sample.log_ns for sample in use.samples], np.int64)
-    return columns.stamp_ns[used][:N_WANTED], log_ns[used][:N_WANTED]
+    return rows.stamp_ns[rows.used][:N_WANTED], log_ns[rows.used][:N_WANTED]
 
 
 def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:

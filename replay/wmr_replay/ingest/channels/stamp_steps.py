@@ -102,6 +102,10 @@ class StampSteps:
         """Whether nearly all steps are the usual one, so that a longer one means a missing message."""
         return self.n_even >= _EVEN_SHARE * (self.n_regular + self.n_gaps) and self.n_even > 0
 
+    def restart(self) -> None:
+        """The next block does not follow on the last one: no step leads to it."""
+        self.last_ns = self.highest_ns = None
+
     @property
     def furthest_back_s(self) -> float:
         """The largest backward step in s; 0 without one."""

@@ -118,15 +118,17 @@ class PlanarPoseBinding:
 
 @dataclass(frozen=True)
 class PlacedBinding:
-    """A pose of some point of the robot, moved to the midpoint of the driving axle.
+    """A pose of some point of the robot in any units, as the pose of the midpoint of the driving axle.
 
-    yaw = measured − yaw_offset; position = measured − R(yaw)·lever arm, the measured point's place in the
-    robot's frame (x forward, y left).
+    measured = position_scale·position in m, yaw_gain·yaw in rad; yaw = measured − yaw_offset; position =
+    measured − R(yaw)·lever arm, the measured point's place in the robot's frame (x forward, y left).
     """
 
     pose: Binding
     yaw_offset_rad: float
     lever_arm_m: tuple[float, float]
+    position_scale: float = 1.0
+    yaw_gain: float = 1.0
 
     @property
     def stamp(self) -> tuple[str, str] | None:
@@ -145,6 +147,7 @@ class PlacedBinding:
     def values(self, raw: F64) -> F64:
         """x, y, yaw of the axle's midpoint."""
         x, y, measured = self.pose.values(raw)
+        x, y, measured = self.position_scale * x, self.position_scale * y, self.yaw_gain * measured
         yaw, (ahead, left) = measured - self.yaw_offset_rad, self.lever_arm_m
         cos, sin = np.cos(yaw), np.sin(yaw)
         return np.stack((x - ahead * cos + left * sin, y - ahead * sin - left * cos, yaw))
