@@ -10,6 +10,7 @@ from pathlib import Path
 from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
@@ -114,7 +115,8 @@ class LogReader:
         With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
-        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self.clocks, apart = choose_clocks(self.plan.uses)
+        self.findings = [found for found in self.findings if found.code != "clocks_apart"] + apart
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)

@@ -7,13 +7,16 @@ import numpy as np
 
 from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
-from wmr_schemas.arrays import Bool
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
 MOST_ROWS = 10_000_000
 """Rows of pose and torque that are held, at 240 bytes each while they are read and sorted: 2.4 GB at most."""
+
+LEAST_COMMON_S = 8.0
+"""Pose and torque have to have so much time in common, or half of the shorter one; 8 s are fitted first."""
 
 Progress = Callable[[str, float], None]
 """Called with the name of the present step and the share that is done, 0 to 1."""
@@ -38,7 +41,8 @@ def read_whole(
     """Read ``path`` with pose and torque, and with the contact mode on ``mode_topic`` where one is named.
 
     No other mode channel is decoded, whatever the log holds. Rows that repeat a stamp or hold no finite pose
-    are left out and counted. Raises LogUnusable without a pose or a wheel torque, or beyond ``MOST_ROWS``.
+    are left out and counted. Raises LogUnusable without a pose or a wheel torque, where the two do not cover
+    the same time, or beyond ``MOST_ROWS``.
     """
     reader = open_with_modes(path, mapping, between, mode_topic)
     if reader.plan.torque is None:
@@ -50,8 +54,18 @@ def read_whole(
     known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
     mode, mode_note = once_each(mode, known, "mode")
     check_content(path, pose, torque, mode, mode_topic)
+    check_common_span(path, pose.t_ns, torque.t_ns)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
-    found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]
+    said = [f"{found.code}: {found.text}" for found in reader.findings]
+    found = [
+        *said,
+        *reader.losses.notes,
+        *reader.remarks,
+        *reader.stamp_notes,
+        pose_note,
+        torque_note,
+        mode_note,
+    ]
     return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
 
 
@@ -123,6 +137,26 @@ def check_content(path: LogPath, pose: Rows, torque: Rows, mode: Rows, mode_topi
         raise LogUnusable(path, "no row has an effort for both wheels: nothing drives a simulation", advice)
     if mode_topic is not None and not len(mode):
         raise LogUnusable(path, f"no contact mode (0 to 3) on {mode_topic}", advice)
+
+
+def check_common_span(path: LogPath, pose_ns: I64, torque_ns: I64) -> None:
+    """Raises LogUnusable where poses and torques, by stamp, have too little time in common."""
+    spans_s = [(int(t_ns[-1]) - int(t_ns[0])) / NS_PER_S for t_ns in (pose_ns, torque_ns)]
+    begin_ns, end_ns = max(pose_ns[0], torque_ns[0]), min(pose_ns[-1], torque_ns[-1])
+    common_s = (int(end_ns) - int(begin_ns)) / NS_PER_S
+    if common_s >= min(LEAST_COMMON_S, *(span_s / 2 for span_s in spans_s)):
+        return
+    offset_s = (int(torque_ns[0]) - int(pose_ns[0])) / NS_PER_S
+    held = f"{max(common_s, 0.0):.3g} s in common" if common_s > 0 else "no time in common"
+    raise LogUnusable(
+        path,
+        f"poses ({spans_s[0]:.4g} s) and torques ({spans_s[1]:.4g} s) have {held}: "
+        f"by their stamps the torques begin {abs(offset_s):.4g} s {'after' if offset_s > 0 else 'before'} "
+        "the poses",
+        "If they were recorded together, their clocks do not belong together: try --clock log, or "
+        f"--clock-offset {-offset_s:.4g} to add that many seconds to the torques' stamps. "
+        f"`wmr-replay info {path}` says what the log holds.",
+    )
 
 
 def pose_track(rows: Rows) -> PoseTrack:
