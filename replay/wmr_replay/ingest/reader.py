@@ -130,6 +130,7 @@ class LogReader:
         statistics = self.survey.statistics if whole else None
         reading.finish(None if statistics is None else sum(statistics.values()))
         self.remarks += reading.remarks
+        self.findings += reading.clock_steps.findings() if reading.clock_steps else []
         self.position_bytes = self.size_bytes
 
     def _bytes_before(self) -> list[int]:

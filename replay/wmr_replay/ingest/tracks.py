@@ -37,35 +37,32 @@ def read_whole(
     between: Between,
     mode_topic: str | None = None,
     progress: Progress | None = None,
+    *,
+    clock_offset_s: float = 0.0,
 ) -> WholeLog:
     """Read ``path`` with pose and torque, and with the contact mode on ``mode_topic`` where one is named.
 
     No other mode channel is decoded, whatever the log holds. Rows that repeat a stamp or hold no finite pose
-    are left out and counted. Raises LogUnusable without a pose or a wheel torque, where the two do not cover
-    the same time, or beyond ``MOST_ROWS``.
+    are left out and counted. ``clock_offset_s`` is added to the torques' stamps. Raises LogUnusable without a
+    pose or a wheel torque, where the two do not cover the same time, or beyond ``MOST_ROWS``.
     """
     reader = open_with_modes(path, mapping, between, mode_topic)
     if reader.plan.torque is None:
         raise not_found(path, "torque", reader.candidates, reader.plan)
     pose, torque, mode = read_rows(reader, progress)
+    torque = torque.moved(clock_offset_s) if clock_offset_s else torque
     finite = np.asarray(np.isfinite(pose.values).all(axis=0))
     pose, pose_note = once_each(pose, finite, "pose")
     torque, torque_note = once_each(torque, np.ones(len(torque), bool), "torque")
     known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
     mode, mode_note = once_each(mode, known, "mode")
     check_content(path, pose, torque, mode, mode_topic)
-    check_common_span(path, pose.t_ns, torque.t_ns)
+    check_common_span(path, pose.t_ns, torque.t_ns, clock_offset_s)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
-    said = [f"{found.code}: {found.text}" for found in reader.findings]
-    found = [
-        *said,
-        *reader.losses.notes,
-        *reader.remarks,
-        *reader.stamp_notes,
-        pose_note,
-        torque_note,
-        mode_note,
-    ]
+    moved = f"{clock_offset_s:+g} s were added to the stamps of the torques" if clock_offset_s else ""
+    said = [moved, *(f"{found.code}: {found.text}" for found in reader.findings)]
+    said += [*reader.losses.notes, *reader.remarks, *reader.stamp_notes]
+    found = [*said, pose_note, torque_note, mode_note]
     return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
 
 
@@ -139,8 +136,11 @@ def check_content(path: LogPath, pose: Rows, torque: Rows, mode: Rows, mode_topi
         raise LogUnusable(path, f"no contact mode (0 to 3) on {mode_topic}", advice)
 
 
-def check_common_span(path: LogPath, pose_ns: I64, torque_ns: I64) -> None:
-    """Raises LogUnusable where poses and torques, by stamp, have too little time in common."""
+def check_common_span(path: LogPath, pose_ns: I64, torque_ns: I64, clock_offset_s: float) -> None:
+    """Raises LogUnusable where poses and torques, by stamp, have too little time in common.
+
+    ``clock_offset_s`` has been added to the torques' stamps.
+    """
     spans_s = [(int(t_ns[-1]) - int(t_ns[0])) / NS_PER_S for t_ns in (pose_ns, torque_ns)]
     begin_ns, end_ns = max(pose_ns[0], torque_ns[0]), min(pose_ns[-1], torque_ns[-1])
     common_s = (int(end_ns) - int(begin_ns)) / NS_PER_S
@@ -154,7 +154,7 @@ def check_common_span(path: LogPath, pose_ns: I64, torque_ns: I64) -> None:
         f"by their stamps the torques begin {abs(offset_s):.4g} s {'after' if offset_s > 0 else 'before'} "
         "the poses",
         "If they were recorded together, their clocks do not belong together: try --clock log, or "
-        f"--clock-offset {-offset_s:.4g} to add that many seconds to the torques' stamps. "
+        f"--clock-offset {clock_offset_s - offset_s:.6g} to add that many seconds to the torques' stamps. "
         f"`wmr-replay info {path}` says what the log holds.",
     )
 

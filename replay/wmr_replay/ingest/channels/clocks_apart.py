@@ -1,10 +1,10 @@
 """Whether the stamps of pose and wheel signals belong to one clock, from their first messages.
 
 The recorder receives both, so that the difference of their typical offsets ``stamp − log time`` is the offset
-of their clocks, up to the difference of their transport delays. Beyond ``BOUND_S`` the log time is used for all
-channels, unless the user has chosen a clock. The stamps give no answer at all there: no torque is in force at
-any pose. By the log time a signal is late by its transport delay, .01 to .3 s, and as uneven as that; so the
-finding is a warning.
+of their clocks, up to the difference of their transport delays. Beyond ``BOUND_S`` the log time is used for
+all channels, unless the user has chosen a clock. The stamps give no answer at all there: no torque is in
+force at any pose. By the log time a signal is late by its transport delay, .01 to .3 s, and as uneven as
+that; so the finding is a warning.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ CERTAIN_S = 60.0
 """Beyond this an offset is one of the clocks, whatever the recorder buffers."""
 LEAST_MESSAGES = 2
 STEADY = (0.5, 2.0)
-"""Log time passed per time stamped over the first messages; outside, the recorder wrote them from a buffer."""
+"""Log time passed per time stamped over the first messages; else the recorder wrote them from a buffer."""
 LEAST_PASSED = 1e-3
 """Below this the log time stands still, and is no clock at all."""
 REMEDY = "set the clocks (chrony, PTP) before recording"
