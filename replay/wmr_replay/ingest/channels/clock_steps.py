@@ -4,6 +4,7 @@ A correction shows where the offset ``stamp − log time`` of a channel changes 
 one message to the next, away from the other channel's offset. Transport does not look like that. A stalled
 link shows as a step of the log time alone, while the other channel goes on; a stalled recorder delays both; a
 message that comes late is followed by one in time; a queue that empties changes its offset all the time.
+Where both channels step alike, they belong together as before.
 
 Once the new offset has held for ``HOLDS_S``, the log time is used for both channels, each by its own offset
 before the step, so that neither jumps: the stamps belong together no longer, and a next correction is likely.
@@ -12,14 +13,14 @@ stamp behind it is left as it is. No message depends on a later one, and nothing
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from wmr_replay.ingest.channels.clocks import Clock, short_time
 from wmr_replay.ingest.channels.clocks_apart import BOUND_S, REMEDY
 from wmr_replay.ingest.channels.detect import Use
-from wmr_schemas.arrays import I64, NS_PER_S
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.batches import Rows
 from wmr_schemas.findings import Finding, Severity, finding
 
@@ -68,18 +69,14 @@ class Arrivals:
 @dataclass(frozen=True)
 class Run:
     """Messages after a step that has not held long enough yet: the first log time, the typical offset before
-    it and the first one after it, how many there are, and whether the stamps are ahead of the log time.
+    it and the first one after it, whether the stamps have stepped ahead, and how many messages there are.
     """
 
     log_ns: int
     before_ns: int
     after_ns: int
+    ahead: bool
     n: int = 0
-
-    @property
-    def ahead(self) -> bool:
-        """Whether the stamps have stepped ahead of the log time."""
-        return self.after_ns > self.before_ns
 
 
 @dataclass(frozen=True)
@@ -98,6 +95,35 @@ class Channel:
     last: Arrivals = field(default_factory=Arrivals.none)
     run: Run | None = None
     n_runs: int = 0
+
+    def opened(self, known: Arrivals, starts: I64) -> int:
+        """Open a run at the first of ``starts``; its row, or the number of rows without one."""
+        if not len(starts) or self.n_runs == MOST_RUNS:
+            return len(known)
+        at, offsets_ns = int(starts[0]), known.offsets_ns
+        before_ns = int(np.median(offsets_ns[max(at - N_TYPICAL, 0) : at]))
+        ahead = bool(known.t_ns[at] - known.t_ns[at - 1] > _BOUND_NS)
+        self.run = Run(int(known.log_ns[at]), before_ns, int(offsets_ns[at]), ahead)
+        self.n_runs += 1
+        return at
+
+    def followed(self, known: Arrivals, away: Bool, at: int, t_ns: I64) -> tuple[int, int | None]:
+        """Follow the open run from row ``at`` on, and restamp it in ``t_ns`` where it is ahead.
+
+        Returns the row after it, and the row at which it has held for long enough, None where it has not.
+        It ends where the offset changes again, or the other channel has followed (``away`` (n,) is false).
+        """
+        run = self.run
+        assert run is not None
+        end = at + first_of((np.abs(known.offsets_ns[at:] - run.after_ns) > _AGREE_NS) | ~away[at:])
+        n = run.n + 1 + np.arange(end - at)
+        held = at + first_of((known.log_ns[at:end] - run.log_ns >= _HOLDS_NS) & (n >= LEAST_MESSAGES))
+        if run.ahead:
+            t_ns[at:held] = known.log_ns[at:held] + run.before_ns
+        if held < end:
+            return end, held
+        self.run = replace(run, n=run.n + end - at) if end == len(known) else None
+        return end, None
 
 
 def watch_of(uses: Mapping[str, Use], clocks: Mapping[str, Clock]) -> "ClockSteps | None":
@@ -127,7 +153,9 @@ class ClockSteps:
             return {role: self._by_log(role, r, log_ns, 0) for role, (r, log_ns) in new.items()}
         rows = {role: r for role, (r, _) in new.items()}
         arrived = {role: Arrivals(r.t_ns, log_ns, r.order) for role, (r, log_ns) in new.items()}
-        self._first_ns = first_log_ns(arrived) if self._first_ns is None else self._first_ns
+        firsts = [(int(a.order[0]), int(a.log_ns[0])) for a in arrived.values() if len(a)]
+        if self._first_ns is None and firsts:
+            self._first_ns = min(firsts)[1]
         changed, steps = {}, []
         for role, other in ((role, other) for role in rows for other in rows if other != role):
             t_ns, step = self._watch(role, arrived[role], arrived[other].after(self._channels[other].last))
@@ -144,35 +172,21 @@ class ClockSteps:
     def _watch(self, role: str, new: Arrivals, other: Arrivals) -> tuple[I64, Step | None]:
         """Stamps (n,) of a channel's new messages, and the step that has held, if one has."""
         channel = self._channels[role]
-        known = new.after(channel.last)
-        offsets_ns, n_old = known.offsets_ns, len(channel.last)
-        jumps = np.flatnonzero(np.abs(np.diff(offsets_ns)) > _BOUND_NS) + 1
-        starts = steps_away(known, other, jumps[jumps >= n_old])
-        if channel.run is None and not len(starts):
+        known, n_old = new.after(channel.last), len(channel.last)
+        jumps = np.flatnonzero(np.abs(np.diff(known.offsets_ns)) > _BOUND_NS) + 1
+        if channel.run is None and not (jumps >= n_old).any():
             return new.t_ns, None
-        t_ns, at = known.t_ns.copy(), n_old
-        while True:
+        away = away_from(other, known)
+        starts = jumps[(jumps >= n_old) & away[jumps] & ~link_stalled(other, known, jumps)]
+        t_ns, at, held = known.t_ns.copy(), n_old, None
+        while held is None and at < len(known):
             if channel.run is None:
-                k = int(np.searchsorted(starts, at))
-                if k == len(starts) or channel.n_runs == MOST_RUNS:
-                    return t_ns[n_old:], None
-                at = int(starts[k])
-                before_ns = int(np.median(offsets_ns[max(at - N_TYPICAL, 0) : at]))
-                channel.run = Run(int(known.log_ns[at]), before_ns, int(offsets_ns[at]))
-                channel.n_runs += 1
-            run = channel.run
-            end = at + first_of(np.abs(offsets_ns[at:] - run.after_ns) > _AGREE_NS)
-            n = run.n + 1 + np.arange(end - at)
-            held = first_of((known.log_ns[at:end] - run.log_ns >= _HOLDS_NS) & (n >= LEAST_MESSAGES))
-            if run.ahead:
-                t_ns[at : at + held] = known.log_ns[at : at + held] + run.before_ns
-            if held < end - at:
-                return t_ns[n_old:], Step(role, run, int(known.order[at + held]))
-            carried = Run(run.log_ns, run.before_ns, run.after_ns, run.n + end - at)
-            channel.run = carried if end == len(known) else None
+                at = channel.opened(known, starts[starts >= at])
             if channel.run is not None:
-                return t_ns[n_old:], None
-            at = end
+                at, held = channel.followed(known, away, at, t_ns)
+        run = channel.run
+        step = Step(role, run, int(known.order[held])) if run is not None and held is not None else None
+        return t_ns[n_old:], step
 
     def _switch(
         self, role: str, rows: dict[str, Rows], changed: dict[str, Rows], arrived: dict[str, Arrivals]
@@ -210,25 +224,31 @@ class ClockSteps:
         ]
 
 
-def steps_away(known: Arrivals, other: Arrivals, jumps: I64) -> I64:
-    """Those of the messages ``jumps`` (m,) whose offset departs from the other channel's, and not because
-    their link has stalled.
-    """
-    n_before = np.searchsorted(other.order, known.order[jumps])
-    jumps, latest = jumps[n_before > 0], n_before[n_before > 0] - 1
-    away = np.abs(known.offsets_ns[jumps] - other.offsets_ns[latest]) > _BOUND_NS
-    log_ns, before_ns = known.log_ns[jumps], known.log_ns[jumps - 1]
-    silent_ns = log_ns - np.maximum(before_ns, other.log_ns[latest])
-    found: I64 = jumps[away & ((log_ns - before_ns < _BOUND_NS) | (silent_ns > _BOUND_NS))]
-    return found
+def latest_before(other: Arrivals, known: Arrivals) -> tuple[I64, Bool]:
+    """For each message the last one of the other channel before it (n,), and whether there is one."""
+    n_before = np.searchsorted(other.order, known.order)
+    return np.maximum(n_before - 1, 0), n_before > 0
 
 
-def first_of(mask: np.ndarray) -> int:
+def away_from(other: Arrivals, known: Arrivals) -> Bool:
+    """Messages (n,) whose offset is away from the other channel's."""
+    latest, is_known = latest_before(other, known)
+    if not len(other):
+        return is_known
+    return np.asarray(is_known & (np.abs(known.offsets_ns - other.offsets_ns[latest]) > _BOUND_NS))
+
+
+def link_stalled(other: Arrivals, known: Arrivals, jumps: I64) -> Bool:
+    """Which of the messages ``jumps`` (m,) come late in log time, while the other channel went on."""
+    if not len(other):
+        return np.zeros(len(jumps), bool)
+    latest = latest_before(other, known)[0][jumps]
+    passed_ns = known.log_ns[jumps] - known.log_ns[jumps - 1]
+    silent_ns = known.log_ns[jumps] - np.maximum(known.log_ns[jumps - 1], other.log_ns[latest])
+    return np.asarray((passed_ns >= _BOUND_NS) & (silent_ns <= _BOUND_NS))
+
+
+def first_of(mask: Bool) -> int:
     """Index of the first true element, the length without one."""
     index = int(np.argmax(mask)) if mask.size else 0
     return index if mask.size and mask[index] else len(mask)
-
-
-def first_log_ns(arrived: dict[str, Arrivals]) -> int | None:
-    """The earliest log time of a batch; None without messages."""
-    return min((int(a.log_ns.min()) for a in arrived.values() if len(a)), default=None)
