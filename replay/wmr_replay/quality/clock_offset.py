@@ -60,6 +60,7 @@ class OffsetSettings:
 
 
 DEFAULTS = OffsetSettings()
+LEAST_SHOWN_S = 0.001
 SPEEDS, EFFORTS = "wheel speeds", "torques"
 
 
@@ -126,7 +127,8 @@ class ClockOffset:
             return []
         small = abs(found.offset_s) < settings.delay_s
         text = (
-            f"{found.signal} fit the motion best with {found.offset_s:+.3f} ± {found.sd_s:.3f} s added "
+            f"{found.signal} fit the motion best with {found.offset_s:+.3f} ± "
+            f"{max(found.sd_s, LEAST_SHOWN_S):.3f} s added "
             "to their stamps"
         )
         advice = f"give --clock-offset {found.offset_s:.3g} if the clocks are the cause"
@@ -194,6 +196,7 @@ class HeldSamples:
 
     @property
     def delay_s(self) -> float:
-        """Half of what the samples are held beyond the rows' step; 0 where it is above 1 s, as at rest."""
-        held_s = self._lasting_s / self._n_changes if self._n_changes else 0.0
-        return (held_s - self.row_step_s) / 2 if held_s <= 1.0 else 0.0
+        """Half of what samples are held beyond the rows' step; 0 below one change a second, as at rest."""
+        if self._n_changes < self._lasting_s:
+            return 0.0
+        return max(self._lasting_s / self._n_changes - self.row_step_s, 0.0) / 2 if self._n_changes else 0.0

@@ -26,8 +26,8 @@ CERTAIN_S = 60.0
 LEAST_MESSAGES = 2
 STEADY = (0.5, 2.0)
 """Log time passed per time stamped over the first messages; else the recorder wrote them from a buffer."""
-LEAST_PASSED = 1e-3
-"""Below this the log time stands still, and is no clock at all."""
+LEAST_PASSED, LEAST_BETWEEN_S = 1e-3, 1e-3
+"""Below these, within the channels and between them, the log time stands still, and is no clock at all."""
 REMEDY = "set the clocks (chrony, PTP) before recording"
 
 
@@ -68,14 +68,15 @@ def choose_clocks(uses: Mapping[str, Use]) -> tuple[dict[str, Clock], list[Findi
 def are_apart(pose: ClockOffset, torque: ClockOffset) -> bool:
     """Whether two clocks differ by more than ``BOUND_S`` and what the log times leave in doubt."""
     apart_s = abs(pose.offset_s - torque.offset_s)
-    if min(pose.passed, torque.passed) < LEAST_PASSED:
+    between_s = abs(pose.log_s - torque.log_s)
+    if min(pose.passed, torque.passed) < LEAST_PASSED and between_s < LEAST_BETWEEN_S:
         return False
     if apart_s > CERTAIN_S:
         return True
     if not all(STEADY[0] <= clock.passed <= STEADY[1] for clock in (pose, torque)):
         return False
     drift = max(abs(1 - clock.passed) for clock in (pose, torque))
-    doubt_s = pose.spread_s + torque.spread_s + drift * abs(pose.log_s - torque.log_s)
+    doubt_s = pose.spread_s + torque.spread_s + drift * between_s
     return apart_s > BOUND_S + doubt_s
 
 
