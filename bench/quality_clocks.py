@@ -1,14 +1,15 @@
-"""Offsets between the clocks of pose and wheel signals: which are found, and what clean logs are said to have.
+"""Offsets between the clocks of pose and wheel signals: which are found, and how many clean logs have one.
 
     python bench/quality_clocks.py [--logs 10] [--family stop-go]
 
 Clean logs of all driver families (bench/quality_logs.py), each with wheel speeds and with efforts alone. The
-torques' stamps are moved by offsets drawn from ±.05 to ±2 s. The table counts per family and signal: clean logs
-with a finding, and per size of the offset those that are found within 4 sd + 20 ms of it.
+torques' stamps are moved by offsets drawn from ±.05 to ±2 s. The table counts per family and signal: clean
+logs with a finding, and per size of the offset those that are found within 4 sd + 20 ms of it.
 """
 
 import argparse
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from quality_logs import FAMILIES, clean_log
@@ -60,7 +61,7 @@ def main() -> None:
     parser.add_argument("--family", choices=sorted(FAMILIES))
     parser.add_argument("--seed", type=int, default=100)
     options = parser.parse_args()
-    sizes = [f"{a:g}–{b:g} s" for a, b in zip(SIZES_S[:-1], SIZES_S[1:], strict=True)]
+    sizes = [f"{a:g}–{b:g} s" for a, b in pairwise(SIZES_S)]
     print(f"{'family':<16}{'signal':<8}{'clean':>8}" + "".join(f"{size:>12}" for size in sizes))
     for family in [options.family] if options.family else FAMILIES:
         for speeds in (True, False):
@@ -69,7 +70,7 @@ def main() -> None:
             for seed in range(options.seed, options.seed + options.logs):
                 log = clean_log(family, seed)
                 counts[0] += bool(monitor_of(moved(log, 0.0, speeds=speeds)).findings())
-                for k, (low, high) in enumerate(zip(SIZES_S[:-1], SIZES_S[1:], strict=True)):
+                for k, (low, high) in enumerate(pairwise(SIZES_S)):
                     offset_s = float(np.exp(rng.uniform(np.log(low), np.log(high))) * rng.choice([-1, 1]))
                     monitor = monitor_of(moved(log, offset_s, speeds=speeds))
                     counts[k + 1] += is_right(monitor, offset_s)
