@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TORQUE_COLUMNS = ("left_nm", "right_nm", "left_radps", "right_radps")
@@ -25,6 +25,10 @@ class Rows:
 
     def __len__(self) -> int:
         return len(self.t_ns)
+
+    def moved(self, offset_s: float) -> "Rows":
+        """The same rows, stamped ``offset_s`` later."""
+        return Rows(self.t_ns + round(offset_s * NS_PER_S), self.order, self.values)
 
     @classmethod
     def empty(cls, n_columns: int) -> "Rows":

@@ -5,7 +5,7 @@ from typing import Any
 
 from wmr_replay.api.gap import options_of
 from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
-from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
+from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of, settings_of
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import FitRun, calibrate_log, write_model
 from wmr_schemas.model_file import Model, model_tables
@@ -58,6 +58,7 @@ def fit(
     mapping: MappingLike | None = None,
     start: Instant | None = None,
     end: Instant | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> Fit:
@@ -70,6 +71,7 @@ def fit(
         mapping: Mapping or mapping file.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
+        clock_offset_s: Added to the stamps of torques and wheel speeds.
         command: What the model states as its origin.
         progress: Called with what is being done and the share that is done.
 
@@ -84,6 +86,7 @@ def fit(
         mode_topic=topic,
         mapping=mapping_of(mapping),
         between=between_of(start, end),
+        clock_offset_s=settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
         command=command,
         progress=progress,
     )

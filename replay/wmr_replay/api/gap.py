@@ -6,7 +6,15 @@ from pathlib import Path
 import polars as pl
 
 from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
-from wmr_replay.api.request import Instant, MappingLike, ModelLike, between_of, mapping_of, model_of
+from wmr_replay.api.request import (
+    Instant,
+    MappingLike,
+    ModelLike,
+    between_of,
+    mapping_of,
+    model_of,
+    settings_of,
+)
 from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
@@ -107,6 +115,7 @@ def gap(
     mapping: MappingLike | None = None,
     start: Instant | None = None,
     end: Instant | None = None,
+    clock_offset_s: float = 0.0,
     timeline: bool = True,
     command: str = "",
     progress: Progress | None = None,
@@ -125,6 +134,7 @@ def gap(
         mapping: Mapping or mapping file.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
+        clock_offset_s: Added to the stamps of torques and wheel speeds.
         timeline: Whether ``out`` receives a Rerun timeline too.
         command: What the extended model states as its origin.
         progress: Called with what is being done and the share that is done.
@@ -144,6 +154,7 @@ def gap(
         mode_topic=topic,
         mapping=mapping_of(mapping),
         between=between_of(start, end),
+        clock_offset_s=settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
         command=command,
         progress=progress,
     )

@@ -7,6 +7,7 @@ import click
 
 from wmr_replay.cli.gap import MODES_OPTION, command_line
 from wmr_replay.cli.options.mapping import blind_options, log_options
+from wmr_replay.cli.options.settings import CLOCK_OFFSET
 from wmr_schemas.text import encodable
 
 
@@ -19,6 +20,7 @@ from wmr_schemas.text import encodable
     help="The model goes here, not to ./<stem>.wmr/.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the model as JSON.")
+@CLOCK_OFFSET
 @blind_options
 def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: Any) -> None:
     """Calibrate the base model of a robot on LOG: alpha, yaw gain, noise, stiffness where it is excited.
@@ -42,6 +44,7 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: A
             modes=modes,
             command=command_line(),
             progress=progress,
+            clock_offset_s=options.pop("clock_offset_s"),
             **log_options(options),
         )
     print_fit(fitted, as_json=as_json)

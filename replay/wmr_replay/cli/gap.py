@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from wmr_replay.cli.options.mapping import blind_options, log_options
-from wmr_replay.cli.options.settings import model_option
+from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
@@ -44,6 +44,7 @@ MODES_OPTION = click.option(
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@CLOCK_OFFSET
 @blind_options
 def command(  # noqa: PLR0917
     log: Path,
@@ -88,6 +89,7 @@ def command(  # noqa: PLR0917
             timeline=not no_rrd,
             command=command_line(),
             progress=progress,
+            clock_offset_s=options.pop("clock_offset_s"),
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)

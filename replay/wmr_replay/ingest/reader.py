@@ -11,6 +11,7 @@ from wmr_replay.ingest.bags.container import container_of
 from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
@@ -133,7 +134,7 @@ class LogReader:
         With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
-        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self._choose_clocks()
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
@@ -149,7 +150,13 @@ class LogReader:
         self.remarks += reading.remarks
         if self.losses.any() and not self.has_checksums:
             self.remarks.append(NO_CHECKSUMS)
+        self.findings += reading.clock_steps.findings() if reading.clock_steps else []
         self.position_bytes = self.size_bytes
+
+    def _choose_clocks(self) -> None:
+        """The clock of each channel in use, and what is to be said about clocks that are apart."""
+        self.clocks, apart = choose_clocks(self.plan.uses)
+        self.findings = [found for found in self.findings if found.code != "clocks_apart"] + apart
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
@@ -180,7 +187,7 @@ class LogReader:
         ``losses``, ``message_counts`` and ``clocks`` are of what was read.
         """
         self.losses, self.message_counts = self._frame_losses(), MessageCounts()
-        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self._choose_clocks()
         self.files.want({use.channel.id for use in self.plan.uses.values()})
         for spans in chosen:
             for clock in self.clocks.values():

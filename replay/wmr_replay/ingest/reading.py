@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.ingest.channels.clock_steps import WATCHED, watch_of
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
@@ -20,7 +21,7 @@ from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
 from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
-from wmr_schemas.arrays import F64, U8
+from wmr_schemas.arrays import F64, I64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
@@ -75,6 +76,7 @@ class Reading:
         self.limits_ns = NO_LIMITS if limits is None else np.array(limits, np.int64)
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
+        self.clock_steps = watch_of(uses, clocks)
         self.n_used = 0
         self.strays = StrayRecords()
         self.strays.add(files.survey.strays)
@@ -131,12 +133,15 @@ class Reading:
         for found in group.found:
             self._judge(found)
         self.strays.add(group.messages.strays)
-        rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
+        found_rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
+        rows = {role: arrived for role, (arrived, _) in found_rows.items()}
+        if self.clock_steps is not None:
+            rows |= self.clock_steps.push({role: found_rows[role] for role in WATCHED})
         self.n_used += int(group.messages.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
 
-    def _rows(self, k: int, role: str, group: GroupInProgress) -> Rows:
-        """The rows of one role out of a group, and an account of its messages."""
+    def _rows(self, k: int, role: str, group: GroupInProgress) -> tuple[Rows, I64]:
+        """The rows of one role out of a group, with their log times, and an account of its messages."""
         decoded, messages = self.decoders[role].finish(group.columns[k]), group.messages
         t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(k) + self.n_used
         publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
@@ -149,7 +154,7 @@ class Reading:
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
         if role == "torque":
             self.losses.n_torque_empty += n_unknown(values[:2])
-        return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
+        return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values), log_ns
 
     def _count(self, role: str, decoded: Decoded) -> None:
         """Count the messages of a role that are undecodable or do not concern it."""

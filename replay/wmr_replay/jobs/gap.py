@@ -47,7 +47,7 @@ class FitRun:
     notes: tuple[str, ...]
 
 
-def analyse_log(
+def analyse_log(  # noqa: PLR0913 – keyword arguments
     path: LogPath,
     *,
     base: Model | None = None,
@@ -55,6 +55,7 @@ def analyse_log(
     mode_topic: str | None = None,
     mapping: LogMapping | None = None,
     between: Between | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> GapRun:
@@ -66,7 +67,14 @@ def analyse_log(
     options = options or GapOptions()
     if mode_topic is not None:
         options = replace(options, modes="given")
-    whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    whole = read_whole(
+        path,
+        mapping or LogMapping(),
+        between or Between(),
+        mode_topic,
+        progress,
+        clock_offset_s=clock_offset_s,
+    )
     base, notes = base_for(base, whole.sha256)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
@@ -99,6 +107,7 @@ def calibrate_log(
     mode_topic: str | None = None,
     mapping: LogMapping | None = None,
     between: Between | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> FitRun:
@@ -106,7 +115,14 @@ def calibrate_log(
     options = options or GapOptions()
     if mode_topic is not None:
         options = replace(options, modes="given")
-    whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    whole = read_whole(
+        path,
+        mapping or LogMapping(),
+        between or Between(),
+        mode_topic,
+        progress,
+        clock_offset_s=clock_offset_s,
+    )
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)
     model = replace(model, provenance=Provenance(whole.sha256, __version__, command))

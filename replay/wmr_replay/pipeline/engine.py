@@ -28,7 +28,10 @@ class Engine:
 
     def __init__(self, settings: Settings, model: ReplayModel) -> None:
         self.settings, self.model = settings, model
-        self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
+        self.aligner = Aligner(
+            reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s),
+            max_hold_s=settings.max_hold_s,
+        )
         self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
         self._stretch: list[SampleBatch] = []
@@ -64,6 +67,8 @@ class Engine:
         """The rows of the table that the batch completes."""
         if self._first_pose_ns is None and len(batch.pose.t_ns):
             self._first_pose_ns = int(batch.pose.t_ns[0])
+        if self.settings.clock_offset_s:
+            batch = replace(batch, torque=batch.torque.moved(self.settings.clock_offset_s))
         corrected = self.model.corrected(batch, self._first_pose_ns or 0)
         return self._advance(self.aligner.push(corrected))
 
