@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
 from wmr_schemas.arrays import I8
 from wmr_schemas.findings import Finding
@@ -12,7 +13,7 @@ from wmr_schemas.status import Status
 
 def default_monitors() -> list[Monitor]:
     """Every monitor, the one whose status goes first in front."""
-    return []
+    return [HeadingMonitor()]
 
 
 class Quality:
