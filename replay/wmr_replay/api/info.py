@@ -85,7 +85,7 @@ def info_of(reader: LogReader) -> LogInfo:
         clock_notes={role: clock.describe() for role, clock in reader.clocks.items()},
         robot=reader.robot,
         losses={**reader.losses.counts(), "notes": reader.losses.notes},
-        remarks=tuple(reader.remarks),
+        remarks=(*reader.remarks, *(f"{found.code}: {found.text}" for found in reader.findings)),
         stamp_notes=tuple(reader.stamp_notes),
         pose_is_odometry=plan.pose_is_odometry,
     )

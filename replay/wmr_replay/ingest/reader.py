@@ -5,13 +5,15 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
-from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
+from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
+from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
 from wmr_replay.ingest.mcap.log_files import join_files
@@ -22,9 +24,9 @@ from wmr_replay.ingest.reading import Reading
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
-from wmr_schemas.batches import RawBatch
+from wmr_schemas.batches import Bar, RawBatch
 from wmr_schemas.errors import InvalidFile
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import KINDS, Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
@@ -32,6 +34,7 @@ from wmr_schemas.robot import RobotParameters
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
 WHOLE = Between()
+EARLIEST_NS = -(2**63)
 
 
 class LogReader:
@@ -53,10 +56,9 @@ class LogReader:
         self.limits = between.limits_ns(first_log_ns(self.survey))
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = unsupported_kinds(self.candidates)
-        self.remarks += [remark for _, remark in nearer if remark]
+        self.remarks: list[str] = [remark for _, remark in nearer if remark]
         self.robot = mapping.robot or self._own_parameters()
-        self.findings: list[Finding] = []
+        self.findings: list[Finding] = drive_findings(self.candidates, mapping)
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
@@ -118,17 +120,30 @@ class LogReader:
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
-        before = self._bytes_before()
+        before, bars = self._bytes_before(), self._first_bars()
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
-            yield batch
+            yield replace(batch, bars=(*bars, *batch.bars)) if bars else batch
+            bars = ()
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
         statistics = self.survey.statistics if whole else None
         reading.finish(None if statistics is None else sum(statistics.values()))
         self.remarks += reading.remarks
+        self.findings = [f for f in self.findings if f.code != PLANARITY] + reading.planarity.findings()
         self.position_bytes = self.size_bytes
+
+    def _first_bars(self) -> tuple[Bar, ...]:
+        """What names alone bar, from the first row on."""
+        status = KINDS["drives_sideways"].bars
+        barred = any(f.code == "drives_sideways" and f.severity == Severity.BARS for f in self.findings)
+        return (Bar("drives_sideways", EARLIEST_NS, status),) if barred and status is not None else ()
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether names say that the robot is steered: its efforts tell nothing of slipping."""
+        return any(f.code == "steered" and f.severity == Severity.WARNING for f in self.findings)
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""

@@ -51,7 +51,16 @@ def read_whole(
     mode, mode_note = once_each(mode, known, "mode")
     check_content(path, pose, torque, mode, mode_topic)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
-    found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]
+    told = [f.text for f in reader.findings]
+    found = [
+        *reader.losses.notes,
+        *reader.remarks,
+        *told,
+        *reader.stamp_notes,
+        pose_note,
+        torque_note,
+        mode_note,
+    ]
     return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
 
 

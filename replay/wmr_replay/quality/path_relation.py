@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.path_steps import Steps
-from wmr_replay.quality.windows import LastEntries, RunningSums
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.running_sums import LastEntries, RunningSums
 
 N_LAST = 50
 """Steps looked back on: 13 m at .5 m/s, 27 m at 2 m/s. A single change from one drift to the
