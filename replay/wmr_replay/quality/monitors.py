@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
+from wmr_replay.quality.noise_colour import NoiseColour
 from wmr_schemas.arrays import I8
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -13,7 +14,10 @@ from wmr_schemas.status import Status
 
 def default_monitors() -> list[Monitor]:
     """Every monitor, the one whose status goes first in front."""
-    return [HeadingMonitor()]
+    return [
+        HeadingMonitor(),
+        NoiseColour(),
+    ]
 
 
 class Quality:
