@@ -5,6 +5,7 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from wmr_replay.ingest.bags.container import container_of
@@ -13,8 +14,9 @@ from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
-from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
+from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
 from wmr_replay.ingest.mcap.chunk_selection import index_adds_up, log_span_ns, wanted_spans
@@ -28,9 +30,9 @@ from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath
-from wmr_schemas.batches import RawBatch
+from wmr_schemas.batches import Bar, RawBatch
 from wmr_schemas.errors import InvalidFile, LogUnusable
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import KINDS, Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
@@ -38,6 +40,7 @@ from wmr_schemas.robot import RobotParameters
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
 WHOLE = Between()
+EARLIEST_NS = -(2**63)
 
 
 class LogReader:
@@ -65,12 +68,11 @@ class LogReader:
             check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = unsupported_kinds(self.candidates)
-        self.remarks += [remark for _, remark in nearer if remark]
+        self.remarks: list[str] = [remark for _, remark in nearer if remark]
         self.remarks += unreadable_kin(self.candidates, self.plan.uses)
         own = self._own_parameters() if mapping.robot_from_log else RobotParameters()
         self.robot = own.overridden_by(mapping.robot)
-        self.findings: list[Finding] = []
+        self.findings: list[Finding] = drive_findings(self.candidates, mapping)
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
@@ -138,18 +140,20 @@ class LogReader:
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
-        before = self._bytes_before()
+        before, bars = self._bytes_before(), self._first_bars()
         self.files.want(used)
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
-            yield batch
+            yield replace(batch, bars=(*bars, *batch.bars)) if bars else batch
+            bars = ()
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
         reading.finish(self.survey.statistics if whole else None)
         self.remarks += reading.remarks
         if self.losses.any() and not self.has_checksums:
             self.remarks.append(NO_CHECKSUMS)
+        self.findings = [f for f in self.findings if f.code != PLANARITY] + reading.planarity.findings()
         self.findings += reading.clock_steps.findings() if reading.clock_steps else []
         self.position_bytes = self.size_bytes
 
@@ -197,6 +201,17 @@ class LogReader:
             self.message_counts.add(reading.message_counts)
             reading.finish()
             self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
+
+    def _first_bars(self) -> tuple[Bar, ...]:
+        """What names alone bar, from the first row on."""
+        status = KINDS["drives_sideways"].bars
+        barred = any(f.code == "drives_sideways" and f.severity == Severity.BARS for f in self.findings)
+        return (Bar("drives_sideways", EARLIEST_NS, status),) if barred and status is not None else ()
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether names say that the robot is steered: its efforts tell nothing of slipping."""
+        return any(f.code == "steered" and f.severity == Severity.WARNING for f in self.findings)
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""

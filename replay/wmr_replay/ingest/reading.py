@@ -10,6 +10,8 @@ from wmr_replay.ingest.channels.clock_steps import WATCHED, watch_of
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
+from wmr_replay.ingest.channels.planarity import Planarity
+from wmr_replay.ingest.decoding.bindings import attitude_of
 from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
@@ -21,7 +23,7 @@ from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
 from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
-from wmr_schemas.arrays import F64, I64, U8
+from wmr_schemas.arrays import F64, I64, U8, Bool
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
@@ -77,6 +79,7 @@ class Reading:
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
         self.clock_steps = watch_of(uses, clocks)
+        self.planarity = Planarity()
         self.n_used = 0
         self.strays = StrayRecords()
         self.strays.add(files.survey.strays)
@@ -138,7 +141,8 @@ class Reading:
         if self.clock_steps is not None:
             rows |= self.clock_steps.push({role: found_rows[role] for role in WATCHED})
         self.n_used += int(group.messages.counts.sum())
-        return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
+        signals = (rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items())
+        return RawBatch(*signals, bars=self.planarity.take_bars())
 
     def _rows(self, k: int, role: str, group: GroupInProgress) -> tuple[Rows, I64]:
         """The rows of one role out of a group, with their log times, and an account of its messages."""
@@ -152,9 +156,20 @@ class Reading:
         if not (decoded.all_used and kept is decoded.used):
             t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
+        stamps_ns = self.clocks[role].stamps(t_ns, publish_ns, log_ns)
+        if role == "pose":
+            self._watch(stamps_ns, decoded, kept)
         if role == "torque":
             self.losses.n_torque_empty += n_unknown(values[:2])
-        return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values), log_ns
+        return Rows(stamps_ns, order, values), log_ns
+
+    def _watch(self, t_ns: I64, decoded: Decoded, kept: Bool) -> None:
+        """Look at roll, pitch and height of ten poses a second."""
+        chosen = self.planarity.choose(t_ns)
+        rows = np.flatnonzero(kept)[chosen]
+        attitude = attitude_of(self.uses["pose"].binding, decoded.raw[:, rows])
+        if attitude is not None:
+            self.planarity.push(t_ns, chosen, np.concatenate([attitude, decoded.values[:2, rows]]))
 
     def _count(self, role: str, decoded: Decoded) -> None:
         """Count the messages of a role that are undecodable or do not concern it."""

@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from wmr_replay.quality.clock_offset import ClockOffset
+from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
+from wmr_replay.quality.noise_colour import NoiseColour
 from wmr_schemas.arrays import I8
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -15,6 +17,8 @@ def default_monitors() -> list[Monitor]:
     """Every monitor, the one whose status goes first in front."""
     return [
         ClockOffset(),
+        HeadingMonitor(),
+        NoiseColour(),
     ]
 
 

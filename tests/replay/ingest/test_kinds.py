@@ -503,11 +503,30 @@ def test_a_packed_log_is_unpacked_as_far_as_it_goes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("topic", "kind"), [("/ackermann_cmd", "steered"), ("/mecanum_controller/odom", "omnidirectional")]
+    ("topic", "kind", "code", "severity"),
+    [
+        ("/ackermann_cmd", "steered", "steered", "warning"),
+        ("/front_steering/state", "steered", "steered", "warning"),
+        ("/mecanum_controller/odom", "omnidirectional", "drives_sideways", "bars"),
+        ("/holonomic_base/pose2", "omnidirectional", "drives_sideways", "bars"),
+    ],
 )
-def test_a_robot_that_the_model_does_not_fit_is_told_so(tmp_path, topic, kind):
+def test_a_robot_that_the_model_does_not_fit_is_told_so(tmp_path, topic, kind, code, severity):
     reader = open_log(write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, topic)))
-    assert any(f"the robot seems to be {kind} ({topic})" in remark for remark in reader.remarks)
+    assert [(f.code, f.severity) for f in reader.findings] == [(code, severity)]
+    assert reader.findings[0].text == f"the robot seems to be {kind} ({topic})"
+
+
+@pytest.mark.parametrize("topic", ["/skid_steer_controller/odom", "/nonholonomic/odom", "/diff_steering"])
+def test_skid_steering_is_a_differential_drive(tmp_path, topic):
+    reader = open_log(write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, topic)))
+    assert reader.findings == []
+
+
+def test_another_robots_names_bar_nothing_where_the_channels_are_named(tmp_path):
+    path = write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, "/mecanum/pose"))
+    (found,) = open_log(path, LogMapping(pose_topic="/pose")).findings
+    assert (found.code, found.severity) == ("drives_sideways", "warning")
 
 
 def test_the_mapping_that_was_found_finds_the_same_again(tmp_path):

@@ -21,7 +21,8 @@ def first_rows(definition: Definition, binding: Binding, samples: Sequence[Sampl
     decoder.read(columns, data, np.cumsum(lengths) - lengths, lengths)
     n_undecodable = decoder.settle(columns)
     columns.trim()
-    return Decoded(columns.stamp_ns, columns.raw, columns.used, bool(columns.used.all()), n_undecodable)
+    used = columns.used
+    return Decoded(columns.stamp_ns, columns.raw, columns.raw, used, bool(used.all()), n_undecodable)
 
 
 def has_efforts(torques: F64) -> bool:

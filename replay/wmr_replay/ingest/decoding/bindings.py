@@ -80,20 +80,29 @@ class PoseBinding:
     position: str
     orientation: str
     stamp: tuple[str, str] | None
-    n_raw: int = 6
+    n_raw: int = 7
 
     def recipe(self, layout: Layout) -> Recipe:
-        """x, y and the quaternion x, y, z, w."""
+        """x, y, the quaternion x, y, z, w, and the height, unknown where the messages have none."""
         paths = [f"{self.position}.{axis}" for axis in "xy"] + [
             f"{self.orientation}.{axis}" for axis in "xyzw"
         ]
-        return Recipe(stamp_terms(layout, self.stamp), tuple(one(layout, path) for path in paths))
+        height = layout.leaf(f"{self.position}.z")
+        columns = (
+            *(one(layout, path) for path in paths),
+            UNKNOWN if height is None else Column(((height, 1.0),)),
+        )
+        return Recipe(stamp_terms(layout, self.stamp), columns)
 
     def values(self, raw: F64) -> F64:
         """x, y and the quaternion's yaw."""
         values = np.empty((3, raw.shape[1]))
-        values[:2], values[2] = raw[:2], yaw_of(raw[2:])
+        values[:2], values[2] = raw[:2], yaw_of(raw[2:6])
         return values
+
+    def attitude(self, raw: F64) -> F64:
+        """The upright axis in the body's frame and the height (4, n)."""
+        return np.concatenate([upright_of(raw[2:6]), raw[6:7]])
 
 
 @dataclass(frozen=True)
@@ -168,6 +177,22 @@ def yaw_of(quaternion: F64) -> F64:
     adjacent[undirected[is_null]] = np.nan
     yaw: F64 = np.arctan2(opposite, adjacent)
     return yaw
+
+
+def upright_of(quaternion: F64) -> F64:
+    """The world's z axis in the body's frame (3, n), of quaternions (4, n) of any norm but 0 (NaN)."""
+    x, y, z, w = quaternion
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        axis = np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w + z * z - x * x - y * y))
+        return np.asarray(axis / (quaternion**2).sum(axis=0))
+
+
+def attitude_of(binding: Binding, raw: F64) -> F64 | None:
+    """Upright axis and height (4, n) of raw columns (n_raw, n); None for a pose that has neither."""
+    if isinstance(binding, PlacedBinding):
+        return attitude_of(binding.pose, raw)
+    attitude = getattr(binding, "attitude", None)
+    return None if attitude is None else np.asarray(attitude(raw))
 
 
 @dataclass(frozen=True)
