@@ -140,6 +140,7 @@ class Chain:
             alpha_sd=verdict.alpha_sd,
             variances=evidence.variances,
             robot=self._model.robot,
+            smoothed_pose=derivatives.estimates[:, 0],
         )
 
     def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:
