@@ -141,6 +141,7 @@ class Chain:
             variances=evidence.variances,
             robot=self._model.robot,
             smoothed_pose=derivatives.estimates[:, 0],
+            pose_raw=rows.pose_raw,
         )
 
     def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:

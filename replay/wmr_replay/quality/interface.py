@@ -15,7 +15,7 @@ class Observed(NamedTuple):
     m and unwrapped yaw in rad. ``inputs`` (4, n) left and right effort in N·m, left and right wheel speed in
     rad/s, means over the interval that ends at the row, NaN where unknown. ``smoothed`` (4, n) the same
     through the window of the motion. ``motion`` at the instants t − δ, NaN while the window fills, and
-    ``smoothed_pose`` (3, n) at these instants.
+    ``smoothed_pose`` (3, n) at these instants. ``pose_raw`` (3, n) is the pose as measured, jumps left in.
     ``alpha`` and ``alpha_sd`` (n,) the identifier's estimate. ``variances`` (2, n) of the noise of position
     and yaw. ``robot`` holds the parameters that are known.
     """
@@ -31,6 +31,7 @@ class Observed(NamedTuple):
     variances: F64
     robot: RobotParameters
     smoothed_pose: F64
+    pose_raw: F64
 
 
 class Monitor(Protocol):
