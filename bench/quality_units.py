@@ -16,7 +16,6 @@ import numpy as np
 from quality_logs import FAMILIES, clean_log, replayed
 
 from wmr_replay.jobs.replay import Replay
-
 from wmr_schemas.signals import Log
 
 Fault = Callable[[Log, np.random.Generator], Log]
@@ -58,18 +57,6 @@ def parameters(log: Log, **factors: float) -> Log:
     return replace(log, robot=replace(log.robot, **changed))
 
 
-def stamps(log: Log, factor: float) -> Log:
-    """Stamps that count another unit."""
-    assert log.torque is not None
-    start = int(log.pose.t_ns[0])
-    pose_ns, torque_ns = (
-        start + np.rint((track.t_ns - start) * factor).astype(np.int64) for track in (log.pose, log.torque)
-    )
-    return replace(
-        log, pose=replace(log.pose, t_ns=pose_ns), torque=replace(log.torque, t_ns=torque_ns), mode=None
-    )
-
-
 def radius_of(log: Log) -> float:
     """The wheel radius in m."""
     return float(log.robot.wheel_radius_m or 1.0)
@@ -81,7 +68,7 @@ FAULTS: Mapping[str, tuple[Fault, str]] = MappingProxyType(
         "torque_reversed": (lambda log, _: torque(log, -1, -1), "torque_sign"),
         "left_torque_reversed": (lambda log, _: torque(log, -1, 1), "torque_sign"),
         "right_torque_reversed": (lambda log, _: torque(log, 1, -1), "torque_sign"),
-        "torques_swapped": (lambda log, _: torque(log, swap=True), "sides_swapped"),
+        "torques_swapped": (lambda log, _: torque(log, swap=True), "sides_swapped torque_sign"),
         "wheels_swapped": (lambda log, _: wheels(log, swap=True), "sides_swapped"),
         "y_to_the_right": (lambda log, _: position(log, 1.0, mirrored=True), "sides_swapped"),
         "wheels_reversed": (lambda log, _: wheels(log, -1, -1), "wheel_speed_sign"),
@@ -99,16 +86,14 @@ FAULTS: Mapping[str, tuple[Fault, str]] = MappingProxyType(
         "full_track": (lambda log, _: parameters(log, half_track_m=2.0), "half_track"),
         "torque_nmm": (lambda log, _: torque(log, 1e3, 1e3), "torque_unit"),
         "motor_torque": (lambda log, rng: torque(log, *(2 * [1 / rng.uniform(15, 60)])), "torque_unit"),
-        "milliseconds": (lambda log, _: stamps(log, 1000.0), "stamp_unit"),
-        "thousandths": (lambda log, _: stamps(log, 0.001), "stamp_unit"),
     }
 )
-"""Each fault, and the code of the finding that should name it."""
+"""Each fault, and the codes of the findings that may name it."""
 
 
 def found_at_s(replay: Replay, code: str) -> float:
     """Seconds until rows are barred, 0 for a warning, NaN where the code is not found."""
-    found = [f for f in replay.engine.findings if f.code == code]
+    found = [f for f in replay.engine.findings if f.code in code]
     return np.nan if not found else found[0].where[0][0] if found[0].where else 0.0
 
 
@@ -121,7 +106,7 @@ def measure(name: str, n_logs: int, first_seed: int, duration_s: float) -> tuple
         log = fault(clean_log(family, seed, duration_s=duration_s), np.random.default_rng([seed, k]))
         replay = replayed(log)
         times.append(found_at_s(replay, code))
-        others.update(f.code for f in replay.engine.findings if f.code != code)
+        others.update(f.code for f in replay.engine.findings if f.code not in code)
         if np.isnan(times[-1]):
             others[f"missed: {family} {log.pose.t_ns.size / duration_s:.0f} Hz seed {seed}"] += 1
     found = np.isfinite(times)
@@ -139,7 +124,10 @@ def main() -> None:
     print(f"{'fault':<22}{'finding':<18}{'found':>6}{'after':>8}  other findings")
     for name in options.fault or FAULTS:
         share, after_s, others = measure(name, options.logs, options.seed, options.duration)
-        print(f"{name:<22}{FAULTS[name][1]:<18}{share:>6.0%}{after_s:>6.1f} s  {dict(others)}", flush=True)
+        print(
+            f"{name:<22}{FAULTS[name][1].split()[0]:<18}{share:>6.0%}{after_s:>6.1f} s  {dict(others)}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -158,9 +158,8 @@ KINDS: dict[str, FindingKind] = {
         ),
         FindingKind(
             "stamp_unit",
-            "the stamps count another unit than seconds",
-            "run with --clock log",
-            Status.IMPLAUSIBLE,
+            "the stamps count another unit than seconds; the recorder's clock jitters more",
+            "set the stamps in seconds and nanoseconds; --clock header takes them as they are",
         ),
         FindingKind(
             "parameter_without_sense",

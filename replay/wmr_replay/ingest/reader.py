@@ -11,6 +11,7 @@ from wmr_replay.ingest.between import Between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.stamp_unit import stamp_unit_findings
 from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
@@ -18,16 +19,14 @@ from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
+from wmr_replay.ingest.own_parameters import own_parameters
 from wmr_replay.ingest.reading import Reading
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import InvalidFile
-from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
-from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
@@ -55,8 +54,9 @@ class LogReader:
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = unsupported_kinds(self.candidates)
         self.remarks += [remark for _, remark in nearer if remark]
-        self.robot = mapping.robot or self._own_parameters()
-        self.findings: list[Finding] = []
+        own, self._parameter_findings = own_parameters(self.survey.metadata.get(METADATA_NAME, {}))
+        self.findings = list(self._parameter_findings)
+        self.robot = mapping.robot or own
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
@@ -115,6 +115,8 @@ class LogReader:
         """
         self.losses = self._frame_losses()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
+        self.findings = [*self._parameter_findings, *stamp_unit_findings(reasons)]
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
@@ -141,14 +143,6 @@ class LogReader:
         return Losses(
             n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
         )
-
-    def _own_parameters(self) -> RobotParameters:
-        """Parameters of the log's metadata record; a broken record gives a remark and no parameters."""
-        try:
-            return RobotParameters.from_metadata(self.survey.metadata.get(METADATA_NAME, {}))
-        except InvalidFile as error:
-            self.remarks.append(f"{error}; the record is left aside")
-            return RobotParameters()
 
 
 def open_log(

@@ -9,6 +9,7 @@ from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha25
 from wmr_replay.ingest.channels.detect import not_found
 from wmr_schemas.arrays import Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
+from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
@@ -21,11 +22,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class WholeLog:
-    """A log in memory, the hash of its file, and notes about losses and irregularities."""
+    """A log in memory, the hash of its file, notes about losses and irregularities, and findings."""
 
     log: Log
     sha256: str
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def read_whole(
@@ -52,7 +54,8 @@ def read_whole(
     check_content(path, pose, torque, mode, mode_topic)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
     found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]
-    return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
+    notes = tuple(note for note in found if note)
+    return WholeLog(log, sha256_of(path), notes, tuple(reader.findings))
 
 
 def open_with_modes(

@@ -5,7 +5,7 @@ import math
 from wmr_schemas.robot import RobotParameters
 
 NEAR, NEAR_TORQUE = 0.05, 0.35
-"""Decades within which a factor is a known one: 12 %; torques: 2, since slipping and friction act on them too."""
+"""Decades within which a factor is a known one: 12 %; torques: 2, for slipping and friction."""
 
 POSITION = {
     1000.0: "millimetres",
@@ -59,7 +59,8 @@ def wheel_words(decades: float, robot: RobotParameters) -> str:
         return found
     pairs = [p for p in POLE_PAIRS if abs(math.log10(p * 30 / math.pi) - decades) <= NEAR / 4]
     if pairs:
-        return f"electrical rpm of a motor with {' or '.join(map(str, pairs))} pole pairs, or a motor before its gear"
+        count = " or ".join(map(str, pairs))
+        return f"electrical rpm of a motor with {count} pole pairs, or a motor before its gear"
     return "counts of an encoder, or a motor before its gear"
 
 
@@ -67,12 +68,7 @@ def torque_words(decades: float, robot: RobotParameters) -> str:
     """What torques are that are 10^decades times too large against what they do."""
     radius = robot.wheel_radius_m
     if decades < 0:
-        force = radius is not None and abs(-math.log10(radius) + decades) <= NEAR_TORQUE and radius > 1
-        return (
-            "forces at the rim"
-            if force
-            else f"torques of a motor before a gear of about {10**-decades:.2g}, or its current"
-        )
+        return f"torques of a motor before a gear of about {10**-decades:.2g}, or its current"
     known = known_factor(decades, TORQUE, NEAR_TORQUE)
     if not known and radius is not None and radius < 1 and abs(-math.log10(radius) - decades) <= NEAR_TORQUE:
         known = "forces at the rim in place of torques"

@@ -6,18 +6,30 @@ wrong: torques against the motion, a pose in other units.
 
 import numpy as np
 
+from wmr_replay.quality import sign_text, unit_text
 from wmr_replay.quality.cells import Cells, Means
 from wmr_replay.quality.interface import Observed
 from wmr_replay.quality.judgement import CODES, Comparisons, judge
-from wmr_replay.quality.plausibility_text import Snapshot, snapshot, text_of
 from wmr_replay.quality.ratios import WheelVotes
 from wmr_replay.quality.response import TorqueResponse
+from wmr_replay.quality.snapshot import Snapshot, snapshot
 from wmr_replay.quality.stretches import Stretches
 from wmr_replay.quality.turning import PathVotes
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
+
+TEXTS = {
+    "yaw_unit": unit_text.yaw_unit,
+    "position_unit": unit_text.position_unit,
+    "half_track": unit_text.half_track,
+    "wheel_speed_unit": unit_text.wheel_speed_unit,
+    "torque_unit": unit_text.torque_unit,
+    "torque_sign": sign_text.torque_sign,
+    "sides_swapped": sign_text.sides_swapped,
+    "wheel_speed_sign": sign_text.wheel_speed_sign,
+}
 
 
 class PlausibilityMonitor:
@@ -64,6 +76,6 @@ class PlausibilityMonitor:
             if last is None or not (self._found[k] or barred.n):
                 continue
             severity = Severity.BARS if barred.n or self._bars[k] else Severity.WARNING
-            text, advice = text_of(code, last)
+            text, advice = TEXTS[code](last)
             told.append(finding(code, severity, text, barred.n, barred.where, advice))
         return told

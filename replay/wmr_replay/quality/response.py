@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.cells import CELL_S, Means
-from wmr_schemas.arrays import F64
+from wmr_replay.quality.plausibility_limits import LIMITS
+from wmr_schemas.arrays import F64, Bool
 
 N_TERMS = 5
 """Sum and difference of the efforts, speed and yaw rate (friction), constant (slope, bias)."""
@@ -16,7 +17,7 @@ TINY = 1e-12
 
 
 class Answer(NamedTuple):
-    """How one acceleration answers to one combination of the efforts, after each second (m,).
+    """How one acceleration answers to one combination of the efforts, after each cell (m,).
 
     ``slope`` per N·m; ``share`` of the acceleration's variance that this combination explains beyond all
     other terms, the pose's noise left out; ``t``: the slope over its standard deviation, each second one
@@ -29,7 +30,7 @@ class Answer(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Answers of dv_long/dt and of d(yaw rate)/dt to the sum and the difference (right − left) of the efforts.
+    """Answers of dv_long/dt and d(yaw rate)/dt to sum and difference (right − left) of the efforts.
 
     ``n`` (m,) seconds were used.
     """
@@ -39,6 +40,12 @@ class Response(NamedTuple):
     ahead_by_difference: Answer
     turn_by_sum: Answer
     turn_by_difference: Answer
+
+
+def is_certain(answer: Answer, n: F64, least_share: float) -> Bool:
+    """Whether (m,) an answer is beyond chance, so much of what moves the robot, and seen for long enough."""
+    beyond_chance = (np.abs(answer.t) >= LIMITS.least_t) & (answer.share >= least_share)
+    return np.asarray(beyond_chance & (n >= LIMITS.least_torque_s))
 
 
 class TorqueResponse:

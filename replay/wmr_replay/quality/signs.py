@@ -4,18 +4,12 @@ from enum import IntEnum
 
 import numpy as np
 
+from wmr_replay.quality.plausibility_limits import LIMITS
 from wmr_replay.quality.ratios import WheelRatios
-from wmr_replay.quality.response import Answer, Response
+from wmr_replay.quality.response import Answer, Response, is_certain
 from wmr_replay.quality.turning import PathRatios
 from wmr_replay.quality.votes import Tally
 from wmr_schemas.arrays import F64, I64, Bool
-
-LEAST_T, LEAST_SHARE, LEAST_S = 6.0, 0.3, 10.0
-"""An answer that is beyond chance, is a good part of what moves the robot, and has been seen for 10 s. Torques
-that fight a slope or a bump answer to the motion with t up to 3 and shares below a fifth.
-"""
-LEAST_VOTES, MOST_SPREAD, MOST_EXCEPTIONS = 10, 0.2, 0.1
-"""5 s of clear motion, a constant factor, and nine in ten votes of one sign."""
 
 
 class Torques(IntEnum):
@@ -27,6 +21,8 @@ class Torques(IntEnum):
     RIGHT_REVERSED = 3
     SWAPPED = 4
     REVERSED_AND_SWAPPED = 5
+    TURN_REVERSED = 6
+    """The turning answers the wrong way, and the speed changes too little to say more."""
 
 
 class Wheels(IntEnum):
@@ -41,7 +37,7 @@ class Wheels(IntEnum):
 
 def sign_of(answer: Answer, n: F64) -> I64:
     """Sign (m,) of an answer, 0 where it is not certain."""
-    certain = (np.abs(answer.t) >= LEAST_T) & (answer.share >= LEAST_SHARE) & (n >= LEAST_S)
+    certain = is_certain(answer, n, LIMITS.least_share_sign)
     return np.where(certain, np.sign(answer.slope), 0).astype(np.int64)
 
 
@@ -54,14 +50,16 @@ def torque_signs(response: Response) -> I64:
     n = response.n
     ahead, ahead_crossed = sign_of(response.ahead_by_sum, n), sign_of(response.ahead_by_difference, n)
     turn, turn_crossed = sign_of(response.turn_by_difference, n), sign_of(response.turn_by_sum, n)
-    one_side = (ahead == 0) & (ahead_crossed != 0) & (turn == 0) & (ahead_crossed * turn_crossed >= 0)
+    side = np.sign(ahead_crossed + turn_crossed)
+    one_side = (ahead == 0) & (turn == 0) & (ahead_crossed * turn_crossed >= 0)
     return np.select(
         [
-            one_side & (ahead_crossed > 0),
-            one_side & (ahead_crossed < 0),
+            one_side & (side > 0),
+            one_side & (side < 0),
             (ahead < 0) & (turn > 0),
             ahead < 0,
             (ahead > 0) & (turn < 0),
+            turn < 0,
         ],
         [
             Torques.LEFT_REVERSED,
@@ -69,6 +67,7 @@ def torque_signs(response: Response) -> I64:
             Torques.REVERSED_AND_SWAPPED,
             Torques.REVERSED,
             Torques.SWAPPED,
+            Torques.TURN_REVERSED,
         ],
         Torques.AS_THEY_SHOULD,
     )
@@ -86,13 +85,25 @@ def wheel_signs(ratios: WheelRatios) -> I64:
 
 def yaw_is_clockwise(path: PathRatios) -> Bool:
     """Whether (m,) the yaw turns against the path, as fast as the path."""
-    tally = path.path
-    alike = (tally.spread <= 2 * MOST_SPREAD) & (np.abs(tally.log10) < MOST_SPREAD)
-    return np.asarray((tally.n >= LEAST_VOTES) & alike & (tally.negative >= 1 - MOST_EXCEPTIONS))
+    against = path.path.negative >= 1 - LIMITS.most_exceptions
+    return np.asarray(turns_as_fast(path.path) & against)
+
+
+def yaw_is_right(path: PathRatios, seconds: F64) -> Bool:
+    """Whether (m,) the yaw turns with the path, or none is followed for a long time."""
+    along = turns_as_fast(path.path) & (path.path.negative <= LIMITS.most_exceptions)
+    return np.asarray(along | ((path.path.n < LIMITS.least_path_votes) & (seconds >= LIMITS.long_s)))
+
+
+def turns_as_fast(tally: Tally) -> Bool:
+    """Whether (m,) enough votes put the yaw's turning near the path's."""
+    alike = (tally.spread <= 2 * LIMITS.most_spread) & (np.abs(tally.log10) < LIMITS.most_spread)
+    return np.asarray((tally.n >= LIMITS.least_path_votes) & alike)
 
 
 def votes_sign(tally: Tally) -> I64:
     """Sign (m,) of a constant factor, 0 where the votes differ."""
-    constant, negative = (tally.n >= LEAST_VOTES) & (tally.spread <= MOST_SPREAD), tally.negative
-    sign = np.where(negative <= MOST_EXCEPTIONS, 1, np.where(negative >= 1 - MOST_EXCEPTIONS, -1, 0))
+    constant = (tally.n >= LIMITS.least_votes) & (tally.spread <= LIMITS.most_spread)
+    along = tally.negative <= LIMITS.most_exceptions
+    sign = np.where(along, 1, np.where(tally.negative >= 1 - LIMITS.most_exceptions, -1, 0))
     return np.where(constant, sign, 0).astype(np.int64)

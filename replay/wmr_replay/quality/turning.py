@@ -13,8 +13,8 @@ from wmr_replay.quality.votes import Tally, Votes
 from wmr_schemas.arrays import F64
 
 LEAST_TURN_RAD, MOST_TURN_RAD = 0.15, 1.5
-"""The path turns by as much from one cell to the next where it is compared. Less is lost in sideslip and noise,
-more may be a reversal.
+"""The path turns by as much from one cell to the next where it is compared. Less is lost in sideslip and
+noise, more may be a reversal.
 """
 COURSE_SD_RAD = 0.05
 """The path's direction is known as well as this: a third of the least turn."""

@@ -29,6 +29,9 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
     console.print()
     for note in fitted.notes:
         console.print(f"[dim]note[/dim]      {note}")
+    for f in fitted.findings:
+        line = f"{f['code']}: {f['text']}; {f['meaning']}; {f['advice']}"
+        console.print(f"[dim]{f['severity']:<9}[/dim] {line}")
     console.print(f"[dim]model[/dim]     {fitted.file}", soft_wrap=True)
     console.print(f"[dim]next[/dim]      wmr-replay gap ANOTHER_LOG --model {fitted.file}", soft_wrap=True)
 
