@@ -9,13 +9,14 @@ logs in which a finding names it, and the median of the seconds until then.
 import argparse
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 from quality_logs import FAMILIES, clean_log, replayed
 
-from wmr_replay.jobs.replay import Replay
+from wmr_replay.pipeline.settings import Settings
+from wmr_schemas.findings import Finding
 from wmr_schemas.signals import Log
 
 Fault = Callable[[Log, np.random.Generator], Log]
@@ -91,26 +92,20 @@ FAULTS: Mapping[str, tuple[Fault, str]] = MappingProxyType(
 """Each fault, and the codes of the findings that may name it."""
 
 
-def found_at_s(replay: Replay, code: str) -> float:
-    """Seconds until rows are barred, 0 for a warning, NaN where the code is not found."""
-    found = [f for f in replay.engine.findings if f.code in code]
-    return np.nan if not found else found[0].where[0][0] if found[0].where else 0.0
+@dataclass
+class Row:
+    """What was found of one fault: seconds until then (NaN: missed), and other findings."""
 
+    at_s: list[float] = field(default_factory=list)
+    others: Counter[str] = field(default_factory=Counter)
 
-def measure(name: str, n_logs: int, first_seed: int, duration_s: float) -> tuple[float, float, Counter[str]]:
-    """Share of logs in which the fault is found, median of the seconds until then, and other findings."""
-    fault, code = FAULTS[name]
-    times, others = [], Counter[str]()
-    for k in range(n_logs):
-        seed, family = first_seed + k // len(FAMILIES), list(FAMILIES)[k % len(FAMILIES)]
-        log = fault(clean_log(family, seed, duration_s=duration_s), np.random.default_rng([seed, k]))
-        replay = replayed(log)
-        times.append(found_at_s(replay, code))
-        others.update(f.code for f in replay.engine.findings if f.code not in code)
-        if np.isnan(times[-1]):
-            others[f"missed: {family} {log.pose.t_ns.size / duration_s:.0f} Hz seed {seed}"] += 1
-    found = np.isfinite(times)
-    return float(found.mean()), float(np.median(np.array(times)[found])) if found.any() else np.nan, others
+    def add(self, codes: str, findings: list[Finding], log: str) -> None:
+        """One more log."""
+        ours = [f for f in findings if f.code in codes]
+        self.others.update(f.code for f in findings if f.code not in codes)
+        if not ours:
+            self.others[f"missed: {log}"] += 1
+        self.at_s.append(np.nan if not ours else ours[0].where[0][0] if ours[0].where else 0.0)
 
 
 def main() -> None:
@@ -121,13 +116,21 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1000)
     parser.add_argument("--duration", type=float, default=60.0)
     options = parser.parse_args()
-    print(f"{'fault':<22}{'finding':<18}{'found':>6}{'after':>8}  other findings")
-    for name in options.fault or FAULTS:
-        share, after_s, others = measure(name, options.logs, options.seed, options.duration)
-        print(
-            f"{name:<22}{FAULTS[name][1].split()[0]:<18}{share:>6.0%}{after_s:>6.1f} s  {dict(others)}",
-            flush=True,
-        )
+    rows = {name: Row() for name in options.fault or FAULTS}
+    for k in range(options.logs):
+        seed, family = options.seed + k // len(FAMILIES), list(FAMILIES)[k % len(FAMILIES)]
+        clean = clean_log(family, seed, duration_s=options.duration)
+        name = f"{family} {len(clean.pose) / options.duration:.0f} Hz {seed}"
+        for fault, row in rows.items():
+            make, codes = FAULTS[fault]
+            log = make(clean, np.random.default_rng([seed, k]))
+            row.add(codes, replayed(log, settings=Settings(identifier="paper")).engine.findings, name)
+    print(f"{'fault':<22}{'finding':<18}{'logs':>5}{'found':>7}{'after':>8}  other findings")
+    for name, row in rows.items():
+        found = np.isfinite(row.at_s)
+        after = f"{np.median(np.array(row.at_s)[found]):.1f} s" if found.any() else "–"
+        code = FAULTS[name][1].split()[0]
+        print(f"{name:<22}{code:<18}{len(found):>5}{found.mean():>7.0%}{after:>8}  {dict(row.others)}")
 
 
 if __name__ == "__main__":

@@ -113,19 +113,19 @@ KINDS: dict[str, FindingKind] = {
         FindingKind(
             "torque_sign",
             "the robot accelerates against its torques",
-            "give left_torque_sign = -1, right_torque_sign = -1 or both under [torque] in --map",
+            "give left_torque_sign = -1, right_torque_sign = -1 or both in the torque section of --map",
             Status.IMPLAUSIBLE,
         ),
         FindingKind(
             "position_unit",
             "the positions are not in metres",
-            "give position_scale under [pose] in --map",
+            "give position_scale in the pose section of --map",
             Status.IMPLAUSIBLE,
         ),
         FindingKind(
             "yaw_unit",
             "the yaw is not in radians, or turns the other way",
-            "give yaw_unit or yaw_sign under [pose] in --map, or publish the yaw in radians",
+            "give yaw_unit or yaw_sign in the pose section of --map, or publish the yaw in radians",
             Status.IMPLAUSIBLE,
         ),
         FindingKind(
@@ -137,7 +137,7 @@ KINDS: dict[str, FindingKind] = {
         FindingKind(
             "wheel_speed_sign",
             "wheel speeds have the wrong sign: the slip velocities sigma are wrong, the modes are not",
-            "give left_speed_sign = -1, right_speed_sign = -1 or both under [torque] in --map",
+            "give left_speed_sign = -1, right_speed_sign = -1 or both in the torque section of --map",
         ),
         FindingKind(
             "half_track",
@@ -148,12 +148,12 @@ KINDS: dict[str, FindingKind] = {
         FindingKind(
             "wheel_speed_unit",
             "wheel speeds and motion disagree by a constant factor: a unit or the wheel radius is wrong",
-            "give speed_unit or speed_scale under [torque], or wheel_radius_m under [robot], in --map",
+            "give speed_unit or speed_scale for the torque, or the robot's wheel_radius_m, in --map",
         ),
         FindingKind(
             "torque_unit",
             "torques and motion disagree by a factor that the robot's parameters do not explain",
-            "give torque_scale or gear_ratio under [torque], or alpha under [robot], in --map",
+            "give torque_scale or gear_ratio for the torque, or the robot's alpha, in --map",
             Status.IMPLAUSIBLE,
         ),
         FindingKind(

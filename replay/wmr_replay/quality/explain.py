@@ -101,27 +101,43 @@ def nominal_answers(robot: RobotParameters) -> tuple[float | None, float | None]
 
 
 def explain(decades: F64, path: PathRatios) -> Explained:
-    """The fault (m,) that explains the comparisons' ``decades`` (5, m) best."""
-    known = np.isfinite(decades)
+    """The fault (m,) that explains the comparisons' ``decades`` (5, m) best.
+
+    A yaw that does not turn with its path is at fault whatever else is: speeds and accelerations along a
+    wrong yaw say nothing.
+    """
+    known, fast = np.isfinite(decades), is_fast(path)
     off = known & ((decades < _BOUNDS[0]) | (decades > _BOUNDS[1]))
-    fast = is_fast(path)
-    weight = np.where(known, _TOLERANCE**-2.0, 0.0)
-    values = np.where(known, decades, 0.0)
+    size, missed = fitted(decades, known)
+    fits = (missed <= 1).all(axis=1) & (np.abs(size) >= LIMITS.least_fault) & off.any(axis=0)
+    fits[YAW] &= ~known[2]
+    fits[WHEEL] &= ~fast
+    fits[POSITION] &= ~fast | (size[POSITION] > 0)
+    cost = np.where(fits, (missed**2).sum(axis=1) + PENALTY, np.inf)
+    fault = np.where(fits.any(axis=0), np.argmin(cost, axis=0), np.where(off.any(axis=0), UNEXPLAINED, NONE))
+    fault = np.where(fast & (fault != HALF_TRACK), POSITION, fault)
+    alone = (fits.sum(axis=0) == 1) | fast | off[2]
+    size = np.take_along_axis(size, np.maximum(fault, 0)[None], axis=0)[0]
+    fault = np.where(off[2], np.where(is_yaw_unit(decades[2]), YAW, NONE), fault)
+    return Explained(decades, off, fault, np.where(off[2], decades[2], size), alone)
+
+
+def fitted(decades: F64, known: Bool) -> tuple[F64, F64]:
+    """Least-squares decades (faults, m) of each fault, and what it misses (faults, 5, m) in tolerances."""
+    weight, values = np.where(known, _TOLERANCE**-2.0, 0.0), np.where(known, decades, 0.0)
     power = PATTERNS[:, :, None]
     shown = (weight * power**2).sum(axis=1)
     size = (weight * power * values).sum(axis=1) / np.where(shown > 0, shown, 1.0)
-    missed = np.abs(values - power * size[:, None]) / _TOLERANCE
-    fits = (shown > 0) & (np.where(known, missed, 0.0) <= 1).all(axis=1) & off.any(axis=0)
-    fits[POSITION] &= ~fast | (size[POSITION] > 0)
-    fits[WHEEL] &= ~fast | np.isnan(decades[3])
-    cost = np.where(fits, np.where(known, missed**2, 0.0).sum(axis=1) + PENALTY, np.inf)
-    cost[POSITION] -= np.where(fast & fits[POSITION], 10.0, 0.0)
-    best = np.argmin(cost, axis=0)
-    found = np.where(fits.any(axis=0), best, np.where(off.any(axis=0), UNEXPLAINED, NONE))
-    found = np.where(fast & (found < 0), POSITION, found)
-    alone = (fits.sum(axis=0) == 1) | fast
-    chosen = np.take_along_axis(size, np.maximum(found, 0)[None], axis=0)[0]
-    return Explained(decades, off, found, chosen, alone)
+    return size, np.where(known, np.abs(values - power * size[:, None]) / _TOLERANCE, 0.0)
+
+
+def is_yaw_unit(decades: F64) -> Bool:
+    """Whether (m,) a yaw that turns so much faster than its path is in another unit: degrees, or turns.
+
+    One that hardly turns belongs to something else.
+    """
+    turns = np.abs(decades + np.log10(2 * np.pi)) < LIMITS.tolerance[0]
+    return np.asarray((decades > 0) | turns)
 
 
 def is_fast(path: PathRatios) -> Bool:

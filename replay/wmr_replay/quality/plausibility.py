@@ -47,8 +47,10 @@ class PlausibilityMonitor:
 
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row."""
-        begins, means = self._cells.push(rows)
-        bars = np.concatenate([self._bars[:, None], self._decide(means, rows.robot)], axis=1)
+        with np.errstate(all="ignore"):  # what is not finite is left out where it is summed up
+            begins, means = self._cells.push(rows)
+            decided = self._decide(means, rows.robot)
+        bars = np.concatenate([self._bars[:, None], decided], axis=1)
         self._bars = bars[:, -1]
         at = bars[:, np.searchsorted(begins, np.arange(len(rows.t_ns)), side="right")]
         for stretches, marked in zip(self._barred, at, strict=True):

@@ -43,6 +43,8 @@ class PlausibilityLimits:
     """Answer to the torques over the robot's α: slipping takes up to nine tenths, nothing makes it 5-fold."""
     tolerance: tuple[float, float, float, float, float] = (0.12, 0.3, 0.2, 0.7, 0.7)
     """How far speed, turn, path and both answers may be from what one fault predicts."""
+    least_fault: float = 0.2
+    """The least factor that a fault is blamed for: 1.6."""
     fast_mps: float = 60.0
     """A median speed of no wheeled robot: 216 km/h."""
     fast_mps2: float = 50.0

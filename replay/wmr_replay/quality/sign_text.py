@@ -5,7 +5,7 @@ from wmr_replay.quality.snapshot import Snapshot
 
 Told = tuple[str, str]
 """What was found, and advice in place of the kind's; empty: the kind's own."""
-UNDER_TORQUE = "under [torque] in --map"
+UNDER_TORQUE = "in the torque section of --map"
 BOTH_TORQUES = f"give left_torque_sign = -1 and right_torque_sign = -1 {UNDER_TORQUE}"
 
 
@@ -38,7 +38,9 @@ def sides_swapped(s: Snapshot) -> Told:
     """Left and right exchanged, or a pose whose y axis points right."""
     torques, wheels = s.torques in (Torques.SWAPPED, Torques.TURN_REVERSED), s.wheels == Wheels.SWAPPED
     if torques and wheels:
-        text = f"{turned(s)}, and so do the wheel speeds: the pose's y axis is to the right (NED), or left and "
+        text = (
+            f"{turned(s)}, and so do the wheel speeds: the pose's y axis is to the right (NED), or left and "
+        )
         advice = "publish the pose in a frame whose z axis points up, or exchange left and right in --map"
         return f"{text}right are exchanged", advice
     if torques:

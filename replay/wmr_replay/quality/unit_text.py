@@ -26,12 +26,9 @@ def yaw_unit(s: Snapshot) -> Told:
     """A yaw in degrees, or clockwise."""
     if s.clockwise:
         text = "the yaw turns clockwise where the path turns counter-clockwise"
-        return text, "give yaw_sign = -1 under [pose] in --map, or publish a yaw from x to y (REP 103)"
-    decades = s.decades[2] if np.isfinite(s.decades[2]) else s.size
-    text = (
-        f"the yaw turns {10**decades:.3g} times as fast as the path{likely(factor_words.yaw_words(decades))}"
-    )
-    return text, ""
+        return text, "give yaw_sign = -1 in the pose section of --map, or publish a yaw from x to y (REP 103)"
+    words = likely(factor_words.yaw_words(s.size))
+    return f"the yaw turns {10**s.size:.3g} times as fast as the path{words}", ""
 
 
 def position_unit(s: Snapshot) -> Told:
@@ -42,7 +39,7 @@ def position_unit(s: Snapshot) -> Told:
     text = (
         f"positions are {by(s.size)} for wheel speeds or torques{words}; median speed {s.speed_mps:.3g} m/s"
     )
-    return text, f"give position_scale = {10**-s.size:.2g} under [pose] in --map"
+    return text, f"give position_scale = {10**-s.size:.2g} in the pose section of --map"
 
 
 def half_track(s: Snapshot) -> Told:
