@@ -34,6 +34,12 @@ def known_factor(decades: float, known: dict[float, str], near: float = NEAR) ->
     return known[factor] if abs(math.log10(factor) - decades) <= near else ""
 
 
+def nearest_factor(decades: float, known: dict[float, str], near: float = NEAR) -> float:
+    """The nearest known factor, or the factor itself where none is near."""
+    factor = min(known, key=lambda f: abs(math.log10(f) - decades))
+    return factor if abs(math.log10(factor) - decades) <= near else 10**decades
+
+
 def position_words(decades: float) -> str:
     """What positions are that are 10^decades times too large."""
     return known_factor(decades, POSITION)

@@ -35,11 +35,12 @@ def position_unit(s: Snapshot) -> Told:
     """Positions in millimetres or the like."""
     if abs(s.size) < LIMITS.speed[1]:
         return f"the median speed is {s.speed_mps:.3g} m/s: no wheeled robot moves like this", ""
-    words = likely(factor_words.position_words(s.size))
-    text = (
-        f"positions are {by(s.size)} for wheel speeds or torques{words}; median speed {s.speed_mps:.3g} m/s"
-    )
-    return text, f"give position_scale = {10**-s.size:.2g} in the pose section of --map"
+    size = s.decades[0] if np.isfinite(s.decades[0]) else s.size
+    words = likely(factor_words.position_words(size))
+    text = f"positions are {by(size)} for wheel speeds or torques{words}"
+    scale = 1 / factor_words.nearest_factor(size, factor_words.POSITION)
+    advice = f"give position_scale = {scale:.2g} in the pose section of --map"
+    return f"{text}; median speed {s.speed_mps:.3g} m/s", advice
 
 
 def half_track(s: Snapshot) -> Told:
