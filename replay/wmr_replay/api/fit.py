@@ -38,6 +38,11 @@ class Fit:
         """What was noticed."""
         return self._run.notes
 
+    @property
+    def findings(self) -> tuple[dict[str, Any], ...]:
+        """What is wrong with the data: code, severity, text, meaning, advice, n, where."""
+        return tuple(found.as_dict() for found in self._run.findings)
+
     def as_dict(self) -> dict[str, Any]:
         """The model file's tables."""
         return model_tables(self.model)
@@ -76,7 +81,7 @@ def fit(
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, or a log that is too short.
+        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
         InvalidSetting: An option that makes no sense.
     """
     options, topic = options_of(modes)

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import polars as pl
 
 from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
@@ -76,6 +78,11 @@ class Gap:
         return self.document.sentence.strip()
 
     @property
+    def findings(self) -> tuple[dict[str, Any], ...]:
+        """What is wrong with the data: code, severity, text, meaning, advice, n, where."""
+        return tuple(msgspec.to_builtins(found) for found in self.document.findings)
+
+    @property
     def model(self) -> Model:
         """The base model extended by the effects that were found."""
         return self.result.model
@@ -140,7 +147,7 @@ def gap(
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, or a log that is too short.
+        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
         InvalidSetting: An option that makes no sense.
     """
     place, directory = place_of(log), None if out is None else local_path(out)

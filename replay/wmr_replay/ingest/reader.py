@@ -15,6 +15,7 @@ from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
+from wmr_replay.ingest.channels.stamp_unit import stamp_unit_findings
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
@@ -26,16 +27,16 @@ from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
 from wmr_replay.ingest.mcap.stretches import stretches
+from wmr_replay.ingest.own_parameters import own_parameters
 from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath
 from wmr_schemas.batches import Bar, RawBatch
-from wmr_schemas.errors import InvalidFile, LogUnusable
+from wmr_schemas.errors import LogUnusable
 from wmr_schemas.findings import KINDS, Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
-from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
@@ -70,9 +71,10 @@ class LogReader:
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = [remark for _, remark in nearer if remark]
         self.remarks += unreadable_kin(self.candidates, self.plan.uses)
-        own = self._own_parameters() if mapping.robot_from_log else RobotParameters()
+        metadata = self.survey.metadata.get(METADATA_NAME, {}) if mapping.robot_from_log else {}
+        own, without_sense = own_parameters(metadata)
         self.robot = own.overridden_by(mapping.robot)
-        self.findings: list[Finding] = drive_findings(self.candidates, mapping)
+        self.findings: list[Finding] = [*without_sense, *drive_findings(self.candidates, mapping)]
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
@@ -160,7 +162,9 @@ class LogReader:
     def _choose_clocks(self) -> None:
         """The clock of each channel in use, and what is to be said about clocks that are apart."""
         self.clocks, apart = choose_clocks(self.plan.uses)
-        self.findings = [found for found in self.findings if found.code != "clocks_apart"] + apart
+        reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
+        before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
+        self.findings = [*before, *apart, *stamp_unit_findings(reasons)]
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
@@ -224,14 +228,6 @@ class LogReader:
         return Losses(
             n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
         )
-
-    def _own_parameters(self) -> RobotParameters:
-        """Parameters of the log's metadata record; a broken record gives a remark and no parameters."""
-        try:
-            return RobotParameters.from_metadata(self.survey.metadata.get(METADATA_NAME, {}))
-        except InvalidFile as error:
-            self.remarks.append(f"{error}; the record is left aside")
-            return RobotParameters()
 
 
 def open_log(

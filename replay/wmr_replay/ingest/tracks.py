@@ -10,6 +10,7 @@ from wmr_replay.ingest.channels.detect import not_found
 from wmr_replay.ingest.reading import joined
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
+from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
@@ -25,11 +26,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class WholeLog:
-    """A log in memory, the hash of its file, and notes about losses and irregularities."""
+    """A log in memory, the hash of its file, notes about losses and irregularities, and findings."""
 
     log: Log
     sha256: str
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def read_whole(
@@ -63,10 +65,9 @@ def read_whole(
     check_common_span(path, pose.t_ns, torque.t_ns, clock_offset_s)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
     moved = f"{clock_offset_s:+g} s were added to the stamps of the torques" if clock_offset_s else ""
-    said = [moved, *(f"{found.code}: {found.text}" for found in reader.findings)]
-    said += [*reader.losses.notes, *reader.remarks, *reader.stamp_notes]
-    found = [*said, pose_note, torque_note, mode_note]
-    return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
+    said = [moved, *reader.losses.notes, *reader.remarks, *reader.stamp_notes]
+    notes = tuple(note for note in [*said, pose_note, torque_note, mode_note] if note)
+    return WholeLog(log, sha256_of(path), notes, tuple(reader.findings))
 
 
 def open_with_modes(

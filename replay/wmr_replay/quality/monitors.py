@@ -8,6 +8,7 @@ from wmr_replay.quality.clock_offset import ClockOffset
 from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
 from wmr_replay.quality.noise_colour import NoiseColour
+from wmr_replay.quality.plausibility import PlausibilityMonitor
 from wmr_schemas.arrays import I8
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -19,6 +20,7 @@ def default_monitors() -> list[Monitor]:
         ClockOffset(),
         HeadingMonitor(),
         NoiseColour(),
+        PlausibilityMonitor(),
     ]
 
 

@@ -116,13 +116,14 @@ def test_the_logs_robot_is_read_and_the_mappings_robot_overrides_it(tmp_path):
     assert open_log(path, LogMapping(robot=mine, robot_from_log=False)).robot == mine
 
 
-def test_a_broken_robot_record_is_remarked_on_and_left_aside(tmp_path):
-    path = write(
-        tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": {"alpha": "heavy"}}
-    )
+def test_parameters_of_the_logs_own_that_make_no_sense_are_found_and_left_out(tmp_path):
+    record = {"alpha": "heavy", "wheel_radius_m": "100", "mass_kg": "20"}
+    path = write(tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": record})
     reader = open_log(path)
-    assert reader.robot == RobotParameters()
-    assert any("'heavy' is not a number" in remark for remark in reader.remarks)
+    assert reader.robot == RobotParameters(mass_kg=20.0)
+    assert [f.code for f in reader.findings] == ["parameter_without_sense"] * 2
+    assert "alpha: 'heavy' is no number above 0" in reader.findings[0].text
+    assert "wheel_radius_m: 100 makes no sense; expected 0.001 to 5 m" in reader.findings[1].text
 
 
 @pytest.mark.parametrize(

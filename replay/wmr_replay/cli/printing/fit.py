@@ -32,6 +32,9 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
     console.print()
     for note in fitted.notes:
         console.print(styled(("note", "dim"), f"      {note}"))
+    for f in fitted.findings:
+        told = f"{f['code']}: {f['text']}; {f['meaning']}; {f['advice']}"
+        console.print(styled((f"{f['severity']:<9} ", "dim"), told))
     for label, line in (
         ("model", fitted.file),
         ("next", f"wmr-replay gap ANOTHER_LOG --model {fitted.file}"),

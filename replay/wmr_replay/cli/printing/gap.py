@@ -185,6 +185,8 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
         yield "not named", f"{', '.join(gap.unnameable)}: not from a base calibrated on this log"
     for note in gap.notes:
         yield "note", note
+    for found in gap.findings:
+        yield found.severity, f"{found.code}: {found.text}; {found.meaning}; {found.advice}"
 
 
 def least_sizes(gap: "GapFile") -> Table:

@@ -2,8 +2,8 @@
 
 The header's stamp is the clock of choice. A channel goes by the publish time, or where that is missing too by
 the log time, when most of the stamps of its first messages are missing or zero, or stand still or run
-backwards in the order of recording. The choice is made on the first N_WANTED messages (20, as many as the
-initial stretch has poses at least) and then kept.
+backwards in the order of recording, or count another unit than seconds. The choice is made on the first
+N_WANTED messages (20, as many as the initial stretch has poses at least) and then kept.
 """
 
 from dataclasses import dataclass, field
@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from wmr_replay.ingest.channels import stamp_unit
 from wmr_replay.ingest.channels.detect import Use
 from wmr_replay.ingest.channels.first_rows import first_rows
 from wmr_replay.ingest.channels.stamp_steps import StampSteps
@@ -125,7 +126,7 @@ def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:
     steps = np.diff(stamp_ns[np.argsort(log_ns, kind="stable")])
     if len(steps) > 1 and _LEAST_FORWARD * np.count_nonzero(steps > 0) < len(steps):
         return "its first stamps stand still or run backwards"
-    return ""
+    return stamp_unit.reason(stamp_ns, log_ns)
 
 
 def short_time(seconds: float) -> str:
