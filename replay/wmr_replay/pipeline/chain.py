@@ -17,6 +17,8 @@ from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
+from wmr_replay.quality.monitors import default_monitors
+from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -29,7 +31,12 @@ class Chain:
     """Stage: measured rows → rows of the samples table."""
 
     def __init__(
-        self, settings: Settings, model: ReplayModel, stretch: SampleBatch, record: Record | None = None
+        self,
+        settings: Settings,
+        model: ReplayModel,
+        stretch: SampleBatch,
+        bars: ReaderBars | None = None,
+        record: Record | None = None,
     ) -> None:
         levels = initial_levels(stretch)
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
@@ -45,7 +52,7 @@ class Chain:
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
         self._outliers = OutlierFill()
-        self._quality = Quality()
+        self._quality = Quality([bars or ReaderBars(), *default_monitors()])
         self._settings, self._record = settings, record
 
     @property
@@ -117,9 +124,7 @@ class Chain:
         answer = self._identifier.push(evidence)
         if self._record is not None and isinstance(self._identifier, BankIdentifier):
             self._record.push_bins(self._identifier.new_bins)
-        verdict = undecided_while_filling(
-            answer, derivatives.state == Status.WARMING_UP, self._all_modes
-        )
+        verdict = undecided_while_filling(answer, derivatives.state == Status.WARMING_UP, self._all_modes)
         verdict = undecided_where_barred(
             verdict, self._quality.push(self._observed(rows, derivatives, evidence, verdict)), self._all_modes
         )
@@ -164,6 +169,8 @@ class Chain:
             alpha_sd=verdict.alpha_sd,
             variances=evidence.variances,
             robot=self._model.robot,
+            smoothed_pose=derivatives.estimates[:, 0],
+            pose_raw=rows.pose_raw,
         )
 
     def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:

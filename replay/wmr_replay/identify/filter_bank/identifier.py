@@ -139,7 +139,9 @@ class BankIdentifier:
         s = self.settings
         velocity = np.array(s.velocity_diffusions)
         disturbance = np.array(s.disturbances_mps2)
-        return Drift(velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s)
+        return Drift(
+            velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s
+        )
 
     def _rhythm(self, split_s: float) -> Rhythm:
         """The bank's time steps with branchings ``split_s`` apart."""

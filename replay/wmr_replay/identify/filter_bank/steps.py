@@ -82,7 +82,7 @@ def predict(
     turn: float,
     step_s: float,
     prior: Prior,
-    terms: Terms,
+    terms: Terms | None,
     drift: Drift,
     work: F64,
 ) -> None:
@@ -205,7 +205,8 @@ def run_bins(
     before = int(hypotheses.n_past[0])
     work = np.empty((2 * N_MOVING + 1, N_STATES))
     values = np.ascontiguousarray(values)
-    filter_bins(hypotheses, values, seconds, last, (prior, terms, drift), rhythm, work, outputs)
+    model = (prior, terms if terms.any else None, drift)
+    filter_bins(hypotheses, values, seconds, last, model, rhythm, work, outputs)
     first, done = max(before, hypotheses.past.shape[1]), int(hypotheses.n_past[0])
     return outputs._replace(smoothed=outputs.smoothed[:, : max(done - first, 0)])
 
@@ -279,7 +280,7 @@ def filter_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    model: tuple[Prior, Terms, Drift],
+    model: tuple[Prior, Terms | None, Drift],
     rhythm: Rhythm,
     work: F64,
     outputs: Outputs,
