@@ -9,10 +9,11 @@ import polars as pl
 
 from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
 from wmr_replay.api.places import LocalPlace, home_of, local_path
-from wmr_replay.api.store import SampleStore
+from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
 from wmr_replay.jobs.result_files import open_timeline, write_results
 from wmr_replay.tables.summary import summary_frame
+from wmr_schemas.tables import SEGMENTS, polars_schema
 from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
@@ -37,7 +38,10 @@ class Result:
         tables: RunTables,
         facts: TimelineFacts,
         files: Mapping[str, Path] | None = None,
+        *,
+        hindsight: SampleStore | None = None,
     ) -> None:
+        self._later = hindsight or SampleStore(schema=HINDSIGHT_SCHEMA)
         self.stem, self.files = stem, dict(files or {})
         self._store, self._tables, self._facts = store, tables, facts
 
@@ -48,6 +52,21 @@ class Result:
         Samples of a long log lie in a temporary file, which is removed together with this result.
         """
         return with_mode_names(self._store.lazy(), MODE_COLUMNS)
+
+    @property
+    def hindsight(self) -> pl.LazyFrame:
+        """One row per pose sample, lazily: what the recording as a whole says about every moment.
+
+        Empty with ``hindsight=False`` and for a log that is too short.
+        """
+        return with_mode_names(self._later.lazy(), MODE_COLUMNS)
+
+    @property
+    def hindsight_segments(self) -> pl.DataFrame:
+        """One row per stretch of one mode in hindsight."""
+        segments = self._tables.hindsight_segments
+        empty = pl.DataFrame(schema=polars_schema(SEGMENTS))
+        return with_mode_names(empty if segments is None else segments, ("mode",))
 
     @property
     def segments(self) -> pl.DataFrame:
@@ -100,7 +119,12 @@ class Result:
         facts = (lambda: self._facts) if timeline else None
         tables = self._tables
         files, _ = write_results(
-            local_path(directory), self.stem, self._store.batches(), lambda: tables, facts
+            local_path(directory),
+            self.stem,
+            self._store.batches(),
+            self._later.batches(),
+            lambda: tables,
+            facts,
         )
         return files
 
@@ -112,6 +136,8 @@ class Result:
         try:
             for samples in self._store.batches():
                 timeline.push(samples)
+            for rows in self._later.batches():
+                timeline.push_hindsight(rows)
             timeline.finish(self.verdict, self.findings)
         except BaseException:
             timeline.discard()

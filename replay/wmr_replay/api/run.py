@@ -14,7 +14,7 @@ from wmr_replay.api.request import (
     settings_of,
 )
 from wmr_replay.api.result import Result
-from wmr_replay.api.store import SampleStore
+from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.run import replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
@@ -68,8 +68,11 @@ def run(
     if out is None:
         return held_result(replayed, progress, strict=strict)
     found = run_into(replayed, local_path(out), timeline=timeline, strict=strict, progress=progress)
-    store = SampleStore.of_file(found.files["samples"])
-    return Result(replayed.source.stem, store, found.tables, replayed.timeline_facts(), found.files)
+    store, later = SampleStore.of_file(found.files["samples"]), None
+    if "hindsight" in found.files:
+        later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)
+    facts = replayed.timeline_facts()
+    return Result(replayed.source.stem, store, found.tables, facts, found.files, hindsight=later)
 
 
 def replay(
@@ -91,9 +94,14 @@ def replay(
 
 
 def held_result(replayed: Replay, progress: Progress | None = None, *, strict: bool = False) -> Result:
-    """Run a replay to its end, and keep its samples."""
+    """Run a replay to its end, and keep its tables."""
     store = SampleStore()
     for samples in replayed.samples(progress, strict=strict):
         store.push(samples)
     store.finish()
-    return Result(replayed.source.stem, store, replayed.tables(), replayed.timeline_facts())
+    later = SampleStore(schema=HINDSIGHT_SCHEMA)
+    for rows in replayed.hindsight():
+        later.push(rows)
+    later.finish()
+    facts = replayed.timeline_facts()
+    return Result(replayed.source.stem, store, replayed.tables(), facts, hindsight=later)

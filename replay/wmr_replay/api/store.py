@@ -10,17 +10,23 @@ import polars as pl
 import pyarrow.parquet as pq
 
 from wmr_replay.tables import ParquetStream
-from wmr_schemas.tables import SAMPLES, polars_schema
+from wmr_schemas.tables import HINDSIGHT, SAMPLES, polars_schema
 
 ROWS_IN_MEMORY = 500_000
 """Rows that are kept in memory, about 350 bytes each; more go to a temporary file."""
 
 
-class SampleStore:
-    """The samples table of one result: ``push`` its batches, then ``finish``; read it as often as needed."""
+SAMPLES_SCHEMA, HINDSIGHT_SCHEMA = polars_schema(SAMPLES), polars_schema(HINDSIGHT)
 
-    def __init__(self, rows_in_memory: int = ROWS_IN_MEMORY) -> None:
-        self._rows_in_memory = rows_in_memory
+
+class SampleStore:
+    """The samples table, or the hindsight table, of one result.
+
+    ``push`` its batches, then ``finish``; read it as often as needed.
+    """
+
+    def __init__(self, rows_in_memory: int = ROWS_IN_MEMORY, schema: pl.Schema = SAMPLES_SCHEMA) -> None:
+        self._rows_in_memory, self._schema = rows_in_memory, schema
         self._held: list[pl.DataFrame] = []
         self._n_held = 0
         self._stream: ParquetStream | None = None
@@ -28,9 +34,9 @@ class SampleStore:
         """The Parquet file that holds the samples; None while they are in memory."""
 
     @classmethod
-    def of_file(cls, file: Path) -> "SampleStore":
-        """The samples of a result file."""
-        store = cls()
+    def of_file(cls, file: Path, schema: pl.Schema = SAMPLES_SCHEMA) -> "SampleStore":
+        """The rows of a result file."""
+        store = cls(schema=schema)
         store.file = file
         return store
 
@@ -42,7 +48,7 @@ class SampleStore:
             folder = tempfile.mkdtemp(prefix="wmr-replay-")
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
             self.file = Path(folder, "samples.parquet")
-            self._stream = ParquetStream(self.file, polars_schema(SAMPLES))
+            self._stream = ParquetStream(self.file, self._schema)
         if self._stream is not None:
             for frame in self._held:
                 self._stream.push(frame)
@@ -58,7 +64,7 @@ class SampleStore:
         """All rows; a file is scanned, not read."""
         if self.file is not None:
             return pl.scan_parquet(self.file, glob=False)
-        return pl.concat([pl.DataFrame(schema=polars_schema(SAMPLES)), *self._held]).lazy()
+        return pl.concat([pl.DataFrame(schema=self._schema), *self._held]).lazy()
 
     def batches(self) -> Iterator[pl.DataFrame]:
         """All rows in order, as many at a time as memory allows."""
@@ -67,4 +73,4 @@ class SampleStore:
             return
         with pq.ParquetFile(self.file) as file:
             for group in range(file.num_row_groups):
-                yield pl.DataFrame(file.read_row_group(group)).cast(polars_schema(SAMPLES))
+                yield pl.DataFrame(file.read_row_group(group)).cast(self._schema)

@@ -47,6 +47,6 @@ def replayed_status(log: Log) -> tuple[I8, list[Finding]]:
 
     The thresholds of the paper serve as identifier: no monitor asks for a better one, and they cost least.
     """
-    engine = Engine(Settings(identifier="paper", tune=False), ReplayModel(log.robot))
+    engine = Engine(Settings(identifier="paper", tune=False, hindsight=False), ReplayModel(log.robot))
     batches = [*engine.push(as_batch(log)), *engine.finish()]
     return np.concatenate([columns["status"] for columns in batches]), engine.findings

@@ -12,7 +12,7 @@ import polars as pl
 from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch
-from wmr_replay.tables import confusion_frame, samples_frame
+from wmr_replay.tables import confusion_frame, hindsight_frame, samples_frame
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
 from wmr_schemas.batches import RawBatch, Rows
@@ -166,11 +166,14 @@ def content_sha256(log: Log) -> str:
 
 @dataclass(frozen=True, eq=False)
 class RunTables:
-    """The tables about a whole log: ``summary`` as its row by column, ``segments``, ``confusion``."""
+    """The tables about a whole log: ``summary`` as its row by column, ``segments``, ``confusion``; and the segments in hindsight,
+    None without a second pass.
+    """
 
     summary: dict[str, Any]
     segments: pl.DataFrame
     confusion: pl.DataFrame
+    hindsight_segments: pl.DataFrame | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +195,8 @@ class Replay:
     ) -> None:
         self.source, self.engine = source, engine
         self._truth, self._given = truth or SideTruth(), dict(given)
-        self._tally = SummaryCollector()
+        self._tally, self._later = SummaryCollector(), SummaryCollector()
+        self._looked_back = False
 
     def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
         """The samples table, batch by batch. Raises LogUnusable where they make no result, and with
@@ -213,10 +217,23 @@ class Replay:
             )
         self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
+    def hindsight(self) -> Iterator[pl.DataFrame]:
+        """The hindsight table, batch by batch, once the samples are exhausted; nothing without a second pass."""
+        self._looked_back = True
+        for columns in self.engine.hindsight():
+            rows = hindsight_frame(columns)
+            self._later.push(rows)
+            yield rows
+
     def tables(self) -> RunTables:
         """Segments, confusion and the summary's row, once the samples are exhausted."""
+        if not self._looked_back:
+            for _ in self.hindsight():
+                pass
         runs, segments = self._tally.runs.finish(), self._tally.segments.finish()
-        return RunTables(summary_row(self._facts(), self._tally, runs), segments, confusion_frame(runs))
+        later = self._later if self._later.n_rows else None
+        row = summary_row(self._facts(), self._tally, runs, later)
+        return RunTables(row, segments, confusion_frame(runs), later.segments.finish() if later else None)
 
     def timeline_facts(self) -> TimelineFacts:
         """What the timeline needs; known with the first samples."""

@@ -12,7 +12,7 @@ from wmr_replay.tables import ParquetStream
 from wmr_replay.tables.summary import summary_frame
 from wmr_replay.timeline import Timeline
 from wmr_schemas.files import made_folder, whole_files
-from wmr_schemas.tables import SAMPLES, polars_schema
+from wmr_schemas.tables import HINDSIGHT, SAMPLES, polars_schema
 from wmr_schemas.text import json_text
 
 ENDINGS = {
@@ -21,21 +21,26 @@ ENDINGS = {
     "segments": "segments.parquet",
     "confusion": "confusion.parquet",
     "samples": "samples.parquet",
+    "hindsight": "hindsight.parquet",
+    "hindsight_segments": "hindsight_segments.parquet",
     "timeline": "rrd",
 }
 """What follows ``<stem>.`` in the name of each kind of file."""
+OPTIONAL = ("confusion", "hindsight", "hindsight_segments")
+"""Kinds that not every run has. Where a run has none, that of an earlier run goes."""
 
 
 def write_results(
     directory: Path,
     stem: str,
     batches: Iterable[pl.DataFrame],
+    hindsight: Iterable[pl.DataFrame],
     tables: Callable[[], RunTables],
     facts: Callable[[], TimelineFacts] | None,
 ) -> tuple[dict[str, Path], RunTables]:
     """Write the results of one log to ``directory``; the files by kind, and the tables about the whole.
 
-    ``tables`` is called when the batches are exhausted, ``facts`` with the first rows; without ``facts`` no
+    ``hindsight`` is iterated once the batches are exhausted, and then ``tables`` is called; ``facts`` with the first rows; without ``facts`` no
     timeline is written. After a failure no file has changed, and a directory made for the results is gone.
     """
     with made_folder(directory):
@@ -43,6 +48,8 @@ def write_results(
         try:
             for samples in batches:
                 files.push(samples)
+            for rows in hindsight:
+                files.push_hindsight(rows)
             whole = tables()
             return files.finish(whole), whole
         except BaseException:
@@ -57,6 +64,7 @@ class ResultFiles:
         self._names = {kind: directory / f"{stem}.{ending}" for kind, ending in ENDINGS.items()}
         self._facts = facts
         self._samples = ParquetStream(self._names["samples"], polars_schema(SAMPLES))
+        self._hindsight: ParquetStream | None = None
         self._timeline: Timeline | None = None
 
     def push(self, samples: pl.DataFrame) -> None:
@@ -69,25 +77,40 @@ class ResultFiles:
         if self._timeline is not None:
             self._timeline.push(samples)
 
+    def push_hindsight(self, rows: pl.DataFrame) -> None:
+        """Append a batch of the hindsight table, once all samples are there."""
+        if self._hindsight is None:
+            self._hindsight = ParquetStream(self._names["hindsight"], polars_schema(HINDSIGHT))
+        self._hindsight.push(rows)
+        if self._timeline is not None:
+            self._timeline.push_hindsight(rows)
+
     def finish(self, tables: RunTables) -> dict[str, Path]:
-        """Complete every file and rename all; a confusion table of an earlier run that had a truth goes."""
+        """Complete every file and rename all."""
         small = self._small(tables)
         with whole_files({kind: self._names[kind] for kind in small}) as parts:
             for kind, write in small.items():
                 write(parts[kind])
             self._samples.close()
+            if self._hindsight is not None:
+                self._hindsight.close()
             if self._timeline is not None:
                 found = json.loads(tables.summary["findings"])
                 self._timeline.finish(tables.summary["verdict"], found)
+            if self._hindsight is not None:
+                self._hindsight.finish()
             self._samples.finish()
-        if "confusion" not in small:
-            self._names["confusion"].unlink(missing_ok=True)
-        written = {*small, "samples", *(["timeline"] if self._timeline is not None else [])}
+        streams = {"samples": self._samples, "hindsight": self._hindsight, "timeline": self._timeline}
+        written = {*small, *(kind for kind, stream in streams.items() if stream is not None)}
+        for kind in set(OPTIONAL) - written:
+            self._names[kind].unlink(missing_ok=True)
         return {kind: path for kind, path in self._names.items() if kind in written}
 
     def discard(self) -> None:
         """Remove what is unfinished."""
         self._samples.discard()
+        if self._hindsight is not None:
+            self._hindsight.discard()
         if self._timeline is not None:
             self._timeline.discard()
 
@@ -99,6 +122,8 @@ class ResultFiles:
             "summary": summary_frame(tables.summary).write_parquet,
             "segments": tables.segments.write_parquet,
         }
+        if tables.hindsight_segments is not None:
+            writers["hindsight_segments"] = tables.hindsight_segments.write_parquet
         return writers | ({"confusion": tables.confusion.write_parquet} if len(tables.confusion) else {})
 
 

@@ -102,6 +102,7 @@ def run_into(
         out,
         replay.source.stem,
         replay.samples(progress, strict=strict),
+        replay.hindsight(),
         replay.tables,
         replay.timeline_facts if timeline else None,
     )

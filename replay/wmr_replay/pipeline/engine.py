@@ -26,12 +26,12 @@ MIN_STRETCH_ROWS = 20
 
 class Engine:
     """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
-    order; with ``hindsight`` the second pass follows.
+    order; the second pass follows where the settings ask for it.
     """
 
-    def __init__(self, settings: Settings, model: ReplayModel, *, hindsight: bool = False) -> None:
+    def __init__(self, settings: Settings, model: ReplayModel) -> None:
         self.settings, self.model = settings, model
-        self._record = Record() if hindsight else None
+        self._record = Record() if settings.hindsight else None
         self.aligner = Aligner(
             reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s),
             max_hold_s=settings.max_hold_s,

@@ -1,5 +1,7 @@
 """Replaying signals that are in memory already: the same engine, no file."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from wmr_replay.pipeline.columns import Columns
@@ -36,16 +38,16 @@ def replay_columns(
     log: Log, settings: Settings | None = None, model: ReplayModel | None = None
 ) -> list[Columns]:
     """Columns of the samples table of a log in memory, by ``model`` or its own nominal parameters."""
-    engine = Engine(settings or Settings(), model or ReplayModel(log.robot))
+    engine = Engine(replace(settings or Settings(), hindsight=False), model or ReplayModel(log.robot))
     return [*engine.push(as_batch(log)), *engine.finish()]
 
 
 def hindsight_columns(
     log: Log, settings: Settings | None = None, model: ReplayModel | None = None
 ) -> list[Columns]:
-    """Columns of the hindsight table of a log in memory; those of the samples table where the log is too short
-    for a second pass.
+    """Columns of the hindsight table of a log in memory; those of the samples table where the log is too
+    short for a second pass.
     """
-    engine = Engine(settings or Settings(), model or ReplayModel(log.robot), hindsight=True)
+    engine = Engine(settings or Settings(), model or ReplayModel(log.robot))
     causal = [*engine.push(as_batch(log)), *engine.finish()]
     return list(engine.hindsight()) or causal

@@ -52,6 +52,8 @@ class Settings:
     initial_stretch_s: float = 1.0
     """Rate, noise and window come from this first stretch, and from its first 20 rows at least."""
     noise_time_constant_s: float = 5.0
+    hindsight: bool = True
+    """Whether a second pass over the log follows, which looks ahead."""
     hindsight_lag_s: float = 4.0
     """How far the second pass looks ahead of a row (docs/hindsight.md: more changes nothing by .002)."""
     reorder_window_s: float = 2.0
@@ -87,6 +89,8 @@ class Settings:
             raise InvalidSetting(
                 "a given window has its own delay: leave out the window or the delay allowed"
             )
+        if not 0.1 <= self.hindsight_lag_s <= 60:
+            raise InvalidSetting(f"the lag must lie between 0.1 and 60 s, not {self.hindsight_lag_s:g} s")
         if not self.tuning_stretch_s > 0:
             raise InvalidSetting(f"the stretch to tune on must be above 0 s, not {self.tuning_stretch_s:g} s")
 

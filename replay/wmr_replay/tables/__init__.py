@@ -4,7 +4,7 @@ from wmr_replay.tables.calibration import CalibrationCollector
 from wmr_replay.tables.files import ParquetStream, write_parquet
 from wmr_replay.tables.names import MODE_DTYPE, with_names
 from wmr_replay.tables.runs import ModeRuns, RunCollector
-from wmr_replay.tables.samples import samples_frame
+from wmr_replay.tables.samples import hindsight_frame, samples_frame
 from wmr_replay.tables.score import Score, confusion_frame, score_runs
 from wmr_replay.tables.segments import SegmentCollector, with_seconds
 
@@ -17,6 +17,7 @@ __all__ = [
     "Score",
     "SegmentCollector",
     "confusion_frame",
+    "hindsight_frame",
     "samples_frame",
     "score_runs",
     "with_names",

@@ -4,17 +4,28 @@ import polars as pl
 
 from wmr_replay.pipeline.columns import Columns
 from wmr_schemas.arrays import I8
-from wmr_schemas.tables import SAMPLES, STATUS_DTYPE, polars_schema
+from wmr_schemas.tables import HINDSIGHT, SAMPLES, STATUS_DTYPE, polars_schema
 
 SCHEMA = polars_schema(SAMPLES)
+LATER = polars_schema(HINDSIGHT)
 STATUS = pl.Series(STATUS_DTYPE.categories).cast(STATUS_DTYPE)
 
 
 def samples_frame(columns: Columns) -> pl.DataFrame:
     """The samples table of one batch: absent columns and NaN become null, ``mode_true`` −1 becomes null."""
+    return frame_of(columns, SCHEMA)
+
+
+def hindsight_frame(columns: Columns) -> pl.DataFrame:
+    """The hindsight table of one batch, likewise."""
+    return frame_of(columns, LATER)
+
+
+def frame_of(columns: Columns, schema: pl.Schema) -> pl.DataFrame:
+    """Columns as a table of the ``schema``."""
     n = len(columns["t_ns"])
     series = []
-    for name, dtype in SCHEMA.items():
+    for name, dtype in schema.items():
         if name not in columns:
             series.append(pl.Series(name, dtype=dtype).extend_constant(None, n))
         elif name == "status":

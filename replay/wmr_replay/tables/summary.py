@@ -110,8 +110,24 @@ def mode_shares(runs: ModeRuns) -> dict[str, float]:
     )
 
 
-def summary_row(facts: LogFacts, collected: SummaryCollector, runs: ModeRuns) -> dict[str, Any]:
-    """The row of the summary table, every column by name."""
+def hindsight_columns(later: SummaryCollector) -> dict[str, Any]:
+    """What the summary says of the hindsight table."""
+    runs = later.runs.finish()
+    score = score_runs(runs)
+    columns: dict[str, Any] = {
+        f"hindsight_{name}": getattr(score, name)
+        for name in ("accuracy", "decided_share", "accuracy_decided")
+    }
+    columns |= {"hindsight_brier": later.calibration.brier, "hindsight_ece": later.calibration.ece}
+    return columns | {f"hindsight_share_{label}": share for label, share in mode_shares(runs).items()}
+
+
+def summary_row(
+    facts: LogFacts, collected: SummaryCollector, runs: ModeRuns, later: SummaryCollector | None = None
+) -> dict[str, Any]:
+    """The row of the summary table, every column by name; the verdict is that of ``later``, the hindsight
+    table, where there is one.
+    """
     shares = mode_shares(runs)
     alpha, alpha_sd = collected.alpha or (None, None)
     row: dict[str, Any] = dict.fromkeys(polars_schema(SUMMARY))
@@ -126,7 +142,11 @@ def summary_row(facts: LogFacts, collected: SummaryCollector, runs: ModeRuns) ->
     if alpha is not None and facts.alpha_true:
         row["alpha_error"] = alpha / facts.alpha_true - 1
     torque = facts.counts.n_torque > int(facts.losses.get("n_torque_empty", 0))
-    row["verdict"] = verdict_sentence(shares, collected.status_shares(), torque, collected.alpha, facts.robot)
+    told, said = collected, shares
+    if later is not None:
+        row |= hindsight_columns(later)
+        told, said = later, mode_shares(later.runs.finish())
+    row["verdict"] = verdict_sentence(said, told.status_shares(), torque, collected.alpha, facts.robot)
     return row
 
 

@@ -11,6 +11,7 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 ``/path/estimated``, ``/path/true``               the measured path, coloured by mode; the true path
 ``/path/robot``, ``/path/grid``                   where the robot is at the cursor; a grid in metres (static)
 ``/mode/estimated``, ``/mode/true``, ``/status``  mode and status changes, each at its exact row
+``/mode/hindsight``                               the mode as the whole log shows it
 ``/pose/Q/measured``, ``/pose/yaw_rad/true``      Q is ``x_m``, ``y_m``, ``yaw_rad``
 ``/velocity/Q/estimate``, ``/velocity/Q/true``    Q is ``v_long_mps``, ``v_lat_mps``, ``yaw_rate_radps``
 ``/constraint/Q/estimate``, ``…/Q/threshold``     Q is ``c_k_mps``, ``c_d_mps2``; ± threshold

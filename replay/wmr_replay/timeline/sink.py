@@ -58,7 +58,11 @@ class Sink:
         self.recording, self._root = recording, root
         log_scene(self.recording, root)
         for lane in lanes:
-            self.recording.log(root + lane.entity, lane.configuration(), static=True)
+            self.add_lane(lane)
+
+    def add_lane(self, lane: Lane) -> None:
+        """Labels and colours of a lane."""
+        self.recording.log(self._root + lane.entity, lane.configuration(), static=True)
 
     def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
         """Append rows to a series, leaving holes where a value is null or not finite."""

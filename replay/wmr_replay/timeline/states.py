@@ -30,6 +30,8 @@ def mode_lane(entity: str, column: str) -> Lane:
     return Lane(entity, names, {mode_name(mode): colour for mode, colour in MODE_COLOURS.items()})
 
 
+HINDSIGHT_LANE = mode_lane("/mode/hindsight", "mode")
+"""Between the estimated and the true mode, by the alphabet."""
 LANES: tuple[Lane, ...] = (
     mode_lane("/mode/true", "mode_true"),
     mode_lane("/mode/estimated", "mode"),

@@ -13,7 +13,7 @@ from wmr_replay.timeline.description import description
 from wmr_replay.timeline.path import Frame
 from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
 from wmr_replay.timeline.sink import Sink, recording_into
-from wmr_replay.timeline.states import LANES, Changes
+from wmr_replay.timeline.states import HINDSIGHT_LANE, LANES, Changes
 from wmr_schemas.files import PartFile
 
 TrueStates = Callable[[int], Iterator[pl.DataFrame]]
@@ -50,6 +50,7 @@ class Timeline:
         self._truth = truth
         self._sink = Sink(recording_into(self._file.path, recording_id))
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
+        self._later: Changes | None = None
         self._frame = Frame()
         self._pieces: list[pl.DataFrame] = []
         self._n_waiting = self._n_written = 0
@@ -66,6 +67,13 @@ class Timeline:
             self._write(waiting[:BLOCK_ROWS])
             waiting = waiting[BLOCK_ROWS:]
         self._pieces, self._n_waiting = [waiting], len(waiting)
+
+    def push_hindsight(self, rows: pl.DataFrame) -> None:
+        """Append the next rows of the hindsight table, after all samples."""
+        if self._later is None:
+            self._later = Changes(HINDSIGHT_LANE)
+            self._sink.add_lane(HINDSIGHT_LANE)
+        self._sink.add_changes(HINDSIGHT_LANE, self._later.push(rows))
 
     def finish(self, verdict: str | None = None, findings: Sequence[Mapping[str, Any]] = ()) -> None:
         """Write what is left, the text with the verdict (markdown), the findings on the data and the layout;

@@ -54,6 +54,14 @@ OPTIONS = (
         help="Tune the kernel on the log's first 8 s with motion; else its window follows rate and noise.",
     ),
     CLOCK_OFFSET,
+    click.option(
+        "--hindsight/--no-hindsight",
+        default=True,
+        help="Go over the log a second time, looking ahead: what happened, as well as the log can tell.",
+    ),
+    click.option(
+        "--lag", "hindsight_lag_s", type=float, default=4.0, help="How far hindsight looks ahead, in s."
+    ),
     click.option("--degree", type=int, default=2, help="Degree N of the local polynomial."),
     click.option("--kappa", type=int, default=0, help="Weight exponent at the window's newest end."),
     click.option("--mu", type=int, default=0, help="Weight exponent at the window's oldest end."),
@@ -68,6 +76,8 @@ NAMES = (
     "window_s",
     "max_delay_s",
     "tune",
+    "hindsight",
+    "hindsight_lag_s",
     "clock_offset_s",
     "degree",
     "kappa",
