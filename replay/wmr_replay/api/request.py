@@ -44,6 +44,8 @@ class SettingsArguments(TypedDict, total=False):
     reorder_window_s: float
     max_hold_s: float
     clock_offset_s: float
+    hindsight: bool
+    hindsight_lag_s: float
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:

@@ -166,8 +166,8 @@ def content_sha256(log: Log) -> str:
 
 @dataclass(frozen=True, eq=False)
 class RunTables:
-    """The tables about a whole log: ``summary`` as its row by column, ``segments``, ``confusion``; and the segments in hindsight,
-    None without a second pass.
+    """The tables about a whole log: ``summary`` as its row by column, ``segments``, ``confusion``, and the
+    segments in hindsight, None without a second pass.
     """
 
     summary: dict[str, Any]
@@ -218,7 +218,7 @@ class Replay:
         self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
     def hindsight(self) -> Iterator[pl.DataFrame]:
-        """The hindsight table, batch by batch, once the samples are exhausted; nothing without a second pass."""
+        """The hindsight table, batch by batch, once the samples are exhausted; empty without a second pass."""
         self._looked_back = True
         for columns in self.engine.hindsight():
             rows = hindsight_frame(columns)

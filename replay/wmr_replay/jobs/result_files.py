@@ -40,8 +40,9 @@ def write_results(
 ) -> tuple[dict[str, Path], RunTables]:
     """Write the results of one log to ``directory``; the files by kind, and the tables about the whole.
 
-    ``hindsight`` is iterated once the batches are exhausted, and then ``tables`` is called; ``facts`` with the first rows; without ``facts`` no
-    timeline is written. After a failure no file has changed, and a directory made for the results is gone.
+    ``hindsight`` is iterated once the batches are exhausted, and then ``tables`` is called. ``facts`` is
+    called with the first rows; without it no timeline is written. After a failure no file has changed, and a
+    directory made for the results is gone.
     """
     with made_folder(directory):
         files = ResultFiles(directory, stem, facts)

@@ -1,8 +1,8 @@
 """The bank once more over a whole log: what the log up to t + lag says about the mode at t.
 
 Every hypothesis carries the probabilities of the modes that led to it, interval by interval, over the lag.
-Where two hypotheses are merged, their pasts are averaged by weight. An interval's posterior is the average over
-the hypotheses that live a lag later: fixed-lag smoothing of a multi-hypothesis filter.
+Where two hypotheses are merged, their pasts are averaged by weight. An interval's posterior is the average
+over the hypotheses that live a lag later: fixed-lag smoothing of a multi-hypothesis filter.
 """
 
 from dataclasses import dataclass

@@ -35,12 +35,13 @@ COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
 
 class HypothesisSet(NamedTuple):
-    """The first ``size`` (1,) of H hypotheses live: means (H, 12), covariances (H, 12, 12), log weights (H,),
-    modes (H,), levels of disturbance (H,), how often each has slipped so far, (H, 2), in the form of a
-    share, and on slippery ground; when, in s, its pose last jumped (H,); and, in a ring of S intervals, the
-    probabilities of the modes that led to it, (H, S, 4). ``past_s`` (S,) are the ends of these intervals in s
-    and ``n_past`` (1,) their number so far; a bank that does not look back has S = 0. ``order``, ``kept`` (H,) and
-    ``stack`` (64, 2) are scratch.
+    """The first ``size`` (1,) of H hypotheses live.
+
+    Each has a mean (12,), a covariance (12, 12), a log weight, a mode and a level of disturbance; ``slips``
+    (2,): how often it has slipped so far, in the form of a share, and on slippery ground; and when, in s, its
+    pose last jumped. ``past`` (S, 4) holds the probabilities of the modes that led to it, in a ring of S
+    intervals; ``past_s`` (S,) are the ends of these intervals in s and ``n_past`` (1,) their number so far. A
+    bank that does not look back has S = 0. ``order``, ``kept`` (H,) and ``stack`` (64, 2) are scratch.
     """
 
     mean: F64

@@ -149,7 +149,7 @@ class BankIdentifier:
         return Rhythm(self._n_modes, s.most_hypotheses, split_s, s.switch_rate_per_s, newer)
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
-        """A second pass over the same bins with the parameters learned so far; None before the bank starts."""
+        """A second pass over the same bins with the parameters learned; None before the bank starts."""
         if not self._hypotheses.size[0]:
             return None
         prior, s = learned_prior(self._hypotheses, self._prior), self.settings

@@ -28,10 +28,10 @@ class BankPriors:
     """Least average speed in c/v: the paper's linear tyre model has none at standstill."""
 
     disturbance_time_s: float = 1.0
-    """Correlation time of disturbances: between a floor's unevenness (tenths of a second at a walking pace) and
-    slopes and friction that change over some metres."""
+    """Correlation time of disturbances: between a floor's unevenness (tenths of a second at a walking pace)
+    and slopes and friction that change over some metres. .4 s gives the same accuracies."""
     compensated_sd: float = 3.0
-    """Efforts that ask for less than so many standard deviations of the disturbance may only compensate it."""
+    """Efforts that ask for less than so many standard deviations of a disturbance may only compensate it."""
     least_half_track_m: float = 0.1
     """For turning what is known of dv_long/dt into dω/dt, where the half track is unknown or tiny."""
     longest_step_s: float = 0.05

@@ -2,8 +2,8 @@
 
 x, y, ψ, v_long, v_lat, ω; ln α; ln β with β = α_yaw/l; ln c with the skid's decay rate c/v, c = 2 G_x/(ε m);
 ρ, the share of traction that slipping leaves – on slippery ground, in its place, the logarithm of what
-friction carries, a wheel's largest contribution to dv_long/dt in m/s²; and disturbances of dv_long/dt in m/s² and of dω/dt in rad/s²,
-which no model has: Ornstein-Uhlenbeck processes, since what acts on a robot lasts for a while.
+friction carries, a wheel's largest contribution to dv_long/dt in m/s²; and disturbances of dv_long/dt in m/s²
+and of dω/dt in rad/s², which no model has: Ornstein-Uhlenbeck processes, since what acts on a robot lasts.
 """
 
 from typing import NamedTuple

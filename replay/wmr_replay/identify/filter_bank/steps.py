@@ -51,8 +51,8 @@ UNKNOWN_ACCELERATION_DIFFUSION = PRIORS.unknown_acceleration_diffusion
 
 
 class Drift(NamedTuple):
-    """By level of disturbance: diffusion per second of the velocities, and the standard deviation in m/s² of a
-    coloured disturbance of dv_long/dt. Diffusion of ln α as a share of the velocities', of ρ, and of the
+    """By level of disturbance: diffusion per second of the velocities, and the standard deviation in m/s² of
+    a coloured disturbance of dv_long/dt. Diffusion of ln α as a share of the velocities', of ρ, and of the
     logarithm of a cap.
     """
 
@@ -174,8 +174,8 @@ class Rhythm(NamedTuple):
 
 class Outputs(NamedTuple):
     """After each bin: posterior by mode (4, m), mean and variance of ln α (2, m), and the probability that
-    the pose has just jumped (1, m). ``smoothed`` (7, i): for each interval that leaves the ring, its end in s,
-    the posterior by mode, and mean and variance of ln α.
+    the pose has just jumped (1, m). ``smoothed`` (7, i): for each interval that leaves the ring, its end
+    in s, the posterior by mode, and mean and variance of ln α.
     """
 
     posterior: F64
@@ -244,8 +244,8 @@ def look_back(hypotheses: HypothesisSet, k: int, out: F64) -> None:
 def record_interval(
     hypotheses: HypothesisSet, inputs: tuple[float, float], now_s: float, row: int, smoothed: F64
 ) -> int:
-    """An interval ends at ``now_s``: it enters the ring with each hypothesis's mode, and the one in whose place
-    it comes goes to column ``row`` of ``smoothed``; the next free column.
+    """An interval ends at ``now_s``: it enters the ring with each hypothesis's mode, and the one in whose
+    place it comes goes to column ``row`` of ``smoothed``; the next free column.
     """
     room, n = hypotheses.past.shape[1], hypotheses.n_past[0]
     k = n % room

@@ -10,7 +10,7 @@ from wmr_replay.pipeline.columns import POSTERIOR, Columns
 from wmr_replay.pipeline.hindsight.motion import AtInstants, Shift
 from wmr_replay.pipeline.hindsight.record import DESCRIBED, Record
 from wmr_replay.pipeline.hindsight.spool import Table
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, U8
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import BARRING, Status
 
@@ -51,7 +51,7 @@ class SecondPass:
         yield columns
 
     def _modes(self, ready: AtInstants) -> Columns:
-        """Mode, probabilities, α and status; the first pass's, moved to its instant, where the bank has none."""
+        """Mode, probabilities, α and status; those of the first pass where the bank has none."""
         at = self._interval_of(ready.rows["t_ns"])
         if at is None:
             decided = np.stack([ready.later["mode"], ready.later["mode_set"].view(np.int8)])
@@ -84,7 +84,7 @@ class SecondPass:
         }
 
     def _interval_of(self, t_ns: I64) -> I64 | None:
-        """For each stamp the interval that holds it; the first or last one beyond the ends. None without any."""
+        """For each stamp the interval that holds it, beyond the ends the first or last one; None without any."""
         while not self._exhausted and (not len(self._held.end_ns) or self._held.end_ns[-1] < t_ns[-1]):
             self._extend(int(t_ns[0]))
         if not len(self._held.end_ns):
@@ -109,7 +109,7 @@ class SecondPass:
         yield self._looking_back.finish()
 
 
-def reason(cause: I8, mode_set: F64) -> I8:
+def reason(cause: I8, mode_set: U8) -> I8:
     """Why a row (n,) has no mode: the first pass's reason; where that had none, what cannot be told apart."""
     open_reason = np.where(mode_set & int(ModeSet.SKIDDING), Status.NOT_TURNING, Status.NOT_EXCITED)
     return np.where(cause == Status.OK, open_reason, cause)

@@ -19,7 +19,7 @@ class Spool:
 
     def __init__(self, dtype: npt.DTypeLike) -> None:
         self._dtype = np.dtype(dtype)
-        self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")
+        self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115 – goes with the spool
 
     def push(self, rows: Table) -> None:
         """Append rows."""
