@@ -218,7 +218,7 @@ class Replay:
         self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
     def hindsight(self) -> Iterator[pl.DataFrame]:
-        """The hindsight table, batch by batch, once the samples are exhausted; empty without a second pass."""
+        """The hindsight table, batch by batch, after the samples; empty without a second pass."""
         self._looked_back = True
         for columns in self.engine.hindsight():
             rows = hindsight_frame(columns)

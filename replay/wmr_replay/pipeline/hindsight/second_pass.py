@@ -84,7 +84,7 @@ class SecondPass:
         }
 
     def _interval_of(self, t_ns: I64) -> I64 | None:
-        """For each stamp the interval that holds it, beyond the ends the first or last one; None without any."""
+        """For each stamp the interval that holds it, at the ends the nearest; None without any."""
         while not self._exhausted and (not len(self._held.end_ns) or self._held.end_ns[-1] < t_ns[-1]):
             self._extend(int(t_ns[0]))
         if not len(self._held.end_ns):
