@@ -16,6 +16,8 @@ LEAST_TURN_RAD, MOST_TURN_RAD = 0.15, 1.5
 """The path turns by as much from one cell to the next where it is compared. Less is lost in sideslip and
 noise, more may be a reversal.
 """
+LONGEST = 2
+"""Cells of the longest chord: 1 s, a turn of less than half a circle up to 3 rad/s."""
 COURSE_SD_RAD = 0.05
 """The path's direction is known as well as this: a third of the least turn."""
 
@@ -31,29 +33,36 @@ class PathRatios(NamedTuple):
 
 
 class PathVotes:
-    """Stage: means over cells → tallies."""
+    """Stage: means over cells → tallies. Where a cell's chord is lost in noise, one over two cells votes."""
 
     def __init__(self) -> None:
         self._votes = [Votes() for _ in PathRatios._fields]
-        self._last = np.full((5, 2), np.nan)
+        self._last = np.full((5, 2 * LONGEST), np.nan)
 
     def push(self, means: Means) -> PathRatios:
         """The next cells (m,)."""
         cells = np.concatenate([self._last, np.stack(means[:5])], axis=1)
-        self._last = cells[:, -2:]
-        return PathRatios(*(v.push(f) for v, f in zip(self._votes, _factors(cells), strict=True)))
+        self._last = cells[:, -2 * LONGEST :]
+        short = chord_factors(cells[:, 2 * (LONGEST - 1) :], 1)
+        factors = (
+            np.where(np.isnan(a), b, a) for a, b in zip(short, chord_factors(cells, LONGEST), strict=True)
+        )
+        return PathRatios(*(v.push(f) for v, f in zip(self._votes, factors, strict=True)))
 
 
-def _factors(cells: F64) -> tuple[F64, F64, F64]:
-    """Factors (m,) from 2 + m cells: time, mean x, y and yaw, variance of mean x; NaN where one abstains."""
+def chord_factors(cells: F64, k: int) -> tuple[F64, F64, F64]:
+    """Factors (m,) by chords over k cells, NaN where one abstains; yaw is compared at the chords' middles.
+
+    ``cells`` (5, 2k + m): time, mean x, y and yaw, variance of mean x.
+    """
     t_s, _, _, yaw_rad, variance = cells
-    steps = np.diff(cells[1:3], axis=1)
+    steps = cells[1:3, k:] - cells[1:3, :-k]
     length = np.hypot(*steps)
-    clear = length**2 * COURSE_SD_RAD**2 > variance[1:] + variance[:-1]
+    clear = length**2 * COURSE_SD_RAD**2 > variance[k:] + variance[:-k]
     course = np.where(clear, np.arctan2(steps[1], steps[0]), np.nan)
-    turned = np.remainder(np.diff(course) + np.pi, 2 * np.pi) - np.pi
-    turns = (np.abs(turned) > LEAST_TURN_RAD) & (np.abs(turned) < MOST_TURN_RAD)
-    path = np.where(turns, turned, np.nan)
-    time_s = np.diff(t_s)[1:]
-    speed = np.where(clear, length, np.nan)[1:] / time_s
-    return (yaw_rad[2:] - yaw_rad[:-2]) / 2 / path, speed, speed * np.abs(path) / time_s
+    turned = np.remainder(course[k:] - course[:-k] + np.pi, 2 * np.pi) - np.pi
+    path = np.where((np.abs(turned) > LEAST_TURN_RAD) & (np.abs(turned) < MOST_TURN_RAD), turned, np.nan)
+    yaw = yaw_rad[k:] + yaw_rad[:-k] if k % 2 else 2 * yaw_rad[k // 2 : -(k // 2)]
+    time_s = (t_s[k:] - t_s[:-k])[k:]
+    speed = np.where(clear, length, np.nan)[k:] / time_s
+    return (yaw[k:] - yaw[:-k]) / 2 / path, speed, speed * np.abs(path) / time_s

@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64
 
-DECADES, STEP = 8.0, 0.02
-"""Factors from 10⁻⁸ to 10⁸ are told apart by 5 %."""
+I32 = np.ndarray[tuple[int, ...], np.dtype[np.int32]]
+
+DECADES, STEP = 6.0, 0.02
+"""Factors from 10⁻⁶ to 10⁶ are told apart by 5 %."""
 EDGES = np.arange(-DECADES, DECADES + STEP / 2, STEP)
 CENTRES = (EDGES[:-1] + EDGES[1:]) / 2
 
@@ -30,29 +32,27 @@ class Votes:
     """Stage: factors, NaN where a cell abstains → the tally after each cell."""
 
     def __init__(self) -> None:
-        self._counts = np.zeros(len(CENTRES), np.int32)
+        self._below = np.zeros((1, len(CENTRES)), np.int32)
         self._n_negative = 0
 
     def push(self, factors: F64) -> Tally:
         """The tally after each of the next cells (m,)."""
-        cast = np.flatnonzero(np.isfinite(factors) & (factors != 0))
-        logs = np.log10(np.abs(factors[cast]))
-        place = np.clip(np.floor((logs + DECADES) / STEP), 0, len(CENTRES) - 1).astype(np.int64)
-        ballots = np.zeros((len(factors) + 1, len(CENTRES)), np.int32)
-        ballots[0] = self._counts
-        ballots[cast + 1, place] = 1
-        counts = np.cumsum(ballots, axis=0, dtype=np.int32)
-        negative = self._n_negative + np.cumsum(np.nan_to_num(factors) < 0)
-        self._counts = counts[-1]
+        cast = np.isfinite(factors) & (factors != 0)
+        logs = np.log10(np.abs(np.where(cast, factors, 1.0)))
+        place = np.clip(np.floor((logs + DECADES) / STEP), 0, len(CENTRES) - 1)
+        counted = (place[:, None] <= np.arange(len(CENTRES))) & cast[:, None]
+        below = np.cumsum(np.concatenate([self._below, counted]), axis=0, dtype=np.int32)
+        negative = self._n_negative + np.cumsum(cast & (factors < 0))
+        self._below = below[-1:]
         self._n_negative = int(negative[-1]) if len(negative) else self._n_negative
-        below = np.cumsum(counts[1:], axis=1, dtype=np.int64)
+        below = below[1:]
         n = below[:, -1].astype(np.float64)
         low, median, high = (_quantile(below, n, share) for share in (0.25, 0.5, 0.75))
         with np.errstate(invalid="ignore"):
             return Tally(n, median, high - low, negative / n)
 
 
-def _quantile(below: I64, n: F64, share: float) -> F64:
+def _quantile(below: I32, n: F64, share: float) -> F64:
     """The quantile (m,) of histograms with the cumulative counts ``below`` (m, bins)."""
     place = np.argmax(below >= share * n[:, None], axis=1)
     return np.where(n > 0, CENTRES[place], np.nan)
