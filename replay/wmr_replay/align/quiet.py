@@ -8,7 +8,7 @@ import math
 from wmr_replay.align.jumps import GROUP_SD, GROUPS, SINGLE_SD, TESTS_PER_GROUP
 from wmr_replay.align.state import ANCHOR_NS, LAST_NS, N_GOOD, N_HELD, N_PENDING, N_ROWS, Memory, Rules
 from wmr_replay.align.track import CAPACITY, followed, is_regular, put
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I8, I64
 from wmr_schemas.compiled.lean import lean
 
 
@@ -58,8 +58,11 @@ def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, ya
 
 
 @lean
-def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, poses: F64) -> tuple[int, bool]:
-    """Add the rows from ``row`` on to the track, up to the first that does not pass.
+def follow_quiet(
+    m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, outcome: I8, poses: F64
+) -> tuple[int, bool]:
+    """Add the rows from ``row`` on to the track, up to the first that does not pass or whose ``outcome`` is
+    set.
 
     ``poses`` (3, n) are the transformed ``measured`` ones. Returns the first row that was not added, and
     whether the row before it may show a step.
@@ -75,7 +78,7 @@ def follow_quiet(m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, po
         math.sin(frame[0]),
         frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0,
     )
-    while i < len(t_ns) and n < CAPACITY and not hides:
+    while i < len(t_ns) and n < CAPACITY and not hides and outcome[i] == 0:
         x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
         raw = x, y, yaw
         t_s = (t_ns[i] - anchor_ns) * 1e-9

@@ -43,7 +43,7 @@ from wmr_schemas.arrays import F64, I8, I64
 from wmr_schemas.compiled.lean import lean
 from wmr_schemas.status import Status
 
-OK, POSE_JUMP, OUTLIER = int(Status.OK), int(Status.POSE_JUMP), int(Status.OUTLIER)
+OK, GAP, POSE_JUMP, OUTLIER = (int(s) for s in (Status.OK, Status.GAP, Status.POSE_JUMP, Status.OUTLIER))
 """Outcomes of a row, as integers that compiled code compares with."""
 GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
@@ -132,8 +132,10 @@ def is_usual(counts: I64, held: F64, variances: F64, rules: Rules, t_s: float, l
 
 @lean
 def carry_inputs(waiting: F64, inputs: F64, i: int, dt_s: float, outcome: int) -> None:
-    """Inputs are means since the row before; the inputs of outliers are added to those of the next row."""
-    if outcome == OUTLIER:
+    """Inputs are means since the row before; the inputs of rows that are left out are added to those of the
+    next row.
+    """
+    if outcome in (OUTLIER, GAP):
         for k in range(4):
             waiting[k] += inputs[k, i] * dt_s
         waiting[4] += dt_s
@@ -171,14 +173,18 @@ def judge_row(m: Memory, rules: Rules, t_ns: int, pose: F64, repeated: bool) -> 
 
 
 @lean
-def judge_exactly(m: Memory, rules: Rules, i: int, t_ns: I64, measured: F64, inputs: F64, poses: F64) -> int:
-    """Outcome of row i by the exact tests; its transformed pose goes into ``poses``."""
+def judge_exactly(
+    m: Memory, rules: Rules, i: int, t_ns: I64, measured: F64, inputs: F64, before: int, poses: F64
+) -> int:
+    """Outcome of row i by the exact tests, ``GAP`` where it was so ``before``; its transformed pose goes into
+    ``poses``.
+    """
     counts, last, pose, stamp = m.counts, m.last, m.pose, t_ns[i]
     x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
     repeated = x == last[0] and y == last[1] and yaw == last[2]
     last[0], last[1], last[2] = x, y, yaw
     carry_back(m.frame, last, pose)
-    outcome = judge_row(m, rules, stamp, pose, repeated)
+    outcome = GAP if before == GAP else judge_row(m, rules, stamp, pose, repeated)
     carry_inputs(m.waiting, inputs, i, (stamp - counts[LAST_NS]) * 1e-9 if counts[N_ROWS] else 0.0, outcome)
     for k in range(3):
         poses[k, i] = pose[k]
@@ -204,17 +210,17 @@ def judge_rows(
     m: Memory, rules: Rules, t_ns: I64, measured: F64, inputs: F64, outcome: I8, poses: F64
 ) -> None:
     """Fill the ``outcome`` of each row (n,) and its transformed pose, ``poses`` (3, n); ``inputs`` (4, n)
-    change in place.
+    change in place. A row whose outcome is ``GAP`` beforehand is left out.
 
     A pose that is repeated to the bit was held by the sender. It is passed on and not added to the track.
     """
     i = 0
     while i < t_ns.shape[0]:
-        i, hides = follow_quiet(m, rules, i, t_ns, measured, poses)
+        i, hides = follow_quiet(m, rules, i, t_ns, measured, outcome, poses)
         if hides:
             outcome[i - 1] = judge_step(m, rules, i - 1, t_ns[i - 1], poses)
         elif i < t_ns.shape[0]:
-            outcome[i] = judge_exactly(m, rules, i, t_ns, measured, inputs, poses)
+            outcome[i] = judge_exactly(m, rules, i, t_ns, measured, inputs, outcome[i], poses)
             i += 1
 
 
@@ -240,9 +246,10 @@ class PoseRepair:
     def push(self, rows: SampleBatch) -> SampleBatch:
         """The same rows with ``pose``, ``inputs`` and ``repair`` filled in; stamps strictly increase.
 
-        An outlier's inputs are added to those of the next kept row.
+        Rows whose ``repair`` is ``GAP`` keep it. The inputs of rows that are left out are added to those of
+        the next kept row.
         """
         measured = np.ascontiguousarray(rows.pose_raw)
-        inputs, status, poses = rows.inputs.copy(), np.zeros(len(rows), np.int8), np.empty_like(measured)
+        inputs, status, poses = rows.inputs.copy(), rows.repair.copy(), np.empty_like(measured)
         judge_rows(self._memory, self._rules, rows.t_ns, measured, inputs, status, poses)
         return replace(rows, pose=poses, inputs=inputs, repair=status)

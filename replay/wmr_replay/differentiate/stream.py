@@ -76,8 +76,9 @@ class Differentiator:
         self.n_gaps = 0
         self._folds = np.array(folds, np.int64)
         window_ns, step_ns = round(self.window_s * NS_PER_S), step_s * NS_PER_S
-        hole_ns = max(window_ns // 4, round(1.5 * step_ns))
-        self._rules = WindowRules(window_ns, step_ns, hole_ns, n_taps, max((n_taps + 1) // 2, least))
+        self.hole_ns = max(window_ns // 4, round(1.5 * step_ns))
+        """Longer steps are holes."""
+        self._rules = WindowRules(window_ns, step_ns, self.hole_ns, n_taps, max((n_taps + 1) // 2, least))
         self._backend = make_backend(spec, n_taps, step_s, folds)
         self._t_ns = np.empty(0, np.int64)
         self._samples: F64 | None = None

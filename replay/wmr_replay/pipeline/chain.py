@@ -10,6 +10,7 @@ from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
 from wmr_replay.pipeline.identifiers import make_identifier, undecided_where_barred, undecided_while_filling
+from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.settings import Settings
@@ -27,7 +28,7 @@ class Chain:
     """Stage: measured rows → rows of the samples table."""
 
     def __init__(self, settings: Settings, model: ReplayModel, stretch: SampleBatch) -> None:
-        levels = initial_levels(stretch)
+        levels = initial_levels(stretch.without_outliers())
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repair = PoseRepair(
             step_s=levels.step_s, position_sd_m=levels.position_sd_m, yaw_sd_rad=levels.yaw_sd_rad
@@ -40,7 +41,8 @@ class Chain:
         self._identifier = make_identifier(
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
-        self._outliers = OutlierFill()
+        self._outliers = OutlierFill(settings.all_modes)
+        self._jumps_told = JumpsTold()
         self._quality = Quality()
 
     @property
@@ -54,14 +56,19 @@ class Chain:
         return self._derivation.tuning
 
     @property
+    def bridged_s(self) -> float:
+        """The longest hole in the pose over which estimates go on."""
+        return self._derivation.bridged_ns / NS_PER_S
+
+    @property
     def n_gaps(self) -> int:
         """Holes in the pose so far."""
         return self._derivation.n_gaps
 
     @property
     def n_pose_jumps(self) -> int:
-        """Jumps of the pose so far."""
-        return self._repair.n_jumps
+        """Jumps of the pose so far, those that the repair took out and those that the identifier found."""
+        return self._repair.n_jumps + self._jumps_told.n
 
     @property
     def n_outliers(self) -> int:
@@ -81,9 +88,11 @@ class Chain:
         return done
 
     def _advance(self, rows: SampleBatch) -> Columns:
-        """Repair rows, estimate the kept ones, and fill in the outliers, under one design."""
+        """Repair rows, estimate the kept ones, and fill in the others, under one design."""
         rows = self._repair.push(rows)
-        estimates = self._outliers.push(rows.kept, self._estimate(rows.without_outliers()))
+        estimates = self._outliers.push(
+            rows, self._estimate(rows.without_outliers()), self._derivation.bridged_ns
+        )
         return measured_columns(self._start_ns, rows) | estimates
 
     def _estimate(self, rows: SampleBatch) -> Columns:
@@ -171,4 +180,6 @@ class Chain:
         """The verdict's outcome; where a window has a gap, the reason of the gap."""
         jumped = self._derivation.after_jump(rows.t_ns, rows.restarts)
         reason = np.where(jumped, Status.POSE_JUMP, Status.GAP)
-        return np.where(derivatives.state == Status.GAP, reason, outcome).astype(np.int8)
+        status = np.where(derivatives.state == Status.GAP, reason, outcome).astype(np.int8)
+        self._jumps_told.push(status == Status.POSE_JUMP, jumped)
+        return status

@@ -62,6 +62,11 @@ class Derivation:
         return self._differentiator.window_s
 
     @property
+    def bridged_ns(self) -> int:
+        """The longest hole that the present window bridges."""
+        return self._differentiator.hole_ns
+
+    @property
     def n_gaps(self) -> int:
         """Holes in the pose so far."""
         return self._gaps_before + self._differentiator.n_gaps

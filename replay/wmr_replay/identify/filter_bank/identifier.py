@@ -86,8 +86,18 @@ class BankIdentifier:
 
     def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
         """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
-        jumped; NaN before its start.
+        jumped; NaN before its start. After numbers that break it down (an effort of 10²⁰⁰) it starts again.
         """
+        said = []
+        while True:
+            told = self._advance(bins, paper, done)
+            said.append(told)
+            bins = bins.part(told.shape[1], None)
+            if not len(bins.stamps):
+                return np.concatenate(said, axis=1)
+
+    def _advance(self, bins: Bins, paper: Verdict, done: I64) -> F64:
+        """The same up to the first bin at which the bank's numbers break down; there it forgets all."""
         if self._hypotheses.size[0]:
             return self._step(bins)
         held = 0 if self._waiting is None else len(self._waiting.stamps)
@@ -132,4 +142,10 @@ class BankIdentifier:
         said = run_bins(
             self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
         )
-        return np.concatenate(said)
+        told = np.concatenate(said)
+        broken = np.flatnonzero(np.isnan(told[0]))
+        if not broken.size:
+            return told
+        self._hypotheses.size[0] = 0
+        self._last[:] = 0.0
+        return told[:, : int(broken[0]) + 1]
