@@ -5,6 +5,7 @@ rounded. The motion before (``repeats``), the tracker's habit and the wheels tel
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,10 @@ YAW = PartRules(braking=30.0)
 """1 g at the wheels of a robot of .3 m half track."""
 RESTING_RADPS = 0.05
 """Both wheels slower than that stand: 5 mm/s at a wheel of 10 cm."""
+TURNING_RADPS = 0.3
+"""A wheel that is faster turns: 3 cm/s, beyond encoder noise."""
+MOVED = 10.0
+"""A last step of so many resolutions: the robot was not at rest."""
 TURNED_RAD, TURNED_RADPS = 0.1, 0.05
 """Wheels that turned by so much, and so much for each second, have driven: 1 cm, above encoder noise."""
 FINE_M = 3e-5
@@ -50,9 +55,10 @@ class FrozenPose:
             return np.zeros(0, bool)
         position, yaw = self._position.push(t_ns, pose[:2]), self._yaw.push(t_ns, pose[2:])
         whole = position.repeated & yaw.repeated
-        rest, turned = self._wheels.push(t_ns, wheels_radps, whole)
-        by_motion = (position.impossible | yaw.impossible) & ~rest
-        by_wheels = turned & (position.grid < FINE_M)
+        wheels = self._wheels.push(t_ns, wheels_radps, whole)
+        by_motion = (position.impossible | yaw.impossible) & ~wheels.rest
+        was_moving = (position.step > MOVED * position.grid) | (yaw.step > MOVED * yaw.grid)
+        by_wheels = (wheels.turned & (position.grid < FINE_M)) | (wheels.turn & was_moving)
         frozen = whole & (by_motion | by_wheels | position.habitual | yaw.habitual)
         of_position = ~whole & alone(position)
         of_yaw = ~whole & alone(yaw)
@@ -64,11 +70,21 @@ class FrozenPose:
 
 
 def alone(part: Repeats) -> Bool:
-    """Whether a part that stands while the other moves is frozen (n,): a rough one, or by its habit.
+    """Whether a part that stands while the other moves is frozen (n,): only a rough one can be.
 
     A smooth one may stand: a simulated robot that drives straight on after a turn has a constant yaw.
     """
-    return np.asarray((part.impossible & part.rough) | part.habitual)
+    return np.asarray((part.impossible | part.habitual) & part.rough)
+
+
+class Rolling(NamedTuple):
+    """By row (n,), False where unknown: whether the wheels rest, having turned before; whether one of them
+    turns; and whether one of them has turned since the pose stands.
+    """
+
+    rest: Bool
+    turn: Bool
+    turned: Bool
 
 
 class Wheels:
@@ -80,10 +96,8 @@ class Wheels:
         self._then_ns = 0
         self._ever_turned = False
 
-    def push(self, t_ns: I64, radps: F64, stands: Bool) -> tuple[Bool, Bool]:
-        """Masks (n,) of the rows at which the wheels rest, having turned before, and of those at which they
-        have turned since the pose ``stands`` (n,). Wheel speeds (2, n) that are unknown tell neither.
-        """
+    def push(self, t_ns: I64, radps: F64, stands: Bool) -> Rolling:
+        """Rows of wheel speeds (2, n), NaN if unknown, and whether the pose ``stands`` (n,)."""
         last_ns = int(t_ns[0]) if self._last_ns is None else self._last_ns
         step_s = np.diff(t_ns, prepend=last_ns) / NS_PER_S
         known = np.isfinite(radps).all(axis=0)
@@ -98,4 +112,5 @@ class Wheels:
         self._last_ns, self._ever_turned = int(t_ns[-1]), bool(ever[-1])
         self._angle, self._angle_then = angle[:, -1], then[:, -1]
         self._then_ns = int(then_ns[-1])
-        return known & ~fast & ever, turned
+        turn = known & (np.abs(radps) > TURNING_RADPS).any(axis=0)
+        return Rolling(known & ~fast & ever, np.asarray(turn), np.asarray(turned))

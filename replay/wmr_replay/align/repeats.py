@@ -17,6 +17,11 @@ MOST_CAUGHT = 6
 """Of these, so many that ended by catching up say that the tracker repeats itself."""
 LONGER = 2.0
 """A presumed repeat lasts at most this many times the longest remembered run; a longer one is a rest."""
+CATCHES_UP = 5.0
+"""A run that ends by a step of so many resolutions ends by catching up: noise of twice the resolution, which
+repeats itself by chance, makes such a step in one of five cases."""
+ROUGH = 100.0
+"""Changes of step of so many resolutions: so much noise repeats itself by chance in .3 % of the rows."""
 ROUGH_STEPS = 4
 """Steps over which roughness is taken: of white noise, one of four shows it in nineteen of twenty cases."""
 ROUNDING = 8 * float(np.finfo(np.float64).eps)
@@ -33,8 +38,8 @@ class PartRules(NamedTuple):
 
 class Repeats(NamedTuple):
     """By row (n,): whether the part is that of the row before; whether a live tracker cannot have sent it,
-    by its motion before or by its habit; whether the part is rough, its steps changing faster than braking
-    explains; its resolution ``grid`` so far; and the stamp from which on the value has stood.
+    by its motion before or by its habit; whether the part is rough, its steps changing by noise far above
+    its resolution; this ``grid`` so far; and the size of the last ``step``.
     """
 
     repeated: Bool
@@ -42,7 +47,7 @@ class Repeats(NamedTuple):
     habitual: Bool
     rough: Bool
     grid: F64
-    since_ns: I64
+    step: F64
 
 
 class Part:
@@ -52,6 +57,7 @@ class Part:
         self._braking = rules.braking
         self._last: F64 | None = None
         self._last_ns, self._since_ns, self._grid, self._speed = 0, 0, np.inf, 0.0
+        self._step = 0.0
         self._steps = np.zeros((0, 0))
         self._was_repeat = False
         self._rough = np.zeros(ROUGH_STEPS)
@@ -80,13 +86,15 @@ class Part:
         moved = least_displacement(speed, (t_ns - since_ns) / NS_PER_S, self._braking)
         ends = changed & np.concatenate([[self._was_repeat], repeated[:-1]])
         within_s = (t_ns - before_ns) / NS_PER_S
-        caught = size > STEPS_OF_RESOLUTION * grid + 0.5 * self._braking * within_s**2
+        caught = size > CATCHES_UP * grid + 0.5 * self._braking * within_s**2
         habitual = self._habitual(ends, caught, before_ns - stood_ns, t_ns - since_ns)
-        rough = self._roughness(steps, changed, within_s)
+        rough = self._roughness(steps, changed, grid, within_s)
+        step = held(size, changed, self._step)
+        self._step = float(step[-1])
         self._last, self._last_ns, self._since_ns = values[:, -1:], int(t_ns[-1]), int(since_ns[-1])
         self._was_repeat = bool(repeated[-1])
         impossible = repeated & (moved > STEPS_OF_RESOLUTION * grid)
-        return Repeats(repeated, impossible, repeated & habitual, rough, grid, since_ns)
+        return Repeats(repeated, impossible, repeated & habitual, rough, grid, step)
 
     def _resolution(self, steps: F64, size: F64, changed: Bool) -> F64:
         """Smallest step of any value so far, (n,), infinite before the first."""
@@ -119,10 +127,11 @@ class Part:
         self._caught, self._lasted_ns = all_caught[-REMEMBERED:], all_lasted[-REMEMBERED:]
         return np.asarray((n_caught[at] >= MOST_CAUGHT) & (stands_ns <= LONGER * longest[at]))
 
-    def _roughness(self, steps: F64, changed: Bool, within_s: F64) -> Bool:
-        """Whether any of the last four changes of step exceeds what braking explains, (n,)."""
+    def _roughness(self, steps: F64, changed: Bool, grid: F64, within_s: F64) -> Bool:
+        """Whether any of the last four changes of step exceeds what rounding and braking explain, (n,)."""
         before = np.concatenate([self._steps, steps[:, :-1]], axis=1)
-        bend = np.sqrt(np.square(steps - before).sum(axis=0)) - self._braking * within_s**2
+        bend = np.sqrt(np.square(steps - before).sum(axis=0))
+        bend -= np.maximum(self._braking * within_s**2, ROUGH * grid)
         both = changed & (before != 0.0).any(axis=0)
         self._steps = steps[:, -1:]
         bends = np.concatenate([self._rough, bend[both]])

@@ -10,6 +10,7 @@ from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
 from wmr_replay.jobs.gap_document import document_of
+from wmr_replay.jobs.measured_poses import with_measured_poses
 from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
@@ -66,6 +67,7 @@ def analyse_log(
     if mode_topic is not None:
         options = replace(options, modes="given")
     whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    whole = with_measured_poses(whole)
     base, notes = base_for(base, whole.sha256)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
@@ -106,6 +108,7 @@ def calibrate_log(
     if mode_topic is not None:
         options = replace(options, modes="given")
     whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    whole = with_measured_poses(whole)
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)
     model = replace(model, provenance=Provenance(whole.sha256, __version__, command))

@@ -6,8 +6,8 @@ from wmr_replay.quality.stretches import Stretches
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 
-LEAST_ROWS = 3
-"""Fewer repeats are not worth a line."""
+LEAST_IN_A_ROW, LEAST_SHARE = 3, 0.02
+"""Shorter and rarer repeats happen by chance, where noise is no larger than the resolution of the pose."""
 REGULAR = 0.9
 """So large a share of runs of one length is a rate, and not a loss of the robot."""
 LEAST_RUNS = 20
@@ -56,15 +56,15 @@ class RepeatedRows:
         """What was found so far: rows further than ``bridged_s`` from a measured pose have no answer;
         ``n_position`` and ``n_yaw`` rows repeat the position or the yaw alone.
         """
-        if self._stretches.n < LEAST_ROWS:
+        n, share = self._stretches.n, self._stretches.n / max(self._n, 1)
+        if self._longest < LEAST_IN_A_ROW and share < LEAST_SHARE:
             return []
         times = self._every()
         if times:
             text = f"every pose comes {times} times: the tracker is slower than its messages"
             advice = "none is needed; the repeats are left out"
-            return [finding("frozen_pose", Severity.NOTE, text, self._stretches.n, advice=advice)]
+            return [finding("frozen_pose", Severity.NOTE, text, n, advice=advice)]
         longest_s = self._longest_ns / NS_PER_S
-        n, share = self._stretches.n, self._stretches.n / self._n
         text = f"{n} of {self._n} poses ({share:.0%}) repeat the one before"
         text += f" to the bit while the robot moves, up to {self._longest} in a row ({longest_s:.2g} s)"
         parts = [f"{k} the {name} alone" for k, name in ((n_position, "position"), (n_yaw, "yaw")) if k]
