@@ -224,14 +224,24 @@ def judge_rows(
             i += 1
 
 
+def rules_for(step_s: float) -> Rules:
+    """The rules for a pose that comes every ``step_s``."""
+    n_groups = sum(2 * m * step_s <= GROUP_SPAN_S for m in GROUPS)
+    n_line = min(8, max(4, round(0.06 / step_s)))
+    return Rules(step_s, n_line, n_groups, max(LONGEST_GAP_S, 3 * step_s))
+
+
 class PoseRepair:
     """Stage: measured rows → the same rows with outliers marked and jumps taken out; none is held back."""
 
     def __init__(self, *, step_s: float, position_sd_m: float, yaw_sd_rad: float) -> None:
-        n_groups = sum(2 * m * step_s <= GROUP_SPAN_S for m in GROUPS)
-        n_line = min(8, max(4, round(0.06 / step_s)))
-        self._rules = Rules(step_s, n_line, n_groups, max(LONGEST_GAP_S, 3 * step_s))
+        self._rules = rules_for(step_s)
         self._memory = fresh_memory(position_sd_m, yaw_sd_rad)
+
+    def change_rate(self, step_s: float, position_sd_m: float, yaw_sd_rad: float) -> None:
+        """The pose comes every ``step_s`` from the next row on, with this noise."""
+        self._rules = rules_for(step_s)
+        self._memory.variances[:] = position_sd_m**2, yaw_sd_rad**2
 
     @property
     def n_jumps(self) -> int:

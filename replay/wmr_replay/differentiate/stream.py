@@ -54,11 +54,17 @@ class Differentiator:
     often the kernel is integrated for each input: 2 for accelerations, 1 for velocities; those of fold f are
     filtered with the kernel of order f. The gap policy is that of ``windows.WindowRules``, with holes above
     max(T/4, 1.5 steps) and half of the samples at least. Memory: one window of samples; nothing is
-    accumulated.
+    accumulated. Rows are warming up for a window's length from ``start_ns`` on (None: from the first row).
     """
 
     def __init__(
-        self, spec: KernelSpec, *, window_s: float, step_s: float, folds: tuple[int, ...] = ()
+        self,
+        spec: KernelSpec,
+        *,
+        window_s: float,
+        step_s: float,
+        folds: tuple[int, ...] = (),
+        start_ns: int | None = None,
     ) -> None:
         n_taps = round(window_s / step_s) + 1
         least = spec.top_degree + 2
@@ -84,7 +90,7 @@ class Differentiator:
         self._samples: F64 | None = None
         self._inputs = np.empty((len(folds), 0))
         self._restarts = np.empty(0, bool)
-        self._start_ns: int | None = None
+        self._start_ns = start_ns
 
     def push(self, t_ns: I64, samples: F64, inputs: F64, restarts: Bool | None = None) -> Derivatives:
         """Rows of strictly increasing stamps: ``samples`` (s, n), ``inputs`` (k, n).

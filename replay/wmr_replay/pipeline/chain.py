@@ -1,21 +1,30 @@
 """The stages behind the initial stretch: repair, differentiate, track the noise, identify."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from wmr_replay.align import PoseRepair, SampleBatch
+from wmr_replay.align import PoseRepair, SampleBatch, concatenate
 from wmr_replay.differentiate import Derivatives, NoiseTracker
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.independence import fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
-from wmr_replay.pipeline.identifiers import make_identifier, undecided_where_barred, undecided_while_filling
+from wmr_replay.pipeline.identifiers import (
+    follow_rate,
+    make_identifier,
+    undecided_where_barred,
+    undecided_while_filling,
+)
 from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
+from wmr_replay.pipeline.rate_watch import MOST, WATCHED, RateWatch
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
+from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -34,6 +43,9 @@ class Chain:
             step_s=levels.step_s, position_sd_m=levels.position_sd_m, yaw_sd_rad=levels.yaw_sd_rad
         )
         self._derivation = Derivation(settings, levels)
+        self._rate, self._changes = RateWatch(levels.step_s), list[RateChange]()
+        self._slow = SlowPose()
+        self._recent, self._noise_s = stretch.part(slice(0)), settings.noise_time_constant_s
         self._noise = NoiseTracker(
             levels.sigma, step_s=levels.step_s, time_constant_s=settings.noise_time_constant_s
         )
@@ -48,7 +60,7 @@ class Chain:
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with the data, so far."""
-        return self._quality.findings()
+        return [*rate_findings(self._changes), *self._slow.findings(), *self._quality.findings()]
 
     @property
     def tuning(self) -> Tuning:
@@ -79,7 +91,7 @@ class Chain:
         """One row of the table for each row; an outlier's row holds the last verdict."""
         done = []
         while len(rows):
-            n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
+            n = self._rows_left(rows)
             if n:
                 done.append(self._advance(rows.part(slice(n))))
                 rows = rows.part(slice(n, None))
@@ -87,12 +99,37 @@ class Chain:
                 self._derivation.change_design(int(rows.t_ns[0]))
         return done
 
+    def _rows_left(self, rows: SampleBatch) -> int:
+        """How many rows the present design and rate serve; at a change of the rate, both are chosen again."""
+        n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
+        piece = rows.part(slice(n))
+        if not n or (left := self._rate.rows_left(piece.t_ns, piece.kept)):
+            return left if n else 0
+        self._change_rate(int(rows.t_ns[0]))
+        return self._rows_left(rows)
+
+    def _change_rate(self, t_ns: int) -> None:
+        """The row at ``t_ns`` shows another rate: step and noise come from the rows just before it."""
+        before_s, window_s = self._rate.step_s, self._derivation.window_s
+        step_s = self._rate.restart(t_ns)
+        recent = self._recent.part(slice(-MOST, None))
+        levels = replace(initial_levels(recent), step_s=step_s, start_ns=self._start_ns)
+        self._derivation.change_rate(levels, t_ns, self._recent)
+        self._repair.change_rate(step_s, levels.position_sd_m, levels.yaw_sd_rad)
+        self._noise = NoiseTracker(levels.sigma, step_s=step_s, time_constant_s=self._noise_s)
+        follow_rate(self._identifier, step_s)
+        at_s = (t_ns - self._start_ns) / NS_PER_S
+        self._changes.append(RateChange(at_s, before_s, step_s, window_s, self._derivation.window_s))
+
     def _advance(self, rows: SampleBatch) -> Columns:
         """Repair rows, estimate the kept ones, and fill in the others, under one design."""
+        self._rate.push(rows.t_ns[rows.kept])
         rows = self._repair.push(rows)
-        estimates = self._outliers.push(
-            rows, self._estimate(rows.without_outliers()), self._derivation.bridged_ns
+        kept = rows.without_outliers()
+        self._recent = concatenate([self._recent, kept.part(slice(-WATCHED, None))]).part(
+            slice(-WATCHED, None)
         )
+        estimates = self._outliers.push(rows, self._estimate(kept), self._derivation.bridged_ns)
         return measured_columns(self._start_ns, rows) | estimates
 
     def _estimate(self, rows: SampleBatch) -> Columns:
@@ -105,9 +142,10 @@ class Chain:
         verdict = undecided_while_filling(
             self._identifier.push(evidence), derivatives.state == Status.WARMING_UP, self._all_modes
         )
-        verdict = undecided_where_barred(
-            verdict, self._quality.push(self._observed(rows, derivatives, evidence, verdict)), self._all_modes
-        )
+        observed = self._observed(rows, derivatives, evidence, verdict)
+        slow = self._slow.push(observed.t_s, self._rate.step_s)
+        barred = np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
+        verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
         return estimated_columns(motion, slip, verdict, delay_s, status)

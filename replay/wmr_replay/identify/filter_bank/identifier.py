@@ -74,6 +74,10 @@ class BankIdentifier:
         self._origin_ns = 0
         self._said = np.full(N_OUTPUTS, np.nan)
 
+    def change_rate(self, step_s: float) -> None:
+        """The pose comes every ``step_s`` from the next row on."""
+        self._rows_per_bin = max(1, round(self.settings.bin_s / step_s))
+
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
         paper = self._paper.push(evidence)
