@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.batch import batch
     from wmr_replay.api.check import Check, check
     from wmr_replay.api.compare import Comparison, compare, compare_all
-    from wmr_replay.api.convert import Converted, convert
+    from wmr_replay.api.convert import Converted, convert, convert_bag
     from wmr_replay.api.design import Design, design
     from wmr_replay.api.differentiate import Derivative, differentiate
     from wmr_replay.api.fit import Fit, fit
@@ -77,6 +77,7 @@ __all__ = [
     "compare",
     "compare_all",
     "convert",
+    "convert_bag",
     "design",
     "differentiate",
     "differentiate_pose",
@@ -99,7 +100,7 @@ _HOMES = {
     "wmr_replay.api.batch": "batch",
     "wmr_replay.api.check": "Check check",
     "wmr_replay.api.compare": "Comparison compare compare_all",
-    "wmr_replay.api.convert": "Converted convert",
+    "wmr_replay.api.convert": "Converted convert convert_bag",
     "wmr_replay.api.design": "Design design",
     "wmr_replay.api.differentiate": "Derivative differentiate",
     "wmr_replay.api.fit": "Fit fit",

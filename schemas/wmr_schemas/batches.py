@@ -1,10 +1,12 @@
 """What ingest hands on: rows of the signals in use, in file order, as columns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.status import Status
 
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TORQUE_COLUMNS = ("left_nm", "right_nm", "left_radps", "right_radps")
@@ -26,16 +28,36 @@ class Rows:
     def __len__(self) -> int:
         return len(self.t_ns)
 
+    def moved(self, offset_s: float) -> "Rows":
+        """The same rows, stamped ``offset_s`` later."""
+        return Rows(self.t_ns + round(offset_s * NS_PER_S), self.order, self.values)
+
     @classmethod
     def empty(cls, n_columns: int) -> "Rows":
         """No rows."""
         return cls(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((n_columns, 0)))
 
 
+class Bar(NamedTuple):
+    """From a stamp on, exclusive, poses get no answer, or one again where ``status`` is ``OK``.
+
+    ``code`` is the finding's: bars of one code follow one another. ``after_ns`` is no earlier than any stamp
+    that came before in the file, so that no row that was handed on changes.
+    """
+
+    code: str
+    after_ns: int
+    status: Status
+
+
 @dataclass(frozen=True, eq=False)
 class RawBatch:
-    """One bounded piece of a log: rows of pose (x, y, yaw), torque (left, right, wheel speeds) and mode."""
+    """One bounded piece of a log: rows of pose (x, y, yaw), torque (left, right, wheel speeds) and mode.
+
+    ``bars`` are what the reader found in the pose's messages that these columns do not show.
+    """
 
     pose: Rows
     torque: Rows
     mode: Rows
+    bars: tuple[Bar, ...] = field(default=(), kw_only=True)

@@ -1,7 +1,13 @@
-"""Errors that carry facts; only the command line turns them into text and exit codes."""
+"""Errors that carry facts; only the command line turns them into text and exit codes.
+
+The facts are as they are in the file; the texts (``str(error)``) hold no control code, see
+:mod:`wmr_schemas.text`.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
+
+from wmr_schemas.text import shown, shown_lines
 
 
 class WmrError(Exception):
@@ -13,7 +19,7 @@ class InvalidSignal(WmrError):
 
     def __init__(self, signal: str, problem: str, row: int | None = None) -> None:
         self.signal, self.problem, self.row = signal, problem, row
-        super().__init__(f"{signal}: {problem}" + ("" if row is None else f" at row {row}"))
+        super().__init__(shown(f"{signal}: {problem}" + ("" if row is None else f" at row {row}")))
 
 
 class InvalidFile(WmrError):
@@ -21,7 +27,7 @@ class InvalidFile(WmrError):
 
     def __init__(self, path: Path | str, key: str, problem: str) -> None:
         self.path, self.key, self.problem = str(path), key, problem
-        super().__init__(f"{path}: {key}: {problem}" if key else f"{path}: {problem}")
+        super().__init__(shown(f"{path}: {key}: {problem}" if key else f"{path}: {problem}"))
 
 
 class InvalidTerm(WmrError):
@@ -37,7 +43,9 @@ class LogUnusable(WmrError):
 
     def __init__(self, path: object, problem: str, advice: str = "") -> None:
         self.path, self.problem, self.advice = str(path), problem, advice
-        super().__init__(f"{path}: {problem}" + (f"\n{advice}" if advice else ""))
+        super().__init__(
+            f"{shown(path)}: {shown_lines(problem)}" + (f"\n{shown_lines(advice)}" if advice else "")
+        )
 
 
 class ChannelNotFound(LogUnusable):
@@ -47,9 +55,9 @@ class ChannelNotFound(LogUnusable):
         self, wanted: str, path: object, available: Sequence[tuple[str, str, str]], advice: str = ""
     ) -> None:
         self.wanted, self.available = wanted, tuple(available)
-        rows = "\n".join(f"  {topic} ({schema}): {why}" for topic, schema, why in self.available)
+        rows = "\n".join(shown(f"  {topic} ({schema}): {why}") for topic, schema, why in self.available)
         held = f"the file holds:\n{rows}" if rows else "the file holds no channel at all"
-        super().__init__(path, f"no {wanted} found; {held}", advice)
+        super().__init__(path, f"no {shown(wanted)} found; {held}", advice)
 
 
 class DamagedLog(LogUnusable):

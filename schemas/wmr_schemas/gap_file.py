@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta, Struct
 
 from wmr_schemas.errors import InvalidFile
+from wmr_schemas.text import json_shown
 
 Maybe = float | None
 Probability = Annotated[float, Meta(ge=0, le=1)] | None
@@ -165,6 +166,20 @@ class Asked(Part, frozen=True):
     max_effects: Annotated[int, Meta(ge=1, description="most effects looked for")]
 
 
+class Found(Part, frozen=True):
+    """What is wrong with the log's data; see the page on data quality."""
+
+    code: Annotated[str, Meta(description="its kind, such as `torque_sign`")]
+    severity: Annotated[Literal["note", "warning", "bars"], Meta(description="how much it matters")]
+    text: Annotated[str, Meta(description="what was found, with its numbers")]
+    meaning: Annotated[str, Meta(description="what it means for the answer")]
+    advice: Annotated[str, Meta(description="what to do")]
+    n: Annotated[int, Meta(ge=0, description="rows or messages concerned; 0: the log as a whole")]
+    where: Annotated[
+        tuple[tuple[float, float], ...], Meta(description="the first stretches, from and to in s")
+    ]
+
+
 class GapFile(Part, frozen=True):
     """The whole file."""
 
@@ -176,7 +191,7 @@ class GapFile(Part, frozen=True):
     modes: Annotated[
         str,
         Meta(
-            pattern=r"^(identified|ideal|topic:.+)$",
+            pattern=r"^(identified|ideal|topic:[\s\S]+)$",
             description="how the contact mode was obtained: `identified`, `ideal` or `topic:/…`",
         ),
     ]
@@ -192,11 +207,12 @@ class GapFile(Part, frozen=True):
     settings: Asked
     seed: Annotated[int, Meta(ge=0, description="of the placebo logs")]
     version: Annotated[str, Meta(description="version of wmr-replay that wrote the file")]
+    findings: Annotated[tuple[Found, ...], Meta(description="what is wrong with the data")] = ()
 
 
 def gap_to_json(gap: GapFile) -> str:
     """The text of the file; :func:`read_gap` gives the same back."""
-    return msgspec.json.format(msgspec.json.encode(gap), indent=2).decode() + "\n"
+    return json_shown(msgspec.json.format(msgspec.json.encode(gap), indent=2).decode()) + "\n"
 
 
 def read_gap(path: Path) -> GapFile:

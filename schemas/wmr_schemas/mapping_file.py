@@ -1,6 +1,7 @@
 """``robot.toml``: topics and fields that hold pose, torques and truth; the robot's known parameters."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Literal
@@ -9,10 +10,15 @@ import tomli_w
 
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.text import toml_shown
 from wmr_schemas.tomlfile import check_keys, expect_number, expect_table, expect_text, read_toml
 
 Clock = Literal["header", "publish", "log"]
 CLOCKS: tuple[Clock, ...] = ("header", "publish", "log")
+ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180}
+"""Radians per unit."""
+SPEED_UNITS = {"rad/s": 1.0, "rpm": 2 * math.pi / 60, "deg/s": math.pi / 180, "rev/s": 2 * math.pi}
+"""Radians per second per unit."""
 
 
 @dataclass(frozen=True)
@@ -25,15 +31,22 @@ class PoseFields:
     )
     x: str | None = field(
         default=None,
-        metadata=described("path", "of a number in m; with `y` and `yaw` instead of the two above"),
+        metadata=described("path", "of a number; with `y` and `yaw` instead of the two above"),
     )
-    y: str | None = field(default=None, metadata=described("path", "of a number in m"))
-    yaw: str | None = field(default=None, metadata=described("path", "of a number in rad"))
+    y: str | None = field(default=None, metadata=described("path", "of a number"))
+    yaw: str | None = field(default=None, metadata=described("path", "of a number in `yaw_unit`"))
     parent: str | None = field(
         default=None, metadata=described("string", "transforms: the fixed frame, such as `map`")
     )
     child: str | None = field(
         default=None, metadata=described("string", "transforms: the robot's frame, such as `base_link`")
+    )
+    position_scale: float = field(
+        default=1.0, metadata=described("number", "m per unit of the position: 0.001 for millimetres")
+    )
+    yaw_unit: str = field(default="rad", metadata=described("string", "`rad` or `deg`; of the field `yaw`"))
+    yaw_sign: float = field(
+        default=1.0, metadata=described("1 or -1", "-1 where the field `yaw` grows clockwise, as a heading")
     )
     yaw_offset_rad: float = field(default=0.0, metadata=described("number", "measured yaw minus the robot's"))
     lever_arm_m: tuple[float, float] = field(
@@ -68,7 +81,7 @@ class TorqueFields:
         default=(), metadata=described("paths", "the same of the right side")
     )
     left_speed_fields: tuple[str, ...] = field(
-        default=(), metadata=described("paths", "of wheel speeds of the left side in rad/s")
+        default=(), metadata=described("paths", "of wheel speeds of the left side")
     )
     right_speed_fields: tuple[str, ...] = field(
         default=(), metadata=described("paths", "the same of the right side")
@@ -77,6 +90,28 @@ class TorqueFields:
         default=1.0, metadata=described("1 or -1", "-1 where a positive value drives the left side backward")
     )
     right_sign: float = field(default=1.0, metadata=described("1 or -1", "the same of the right side"))
+    left_torque_sign: float | None = field(
+        default=None, metadata=described("1 or -1", "for the torque alone, in place of `left_sign`")
+    )
+    right_torque_sign: float | None = field(
+        default=None, metadata=described("1 or -1", "the same of the right side")
+    )
+    left_speed_sign: float | None = field(
+        default=None, metadata=described("1 or -1", "for the speed alone, in place of `left_sign`")
+    )
+    right_speed_sign: float | None = field(
+        default=None, metadata=described("1 or -1", "the same of the right side")
+    )
+    torque_scale: float = field(
+        default=1.0, metadata=described("number", "N·m, or A, per unit of the values: 0.001 for mN·m or mA")
+    )
+    speed_scale: float = field(
+        default=1.0,
+        metadata=described("number", "`speed_unit` per unit of the values: 1/pole pairs for electrical rpm"),
+    )
+    speed_unit: str = field(
+        default="rad/s", metadata=described("string", "`rad/s`, `rpm`, `deg/s` or `rev/s`")
+    )
     torque_constant_nm_per_a: float = field(
         default=1.0, metadata=described("number", "N·m per A at the motor, where the values are currents")
     )
@@ -88,6 +123,32 @@ class TorqueFields:
         metadata=described("true or false", "whether speeds are the motor's, to be divided by `gear_ratio`"),
     )
     clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
+
+    @property
+    def torque_gains(self) -> tuple[float, float]:
+        """N·m at the wheel per unit of the values, left and right, with their signs."""
+        gain = self.torque_scale * self.torque_constant_nm_per_a * self.gear_ratio
+        return _signed(gain, (self.left_torque_sign, self.right_torque_sign), self._signs)
+
+    @property
+    def speed_gains(self) -> tuple[float, float]:
+        """Rad/s of the wheel per unit of the values, left and right, with their signs."""
+        slower = self.gear_ratio if self.speeds_before_gear else 1.0
+        gain = self.speed_scale * SPEED_UNITS[self.speed_unit] / slower
+        return _signed(gain, (self.left_speed_sign, self.right_speed_sign), self._signs)
+
+    @property
+    def _signs(self) -> tuple[float, float]:
+        """The signs of both signals, left and right."""
+        return self.left_sign, self.right_sign
+
+
+def _signed(
+    gain: float, own: tuple[float | None, float | None], common: tuple[float, float]
+) -> tuple[float, float]:
+    """The gain of each side, with the signal's own sign where there is one."""
+    left, right = (usual if sign is None else sign for sign, usual in zip(own, common, strict=True))
+    return left * gain, right * gain
 
 
 @dataclass(frozen=True)
@@ -108,11 +169,14 @@ class LogMapping:
     right_joints: tuple[str, ...] = ()
     truth_topic: str | None = None
     robot: RobotParameters | None = None
+    """Parameters that override the log's own, key by key."""
     pose: PoseFields = PoseFields()
     torque: TorqueFields = TorqueFields()
     truth: TruthFields = TruthFields()
     clock: Clock | None = None
     """For all signals whose own section names none."""
+    robot_from_log: bool = True
+    """Whether parameters that ``robot`` does not name come from the log's own metadata."""
 
 
 _SECTIONS: dict[str, tuple[type, tuple[str, ...]]] = {
@@ -125,7 +189,7 @@ _SECTIONS: dict[str, tuple[type, tuple[str, ...]]] = {
 def read_mapping(path: Path) -> LogMapping:
     """Read and check a mapping file. Raises InvalidFile naming the key at fault."""
     tables = read_toml(path)
-    check_keys(path, "", tables, (*_SECTIONS, "robot", "clock"))
+    check_keys(path, "", tables, (*_SECTIONS, "robot", "clock", "robot_from_log"))
     sections = {name: expect_table(path, f"[{name}]", tables.get(name, {})) for name in _SECTIONS}
     for name, (record, own) in _SECTIONS.items():
         check_keys(path, f"[{name}]", sections[name], (*own, *(f.name for f in fields(record))))
@@ -143,6 +207,7 @@ def read_mapping(path: Path) -> LogMapping:
         torque=TorqueFields(**further(path, "torque", sections["torque"])),
         truth=TruthFields(**further(path, "truth", sections["truth"])),
         clock=clock(path, "clock", tables["clock"]) if "clock" in tables else None,
+        robot_from_log=truth_value(path, "robot_from_log", tables.get("robot_from_log", True)),
     )
 
 
@@ -197,6 +262,18 @@ def positive(path: Path, key: str, value: object) -> float:
     return number
 
 
+def one_of(known: Iterable[str]) -> Callable[[Path, str, object], str]:
+    """A reader of one of these words."""
+    words = tuple(known)
+
+    def read(path: Path, key: str, value: object) -> str:
+        if not isinstance(value, str) or value not in words:
+            raise InvalidFile(path, key, f"expected {', '.join(words[:-1])} or {words[-1]}, found {value!r}")
+        return value
+
+    return read
+
+
 def point(path: Path, key: str, value: object) -> tuple[float, float]:
     """Two numbers."""
     if not isinstance(value, list) or len(value) != 2:
@@ -224,6 +301,11 @@ _READERS: dict[str, Callable[[Path, str, object], Any]] = {
     "clock": clock,
     "gear_ratio": positive,
     "torque_constant_nm_per_a": positive,
+    "position_scale": positive,
+    "torque_scale": positive,
+    "speed_scale": positive,
+    "yaw_unit": one_of(ANGLE_UNITS),
+    "speed_unit": one_of(SPEED_UNITS),
 }
 
 
@@ -236,8 +318,10 @@ def mapping_toml(mapping: LogMapping) -> str:
         "truth": _section(mapping.truth_topic, {}, mapping.truth),
         "robot": mapping.robot.known() if mapping.robot else {},
     }
-    head = {"clock": mapping.clock} if mapping.clock else {}
-    return tomli_w.dumps(head | {name: table for name, table in sections.items() if table})
+    head: dict[str, Any] = {"clock": mapping.clock} if mapping.clock else {}
+    if not mapping.robot_from_log:
+        head["robot_from_log"] = False
+    return toml_shown(tomli_w.dumps(head | {name: table for name, table in sections.items() if table}))
 
 
 def _section(topic: str | None, more: dict[str, Any], record: Any) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from wmr_schemas.effects import UNNAMED_PREFIX, catalogue
 from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
 from wmr_schemas.terms import COEFFICIENT, parse_term
+from wmr_schemas.text import toml_shown
 from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
 
 
@@ -154,7 +155,7 @@ def non_negative(path: Path, key: str, value: object) -> float:
 
 def model_to_toml(model: Model) -> str:
     """The text of a model file; ``read_model`` gives the same model back."""
-    return tomli_w.dumps(model_tables(model))
+    return toml_shown(tomli_w.dumps(model_tables(model)))
 
 
 def model_tables(model: Model) -> dict[str, Any]:

@@ -76,6 +76,10 @@ class RobotParameters:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {name: value for name, value in values.items() if value is not None}
 
+    def overridden_by(self, given: "RobotParameters | None") -> "RobotParameters":
+        """These parameters, with the known ones of ``given`` in their place."""
+        return self if given is None else RobotParameters(**(self.known() | given.known()))  # type: ignore[arg-type]
+
     @property
     def alpha_yaw_or_alpha(self) -> float | None:
         """``alpha_yaw``, or ``alpha`` where that is all that is known."""
@@ -119,19 +123,56 @@ class RobotParameters:
             text = record.get(name)
             if text is not None:
                 parsed[name] = text if text == AUTO else parse_number(source, name, text)
-        return cls.from_values(parsed, source, place="")
+        for name, value in parsed.items():
+            check_value(source, name, value)
+        return cls(**parsed)  # type: ignore[arg-type]
 
     @classmethod
     def from_values(
         cls, table: Mapping[str, object], source: str, place: str = "[robot] "
     ) -> "RobotParameters":
-        """From a table of numbers (``[robot]`` of a file). Raises InvalidFile naming the key at fault."""
+        """From a table of numbers (``[robot]`` of a file), each within :data:`SENSIBLE`.
+
+        Raises InvalidFile naming the key at fault.
+        """
         names = [f.name for f in fields(cls)]
         for key, value in table.items():
             if key not in names:
                 raise InvalidFile(source, f"{place}{key}", f"unknown key; known are {', '.join(names)}")
             check_value(source, f"{place}{key}", value)
+            if problem := out_of_sense(key, value):
+                raise InvalidFile(source, f"{place}{key}", problem)
         return cls(**{key: value if isinstance(value, str) else float(value) for key, value in table.items()})  # type: ignore[arg-type]
+
+
+SENSIBLE: dict[str, tuple[float, float]] = {
+    "alpha": (1e-7, 1e6),
+    "alpha_yaw": (1e-7, 1e6),
+    "half_track_m": (1e-3, 20.0),
+    "wheel_radius_m": (1e-3, 5.0),
+    "mass_kg": (1e-3, 1e6),
+    "wheel_inertia_kgm2": (1e-12, 1e6),
+    "yaw_inertia_kgm2": (1e-12, 1e9),
+    "cornering_stiffness_over_epsilon": (1e-6, 1e12),
+    "longitudinal_stiffness_over_epsilon": (1e-6, 1e12),
+    "average_speed_mps": (1e-3, 100.0),
+}
+"""What a parameter in its unit lies between, from a robot of a gram to a dump truck of 600 t; beyond, it is
+in another unit, or no measurement.
+"""
+
+
+def out_of_sense(key: str, value: object) -> str:
+    """Why a number makes no sense as that parameter; empty where it does, and for ``auto``."""
+    low, high = SENSIBLE[key]
+    if isinstance(value, str) or low <= value <= high:  # type: ignore[operator]
+        return ""
+    return f"{value:g} makes no sense; expected {low:g} to {high:g} {unit_of(key)}".rstrip(" –")
+
+
+def unit_of(key: str) -> str:
+    """The unit of a parameter."""
+    return next(str(f.metadata["unit"]) for f in fields(RobotParameters) if f.name == key)
 
 
 def parse_number(source: str, key: str, text: str) -> float:

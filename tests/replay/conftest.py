@@ -83,6 +83,12 @@ def made_up_gap():
 
 
 @pytest.fixture(scope="session")
+def made_up_clocks():
+    """The module that writes logs whose channels are stamped by other clocks."""
+    return _module("made_up_clocks")
+
+
+@pytest.fixture(scope="session")
 def servers():
     """The module of small servers on loopback: ``FileServer``, ``S3Server``."""
     return _module("servers")
@@ -151,6 +157,12 @@ def conformance():
 def real_shapes():
     """The module that writes logs in the shapes of real ones."""
     return _module("real_shapes")
+
+
+@pytest.fixture(scope="session")
+def bags():
+    """The module that writes a log's messages into ROS bags."""
+    return _module("bags")
 
 
 def _module(name: str):

@@ -6,6 +6,7 @@ Every case is a real process with a package of its own: ``top`` calls ``middle``
 import importlib.util
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -259,3 +260,56 @@ def test_the_banks_outlier_bound_is_edited_in_a_copy_and_the_update_changes_at_o
     assert edited != source.read_text()
     source.write_text(edited)
     assert mean() == pytest.approx(3.0 / (3.0 / 0.01) ** 2)
+
+
+def test_the_quicker_front_end_generates_the_code_that_numba_generates() -> None:
+    """Loops with several ways back, a generator, a closure and a list: every path of the shortened passes."""
+    import numba
+    from numba.core.compiler_lock import global_compiler_lock
+
+    from wmr_schemas.compiled.front_end import faster
+
+    @numba.njit
+    def odd(n):  # type: ignore[no-untyped-def]
+        for i in range(n):
+            if i % 2:
+                yield i
+
+    def total(values, most):  # type: ignore[no-untyped-def]
+        kept = [value for value in values if value < most]
+        sum_, i = 0.0, 0
+        while i < len(kept):
+            i += 1
+            if kept[i - 1] < 0.0:
+                continue
+            for k in odd(i):
+                sum_ += k * kept[i - 1]
+            if sum_ > most:
+                break
+        twice = lambda x: 2.0 * x  # noqa: E731
+        return sum_ + twice(most)
+
+    def code() -> str:
+        function = numba.njit(total)
+        signature = (numba.float64[::1], numba.float64)
+        function.compile(signature)
+        text = re.sub(r"B\d+v\d+", "", function.inspect_llvm(signature))
+        labels = {label: str(k) for k, label in enumerate(dict.fromkeys(re.findall(r"\bB\d+", text)))}
+        return re.sub(r"\bB\d+", lambda found: labels[found[0]], text)
+
+    plain = code()
+    assert code() == plain
+    with global_compiler_lock, faster():
+        assert code() == plain
+
+
+def test_numbas_own_timers_count_as_no_listener_and_a_users_listener_does() -> None:
+    from numba.core import event
+
+    from wmr_schemas.compiled.front_end import is_listened_to
+
+    assert not is_listened_to()
+    with event.install_timer("numba:llvm_lock", lambda _: None):
+        assert not is_listened_to()
+    with event.install_recorder("numba:llvm_lock"):
+        assert is_listened_to()

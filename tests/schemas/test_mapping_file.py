@@ -52,6 +52,12 @@ def test_an_empty_robot_is_a_robot_of_which_nothing_is_known(tmp_path: Path) -> 
 
 REFUSALS = {
     "speed = 1": "speed: unknown key; known are pose, torque, truth, robot",
+    "robot_from_log = 1": "robot_from_log: expected true or false, found 1",
+    "[torque]\nspeed_unit = 'mph'": "[torque] speed_unit: expected rad/s, rpm, deg/s or rev/s, found 'mph'",
+    "[torque]\ntorque_scale = 0": "[torque] torque_scale: expected a number above 0, found 0",
+    "[torque]\nleft_speed_sign = 2": "[torque] left_speed_sign: expected 1 or -1, found 2",
+    "[pose]\nposition_scale = -1": "[pose] position_scale: expected a number above 0, found -1",
+    "[pose]\nyaw_unit = 3": "[pose] yaw_unit: expected rad or deg, found 3",
     "pose = '/pose'": "[pose]: expected a table, found '/pose'",
     "[pose]\nname = 'x'": "[pose] name: unknown key; known are topic",
     "[torque]\nwheels = []": "[torque] wheels: unknown key; known are topic, left, right",

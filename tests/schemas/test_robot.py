@@ -100,3 +100,16 @@ def test_the_papers_alpha_is_r_squared_over_three_wheel_inertias() -> None:
     exact = Fraction(35, 100) ** 2 / (3 * Fraction(16, 10))
     assert PAPER_ROBOT.alpha == pytest.approx(float(exact), rel=1e-15)
     assert PAPER_ROBOT.alpha == pytest.approx(0.0255, abs=5e-5)
+
+
+@pytest.mark.parametrize(("key", "value"), [("wheel_radius_m", 100), ("half_track_m", 250), ("mass_kg", 3e7)])
+def test_a_parameter_of_a_file_that_makes_no_sense_is_refused(key: str, value: float) -> None:
+    said = re.escape(f"robot.toml: [robot] {key}: {value:g} makes no sense; expected ")
+    with pytest.raises(InvalidFile, match=f"^{said}"):
+        RobotParameters.from_values({key: value}, "robot.toml")
+
+
+@pytest.mark.parametrize(("mass_kg", "radius_m"), [(0.3, 0.01), (2000.0, 1.5)])
+def test_small_and_large_robots_make_sense(mass_kg: float, radius_m: float) -> None:
+    alpha = 1 / (mass_kg * radius_m)
+    RobotParameters.from_values({"alpha": alpha, "mass_kg": mass_kg, "wheel_radius_m": radius_m}, "f.toml")

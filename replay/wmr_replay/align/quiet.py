@@ -1,14 +1,14 @@
 """Fast test of the usual case, in scalars and without square roots: rows that noise alone explains.
 
-The first row that does not pass is left to the exact tests of :mod:`.repair`.
+The first row that does not pass is left to the exact tests of :mod:`.exact`, which are compiled only then.
 """
 
 import math
 
 from wmr_replay.align.jumps import GROUP_SD, GROUPS, SINGLE_SD, TESTS_PER_GROUP
-from wmr_replay.align.state import ANCHOR_NS, LAST_NS, N_GOOD, N_HELD, N_PENDING, N_ROWS, Memory, Rules
-from wmr_replay.align.track import CAPACITY, followed, is_regular, put
-from wmr_schemas.arrays import F64, I8, I64
+from wmr_replay.align.state import ANCHOR_NS, LAST_NS, N_GOOD, N_HELD, N_PENDING, N_ROWS, Rules
+from wmr_replay.align.track import CAPACITY, followed, is_regular, make_room, put
+from wmr_schemas.arrays import F64, I64
 from wmr_schemas.compiled.lean import lean
 
 
@@ -58,50 +58,71 @@ def suspicious(held: F64, n: int, count: int, n_groups: int, position: float, ya
 
 
 @lean
-def follow_quiet(
-    m: Memory, rules: Rules, row: int, t_ns: I64, measured: F64, outcome: I8, poses: F64
+def follow_quiet(  # noqa: C901, PLR0913, PLR0917 – compiled; one loop, its state in scalars
+    counts: I64,
+    held: F64,
+    variances: F64,
+    frame: F64,
+    last: F64,
+    rules: Rules,
+    row: int,
+    t_ns: I64,
+    measured: F64,
+    poses: F64,
 ) -> tuple[int, bool]:
-    """Add the rows from ``row`` on to the track, up to the first that does not pass or whose ``outcome`` is
-    set.
+    """Add the rows from ``row`` on to the track, up to the first that does not pass; the first five arguments
+    are those of :class:`.state.Memory`.
 
-    ``poses`` (3, n) are the transformed ``measured`` ones. Returns the first row that was not added, and
-    whether the row before it may show a step.
+    Without a prediction – at the start, and after a long gap – every row passes. A pose that is repeated to
+    the bit was held by the sender: it is passed on and not added. ``poses`` (3, n) are the transformed
+    ``measured`` ones. Returns the first row that was not passed on, and whether the row before it may show
+    a step.
     """
-    counts, held, variances, frame, last = m.counts, m.held, m.variances, m.frame, m.last
-    if counts[N_PENDING] or counts[N_HELD] < rules.n_line:
+    if counts[N_PENDING]:
         return row, False
     i, n, good, anchor_ns, hides = row, counts[N_HELD], counts[N_GOOD], counts[ANCHOR_NS], False
     position, yaw_variance = variances[0], variances[1]
     x0, y0, yaw0 = last[0], last[1], last[2]
-    cos, sin, moved = (
-        math.cos(frame[0]),
-        math.sin(frame[0]),
-        frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0,
-    )
-    while i < len(t_ns) and n < CAPACITY and not hides and outcome[i] == 0:
-        x, y, yaw = measured[0, i], measured[1, i], measured[2, i]
-        raw = x, y, yaw
-        t_s = (t_ns[i] - anchor_ns) * 1e-9
-        if t_s - held[n - 1, 0] > rules.longest_gap_s or (x == x0 and y == y0 and yaw == yaw0):
-            break
+    cos, sin = math.cos(frame[0]), math.sin(frame[0])
+    moved = frame[0] != 0.0 or frame[1] != 0.0 or frame[2] != 0.0
+    while i < t_ns.shape[0] and not hides:
+        raw_x, raw_y, raw_yaw = measured[0, i], measured[1, i], measured[2, i]
+        x, y, yaw = raw_x, raw_y, raw_yaw
         if moved:
-            x, y, yaw = x * cos - y * sin + frame[1], x * sin + y * cos + frame[2], yaw + frame[0]
-        v, at_x, at_y, at_yaw = values_at(held, n - rules.n_line, n, t_s)
-        least = SINGLE_SD * SINGLE_SD * (1.0 + v)
-        far = (x - at_x) ** 2 > least * position or (y - at_y) ** 2 > least * position
-        if far or (yaw - at_yaw) ** 2 > least * yaw_variance:
-            break
-        put(held, n, t_s, x, y, yaw)
+            x = raw_x * cos - raw_y * sin + frame[1]
+            y = raw_x * sin + raw_y * cos + frame[2]
+            yaw = raw_yaw + frame[0]
+        if not (raw_x == x0 and raw_y == y0 and raw_yaw == yaw0):
+            t_s = (t_ns[i] - anchor_ns) * 1e-9
+            if n > 0 and t_s - held[n - 1, 0] > rules.longest_gap_s:
+                n = 0
+            predictable = n >= rules.n_line
+            if predictable:
+                v, at_x, at_y, at_yaw = values_at(held, n - rules.n_line, n, t_s)
+                least = SINGLE_SD * SINGLE_SD * (1.0 + v)
+                far = (x - at_x) ** 2 > least * position or (y - at_y) ** 2 > least * position
+                if far or (yaw - at_yaw) ** 2 > least * yaw_variance:
+                    break
+            if n == CAPACITY:
+                anchor_ns += round(make_room(held) * 1e9)
+                n = CAPACITY // 2
+            if n == 0:
+                anchor_ns = t_ns[i]
+            put(held, n, (t_ns[i] - anchor_ns) * 1e-9, x, y, yaw)
+            n, good = n + 1, good + 1
+            if predictable:
+                if is_regular(held, n, rules.step_s):
+                    position = followed(held, n, 1, position, 0.5)
+                    position = followed(held, n, 2, position, 0.5)
+                    yaw_variance = followed(held, n, 3, yaw_variance, 1.0)
+                hides = suspicious(held, n, good, rules.n_groups, position, yaw_variance)
+            x0, y0, yaw0 = raw_x, raw_y, raw_yaw
         poses[0, i], poses[1, i], poses[2, i] = x, y, yaw
-        x0, y0, yaw0 = raw
-        n, good, i = n + 1, good + 1, i + 1
-        if is_regular(held, n, rules.step_s):
-            position = followed(held, n, 1, position, 0.5)
-            position = followed(held, n, 2, position, 0.5)
-            yaw_variance = followed(held, n, 3, yaw_variance, 1.0)
-        hides = suspicious(held, n, good, rules.n_groups, position, yaw_variance)
+        i += 1
     variances[0], variances[1] = position, yaw_variance
     last[0], last[1], last[2] = x0, y0, yaw0
-    counts[N_HELD], counts[N_GOOD], counts[N_ROWS] = n, good, counts[N_ROWS] + i - row
-    counts[LAST_NS] = t_ns[i - 1] if i > row else counts[LAST_NS]
+    counts[N_HELD], counts[N_GOOD], counts[ANCHOR_NS] = n, good, anchor_ns
+    counts[N_ROWS] += i - row
+    if i > row:
+        counts[LAST_NS] = t_ns[i - 1]
     return i, hides

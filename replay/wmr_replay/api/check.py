@@ -29,6 +29,7 @@ from wmr_replay.regress.report import check_json, check_lines, junit_xml
 from wmr_replay.regress.results import stems
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.text import shown
 
 Watch = Callable[[str], AbstractContextManager[Progress | None]]
 """Given the name of a log, a context that yields the progress callback of its replay."""
@@ -71,7 +72,7 @@ class Check:
     def lines(self) -> list[str]:
         """The outcome as text."""
         lines = [line for log in self.logs for line in check_lines(log)]
-        lines += [f"{stem}: not checked, its log was not given" for stem in self.missing]
+        lines += [f"{shown(stem)}: not checked, its log was not given" for stem in self.missing]
         return [*lines, f"{sum(log.passed for log in self.logs)} of {len(self.logs)} logs passed"]
 
     def as_dict(self) -> dict[str, Any]:

@@ -1,6 +1,5 @@
 """Two results side by side: what differs, by how much, and both in one recording."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -22,6 +21,7 @@ from wmr_replay.timeline import Side as TimelineSide
 from wmr_replay.timeline import write_comparison
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import made_folder, whole_file
+from wmr_schemas.text import json_text, markdown, shown
 
 Compared: TypeAlias = LocalPlace | Result
 """A directory of results, a log or a directory of logs, or a result in memory."""
@@ -79,7 +79,7 @@ class Comparison:
     def lines(self) -> list[str]:
         """The differences as text."""
         found = self._differences
-        lines = [f"a  {self.a}", f"b  {self.b}", ""]
+        lines = [f"a  {shown(self.a)}", f"b  {shown(self.b)}", ""]
         share = found.other_mode_share
         matched = "" if found.by_stamp else ", matched by the time since the start"
         lines.append(f"{found.n_a} and {found.n_b} rows, {found.n_common} in common{matched}")
@@ -111,7 +111,8 @@ class Comparison:
             TimelineSide(name, results.samples, results.summary["rate_hz"][0] or 1.0)
             for name, results in zip((self.a, self.b), self._sides, strict=True)
         )
-        text = "\n".join([f"**a**: {a.name}  ", f"**b**: {b.name}", "", "```", *self.lines()[3:], "```"])
+        names = [f"**a**: {markdown(a.name)}  ", f"**b**: {markdown(b.name)}"]
+        text = "\n".join([*names, "", "```", *self.lines()[3:], "```"])
         write_comparison(target, a, b, self._differences.other_mode, text)
         return target
 
@@ -121,8 +122,7 @@ class Comparison:
         with made_folder(folder):
             files = {"json": folder / f"{self.stem}.compare.json"}
             with whole_file(files["json"]) as part:
-                text = json.dumps(self.as_dict(), indent=2, ensure_ascii=False) + "\n"
-                part.write_text(text, encoding="utf-8")
+                part.write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
             recording = self.timeline(folder / f"{self.stem}.compare.rrd") if timeline else None
         return files if recording is None else files | {"timeline": recording}
 
@@ -130,7 +130,7 @@ class Comparison:
         return "\n".join(self.lines())
 
     def __repr__(self) -> str:
-        return f"<Comparison of {self.a} and {self.b}>"
+        return shown(f"<Comparison of {self.a} and {self.b}>")
 
 
 def compare(

@@ -1,10 +1,14 @@
-"""A CSV file of poses, and perhaps torques and wheel speeds, as a log."""
+"""A CSV file of poses, and perhaps torques and wheel speeds, or a ROS bag, as an MCAP log."""
 
+from collections.abc import Callable
 from pathlib import Path
 
-from wmr_replay.api.places import LocalPlace, home_of, local_path
+from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
+from wmr_replay.ingest import open_log
+from wmr_replay.jobs.bag_copy import Copied, copy_as_mcap
 from wmr_replay.jobs.convert import read_csv
 from wmr_schemas.csv_map import CsvMap, read_csv_map
+from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
 from wmr_schemas.signals import Log
 from wmr_synth import write_mcap
@@ -57,3 +61,25 @@ def convert(
     if out is not None:
         converted.save(out, encoding=encoding)
     return converted
+
+
+def convert_bag(log: Place, out: LocalPlace, *, progress: Callable[[int, int], None] | None = None) -> Copied:
+    """Write the messages of a ROS bag to an MCAP file, for other tools: this one reads bags as they are.
+
+    Args:
+        log: A ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or any other log.
+        out: MCAP file to write, whole or not at all. Bytes, definitions and times stay as they are.
+        progress: Called with bytes read and bytes in all.
+
+    Returns:
+        How many messages were written, and notes on what was lost.
+
+    Raises:
+        LogUnusable: It is no log.
+        InvalidSetting: ``out`` is the log itself.
+    """
+    target, source = local_path(out), place_of(log)
+    home_of(target)
+    if isinstance(source, Path) and target.resolve() == source.resolve():
+        raise InvalidSetting(f"{target} is the log itself; name another file")
+    return copy_as_mcap(open_log(source, need_pose=False), target, progress)

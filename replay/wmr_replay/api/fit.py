@@ -5,11 +5,12 @@ from typing import Any
 
 from wmr_replay.api.gap import options_of
 from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
-from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
+from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of, settings_of
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import FitRun, calibrate_log, write_model
 from wmr_schemas.model_file import Model, model_tables
 from wmr_schemas.signals import Log
+from wmr_schemas.text import shown
 
 
 class Fit:
@@ -37,6 +38,11 @@ class Fit:
         """What was noticed."""
         return self._run.notes
 
+    @property
+    def findings(self) -> tuple[dict[str, Any], ...]:
+        """What is wrong with the data: code, severity, text, meaning, advice, n, where."""
+        return tuple(found.as_dict() for found in self._run.findings)
+
     def as_dict(self) -> dict[str, Any]:
         """The model file's tables."""
         return model_tables(self.model)
@@ -46,7 +52,7 @@ class Fit:
         return write_model(self._run, local_path(directory))
 
     def __repr__(self) -> str:
-        return f"<Fit of {self._run.path}: {self.model.robot.known()}>"
+        return shown(f"<Fit of {self._run.path}: {self.model.robot.known()}>")
 
 
 def fit(
@@ -57,23 +63,25 @@ def fit(
     mapping: MappingLike | None = None,
     start: Instant | None = None,
     end: Instant | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> Fit:
     """Calibrate the base model of a robot on a log: α, yaw gain, noise, stiffness where it is excited.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         out: Directory for ``<stem>.model.toml``; None: nothing is written.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
         mapping: Mapping or mapping file.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
+        clock_offset_s: Added to the stamps of torques and wheel speeds.
         command: What the model states as its origin.
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, or a log that is too short.
+        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
         InvalidSetting: An option that makes no sense.
     """
     options, topic = options_of(modes)
@@ -83,6 +91,7 @@ def fit(
         mode_topic=topic,
         mapping=mapping_of(mapping),
         between=between_of(start, end),
+        clock_offset_s=settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
         command=command,
         progress=progress,
     )

@@ -2,11 +2,21 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import polars as pl
 
 from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
-from wmr_replay.api.request import Instant, MappingLike, ModelLike, between_of, mapping_of, model_of
+from wmr_replay.api.request import (
+    Instant,
+    MappingLike,
+    ModelLike,
+    between_of,
+    mapping_of,
+    model_of,
+    settings_of,
+)
 from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
@@ -15,6 +25,7 @@ from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.gap_file import GapFile, gap_to_json
 from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log
+from wmr_schemas.text import shown
 
 TOPIC = "topic:"
 EFFECT_COLUMNS = {
@@ -67,6 +78,11 @@ class Gap:
         return self.document.sentence.strip()
 
     @property
+    def findings(self) -> tuple[dict[str, Any], ...]:
+        """What is wrong with the data: code, severity, text, meaning, advice, n, where."""
+        return tuple(msgspec.to_builtins(found) for found in self.document.findings)
+
+    @property
     def model(self) -> Model:
         """The base model extended by the effects that were found."""
         return self.result.model
@@ -90,7 +106,7 @@ class Gap:
         return write_gap(self._run, local_path(directory), timeline=timeline)
 
     def __repr__(self) -> str:
-        return f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>"
+        return shown(f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>")
 
 
 def gap(
@@ -106,6 +122,7 @@ def gap(
     mapping: MappingLike | None = None,
     start: Instant | None = None,
     end: Instant | None = None,
+    clock_offset_s: float = 0.0,
     timeline: bool = True,
     command: str = "",
     progress: Progress | None = None,
@@ -113,7 +130,7 @@ def gap(
     """Say where simulation and measurement of a log disagree, and what the model lacks.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
@@ -124,12 +141,13 @@ def gap(
         mapping: Mapping or mapping file.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
+        clock_offset_s: Added to the stamps of torques and wheel speeds.
         timeline: Whether ``out`` receives a Rerun timeline too.
         command: What the extended model states as its origin.
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, or a log that is too short.
+        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
         InvalidSetting: An option that makes no sense.
     """
     place, directory = place_of(log), None if out is None else local_path(out)
@@ -143,6 +161,7 @@ def gap(
         mode_topic=topic,
         mapping=mapping_of(mapping),
         between=between_of(start, end),
+        clock_offset_s=settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
         command=command,
         progress=progress,
     )

@@ -1,10 +1,11 @@
 """A result as a notebook shows it: the verdict, the modes over time as a strip, the main figures."""
 
-from html import escape
+import html
 from typing import TYPE_CHECKING
 
 from wmr_replay.timeline.colours import MODE_COLOURS, mode_name
 from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.result import Result
@@ -24,7 +25,7 @@ def result_html(result: "Result") -> str:
         facts.append(f"accuracy {row['accuracy']:.1%}")
     return (
         f'<div style="font-family:sans-serif;max-width:{WIDTH}px">'
-        f"<b>{escape(str(row['log']))}</b> <span style='opacity:.7'>{escape(' · '.join(facts))}</span>"
+        f"<b>{escape(row['log'])}</b> <span style='opacity:.7'>{escape(' · '.join(facts))}</span>"
         f"{strip(result)}{key(row)}"
         f"<p style='margin:.4em 0 0'>{escape(result.verdict)}</p>{found(result)}</div>"
     )
@@ -38,6 +39,11 @@ def found(result: "Result") -> str:
         for f in result.findings
     )
     return f"<ul style='margin:.4em 0 0;padding-left:1.2em'>{entries}</ul>" if entries else ""
+
+
+def escape(text: object) -> str:
+    """Text of a page: control codes and what HTML would read as its own are escaped."""
+    return html.escape(shown(text))
 
 
 def strip(result: "Result") -> str:

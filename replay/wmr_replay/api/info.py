@@ -1,25 +1,37 @@
 """What a log holds, and what a replay would use of it."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from wmr_replay.ingest import LogReader
+from wmr_replay.ingest.mcap.chunk_selection import indexed_counts
+from wmr_replay.ingest.mcap.message_counts import ChannelCount
 from wmr_schemas.robot import RobotParameters
 
 ROLES = ("pose", "torque", "truth")
+WHEEL_SPEED = "wheel_speed"
+"""The role of a joint state in use that holds wheel speeds, but no effort."""
 
 
 @dataclass(frozen=True)
 class LogInfo:
-    """What a log holds, and what a replay would use of it. Complete: the whole file was read.
+    """What a log holds, and what a replay would use of it.
 
     Attributes:
-        channels: One entry per channel: topic, schema, encoding, messages, rate, times, role or ``why_not``.
-        used: By role (``pose``, ``torque``, ``truth``) the channel and how it is read; None without one.
+        complete: Whether the whole file was read. If not, numbers of messages are those of the file's index,
+            first and last times are known to a chunk, and clocks, losses and notes are of what was read.
+        n_chunks: Chunks, or other stretches of records, in the file.
+        n_chunks_read: How many of them were read.
+        channels: One entry per channel: topic, schema, encoding, messages, rate, times, ``serves_as``, role
+            or ``why_not``.
+        used: By role (``pose``, ``torque``, ``truth``) the channel and how it is read; None without one. A
+            joint state without efforts stands under ``wheel_speed``.
         clocks: By role the clock in use, its offset from log time, duplicates, steps back, gaps, jitter.
         losses: Counters of what could not be used, and ``notes``.
         stamp_notes: What is out of the ordinary in the stamps, in words.
         pose_is_odometry: Whether the pose, by its name, was integrated from wheel speeds.
+        has_checksums: Whether a checksum covers any of the messages.
     """
 
     log: str
@@ -35,6 +47,10 @@ class LogInfo:
     remarks: tuple[str, ...]
     stamp_notes: tuple[str, ...]
     pose_is_odometry: bool
+    has_checksums: bool = True
+    complete: bool = True
+    n_chunks: int = 0
+    n_chunks_read: int = 0
 
     @property
     def n_messages(self) -> int:
@@ -57,6 +73,9 @@ class LogInfo:
         return {
             "log": self.log,
             "size_bytes": self.size_bytes,
+            "complete": self.complete,
+            "chunks": self.n_chunks,
+            "chunks_read": self.n_chunks_read,
             "profile": self.profile,
             "library": self.library,
             "channels": list(self.channels),
@@ -65,37 +84,62 @@ class LogInfo:
             "robot": self.robot.known(),
             "losses": self.losses,
             "remarks": list(self.remarks),
+            "has_checksums": self.has_checksums,
         }
 
 
-def info_of(reader: LogReader) -> LogInfo:
-    """What is known of a log once it is read."""
+def info_of(reader: LogReader, *, has_efforts: bool, n_chunks_read: int | None = None) -> LogInfo:
+    """What is known of a log once it is read, or ``n_chunks_read`` of its chunks are.
+
+    ``has_efforts``: whether an effort was met.
+    """
     plan, survey = reader.plan, reader.survey
+    complete = n_chunks_read is None
+    counts = (
+        reader.message_counts.by_channel
+        if complete
+        else indexed_counts(reader.survey, reader.limits, reader.message_counts.by_channel)
+    )
+    names = {role: role for role in ROLES}
+    if not has_efforts:
+        names["torque"] = WHEEL_SPEED
+    used = {names[role]: facts for role, facts in plan.as_dict().items()}
     return LogInfo(
         log=str(reader.path),
         size_bytes=reader.size_bytes,
         profile=survey.profile,
         library=survey.library,
-        channels=tuple(channel_facts(reader, channel_id) for channel_id in sorted(survey.catalogue.channels)),
-        used={role: plan.as_dict().get(role) for role in ROLES},
+        channels=tuple(
+            channel_facts(reader, channel_id, names, counts.get(channel_id))
+            for channel_id in sorted(survey.catalogue.channels)
+        ),
+        used=dict.fromkeys(ROLES) | used,
         clocks={
-            role: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
+            names[role]: {"clock": clock.name, "offset_s": clock.offset_s, **clock.steps.as_dict()}
             for role, clock in reader.clocks.items()
         },
-        clock_notes={role: clock.describe() for role, clock in reader.clocks.items()},
+        clock_notes={names[role]: clock.describe() for role, clock in reader.clocks.items()},
         robot=reader.robot,
         losses={**reader.losses.counts(), "notes": reader.losses.notes},
-        remarks=tuple(reader.remarks),
+        remarks=(*reader.remarks, *(f"{found.code}: {found.text}" for found in reader.findings)),
         stamp_notes=tuple(reader.stamp_notes),
         pose_is_odometry=plan.pose_is_odometry,
+        has_checksums=reader.has_checksums,
+        complete=complete,
+        n_chunks=len(survey.spans),
+        n_chunks_read=len(survey.spans) if n_chunks_read is None else n_chunks_read,
     )
 
 
-def channel_facts(reader: LogReader, channel_id: int) -> dict[str, Any]:
-    """One channel: what it is, how much of it there is, and its role or why it has none."""
-    book, tally = reader.survey.catalogue, reader.message_counts.by_channel.get(channel_id)
+def channel_facts(
+    reader: LogReader, channel_id: int, names: Mapping[str, str], tally: ChannelCount | None
+) -> dict[str, Any]:
+    """One channel: what it is, how much of it there is, what it would serve for, its role or why it has
+    none. ``names`` of the roles; ``tally`` of its messages.
+    """
+    book = reader.survey.catalogue
     channel = book.channels[channel_id]
-    schema = book.schemas.get(channel.schema_id)
+    schema, role = book.schemas.get(channel.schema_id), reader.plan.role(channel_id)
     return {
         "id": channel_id,
         "topic": channel.topic,
@@ -105,6 +149,7 @@ def channel_facts(reader: LogReader, channel_id: int) -> dict[str, Any]:
         "rate_hz": tally.rate_hz if tally else None,
         "first_ns": tally.first_ns if tally else None,
         "last_ns": tally.last_ns if tally else None,
-        "role": reader.plan.role(channel_id),
+        "serves_as": list(reader.plan.serves_as.get(channel_id, ())),
+        "role": None if role is None else names[role],
         "why_not": reader.plan.why_not.get(channel_id),
     }

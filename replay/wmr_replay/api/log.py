@@ -9,15 +9,19 @@ import polars as pl
 
 from wmr_replay.api.info import LogInfo, info_of
 from wmr_replay.api.names import with_mode_names
-from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
 from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
 from wmr_replay.ingest import LogReader
 from wmr_replay.ingest import open_log as open_reader
+from wmr_replay.ingest.channels.first_rows import has_efforts
 from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
+from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping, mapping_toml
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.text import shown
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
@@ -38,27 +42,58 @@ class Signals(NamedTuple):
 class LogFile:
     """A log whose channels are known. Made by ``open_log``; iterating over it gives its batches."""
 
-    def __init__(self, open_reader: Callable[[], LogReader], mapping: LogMapping) -> None:
+    def __init__(self, open_reader: Callable[[bool], LogReader], mapping: LogMapping) -> None:
         self._open, self._mapping = open_reader, mapping
-        self._reader = open_reader()
-        self._info: LogInfo | None = None
+        self._reader = open_reader(True)
+        self._infos: dict[bool, LogInfo] = {}
+        """By whether the whole file was read for it."""
 
     @property
     def robot(self) -> RobotParameters:
         """Nominal parameters: the mapping's, else those in the log."""
         return self._reader.robot
 
-    def info(self, progress: Progress | None = None) -> LogInfo:
-        """Read the whole file and say what it holds, what would be used and what is damaged."""
-        if self._info is None:
-            for _ in read(self._reader, progress, everything=True):
-                pass
-            self._info = info_of(self._reader)
-        return self._info
+    def info(self, progress: Progress | None = None, *, full: bool = False) -> LogInfo:
+        """What the log holds, what would be used, and what is damaged.
+
+        A log with an index is read in a few stretches if it is large: that takes less than a second. Any
+        other log, and each one with ``full``, is read as a whole.
+        """
+        chosen = None if full else self._reader.stretches()
+        whole = chosen is None
+        if whole not in self._infos:
+            self._infos[whole] = self._whole_info(progress) if chosen is None else self._sampled_info(chosen)
+        return self._infos[whole]
+
+    def _whole_info(self, progress: Progress | None) -> LogInfo:
+        """The info of all that the file holds."""
+        reader, found = self._open(False) if self._reader.is_by_index else self._reader, False
+        for batch in read(reader, progress, everything=True):
+            found = found or has_efforts(batch.torque.values)
+        return info_of(reader, has_efforts=found)
+
+    def _sampled_info(self, chosen: list[list[Span]]) -> LogInfo:
+        """The info of a few stretches, and of the index."""
+        found = False
+        for stretch in self._reader.sampled_batches(chosen):
+            found = found or has_efforts(stretch.torque.values)
+        return info_of(self._reader, has_efforts=found, n_chunks_read=sum(map(len, chosen)))
+
+    def stretches(self) -> Iterator[Signals]:
+        """The signals of a few stretches of a large log, which ``info`` is made of; of a small one, whole.
+
+        The rows of one stretch follow one another; between two stretches rows are missing.
+        """
+        chosen = self._reader.stretches()
+        if chosen is None:
+            yield self.signals()
+            return
+        for stretch in self._open(True).sampled_batches(chosen):
+            yield signals_of(stretch)
 
     def batches(self, progress: Progress | None = None) -> Iterator[Signals]:
         """The signals in use in file order, a batch for a few neighbouring chunks."""
-        for batch in read(self._open(), progress):
+        for batch in read(self._open(False), progress):
             yield signals_of(batch)
 
     def __iter__(self) -> Iterator[Signals]:
@@ -71,12 +106,14 @@ class LogFile:
 
     def mapping(self) -> LogMapping:
         """The mapping that finds the same channels again."""
-        self.info()
         return proposed_mapping(self._reader.plan, self._mapping, self._reader.robot)
 
-    def write_mapping(self, path: LocalPlace) -> Path:
-        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all."""
-        target = local_path(path)
+    def write_mapping(self, path: LocalPlace, *, overwrite: bool = False) -> Path:
+        """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all.
+
+        Raises InvalidSetting where the file exists, unless ``overwrite``.
+        """
+        target = free_file(path, overwrite=overwrite)
         text = mapping_toml(self.mapping())
         with whole_file(target) as part:
             part.write_text(text, encoding="utf-8")
@@ -84,7 +121,18 @@ class LogFile:
 
     def __repr__(self) -> str:
         used = ", ".join(f"{role} {use.channel.topic}" for role, use in self._reader.plan.uses.items())
-        return f"<Log {self._reader.path}: {used or 'no channel in use'}>"
+        return shown(f"<Log {self._reader.path}: {used or 'no channel in use'}>")
+
+
+def free_file(path: LocalPlace, *, overwrite: bool) -> Path:
+    """A file of this machine that may be written. Raises InvalidSetting where it exists, unless
+    ``overwrite``.
+    """
+    target = local_path(path)
+    home_of(target)
+    if target.exists() and not overwrite:
+        raise InvalidSetting(f"{target} exists and is left as it is; name another file, or overwrite it")
+    return target
 
 
 def open_log(
@@ -95,20 +143,24 @@ def open_log(
     end: Instant | None = None,
     need_pose: bool = False,
 ) -> LogFile:
-    """Open an MCAP log, a rosbag2 directory or a URL, and find its signals.
+    """Open an MCAP log, a ROS bag, a rosbag2 directory or a URL, and find its signals.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         mapping: Mapping or mapping file: which topics hold pose, torques and truth.
         start: Leave out what was logged before.
         end: Leave out what was logged after.
         need_pose: Raise ChannelNotFound for a log without a pose.
 
     Raises:
-        LogUnusable: It is no MCAP log, or a topic that the mapping names does not serve.
+        LogUnusable: It is no such log, or a topic that the mapping names does not serve.
     """
     place, chosen, between = place_of(log), mapping_of(mapping) or LogMapping(), between_of(start, end)
-    return LogFile(lambda: open_reader(place, chosen, need_pose=need_pose, between=between), chosen)
+
+    def opened(by_index: bool) -> LogReader:
+        return open_reader(place, chosen, need_pose=need_pose, between=between, by_index=by_index)
+
+    return LogFile(opened, chosen)
 
 
 def read(reader: LogReader, progress: Progress | None, *, everything: bool = False) -> Iterator[RawBatch]:

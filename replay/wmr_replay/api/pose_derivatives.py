@@ -101,7 +101,7 @@ def differentiate_pose(
     """Send the pose of a log through a differentiator, and measure what comes out.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         window_s: Length T of the window.
         degree: Degree N of the local polynomial.
         kappa: Weight exponent at the window's newest end.
@@ -139,6 +139,8 @@ def differentiate_pose(
         sums.push(out, sd)
         head = head or (batch_ns, batch, out, sd)
     assert head is not None
+    if not sums.n_full:
+        raise reader.nothing_between(f"the poses end before a window of {window_s:g} s is full,")
     return sums.figures(1 / step_s, sigma, advice, head)
 
 
@@ -187,6 +189,11 @@ class RunningSums:
         self._coverage += float(np.sum(out.coverage[good]))
         for k, values in enumerate((out.estimates, sd)):
             self._squares[k] += np.sum(values[:, 1:, good] ** 2, axis=2)
+
+    @property
+    def n_full(self) -> int:
+        """Rows whose window was full, or would have been without a gap."""
+        return self._n_ok + self._n_gap
 
     def figures(
         self,

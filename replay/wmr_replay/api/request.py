@@ -43,6 +43,7 @@ class SettingsArguments(TypedDict, total=False):
     noise_time_constant_s: float
     reorder_window_s: float
     max_hold_s: float
+    clock_offset_s: float
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:

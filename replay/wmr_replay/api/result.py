@@ -13,6 +13,7 @@ from wmr_replay.api.store import SampleStore
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
 from wmr_replay.jobs.result_files import open_timeline, write_results
 from wmr_replay.tables.summary import summary_frame
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
@@ -141,7 +142,7 @@ class Result:
             yield with_mode_names(samples, MODE_COLUMNS)
 
     def __repr__(self) -> str:
-        return f"<Result of {self._tables.summary['log']}: {self.verdict}>"
+        return shown(f"<Result of {self._tables.summary['log']}: {self.verdict}>")
 
     def _repr_html_(self) -> str:
         from wmr_replay.api.html import result_html  # noqa: PLC0415 – for notebooks alone

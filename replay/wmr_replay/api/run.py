@@ -42,7 +42,7 @@ def run(
     in a temporary file that goes with the result.
 
     Args:
-        log: An MCAP file, a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
         out: Directory for the result files, which appear together or not at all.
         model: Model or model file: parameters and effects beyond the base model.
         mapping: Mapping or mapping file: which topics hold pose, torques and truth; the robot's parameters.

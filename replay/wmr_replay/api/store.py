@@ -57,7 +57,7 @@ class SampleStore:
     def lazy(self) -> pl.LazyFrame:
         """All rows; a file is scanned, not read."""
         if self.file is not None:
-            return pl.scan_parquet(self.file)
+            return pl.scan_parquet(self.file, glob=False)
         return pl.concat([pl.DataFrame(schema=polars_schema(SAMPLES)), *self._held]).lazy()
 
     def batches(self) -> Iterator[pl.DataFrame]:

@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 a check failed; 2 usage; 3 the log cannot be used; 70 inte
 """
 
 import importlib
+import io
 import os
 import sys
 from typing import NoReturn
@@ -13,6 +14,7 @@ import click
 from wmr_replay.cli.compiling import say_when_compiling
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidFile, InvalidSetting, LogUnusable, WmrError
+from wmr_schemas.text import shown_lines
 
 EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTED = 1, 2, 3, 70, 130
 
@@ -54,7 +56,7 @@ class LazyGroup(click.Group):
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
 @click.version_option(__version__, prog_name="wmr-replay")
 def cli() -> None:
-    """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs.
+    """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs and ROS bags.
 
     \b
     Examples:
@@ -66,7 +68,7 @@ def cli() -> None:
 
 def fail(message: str, code: int) -> NoReturn:
     """Print an error message and exit with ``code``."""
-    click.echo(f"error: {message}", err=True)
+    click.echo(f"error: {shown_lines(message)}", err=True)
     sys.exit(code)
 
 
@@ -78,7 +80,9 @@ def main() -> None:
     except click.exceptions.Exit as done:
         sys.exit(done.exit_code)
     except click.ClickException as error:
-        error.show()
+        said = io.StringIO()
+        error.show(file=said)
+        click.echo(shown_lines(said.getvalue()), err=True, nl=False)
         sys.exit(error.exit_code)
     except (click.Abort, KeyboardInterrupt):
         fail("interrupted; nothing half-written was left", EXIT_INTERRUPTED)

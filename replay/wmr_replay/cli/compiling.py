@@ -4,6 +4,7 @@ import sys
 import warnings
 
 from wmr_schemas.compiled import on_compiling
+from wmr_schemas.text import shown_lines
 
 LINE = "compiling for the first use of this version (about 15 s, kept for later) …"
 
@@ -16,7 +17,7 @@ def say_when_compiling() -> None:
     if _listening:
         return
     _listening = True
-    warnings.formatwarning = lambda message, *_, **__: f"warning: {message}\n"
+    warnings.formatwarning = lambda message, *_, **__: f"warning: {shown_lines(message)}\n"
 
     def say(name: str) -> None:
         print(LINE, file=sys.stderr, flush=True)

@@ -58,7 +58,7 @@ class Kernel(TypedDict):
     help="Draw kernels and Bode diagram to this file (.png, .svg or .pdf).",
 )
 @click.option(
-    "--log", type=click.Path(path_type=Path), help="MCAP log: say what the differentiator makes of its pose."
+    "--log", type=click.Path(path_type=Path), help="Log: say what the differentiator makes of its pose."
 )
 @click.option(
     "--max-delay",
@@ -119,9 +119,10 @@ def command(  # noqa: PLR0917
     print_design(designed, on_log, as_json=as_json)
     if plot is not None:
         from wmr_replay.api.plots import design_figure, write_figure
+        from wmr_replay.cli.printing.plain import say
 
         write_figure(design_figure(designed, on_log), plot)
-        click.echo(f"wrote {plot}", err=as_json)
+        say(f"wrote {plot}", err=as_json)
 
 
 def check_plot(plot: Path) -> None:

@@ -7,6 +7,8 @@ import click
 
 from wmr_replay.cli.gap import MODES_OPTION, command_line
 from wmr_replay.cli.options.mapping import blind_options, log_options
+from wmr_replay.cli.options.settings import CLOCK_OFFSET
+from wmr_schemas.text import encodable
 
 
 @click.command(name="fit")
@@ -18,6 +20,7 @@ from wmr_replay.cli.options.mapping import blind_options, log_options
     help="The model goes here, not to ./<stem>.wmr/.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the model as JSON.")
+@CLOCK_OFFSET
 @blind_options
 def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: Any) -> None:
     """Calibrate the base model of a robot on LOG: alpha, yaw gain, noise, stiffness where it is excited.
@@ -37,10 +40,11 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: A
     with share_progress() as progress:
         fitted = fit(
             log,
-            out or f"{log.stem}.wmr",
+            out or encodable(f"{log.stem}.wmr"),
             modes=modes,
             command=command_line(),
             progress=progress,
+            clock_offset_s=options.pop("clock_offset_s"),
             **log_options(options),
         )
     print_fit(fitted, as_json=as_json)

@@ -8,7 +8,8 @@ from typing import Any
 import click
 
 from wmr_replay.cli.options.mapping import blind_options, log_options
-from wmr_replay.cli.options.settings import model_option
+from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
+from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
 EXIT_CHECK_FAILED = 1
@@ -43,6 +44,7 @@ MODES_OPTION = click.option(
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@CLOCK_OFFSET
 @blind_options
 def command(  # noqa: PLR0917
     log: Path,
@@ -77,7 +79,7 @@ def command(  # noqa: PLR0917
     with share_progress() as progress:
         found = gap(
             log,
-            out or f"{log.stem}.wmr",
+            out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             modes=modes,
             tolerance_m=tolerance_m,
@@ -87,6 +89,7 @@ def command(  # noqa: PLR0917
             timeline=not no_rrd,
             command=command_line(),
             progress=progress,
+            clock_offset_s=options.pop("clock_offset_s"),
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)

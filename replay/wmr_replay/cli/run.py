@@ -8,6 +8,7 @@ import click
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import FOLDER, LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
+from wmr_schemas.text import encodable
 
 if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
@@ -45,6 +46,7 @@ def command(
       wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
     """
     from wmr_replay.api.run import run
+    from wmr_replay.cli.printing.plain import say
     from wmr_replay.cli.printing.progress import byte_progress
     from wmr_replay.cli.printing.run import print_result
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
@@ -54,7 +56,7 @@ def command(
     with byte_progress(f"replaying {log.name}") as progress:
         result = run(
             log,
-            out or f"{log.stem}.wmr",
+            out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             timeline=not no_rrd,
             strict=strict,
@@ -67,4 +69,4 @@ def command(
         try:
             open_viewer(result.files["timeline"])
         except ViewerUnavailable as error:
-            click.echo(f"warning: {error}", err=True)
+            say(f"warning: {error}", err=True)

@@ -3,14 +3,15 @@
 Not causal: it rates candidate designs on a stretch, and no result is computed from it.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.interpolate import BSpline, make_interp_spline
-from scipy.linalg import LinAlgError, solveh_banded
 
 from wmr_schemas.arrays import F64
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 STENCIL = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences are penalised: motion of constant jerk passes untouched."""
@@ -26,8 +27,8 @@ rate.
 class Smoothed(NamedTuple):
     """The guess as a spline in seconds, and what the same smoother leaves of a noise realisation."""
 
-    signal: BSpline
-    noise: BSpline
+    signal: "BSpline"
+    noise: "BSpline"
 
 
 def penalty_bands(n: int) -> F64:
@@ -47,6 +48,8 @@ def smooth(signals: F64, noise: F64, sigma: F64, step_s: float) -> list[Smoothed
     ``signals`` (s, n) of noise ``sigma`` (s,), and ``noise`` (n,), a realisation of sd 1; n ≥ 10, every
     ``step_s`` from 0 on.
     """
+    from scipy.interpolate import BSpline, make_interp_spline  # noqa: PLC0415 – slow, and seldom needed
+
     group = -(-len(noise) // MOST_KNOTS)
     n = len(noise) // group
     columns = np.vstack([signals, noise])[:, : n * group].reshape(-1, n, group).mean(axis=2).T
@@ -65,6 +68,8 @@ def stiffest_within_noise(columns: F64, sigma: F64) -> F64:
 
     The trace comes from the eigenvalues 1/(1 + λ (2 sin(πk/2n))⁸).
     """
+    from scipy.linalg import LinAlgError, solveh_banded  # noqa: PLC0415
+
     n, signals = len(columns), columns[:, :-1]
     bands, eigenvalues = penalty_bands(n), (2 * np.sin(np.pi * np.arange(n) / (2 * n))) ** 8
     chosen = np.stack([columns[:, np.array([s, -1])] for s in range(len(sigma))])

@@ -55,7 +55,7 @@ def dataset_files(key: str, result: RunResult) -> dict[str, Path]:
     In ``summary`` the log's path stands in the column ``path``, since ``log`` is the partition.
     """
     summary = result.files["summary"]
-    write_parquet(summary, pl.read_parquet(summary).rename({"log": "path"}))
+    write_parquet(summary, pl.read_parquet(summary, glob=False).rename({"log": "path"}))
     files = {part_name(name, key): result.files[name] for name in TABLES if name in result.files}
     return files | ({timeline_name(key): result.files["timeline"]} if "timeline" in result.files else {})
 

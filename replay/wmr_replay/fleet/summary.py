@@ -13,6 +13,7 @@ from wmr_replay.fleet.store import Store
 from wmr_schemas import __version__
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import SUMMARY, polars_schema
+from wmr_schemas.text import json_text
 
 S_PER_HOUR = 3600.0
 SHARES = [f"share_{mode.label}" for mode in (*MODES, ContactMode.UNDECIDED)]
@@ -77,4 +78,4 @@ def fleet_json(fleet: pl.DataFrame) -> str:
     for row in rows:
         row |= {name: json.loads(row[name]) for name in ("settings", "notes") if row[name] is not None}
     content = {"version": __version__, "totals": totals(fleet), "logs": rows}
-    return json.dumps(content, indent=2, ensure_ascii=False)
+    return json_text(content)

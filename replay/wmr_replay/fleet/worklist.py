@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from wmr_replay.ingest import LogPath, RemotePath
 from wmr_schemas.errors import InvalidSetting
 
-ENDINGS = (".mcap", ".mcap.zst")
+ENDINGS = (".mcap", ".mcap.zst", ".db3", ".bag")
 _BAG = "metadata.yaml"
 _WILD = "*?["
 

@@ -1,8 +1,9 @@
-"""From an MCAP file to columns of the signals in use. :func:`open_log` is the entrance.
+"""From an MCAP file or a ROS bag to columns of the signals in use. :func:`open_log` is the entrance.
 
-Data goes one way: ``storage`` (where the bytes lie) → ``mcap`` (records and chunks) → ``decoding`` (messages
-to columns) → ``channels`` (which channel serves as what) → ``reading`` (one pass) → ``reader`` (a log) →
-``tracks`` (a whole log in memory). ``losses`` counts what could not be used; ``between`` is a range of time.
+Data goes one way: ``storage`` (where the bytes lie) → ``mcap`` (records and chunks) → ``bags`` (ROS bags as
+MCAP records) → ``decoding`` (messages to columns) → ``channels`` (which channel serves as what) → ``reading``
+(one pass) → ``reader`` (a log) → ``tracks`` (a whole log in memory). ``losses`` counts what could not be
+used; ``between`` is a range of time.
 """
 
 from wmr_replay.ingest.between import Between

@@ -5,58 +5,76 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.bags.container import container_of
+from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
+from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
-from wmr_replay.ingest.channels.unsupported_robots import unsupported_kinds
+from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
+from wmr_replay.ingest.channels.stamp_unit import stamp_unit_findings
+from wmr_replay.ingest.channels.unreadable import unreadable_kin
+from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunk_selection import first_log_ns, wanted_spans
+from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
+from wmr_replay.ingest.mcap.chunk_selection import index_adds_up, log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
-from wmr_replay.ingest.reading import Reading
+from wmr_replay.ingest.mcap.stretches import stretches
+from wmr_replay.ingest.own_parameters import own_parameters
+from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
-from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
-from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import InvalidFile
-from wmr_schemas.findings import Finding
+from wmr_replay.ingest.storage.source import LogPath, RemotePath
+from wmr_schemas.batches import Bar, RawBatch
+from wmr_schemas.errors import LogUnusable
+from wmr_schemas.findings import KINDS, Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
-from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
 NO_MAPPING = LogMapping()
 WHOLE = Between()
+EARLIEST_NS = -(2**63)
 
 
 class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
-    ``robot`` holds the nominal parameters: the mapping's, else the log's own. ``losses``, ``message_counts``,
-    ``remarks`` and ``findings`` are complete once :meth:`batches` is exhausted.
+    ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
+    ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is
+    exhausted.
     """
 
-    def __init__(self, path: LogPath, mapping: LogMapping, between: Between = WHOLE) -> None:
+    def __init__(
+        self, path: LogPath, mapping: LogMapping, between: Between = WHOLE, *, by_index: bool = False
+    ) -> None:
         self.path = path
         self._copies: Path | None = None
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
-        self.files = join_files([file for file, _ in files])
+        self.files = join_files([container_of(file) or file for file, _ in files], by_index=by_index)
         self.survey = self.files.survey
         self.survey.notes += [problem for _, problem in files if problem]
-        self.limits = between.limits_ns(first_log_ns(self.survey))
+        self.between, self.span_ns = between, log_span_ns(self.survey)
+        self.limits = between.limits_ns(self.span_ns)
+        if self.survey.spans:
+            check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = unsupported_kinds(self.candidates)
-        self.remarks += [remark for _, remark in nearer if remark]
-        self.robot = mapping.robot or self._own_parameters()
-        self.findings: list[Finding] = []
+        self.remarks: list[str] = [remark for _, remark in nearer if remark]
+        self.remarks += unreadable_kin(self.candidates, self.plan.uses)
+        metadata = self.survey.metadata.get(METADATA_NAME, {}) if mapping.robot_from_log else {}
+        own, without_sense = own_parameters(metadata)
+        self.robot = own.overridden_by(mapping.robot)
+        self.findings: list[Finding] = [*without_sense, *drive_findings(self.candidates, mapping)]
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
@@ -88,6 +106,12 @@ class LogReader:
         return self.survey.size_bytes
 
     @property
+    def has_checksums(self) -> bool:
+        """Whether a checksum covers any message of the log; true of a log without messages."""
+        _, crc = self.survey.data_end or (0, 0)
+        return bool(crc) or not self.survey.spans or any(is_covered(span) for span in self.survey.spans)
+
+    @property
     def pose_is_odometry(self) -> bool:
         """Whether the pose may well have been integrated from wheel speeds, by its name."""
         return self.plan.pose_is_odometry
@@ -114,25 +138,88 @@ class LogReader:
         With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
-        self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
+        self._choose_clocks()
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
-        before = self._bytes_before()
+        before, bars = self._bytes_before(), self._first_bars()
+        self.files.want(used)
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
-            yield batch
+            yield replace(batch, bars=(*bars, *batch.bars)) if bars else batch
+            bars = ()
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
-        statistics = self.survey.statistics if whole else None
-        reading.finish(None if statistics is None else sum(statistics.values()))
+        reading.finish(self.survey.statistics if whole else None)
         self.remarks += reading.remarks
+        if self.losses.any() and not self.has_checksums:
+            self.remarks.append(NO_CHECKSUMS)
+        self.findings = [f for f in self.findings if f.code != PLANARITY] + reading.planarity.findings()
+        self.findings += reading.clock_steps.findings() if reading.clock_steps else []
         self.position_bytes = self.size_bytes
+
+    def _choose_clocks(self) -> None:
+        """The clock of each channel in use, and what is to be said about clocks that are apart."""
+        self.clocks, apart = choose_clocks(self.plan.uses)
+        reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
+        before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
+        self.findings = [*before, *apart, *stamp_unit_findings(reasons)]
+
+    def nothing_between(self, what: str) -> LogUnusable:
+        """The error for limits within which no result can be made of the log; ``what`` says why."""
+        return nothing_between(self.path, self.between, self.span_ns, what)
+
+    @property
+    def is_by_index(self) -> bool:
+        """Whether the file between the chunks of its index is unseen, though it could be seen."""
+        return isinstance(self.path, Path) and any(span.by_index for span in self.survey.spans)
+
+    def stretches(self) -> list[list[Span]] | None:
+        """The spans of a few stretches that stand for the log; None where all of it has to be read.
+
+        That is so for a log without an index that adds up, and for one that is small.
+        """
+        if not index_adds_up(self.survey):
+            return None
+        used = {use.channel.id for use in self.plan.uses.values()}
+        spans = wanted_spans(self.survey, used or None, self.limits)
+        chosen = stretches(spans)
+        is_whole = sum(map(len, chosen)) == len(wanted_spans(self.survey, None, self.limits))
+        return None if is_whole else chosen
+
+    def sampled_batches(self, chosen: list[list[Span]]) -> Iterator[RawBatch]:
+        """Rows of the channels in use, a batch for each of the stretches of :meth:`stretches`.
+
+        The rows of a stretch follow one another in the file; between two stretches, rows are missing.
+        ``losses``, ``message_counts`` and ``clocks`` are of what was read.
+        """
+        self.losses, self.message_counts = self._frame_losses(), MessageCounts()
+        self._choose_clocks()
+        self.files.want({use.channel.id for use in self.plan.uses.values()})
+        for spans in chosen:
+            for clock in self.clocks.values():
+                clock.steps.restart()
+            reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
+            yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
+            self.message_counts.add(reading.message_counts)
+            reading.finish()
+            self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
+
+    def _first_bars(self) -> tuple[Bar, ...]:
+        """What names alone bar, from the first row on."""
+        status = KINDS["drives_sideways"].bars
+        barred = any(f.code == "drives_sideways" and f.severity == Severity.BARS for f in self.findings)
+        return (Bar("drives_sideways", EARLIEST_NS, status),) if barred and status is not None else ()
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether names say that the robot is steered: its efforts tell nothing of slipping."""
+        return any(f.code == "steered" and f.severity == Severity.WARNING for f in self.findings)
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""
-        sizes = [size_of(path) for path in self.files.paths]
+        sizes = self.files.sizes()
         return [sum(sizes[:k]) for k in range(len(sizes))]
 
     def _frame_losses(self) -> Losses:
@@ -142,26 +229,24 @@ class LogReader:
             n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
         )
 
-    def _own_parameters(self) -> RobotParameters:
-        """Parameters of the log's metadata record; a broken record gives a remark and no parameters."""
-        try:
-            return RobotParameters.from_metadata(self.survey.metadata.get(METADATA_NAME, {}))
-        except InvalidFile as error:
-            self.remarks.append(f"{error}; the record is left aside")
-            return RobotParameters()
-
 
 def open_log(
-    path: LogPath, mapping: LogMapping = NO_MAPPING, *, need_pose: bool = True, between: Between = WHOLE
+    path: LogPath,
+    mapping: LogMapping = NO_MAPPING,
+    *,
+    need_pose: bool = True,
+    between: Between = WHOLE,
+    by_index: bool = False,
 ) -> LogReader:
-    """Open an MCAP log, or a rosbag2 directory of them, and find its signals.
+    """Open a log, an MCAP file, a ROS bag or a rosbag2 directory, and find its signals.
 
-    ``between`` leaves out what was logged before or after. Raises LogUnusable when it is no MCAP file,
-    ChannelNotFound when it has no pose (unless ``need_pose`` is
-    false) or when a topic that ``mapping`` names does not serve.
+    ``between`` leaves out what was logged before or after. ``by_index``: chunks are those of the file's
+    index, if it adds up, without a look at the file between them. Raises LogUnusable when it is no such file,
+    ChannelNotFound when it has no pose (unless ``need_pose`` is false) or when a topic that ``mapping``
+    names does not serve.
     """
     try:
-        reader = LogReader(path, mapping, between)
+        reader = LogReader(path, mapping, between, by_index=by_index)
     except OSError as error:
         raise unreadable(path, error) from None
     if need_pose and reader.plan.pose is None:

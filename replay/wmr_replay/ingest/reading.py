@@ -3,26 +3,32 @@
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.channels.clock_steps import WATCHED, watch_of
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
+from wmr_replay.ingest.channels.planarity import Planarity
+from wmr_replay.ingest.decoding.bindings import attitude_of
 from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
 from wmr_replay.ingest.losses import Losses
-from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.chunks import OpenFile, Span, load
 from wmr_replay.ingest.mcap.log_files import LogFiles
-from wmr_replay.ingest.mcap.message_counts import MessageCounts
+from wmr_replay.ingest.mcap.message_counts import MessageCounts, differing_counts
 from wmr_replay.ingest.mcap.message_table import MessageTable
+from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
+from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
-from wmr_schemas.arrays import F64, U8
+from wmr_schemas.arrays import F64, I64, U8, Bool
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
+PARTS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "mode": MODE_COLUMNS}
+"""The fields of a batch, with their columns."""
 _TRUSTED_MESSAGES = 1 << 20
 
 
@@ -72,11 +78,18 @@ class Reading:
         self.limits_ns = NO_LIMITS if limits is None else np.array(limits, np.int64)
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
+        self.clock_steps = watch_of(uses, clocks)
+        self.planarity = Planarity()
         self.n_used = 0
+        self.strays = StrayRecords()
+        self.strays.add(files.survey.strays)
+        self.sequences = defaultdict[tuple[str, int], SequenceNumbers](SequenceNumbers)
+        self.indexed: Counter[int] | None = Counter() if limits is None else None
+        """Messages by channel of the spans read, as the index counts them; None where it does not."""
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
 
-    def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
+    def begin(self, file: OpenFile, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
         n_expected = self._n_expected(spans)
         table = MessageTable(len(self.uses), max(n_expected, default=0))
@@ -122,24 +135,41 @@ class Reading:
         """The rows of a group, in the order of the file."""
         for found in group.found:
             self._judge(found)
-        rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
+        self.strays.add(group.messages.strays)
+        found_rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
+        rows = {role: arrived for role, (arrived, _) in found_rows.items()}
+        if self.clock_steps is not None:
+            rows |= self.clock_steps.push({role: found_rows[role] for role in WATCHED})
         self.n_used += int(group.messages.counts.sum())
-        return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
+        signals = (rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items())
+        return RawBatch(*signals, bars=self.planarity.take_bars())
 
-    def _rows(self, k: int, role: str, group: GroupInProgress) -> Rows:
-        """The rows of one role out of a group, and an account of its messages."""
+    def _rows(self, k: int, role: str, group: GroupInProgress) -> tuple[Rows, I64]:
+        """The rows of one role out of a group, with their log times, and an account of its messages."""
         decoded, messages = self.decoders[role].finish(group.columns[k]), group.messages
         t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(k) + self.n_used
         publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
+        self.sequences[role, group.last.file_index].push(messages.sequence(k))
         if not decoded.all_used:
             self._count(role, decoded)
         kept = self.clocks[role].stamped(t_ns, decoded.used)
         if not (decoded.all_used and kept is decoded.used):
             t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
+        stamps_ns = self.clocks[role].stamps(t_ns, publish_ns, log_ns)
+        if role == "pose":
+            self._watch(stamps_ns, decoded, kept)
         if role == "torque":
             self.losses.n_torque_empty += n_unknown(values[:2])
-        return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
+        return Rows(stamps_ns, order, values), log_ns
+
+    def _watch(self, t_ns: I64, decoded: Decoded, kept: Bool) -> None:
+        """Look at roll, pitch and height of ten poses a second."""
+        chosen = self.planarity.choose(t_ns)
+        rows = np.flatnonzero(kept)[chosen]
+        attitude = attitude_of(self.uses["pose"].binding, decoded.raw[:, rows])
+        if attitude is not None:
+            self.planarity.push(t_ns, chosen, np.concatenate([attitude, decoded.values[:2, rows]]))
 
     def _count(self, role: str, decoded: Decoded) -> None:
         """Count the messages of a role that are undecodable or do not concern it."""
@@ -149,11 +179,15 @@ class Reading:
     def _judge(self, found: ReadSpan) -> None:
         """Note what is wrong with a span."""
         if not found.problem and found.stop == found.n_bytes:
+            self._compare_with_index(found)
             return
+        self.indexed = None
         where = self._where(found.span)
         if found.problem and found.span.whole:
             self.losses.n_chunks_damaged += 1
-            self.losses.note(f"{where} is left out: {found.problem}{_expected(found.span)}")
+            kept = f"; {found.n_messages} messages of it were recovered" if found.n_messages else ""
+            fate = f": {found.problem}{kept}" if kept else f" is left out: {found.problem}"
+            self.losses.note(f"{where}{fate}{_expected(found.span)}")
         elif found.problem:
             self.losses.note(f"{where}: {found.problem}; {found.n_messages} messages of it were recovered")
         else:
@@ -163,13 +197,29 @@ class Reading:
                 f"the {found.n_messages} messages before that were used"
             )
 
+    def _compare_with_index(self, found: ReadSpan) -> None:
+        """Note a chunk that holds other messages than its index counts."""
+        if self.indexed is None:
+            return
+        n_indexed = sum(found.span.counts.values())
+        if not n_indexed:
+            self.indexed = None
+        elif n_indexed == found.n_messages:
+            self.indexed.update(found.span.counts)
+        else:
+            self.indexed = None
+            self.losses.note(
+                f"{self._where(found.span)}: its index counts {n_indexed} messages, "
+                f"{found.n_messages} were found"
+            )
+
     def _where(self, span: Span) -> str:
         """Where a span is, as a text."""
-        place = f"the chunk at byte {span.offset}"
+        place = span.name or f"the chunk at byte {span.offset}"
         return place if len(self.files.paths) == 1 else f"{self.files.paths[span.file_index].name}: {place}"
 
-    def finish(self, n_expected: int | None = None) -> None:
-        """Note all losses; ``n_expected`` is the number of messages by the file's own statistics."""
+    def finish(self, statistics: Mapping[int, int] | None = None) -> None:
+        """Note all losses; ``statistics``: messages by channel as the file counts them, if all was read."""
         for role, n in self.undecodable.items():
             self.losses.n_undecodable += n
             if n:
@@ -178,9 +228,13 @@ class Reading:
         for channel_id in sorted(by_channel.keys() - self.catalogue.channels.keys()):
             n = by_channel[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
-        n_found = sum(tally.n for tally in by_channel.values())
-        if n_expected is not None and n_expected != n_found and not self.losses.any():
-            self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
+        for lost in self.strays.losses():
+            self.losses.note(lost)
+        claims = {"its index": self.indexed, "its statistics": statistics}
+        if not (self.losses.n_chunks_damaged or self.losses.truncated):
+            known = {name: counts for name, counts in claims.items() if counts is not None}
+            for channel_id, text in differing_counts(by_channel, known, self.catalogue.channels):
+                self.losses.note(f"{self.catalogue.channels[channel_id].topic}: {text}")
         if self.catalogue.n_malformed:
             n = self.catalogue.n_malformed
             self.losses.note(f"{n} malformed records of schemas, channels or messages")
@@ -194,8 +248,32 @@ class Reading:
             for role, clock in self.clocks.items()
             if clock.n_unstamped
         ]
+        found += self.strays.remarks()
+        if self.limits_ns is NO_LIMITS:
+            skipped = ((topics[role], numbers.describe()) for (role, _), numbers in self.sequences.items())
+            found += [f"{topic}: {text}" for topic, text in skipped if text]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
+
+
+def joined(batches: Sequence[RawBatch]) -> RawBatch:
+    """One batch of several that follow one another."""
+    return RawBatch(
+        *(
+            concatenated([getattr(batch, name) for batch in batches], len(names))
+            for name, names in PARTS.items()
+        )
+    )
+
+
+def concatenated(pieces: Sequence[Rows], n_columns: int) -> Rows:
+    """The rows of one signal; ``n_columns`` is needed when there are none."""
+    pieces = [Rows.empty(n_columns), *pieces]
+    return Rows(
+        np.concatenate([rows.t_ns for rows in pieces]),
+        np.concatenate([rows.order for rows in pieces]),
+        np.concatenate([rows.values for rows in pieces], axis=1),
+    )
 
 
 def _expected(span: Span) -> str:

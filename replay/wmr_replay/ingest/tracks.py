@@ -7,13 +7,18 @@ import numpy as np
 
 from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
-from wmr_schemas.arrays import Bool
+from wmr_replay.ingest.reading import joined
+from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
+from wmr_schemas.findings import Finding
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
 MOST_ROWS = 10_000_000
 """Rows of pose and torque that are held, at 240 bytes each while they are read and sorted: 2.4 GB at most."""
+
+LEAST_COMMON_S = 8.0
+"""Pose and torque have to have so much time in common, or half of the shorter one; 8 s are fitted first."""
 
 Progress = Callable[[str, float], None]
 """Called with the name of the present step and the share that is done, 0 to 1."""
@@ -21,11 +26,12 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class WholeLog:
-    """A log in memory, the hash of its file, and notes about losses and irregularities."""
+    """A log in memory, the hash of its file, notes about losses and irregularities, and findings."""
 
     log: Log
     sha256: str
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
 def read_whole(
@@ -34,25 +40,34 @@ def read_whole(
     between: Between,
     mode_topic: str | None = None,
     progress: Progress | None = None,
+    *,
+    clock_offset_s: float = 0.0,
 ) -> WholeLog:
     """Read ``path`` with pose and torque, and with the contact mode on ``mode_topic`` where one is named.
 
     No other mode channel is decoded, whatever the log holds. Rows that repeat a stamp or hold no finite pose
-    are left out and counted. Raises LogUnusable without a pose or a wheel torque, or beyond ``MOST_ROWS``.
+    are left out and counted. ``clock_offset_s`` is added to the torques' stamps. Raises LogUnusable without a
+    pose or a wheel torque, where the two do not cover the same time, or beyond ``MOST_ROWS``.
     """
     reader = open_with_modes(path, mapping, between, mode_topic)
     if reader.plan.torque is None:
         raise not_found(path, "torque", reader.candidates, reader.plan)
     pose, torque, mode = read_rows(reader, progress)
+    torque = torque.moved(clock_offset_s) if clock_offset_s else torque
     finite = np.asarray(np.isfinite(pose.values).all(axis=0))
     pose, pose_note = once_each(pose, finite, "pose")
     torque, torque_note = once_each(torque, np.ones(len(torque), bool), "torque")
     known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
     mode, mode_note = once_each(mode, known, "mode")
+    if reader.limits is not None and len(pose) < 2:
+        raise reader.nothing_between(f"{len(pose)} usable poses lie")
     check_content(path, pose, torque, mode, mode_topic)
+    check_common_span(path, pose.t_ns, torque.t_ns, clock_offset_s)
     log = Log(pose_track(pose), torque_track(torque), mode_track(mode), reader.robot)
-    found = [*reader.losses.notes, *reader.remarks, *reader.stamp_notes, pose_note, torque_note, mode_note]
-    return WholeLog(log, sha256_of(path), tuple(note for note in found if note))
+    moved = f"{clock_offset_s:+g} s were added to the stamps of the torques" if clock_offset_s else ""
+    said = [moved, *reader.losses.notes, *reader.remarks, *reader.stamp_notes]
+    notes = tuple(note for note in [*said, pose_note, torque_note, mode_note] if note)
+    return WholeLog(log, sha256_of(path), notes, tuple(reader.findings))
 
 
 def open_with_modes(
@@ -85,21 +100,8 @@ def read_rows(reader: LogReader, progress: Progress | None) -> tuple[Rows, Rows,
             )
         if progress is not None:
             progress("reading", reader.position_bytes / max(reader.size_bytes, 1))
-    pose, torque, mode = (
-        concatenate_rows([getattr(batch, name) for batch in batches], n_columns)
-        for name, n_columns in (("pose", 3), ("torque", 4), ("mode", 1))
-    )
-    return pose, torque, mode
-
-
-def concatenate_rows(pieces: list[Rows], n_columns: int) -> Rows:
-    """Concatenate rows of one signal; ``n_columns`` is needed when there are none."""
-    pieces = [Rows.empty(n_columns), *pieces]
-    return Rows(
-        np.concatenate([rows.t_ns for rows in pieces]),
-        np.concatenate([rows.order for rows in pieces]),
-        np.concatenate([rows.values for rows in pieces], axis=1),
-    )
+    whole = joined(batches)
+    return whole.pose, whole.torque, whole.mode
 
 
 def once_each(rows: Rows, usable: Bool, name: str) -> tuple[Rows, str]:
@@ -123,6 +125,29 @@ def check_content(path: LogPath, pose: Rows, torque: Rows, mode: Rows, mode_topi
         raise LogUnusable(path, "no row has an effort for both wheels: nothing drives a simulation", advice)
     if mode_topic is not None and not len(mode):
         raise LogUnusable(path, f"no contact mode (0 to 3) on {mode_topic}", advice)
+
+
+def check_common_span(path: LogPath, pose_ns: I64, torque_ns: I64, clock_offset_s: float) -> None:
+    """Raises LogUnusable where poses and torques, by stamp, have too little time in common.
+
+    ``clock_offset_s`` has been added to the torques' stamps.
+    """
+    spans_s = [(int(t_ns[-1]) - int(t_ns[0])) / NS_PER_S for t_ns in (pose_ns, torque_ns)]
+    begin_ns, end_ns = max(pose_ns[0], torque_ns[0]), min(pose_ns[-1], torque_ns[-1])
+    common_s = (int(end_ns) - int(begin_ns)) / NS_PER_S
+    if common_s >= min(LEAST_COMMON_S, *(span_s / 2 for span_s in spans_s)):
+        return
+    offset_s = (int(torque_ns[0]) - int(pose_ns[0])) / NS_PER_S
+    held = f"{max(common_s, 0.0):.3g} s in common" if common_s > 0 else "no time in common"
+    raise LogUnusable(
+        path,
+        f"poses ({spans_s[0]:.4g} s) and torques ({spans_s[1]:.4g} s) have {held}: "
+        f"by their stamps the torques begin {abs(offset_s):.4g} s {'after' if offset_s > 0 else 'before'} "
+        "the poses",
+        "If they were recorded together, their clocks do not belong together: try --clock log, or "
+        f"--clock-offset {clock_offset_s - offset_s:.6g} to add that many seconds to the torques' stamps. "
+        f"`wmr-replay info {path}` says what the log holds.",
+    )
 
 
 def pose_track(rows: Rows) -> PoseTrack:

@@ -53,7 +53,9 @@ def read_csv(path: Path, csv_map: CsvMap) -> Converted:
 def read_frame(path: Path, csv_map: CsvMap) -> pl.DataFrame:
     """The columns in use as numbers."""
     try:
-        frame = pl.read_csv(path, infer_schema_length=None, null_values=["", "nan", "NaN", "null"])
+        frame = pl.read_csv(
+            path, glob=False, infer_schema_length=None, null_values=["", "nan", "NaN", "null"]
+        )
     except OSError as error:
         raise LogUnusable(path, f"cannot be read ({error.strerror})", "Check the path.") from None
     except pl.exceptions.PolarsError as error:

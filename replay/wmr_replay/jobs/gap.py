@@ -9,16 +9,20 @@ from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
+from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.measured_poses import with_measured_poses
 from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
 from wmr_schemas.files import made_folder, whole_file, whole_files
+from wmr_schemas.findings import Finding
 from wmr_schemas.gap_file import GapFile, gap_to_json
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.model_file import Model, Provenance, model_to_toml
+from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
+from wmr_schemas.text import encodable
 
 TRY_LONGER = (
     "A gap analysis needs a minute or so of driving with changes of speed and of yaw rate, poses and wheel "
@@ -39,15 +43,16 @@ class GapRun:
 
 @dataclass(frozen=True, eq=False)
 class FitRun:
-    """A calibrated model, and what was noticed on the way."""
+    """A calibrated model, what was noticed on the way, and what is wrong with the data."""
 
     model: Model
     log: Log
     path: LogPath
     notes: tuple[str, ...]
+    findings: tuple[Finding, ...] = ()
 
 
-def analyse_log(
+def analyse_log(  # noqa: PLR0913 – keyword arguments
     path: LogPath,
     *,
     base: Model | None = None,
@@ -55,24 +60,33 @@ def analyse_log(
     mode_topic: str | None = None,
     mapping: LogMapping | None = None,
     between: Between | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> GapRun:
     """Analyse the log at ``path``; nothing is written.
 
     With ``mode_topic`` the contact modes are those of that topic, and the result says so. The side files are
-    never read. Raises LogUnusable.
+    never read. Raises LogUnusable, also where the data's quality bars an answer.
     """
     options = options or GapOptions()
     if mode_topic is not None:
         options = replace(options, modes="given")
-    whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
-    whole = with_measured_poses(whole)
+    whole = read_whole(
+        path,
+        mapping or LogMapping(),
+        between or Between(),
+        mode_topic,
+        progress,
+        clock_offset_s=clock_offset_s,
+    )
     base, notes = base_for(base, whole.sha256)
+    findings = checked_findings(path, whole, robot_of(whole.log, base))
+    whole = with_measured_poses(whole)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
     result = finished(result, replace(whole, notes=notes + whole.notes), mode_topic, command)
-    document = document_of(result, options, str(path), whole.sha256)
+    document = document_of(result, options, str(path), whole.sha256, findings)
     return GapRun(document, result, whole.log, path, whole.sha256)
 
 
@@ -100,19 +114,36 @@ def calibrate_log(
     mode_topic: str | None = None,
     mapping: LogMapping | None = None,
     between: Between | None = None,
+    clock_offset_s: float = 0.0,
     command: str = "",
     progress: Progress | None = None,
 ) -> FitRun:
-    """Calibrate a robot's base model on the log at ``path``; nothing is written. Raises LogUnusable."""
+    """Calibrate a robot's base model on the log at ``path``; nothing is written.
+
+    Raises LogUnusable, also where the data's quality bars an answer.
+    """
     options = options or GapOptions()
     if mode_topic is not None:
         options = replace(options, modes="given")
-    whole = read_whole(path, mapping or LogMapping(), between or Between(), mode_topic, progress)
+    whole = read_whole(
+        path,
+        mapping or LogMapping(),
+        between or Between(),
+        mode_topic,
+        progress,
+        clock_offset_s=clock_offset_s,
+    )
+    findings = checked_findings(path, whole, whole.log.robot)
     whole = with_measured_poses(whole)
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)
     model = replace(model, provenance=Provenance(whole.sha256, __version__, command))
-    return FitRun(model, whole.log, path, whole.notes)
+    return FitRun(model, whole.log, path, whole.notes, findings)
+
+
+def robot_of(log: Log, base: Model | None) -> RobotParameters:
+    """The robot's parameters as the base model has them, key by key, else the log."""
+    return log.robot if base is None else replace(log.robot, **base.robot.known())  # type: ignore[arg-type]
 
 
 def write_model(run: FitRun, out: Path) -> Path:
@@ -145,4 +176,4 @@ def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command
 def names(path: LogPath, out: Path, *, timeline: bool) -> dict[str, Path]:
     """The files by kind."""
     kinds = {"json": "gap.json", "model": "model.toml"} | ({"timeline": "gap.rrd"} if timeline else {})
-    return {kind: out / f"{path.stem}.{ending}" for kind, ending in kinds.items()}
+    return {kind: out / encodable(f"{path.stem}.{ending}") for kind, ending in kinds.items()}

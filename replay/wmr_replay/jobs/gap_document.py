@@ -1,5 +1,6 @@
 """A gap analysis as ``gap.json`` holds it: checked against the file's types, NaN and infinities as null."""
 
+from collections.abc import Iterable
 from dataclasses import asdict
 
 import msgspec
@@ -7,11 +8,14 @@ import msgspec
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import GapResult
 from wmr_schemas import __version__
+from wmr_schemas.findings import Finding
 from wmr_schemas.gap_file import GapFile
 from wmr_schemas.model_file import model_tables
 
 
-def document_of(result: GapResult, options: GapOptions, log: str, log_sha256: str) -> GapFile:
+def document_of(
+    result: GapResult, options: GapOptions, log: str, log_sha256: str, findings: Iterable[Finding] = ()
+) -> GapFile:
     """The file's contents. Raises msgspec.ValidationError for a result that no file may hold."""
     same = ("verdict", "sentence", "modes", "base", "unnameable", "notes", "seed")
     contents = {name: getattr(result, name) for name in same} | {
@@ -28,6 +32,7 @@ def document_of(result: GapResult, options: GapOptions, log: str, log_sha256: st
             "max_effects": options.max_effects,
         },
         "version": __version__,
+        "findings": [found.as_dict() for found in findings],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)
 

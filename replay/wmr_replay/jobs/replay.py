@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,13 +15,16 @@ from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.tables import confusion_frame, samples_frame
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
-from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import DamagedLog
+from wmr_schemas.batches import RawBatch, Rows
+from wmr_schemas.errors import DamagedLog, LogUnusable
 from wmr_schemas.findings import Finding
 from wmr_schemas.signals import Log
+from wmr_schemas.text import encodable
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
+MOST_REASONS = 3
+"""Losses that an error names."""
 
 
 class Source(Protocol):
@@ -55,13 +58,16 @@ class Source(Protocol):
     def findings(self) -> list[Finding]:
         """What is wrong with clocks, channels and parameters. Complete once the batches are exhausted."""
 
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Raises LogUnusable where the rows, of which ``n_warm`` are behind the warm-up, make no result."""
+
 
 class FileSource:
     """The rows of an opened log file."""
 
     def __init__(self, reader: LogReader, sha256: str | None = None) -> None:
         self._reader = reader
-        self.name, self.stem = str(reader.path), reader.path.stem
+        self.name, self.stem = encodable(reader.path), encodable(reader.path.stem)
         self.sha256 = sha256 or sha256_of(reader.path)
         self.file_sha256 = None if isinstance(reader.path, RemotePath) else self.sha256
 
@@ -71,8 +77,9 @@ class FileSource:
         return self._reader.losses
 
     def batches(self) -> Iterator[RawBatch]:
-        """The rows in file order."""
-        return self._reader.batches()
+        """The rows in file order; efforts of a steered robot are left aside."""
+        for batch in self._reader.batches():
+            yield without_efforts(batch) if self._reader.is_steered else batch
 
     def position(self) -> tuple[int, int]:
         """Bytes read so far and bytes in all."""
@@ -89,6 +96,30 @@ class FileSource:
     def findings(self) -> list[Finding]:
         """Findings of the reader."""
         return self._reader.findings
+
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Raises LogUnusable without any pose, and where the range or the window that the user chose leaves
+        no row behind the warm-up.
+        """
+        reader = self._reader
+        if not n_rows and reader.limits is None:
+            lost = "; ".join(reader.losses.notes[:MOST_REASONS])
+            raise LogUnusable(
+                reader.path, "it holds no pose that could be used" + (f": {lost}" if lost else "")
+            )
+        if not n_rows:
+            raise reader.nothing_between("no usable pose lies")
+        if not n_warm and window_s is not None:
+            raise reader.nothing_between(f"the poses end before a window of {window_s:g} s is full,")
+        if not n_warm and reader.limits is not None:
+            raise reader.nothing_between("the poses end before the differentiator's window is full,")
+
+
+def without_efforts(batch: RawBatch) -> RawBatch:
+    """The batch with unknown efforts; wheel speeds stay."""
+    values = batch.torque.values.copy()
+    values[:2] = np.nan
+    return replace(batch, torque=Rows(batch.torque.t_ns, batch.torque.order, values))
 
 
 class MemorySource:
@@ -119,6 +150,9 @@ class MemorySource:
     def findings(self) -> list[Finding]:
         """Nothing was read."""
         return []
+
+    def check_rows(self, n_rows: int, n_warm: int, window_s: float | None) -> None:
+        """Signals in memory give the rows that they are."""
 
 
 def content_sha256(log: Log) -> str:
@@ -161,7 +195,9 @@ class Replay:
         self._tally = SummaryCollector()
 
     def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
-        """The samples table, batch by batch. With ``strict``, raises DamagedLog when something was lost."""
+        """The samples table, batch by batch. Raises LogUnusable where they make no result, and with
+        ``strict`` DamagedLog when something was lost.
+        """
         for batch in self.source.batches():
             for columns in self.engine.push(batch):
                 yield self._counted(samples_frame(columns))
@@ -175,6 +211,7 @@ class Replay:
                 "; ".join(self.source.losses.notes),
                 "leave --strict out to analyse the intact part",
             )
+        self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
     def tables(self) -> RunTables:
         """Segments, confusion and the summary's row, once the samples are exhausted."""

@@ -13,6 +13,7 @@ from wmr_replay.tables.summary import summary_frame
 from wmr_replay.timeline import Timeline
 from wmr_schemas.files import made_folder, whole_files
 from wmr_schemas.tables import SAMPLES, polars_schema
+from wmr_schemas.text import json_text
 
 ENDINGS = {
     "summary_json": "summary.json",
@@ -104,7 +105,7 @@ class ResultFiles:
 def summary_json(row: Mapping[str, Any]) -> str:
     """The summary's row as JSON, settings, notes and findings unfolded."""
     unfolded = {name: json.loads(row[name]) for name in ("settings", "notes", "findings")}
-    return json.dumps({**row, **unfolded}, indent=2, ensure_ascii=False)
+    return json_text({**row, **unfolded})
 
 
 def open_timeline(path: Path, facts: TimelineFacts) -> Timeline:

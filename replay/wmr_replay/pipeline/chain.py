@@ -24,7 +24,9 @@ from wmr_replay.pipeline.rate_watch import MOST, WATCHED, RateWatch
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
+from wmr_replay.quality.monitors import default_monitors
 from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
+from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -36,7 +38,9 @@ PIECE_ROWS = 16384
 class Chain:
     """Stage: measured rows → rows of the samples table."""
 
-    def __init__(self, settings: Settings, model: ReplayModel, stretch: SampleBatch) -> None:
+    def __init__(
+        self, settings: Settings, model: ReplayModel, stretch: SampleBatch, bars: ReaderBars | None = None
+    ) -> None:
         levels = initial_levels(stretch.without_outliers())
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repair = PoseRepair(
@@ -55,7 +59,7 @@ class Chain:
         )
         self._outliers = OutlierFill(settings.all_modes)
         self._jumps_told = JumpsTold()
-        self._quality = Quality()
+        self._quality = Quality([bars or ReaderBars(), *default_monitors()])
 
     @property
     def findings(self) -> list[Finding]:
@@ -187,6 +191,8 @@ class Chain:
             alpha_sd=verdict.alpha_sd,
             variances=evidence.variances,
             robot=self._model.robot,
+            smoothed_pose=derivatives.estimates[:, 0],
+            pose_raw=rows.pose_raw,
         )
 
     def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:

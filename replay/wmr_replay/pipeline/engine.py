@@ -15,6 +15,7 @@ from wmr_replay.pipeline.derivation import Tuning
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality.frozen import RepeatedRows
+from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.findings import Finding
@@ -29,10 +30,14 @@ class Engine:
 
     def __init__(self, settings: Settings, model: ReplayModel) -> None:
         self.settings, self.model = settings, model
-        self.aligner = Aligner(reorder_window_s=settings.reorder_window_s, max_hold_s=settings.max_hold_s)
+        self.aligner = Aligner(
+            reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s),
+            max_hold_s=settings.max_hold_s,
+        )
         self._frozen, self._repeats = FrozenPose(), RepeatedRows()
         self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
+        self._bars = ReaderBars()
         self._stretch: list[SampleBatch] = []
         self._start_ns = 0
         self._first_pose_ns: int | None = None
@@ -69,6 +74,9 @@ class Engine:
         """The rows of the table that the batch completes."""
         if self._first_pose_ns is None and len(batch.pose.t_ns):
             self._first_pose_ns = int(batch.pose.t_ns[0])
+        if self.settings.clock_offset_s:
+            batch = replace(batch, torque=batch.torque.moved(self.settings.clock_offset_s))
+        self._bars.take(batch.bars)
         corrected = self.model.corrected(batch, self._first_pose_ns or 0)
         return self._advance(self.aligner.push(corrected))
 
@@ -108,7 +116,7 @@ class Engine:
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
-        self._chain = Chain(self.settings, self.model, stretch)
+        self._chain = Chain(self.settings, self.model, stretch, self._bars)
         self._chain.push(stretch)
         return [
             warming_up_columns(int(stretch.t_ns[0]), stretch, self.settings.all_modes),

@@ -12,6 +12,9 @@ DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
 """8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
 
+MOST_OFFSET_S = 4e9
+"""126 years: further, 64 bits of nanoseconds may not hold the stamps."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -52,16 +55,28 @@ class Settings:
     reorder_window_s: float = 2.0
     max_hold_s: float = 1.0
     """A torque is held no longer than this."""
+    clock_offset_s: float = 0.0
+    """Added to the stamps of torques and wheel speeds, where their clock is off the pose's."""
 
     def __post_init__(self) -> None:
+        if not abs(self.clock_offset_s) < MOST_OFFSET_S:
+            raise InvalidSetting(f"no clock is {self.clock_offset_s:g} s off: {MOST_OFFSET_S:g} s at most")
+        self._check_identifier()
+        self._check_differentiator()
+
+    def _check_identifier(self) -> None:
         if self.identifier not in IDENTIFIERS:
             raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
-        if not 2 <= self.degree <= 8:
-            raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
         if not 0 <= self.min_confidence < 1:
             raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")
         if self.min_sideslip is not None and not self.min_sideslip >= 0:
             raise InvalidSetting(f"the least sideslip must not be below 0, not {self.min_sideslip:g}")
+        if not self.threshold_sd > 0:
+            raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
+
+    def _check_differentiator(self) -> None:
+        if not 2 <= self.degree <= 8:
+            raise InvalidSetting(f"degree must be 2 to 8 (second derivatives are needed), not {self.degree}")
         if self.window_s is not None and not self.window_s > 0:
             raise InvalidSetting(f"the window must be longer than 0 s, not {self.window_s:g} s")
         if self.max_delay_s is not None and not self.max_delay_s > 0:
@@ -72,8 +87,6 @@ class Settings:
             )
         if not self.tuning_stretch_s > 0:
             raise InvalidSetting(f"the stretch to tune on must be above 0 s, not {self.tuning_stretch_s:g} s")
-        if not self.threshold_sd > 0:
-            raise InvalidSetting(f"thresholds must be above 0 standard deviations, not {self.threshold_sd:g}")
 
     def min_sideslip_of(self, robot: RobotParameters) -> float:
         """The least sideslip that is called a skid of this robot."""

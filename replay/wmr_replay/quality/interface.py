@@ -14,7 +14,8 @@ class Observed(NamedTuple):
     ``t_ns`` (n,) stamps and ``t_s`` (n,) seconds since the log's first pose. ``pose`` (3, n) repaired x, y in
     m and unwrapped yaw in rad. ``inputs`` (4, n) left and right effort in N·m, left and right wheel speed in
     rad/s, means over the interval that ends at the row, NaN where unknown. ``smoothed`` (4, n) the same
-    through the window of the motion. ``motion`` at the instants t − δ, NaN while the window fills.
+    through the window of the motion. ``motion`` at the instants t − δ, NaN while the window fills, and
+    ``smoothed_pose`` (3, n) at these instants. ``pose_raw`` (3, n) is the pose as measured, jumps left in.
     ``alpha`` and ``alpha_sd`` (n,) the identifier's estimate. ``variances`` (2, n) of the noise of position
     and yaw. ``robot`` holds the parameters that are known.
     """
@@ -29,6 +30,8 @@ class Observed(NamedTuple):
     alpha_sd: F64
     variances: F64
     robot: RobotParameters
+    smoothed_pose: F64
+    pose_raw: F64
 
 
 class Monitor(Protocol):

@@ -4,7 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wmr_replay.quality.clock_offset import ClockOffset
+from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
+from wmr_replay.quality.noise_colour import NoiseColour
+from wmr_replay.quality.plausibility import PlausibilityMonitor
 from wmr_schemas.arrays import I8
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -12,7 +16,12 @@ from wmr_schemas.status import Status
 
 def default_monitors() -> list[Monitor]:
     """Every monitor, the one whose status goes first in front."""
-    return []
+    return [
+        ClockOffset(),
+        HeadingMonitor(),
+        NoiseColour(),
+        PlausibilityMonitor(),
+    ]
 
 
 class Quality:

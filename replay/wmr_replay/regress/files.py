@@ -7,6 +7,7 @@ import polars as pl
 
 from wmr_replay.regress.check import DIFF, LogCheck
 from wmr_schemas.files import whole_file
+from wmr_schemas.text import shown
 
 
 def write_text(path: Path, text: str) -> None:
@@ -22,4 +23,6 @@ def write_diff(path: Path, checks: Sequence[LogCheck]) -> None:
         if path.suffix == ".parquet":
             table.write_parquet(part)
         else:
-            table.write_csv(part, separator="\t")
+            names = table["log"].unique().to_list()
+            named = pl.col("log").replace_strict(names, [*map(shown, names)], return_dtype=pl.String)
+            table.with_columns(named).write_csv(part, separator="\t")

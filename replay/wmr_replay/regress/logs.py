@@ -6,7 +6,7 @@ from pathlib import Path
 
 from wmr_schemas.errors import InvalidSetting
 
-PATTERNS = ("*.mcap", "*.mcap.zst")
+PATTERNS = ("*.mcap", "*.mcap.zst", "*.db3", "*.bag")
 
 
 def find_logs(paths: Sequence[Path]) -> list[Path]:

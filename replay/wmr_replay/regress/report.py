@@ -6,29 +6,31 @@ from xml.etree import ElementTree
 
 from wmr_replay.regress.check import LogCheck
 from wmr_replay.regress.differences import ColumnDifference, TableComparison
+from wmr_schemas.text import shown, shown_lines
 
 COLUMNS_SHOWN = 6
 
 
 def check_lines(check: LogCheck) -> Iterator[str]:
-    """One log: a line when it passes, what is wrong with it when it does not."""
+    """One log: a line when it passes, what is wrong with it when it does not. Control codes are escaped."""
+    stem = shown(check.log.stem)
     if check.problem is not None:
-        yield f"{check.log.stem}: FAILED: {check.problem}"
+        yield f"{stem}: FAILED: {shown_lines(check.problem)}"
         return
     if check.accepted:
-        yield f"{check.log.stem}: stored as the new reference"
+        yield f"{stem}: stored as the new reference"
     elif check.tables:
         n_rows, n_values = check.tables[0].n_rows, sum(table.n_values for table in check.tables)
         verdict = "same" if check.same else "DIFFERS"
-        yield f"{check.log.stem}: {verdict} ({n_rows} samples, {n_values} values)"
+        yield f"{stem}: {verdict} ({n_rows} samples, {n_values} values)"
     else:
-        yield f"{check.log.stem}: {'passed' if check.passed else 'FAILED'}"
+        yield f"{stem}: {'passed' if check.passed else 'FAILED'}"
     for table in check.tables:
         yield from (f"  {table.table}: {line}" for line in table_lines(table))
     for judged in check.criteria:
         value = "unknown" if judged.value is None else f"{judged.value:.6g}"
         yield f"  {'met' if judged.passed else 'NOT MET'}: {judged.criterion} (is {value})"
-    yield from (f"  note: {note}" for note in check.notes)
+    yield from (f"  note: {shown(note)}" for note in check.notes)
 
 
 def table_lines(table: TableComparison) -> Iterator[str]:
@@ -50,7 +52,7 @@ def column_line(column: ColumnDifference, n_rows: int) -> str:
 def value_line(table: TableComparison, column: ColumnDifference) -> str:
     """New and reference value of a column that has one row."""
     (row,) = table.differences.filter(column=column.column).iter_rows(named=True)
-    return f"{column.column}: {row['new']}, not {row['reference']}"
+    return shown(f"{column.column}: {row['new']}, not {row['reference']}")
 
 
 def check_json(checks: Sequence[LogCheck], missing: Sequence[str], accept: str | None) -> dict[str, Any]:
@@ -89,17 +91,24 @@ def log_json(check: LogCheck) -> dict[str, Any]:
 
 
 def junit_xml(checks: Sequence[LogCheck], missing: Sequence[str], accept: str | None) -> str:
-    """One test case for each table and criterion of each log; skipped ones for references without a log."""
+    """One test case for each table and criterion of each log; skipped ones for references without a log.
+
+    XML 1.0 cannot hold control codes even as references, so they are escaped as on a terminal.
+    """
     suite = ElementTree.Element("testsuite", name="wmr-replay check")
     for check in checks:
         for name, problems in cases(check):
-            case = ElementTree.SubElement(suite, "testcase", classname=check.log.stem, name=name)
+            case = ElementTree.SubElement(
+                suite, "testcase", classname=shown(check.log.stem), name=shown(name)
+            )
             if problems:
                 kind = "error" if check.unusable else "failure"
-                found = ElementTree.SubElement(case, kind, message=problems[0])
-                found.text = "\n".join([*problems, *([f"to accept: {accept}"] if accept else [])])
+                found = ElementTree.SubElement(case, kind, message=shown_lines(problems[0]))
+                found.text = shown_lines(
+                    "\n".join([*problems, *([f"to accept: {accept}"] if accept else [])])
+                )
     for stem in missing:
-        case = ElementTree.SubElement(suite, "testcase", classname=stem, name="samples")
+        case = ElementTree.SubElement(suite, "testcase", classname=shown(stem), name="samples")
         ElementTree.SubElement(case, "skipped", message="the reference's log was not given")
     for attribute, path in (
         ("tests", "testcase"),

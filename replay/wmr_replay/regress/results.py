@@ -63,7 +63,7 @@ def read_results(directory: Path, stem: str) -> Results:
 def read_table(path: Path) -> pl.DataFrame:
     """One table, whole."""
     try:
-        return pl.read_parquet(path)
+        return pl.read_parquet(path, glob=False)
     except FileNotFoundError:
         raise InvalidFile(path, "", "is missing") from None
     except (OSError, pl.exceptions.PolarsError) as error:

@@ -65,6 +65,16 @@ class SummaryCollector:
         """Last minus first pose stamp, in s."""
         return 0.0 if self.first_ns is None else (self.last_ns - self.first_ns) / 1e9
 
+    @property
+    def n_rows(self) -> int:
+        """Rows so far."""
+        return self.statuses.total()
+
+    @property
+    def n_warm(self) -> int:
+        """Rows behind the warm-up."""
+        return self.n_rows - self.statuses[Status.WARMING_UP.label]
+
     def status_shares(self) -> dict[str, float]:
         """Shares of the rows after warm-up by status."""
         warm = {name: n for name, n in self.statuses.items() if name != Status.WARMING_UP.label}

@@ -1,5 +1,7 @@
 """The text panel: what the run found, and how to read the recording."""
 
+from wmr_schemas.text import markdown
+
 _HOW_TO_READ = """\
 **Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding; \
 pink: slipping; dark red: both; grey: undecided. Skidding drives C_k, slipping C_d, away from zero.
@@ -16,7 +18,7 @@ changes of mode and status are exact.
 
 def description(log_name: str, verdict: str | None, rate_hz: float, drawn_hz: float, has_truth: bool) -> str:
     """Markdown for the text panel."""
-    heading = f"## {log_name}\n\n" + (f"{verdict.strip()}\n\n" if verdict else "")
+    heading = f"## {markdown(log_name)}\n\n" + (f"{markdown(verdict.strip())}\n\n" if verdict else "")
     return heading + _HOW_TO_READ.format(
         true_path="; the true path thin and white over it" if has_truth else "",
         lanes="; the true mode leads by the detection delay" if has_truth else "",

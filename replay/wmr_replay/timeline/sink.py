@@ -22,6 +22,7 @@ from wmr_replay.timeline.states import LANES, Lane
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.findings import Severity
 from wmr_schemas.modes import ContactMode
+from wmr_schemas.text import shown
 
 APPLICATION = "wmr_replay"
 LEVELS = {
@@ -37,7 +38,11 @@ DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).ro
 
 def recording_into(path: Path, recording_id: str | None) -> rr.RecordingStream:
     """A recording that streams into ``path``."""
-    recording = rr.RecordingStream(APPLICATION, recording_id=recording_id, send_properties=False)
+    recording = rr.RecordingStream(
+        APPLICATION,
+        recording_id=None if recording_id is None else shown(recording_id),
+        send_properties=False,
+    )
     recording.save(path)
     return recording
 
@@ -111,7 +116,7 @@ class Sink:
             return
         at_s = [found["where"][0][0] if found["where"] else 0.0 for found in findings]
         t_ns = pl.Series([self.start_ns + round(t_s * NS_PER_S) for t_s in at_s])
-        texts = [f"{found['code']}: {found['text']}. {found['advice']}" for found in findings]
+        texts = [shown(f"{found['code']}: {found['text']}. {found['advice']}") for found in findings]
         levels = [LEVELS[found["severity"]] for found in findings]
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 

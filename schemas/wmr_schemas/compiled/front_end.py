@@ -6,26 +6,34 @@ Four fifths of a compilation are numba's own Python. Measured on a first ``run``
 - the overloads of an operator that are tried before the built-in one of ``a + b`` is found;
 - the search for new registries at every function, and events of every call of LLVM;
 - the garbage collector;
-- lists of the variables of a statement;
+- where variables live, found out after each of 27 passes, and read after two of them;
+- modules that are parsed for the size of a type;
 - the text of errors that are never shown.
 """
 
 import contextlib
+import functools
 import gc
 import sys
 from collections.abc import Iterator
 from typing import Any
 
 from llvmlite.binding import ffi
-from numba.core import errors, event, ir
+from llvmlite.ir.types import Type
+from numba.core import analysis, errors, event, ir, lowering, transforms, typeinfer, utils
+from numba.core.compiler_machinery import PassManager
 from numba.core.cpu import CPUContext
+from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context as TypingContext
 
+from wmr_schemas.compiled import passes
+
 _LOAD = "load_additional_registries"
-COLLECTED_AFTER = (100_000, 100, 1000)
+COLLECTED_AFTER = (200_000, 100, 1000)
 """``gc.set_threshold`` while compiling. Few of the objects that a compilation makes are in cycles."""
+FEW_OBJECTS = 40_000
 
 
 class PlainText:
@@ -45,36 +53,6 @@ def values_of(config: Any) -> dict[str, Any]:
 
 
 _DEFAULTS: dict[type, dict[str, Any]] = {}
-
-
-def variables_in(value: Any) -> list[Any]:
-    """The variables in a statement's attribute: :meth:`numba.core.ir.Inst._rec_list_vars` without a call for
-    each value that holds none.
-    """
-    kind = type(value)
-    if kind is ir.Var:
-        return [value]
-    if kind in _PLAIN:
-        return []
-    if kind is list or kind is tuple:
-        return [variable for item in value for variable in variables_in(item)]
-    if kind is dict:
-        return [v for item in value.values() if type(item) not in _PLAIN for v in variables_in(item)]
-    return value.list_vars() if isinstance(value, ir.Inst) else _other_variables(value)
-
-
-def _other_variables(value: Any) -> list[Any]:
-    """Subclasses of the kinds that hold variables."""
-    if isinstance(value, ir.Var):
-        return [value]
-    if isinstance(value, dict):
-        value = list(value.values())
-    if isinstance(value, (list, tuple)):
-        return [variable for item in value for variable in variables_in(item)]
-    return []
-
-
-_PLAIN = frozenset((str, int, float, bool, type(None), ir.Loc))
 
 
 def remembered_call_type(get_call_type: Any) -> Any:
@@ -126,29 +104,80 @@ def loaded_where_new(load: Any) -> Any:
     return loaded
 
 
+def remembered_size(measure: Any) -> Any:
+    """A type's ``get_abi_size`` or ``get_abi_alignment``, once for each type: either parses a module."""
+
+    def measured(self: Any, target_data: Any, context: Any = None) -> int:
+        key = measure.__name__, str(self), str(target_data)
+        if context is not None or "%" in key[1]:
+            return int(measure(self, target_data, context))
+        if key not in _SIZES:
+            _SIZES[key] = measure(self, target_data)
+        return _SIZES[key]
+
+    return measured
+
+
+_SIZES: dict[tuple[str, str, str], int] = {}
+
+
+def is_listened_to() -> bool:
+    """Whether anything but the timers that numba keeps for itself listens to its events."""
+    return any(type(one) is not event.TimingListener for all_ in event._registered.values() for one in all_)
+
+
 def replacements() -> Iterator[tuple[Any, str, Any]]:
     """Owner, attribute and the quicker value in its place."""
     yield errors, "_termcolor_inst", PlainText()
+    yield type(errors.termcolor()), "_markup", lambda self, text, color=None, style=None: text
     yield TargetConfig, "values", values_of
-    yield ir.Inst, "_rec_list_vars", lambda self, value: variables_in(value)
+    yield ir.Inst, "_rec_list_vars", lambda self, value: passes.variables_in(value)
+    yield analysis, "compute_use_defs", passes.uses_and_definitions
+    yield transforms, "canonicalize_cfg", passes.canonical_where_new(transforms.canonicalize_cfg)
+    yield PostProcessor, "run", passes.processed_where_read(PostProcessor.run)
+    yield PassManager, "_runPass", passes.run_pass
+    for module in (errors, typeinfer, lowering):
+        yield module, "new_error_context", passes.ErrorContext
     yield BaseFunction, "get_call_type", remembered_call_type(BaseFunction.get_call_type)
+    yield utils, "pysignature", functools.cache(utils.pysignature)
+    for measure in ("get_abi_size", "get_abi_alignment"):
+        yield Type, measure, remembered_size(getattr(Type, measure))
     for context in (CPUContext, TypingContext):
         yield context, _LOAD, loaded_where_new(getattr(context, _LOAD))
-    if not any(event._registered.values()):
+    yield event, "install_timer", passes.untimed
+    if not is_listened_to():
         yield ffi.lib._lock, "_cblist", []
+
+
+@contextlib.contextmanager
+def garbage_collected_once() -> Iterator[None]:
+    """Search the objects that are made meanwhile for garbage, at the end; not those that exist already.
+
+    A few objects are left to the next collection.
+    """
+    thresholds, is_ours = gc.get_threshold(), not gc.get_freeze_count()
+    if is_ours:
+        gc.freeze()
+    gc.set_threshold(*COLLECTED_AFTER)
+    try:
+        yield
+    finally:
+        if gc.get_count()[0] > FEW_OBJECTS or gc.get_count()[1]:
+            gc.collect()
+        gc.set_threshold(*thresholds)
+        if is_ours:
+            gc.unfreeze()
 
 
 @contextlib.contextmanager
 def faster() -> Iterator[None]:
     """With numba's compiler lock held: the quicker functions in the place of numba's own."""
-    thresholds = gc.get_threshold()
     replaced = [(owner, name, getattr(owner, name), value) for owner, name, value in replacements()]
     for owner, name, _, value in replaced:
         setattr(owner, name, value)
-    gc.set_threshold(*COLLECTED_AFTER)
     try:
-        yield
+        with garbage_collected_once():
+            yield
     finally:
-        gc.set_threshold(*thresholds)
         for owner, name, before, _ in replaced:
             setattr(owner, name, before)

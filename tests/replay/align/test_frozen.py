@@ -1,5 +1,6 @@
 """Repeated poses: which are frozen, and which a live tracker sends of a robot that rests or creeps."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -7,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from wmr_replay.align import FrozenPose
+from wmr_replay.align import FrozenPose, SampleBatch
+from wmr_replay.align.carried import CarriedInputs
 from wmr_schemas.arrays import F64, I64, Bool
+from wmr_schemas.status import Status
 
 UNKNOWN = np.nan
 RADIUS_M = 0.1
@@ -167,3 +170,27 @@ def test_batches_and_later_rows_change_nothing(seed: int, cuts: list[int]) -> No
     assert np.array_equal(np.concatenate(parts), whole)
     k = edges[1] if cuts else 150
     assert np.array_equal(FrozenPose().frozen(t_ns[:k], pose[:, :k], known[:, :k]), whole[:k])
+
+
+def rows_of(t_ns: I64, frozen: Bool, inputs: F64) -> SampleBatch:
+    n = len(t_ns)
+    rows = SampleBatch.measured(t_ns, np.zeros((3, n)), inputs, np.zeros(n, np.int8))
+    return replace(rows, repair=np.where(frozen, Status.GAP, Status.OK).astype(np.int8))
+
+
+@given(st.integers(0, 10_000), st.lists(st.integers(0, 60), max_size=5))
+def test_inputs_of_frozen_rows_go_to_the_next_measured_one(seed: int, cuts: list[int]) -> None:
+    rng = np.random.default_rng(seed)
+    t_ns = np.cumsum(rng.integers(1_000_000, 9_000_000, 60))
+    frozen, inputs = rng.random(60) < 0.5, rng.normal(size=(4, 60))
+    frozen[0] = False
+    stage, parts = CarriedInputs(), []
+    for a, b in pairwise([0, *sorted(cuts), 60]):
+        parts.append(stage.push(rows_of(t_ns[a:b], frozen[a:b], inputs[:, a:b])))
+    found = np.concatenate(parts, axis=1)
+    assert np.array_equal(found, CarriedInputs().push(rows_of(t_ns, frozen, inputs)))
+    step_s = np.diff(t_ns, prepend=t_ns[0]) / 1e9
+    kept = np.flatnonzero(~frozen)
+    for before, row in pairwise(kept):
+        part = slice(before + 1, row + 1)
+        assert found[:, row] == pytest.approx(np.average(inputs[:, part], axis=1, weights=step_s[part]))

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from wmr_replay.align import SampleBatch, concatenate
-from wmr_replay.align.repair import OK, OUTLIER, POSE_JUMP, PoseRepair
+from wmr_replay.align.exact import OK, OUTLIER, POSE_JUMP
+from wmr_replay.align.repair import PoseRepair
 from wmr_replay.align.track import CAPACITY, fresh_track, line, make_room, put
 from wmr_synth import SCENARIOS, synthesise
 
@@ -194,3 +195,21 @@ def test_lines_out_of_running_sums_are_those_of_polyfit_after_the_anchor_has_mov
     assert v == pytest.approx(
         np.linalg.inv(np.stack([ages**0, ages]) @ np.stack([ages**0, ages]).T)[0, 0], rel=1e-6
     )
+
+
+def test_a_log_without_rejected_rows_needs_no_exact_test(rng, monkeypatch):
+    """Not for the first rows, a held pose, a gap, or a track that is full: exact tests are not compiled."""
+
+    def refused(*_):
+        raise AssertionError("the exact tests were called")
+
+    rows = curve(2 * CAPACITY, rng, sd=0.01)
+    rows.pose[:, 500] = rows.pose[:, 499]
+    rows.t_ns[1500:] += 3 * 10**9
+    monkeypatch.setattr("wmr_replay.align.repair.judge_rows", refused)
+    stage, done = repair(rows, sd=0.01)
+    assert (stage.n_outliers, stage.n_jumps) == (0, 0)
+    assert np.array_equal(done.pose, rows.pose)
+    rows.pose[0, 3000] += 5.0
+    with pytest.raises(AssertionError, match="exact tests"):
+        repair(rows, sd=0.01)

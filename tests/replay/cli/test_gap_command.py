@@ -42,6 +42,7 @@ def analysed(monkeypatch, made_up_gap):
         return seen["result"]
 
     monkeypatch.setattr(gap_command, "analyse", analyse)
+    monkeypatch.setattr(gap_command, "checked_findings", lambda *_: ())
     monkeypatch.setattr(gap_command, "calibrate", lambda *given: analyse(*given, None).model)
     return seen
 

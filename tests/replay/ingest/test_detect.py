@@ -1,6 +1,7 @@
 """The role of each channel, and the reasons for the channels without a role."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -110,16 +111,19 @@ def test_the_logs_robot_is_read_and_the_mappings_robot_overrides_it(tmp_path):
     path = write(tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata=metadata)
     assert open_log(path).robot == PAPER_ROBOT
     mine = RobotParameters(alpha=1.0)
-    assert open_log(path, LogMapping(robot=mine)).robot == mine
+    assert open_log(path, LogMapping(robot=mine)).robot == replace(PAPER_ROBOT, alpha=1.0)
+    assert open_log(path, LogMapping(robot=RobotParameters())).robot == PAPER_ROBOT
+    assert open_log(path, LogMapping(robot=mine, robot_from_log=False)).robot == mine
 
 
-def test_a_broken_robot_record_is_remarked_on_and_left_aside(tmp_path):
-    path = write(
-        tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": {"alpha": "heavy"}}
-    )
+def test_parameters_of_the_logs_own_that_make_no_sense_are_found_and_left_out(tmp_path):
+    record = {"alpha": "heavy", "wheel_radius_m": "100", "mass_kg": "20"}
+    path = write(tmp_path / "a.mcap", ("/p", "PoseStamped", POSE, 1), metadata={"wmr_replay": record})
     reader = open_log(path)
-    assert reader.robot == RobotParameters()
-    assert any("'heavy' is not a number" in remark for remark in reader.remarks)
+    assert reader.robot == RobotParameters(mass_kg=20.0)
+    assert [f.code for f in reader.findings] == ["parameter_without_sense"] * 2
+    assert "alpha: 'heavy' is no number above 0" in reader.findings[0].text
+    assert "wheel_radius_m: 100 makes no sense; expected 0.001 to 5 m" in reader.findings[1].text
 
 
 @pytest.mark.parametrize(
@@ -157,9 +161,10 @@ def test_other_joints_are_no_wheels(names):
     [
         (b"", "the file is empty", "Nothing was recorded"),
         (b"\x89MCAP", "ends inside MCAP's magic", "Copying"),
-        (b"SQLite format 3\0" + bytes(90), "ROS 2 bag in SQLite form", "rosbags-convert --src {path}"),
-        (b"#ROSBAG V2.0\n", "ROS 1 bag", "rosbags-convert --src {path}"),
-        (b"hello, world", "not an MCAP file", "Give a .mcap file"),
+        (b"SQLite format 3\0" + bytes(90), "its database cannot be read", "copy it again"),
+        (b"#ROSBAG V2.0\n", "its header is damaged", "Copy it again"),
+        (b"#ROSBAG V1.2\n", "a ROS 1 bag of another version", "rosbag fix"),
+        (b"hello, world", "not an MCAP file nor a ROS bag", "Give a .mcap, .db3 or .bag file"),
     ],
 )
 def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem, advice):
@@ -172,10 +177,10 @@ def test_what_is_no_mcap_file_is_refused_with_advice(tmp_path, content, problem,
 
 
 def test_an_empty_directory_and_a_missing_file_are_refused(tmp_path):
-    with pytest.raises(LogUnusable, match=r"a directory without any \.mcap file"):
+    with pytest.raises(LogUnusable, match=r"a directory without any \.mcap or \.db3 file"):
         open_log(tmp_path)
     (tmp_path / "bag_0.db3").touch()
-    with pytest.raises(LogUnusable, match="rosbags-convert --src"):
+    with pytest.raises(LogUnusable, match="the file is empty"):
         open_log(tmp_path)
     with pytest.raises(LogUnusable, match="there is no such file"):
         open_log(tmp_path / "nothing.mcap")

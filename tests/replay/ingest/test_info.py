@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from mcap.writer import Writer
+from rosbags.typesys import Stores, get_typestore
 
+import wmr_replay as wr
 from wmr_replay.cli.info import command
+from wmr_replay.ingest.mcap import stretches
+from wmr_replay.ingest.mcap.index_survey import indexed_survey
 from wmr_schemas import PAPER_ROBOT, ModeTrack, PoseTrack, TorqueTrack
-from wmr_schemas.errors import ChannelNotFound
+from wmr_schemas.errors import ChannelNotFound, InvalidSetting
 from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, ros2
 
 T0 = 1_700_000_000_000_000_000
@@ -67,10 +71,11 @@ def test_the_table_lists_every_channel_with_its_role_or_the_reason_against_it(lo
         "2.00",
         "3.00",
         "pose",
+        "pose",
     ]
     assert lines[TORQUE_TOPIC][-1] == "torque"
     assert lines[MODE_TOPIC][-1] == "truth"
-    assert " ".join(lines["/[chat]"]).endswith("1 – 0.00 0.00 no pose, joint state or contact mode")
+    assert " ".join(lines["/[chat]"]).endswith("1 – 0.00 0.00 – no pose, joint state or contact mode")
 
 
 def test_the_lines_below_tell_clocks_robot_and_losses(log):
@@ -125,7 +130,7 @@ def test_a_mapping_file_is_heeded(log, tmp_path):
     mapping = tmp_path / "robot.toml"
     mapping.write_text('[torque]\ntopic = "/wheel_torques"\n[robot]\nalpha = 2.0\n')
     facts = json.loads(run(log, "--json", "--map", mapping))
-    assert facts["robot"] == {"alpha": 2.0}
+    assert facts["robot"] == PAPER_ROBOT.known() | {"alpha": 2.0}
 
 
 @pytest.mark.parametrize("source", ["made", "real"])
@@ -137,3 +142,119 @@ def test_a_turtlebots_log_warns_of_odometry_and_empty_efforts(source, shared_dat
     text = run(path)
     assert "by its name the pose is odometry" in text
     assert "2741 torque messages without an effort" in text
+
+
+def test_a_mapping_file_that_exists_is_kept_and_a_written_one_is_told(log, tmp_path):
+    target = tmp_path / "robot.toml"
+    written = run(log, "--write-map", target)
+    assert f"wrote {target}: pose {POSE_TOPIC}; torque {TORQUE_TOPIC} (left " in written
+    mine = target.read_text().replace("alpha = 0.0255", "alpha = 0.0266")
+    target.write_text(mine)
+    refused = CliRunner().invoke(command, [str(log), "--write-map", str(target)])
+    assert refused.exit_code == 2
+    assert f"{target} exists and is left as it is; --force replaces it" in refused.output
+    assert target.read_text() == mine
+    with pytest.raises(InvalidSetting, match="exists and is left as it is"):
+        wr.open_log(log).write_mapping(target)
+    json.loads(
+        CliRunner().invoke(command, [str(log), "--json", "--write-map", str(target), "--force"]).stdout
+    )
+    assert target.read_text() != mine
+
+
+@pytest.fixture
+def large(tmp_path, monkeypatch):
+    """A log of some 60 chunks, and limits by which it is a large one."""
+    path = tmp_path / "large.mcap"
+    n, codec = 2000, ros2.CODEC
+    t_ns, angle = T0 + np.arange(n) * 10_000_000, np.arange(n) * 0.01
+    pose = codec.encode_pose(PoseTrack(t_ns, np.cos(angle), np.sin(angle), angle))
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=4096)
+        writer.start()
+        ids = [writer.register_schema("std_msgs/msg/String", "ros2msg", b"string data")]
+        ids.append(writer.register_schema(codec.pose.name, "ros2msg", codec.pose.definition))
+        text, poses = (
+            writer.register_channel(topic, "cdr", k) for topic, k in zip(("/chat", "/pose"), ids, strict=True)
+        )
+        for k, (t, message) in enumerate(zip(t_ns.tolist(), pose, strict=True)):
+            writer.add_message(poses, t, message, t)
+            if k == 1000:
+                writer.add_message(text, t, b"\0\1\0\0\1\0\0\0\0", t)
+        writer.finish()
+    monkeypatch.setattr(stretches, "WHOLE_BYTES", 1 << 14)
+    monkeypatch.setattr(stretches, "SAMPLED_BYTES", 1 << 16)
+    return path
+
+
+def test_a_large_log_is_sampled_with_the_index_for_its_counts(large):
+    quick, full = (json.loads(run(large, "--json", *more)) for more in ([], ["--full"]))
+    assert (quick["complete"], full["complete"]) == (False, True)
+    assert quick["chunks"] == full["chunks"] == full["chunks_read"] > 40
+    assert 5 <= quick["chunks_read"] < 25
+    for a, b in zip(quick["channels"], full["channels"], strict=True):
+        assert a | dict.fromkeys(("first_ns", "last_ns", "rate_hz")) == b | dict.fromkeys(
+            ("first_ns", "last_ns", "rate_hz")
+        )
+        assert abs(a["first_ns"] - b["first_ns"]) < 5e8
+        assert abs(a["last_ns"] - b["last_ns"]) < 5e8
+    assert quick["channels"][1]["rate_hz"] == pytest.approx(100, rel=0.01)
+    assert quick["clocks"]["pose"] == full["clocks"]["pose"]
+    text = run(large)
+    assert f"read    {quick['chunks_read']} of {quick['chunks']} chunks" in text
+    assert "--full" not in run(large, "--full")
+
+
+def test_damage_between_the_stretches_is_told_by_full_and_not_denied_before(large):
+    data = bytearray(large.read_bytes())
+    with large.open("rb") as file:
+        spans = indexed_survey(file, len(data)).spans
+    middle = spans[len(spans) // 3]
+    data[middle.data_offset + 50] ^= 0xFF
+    large.write_bytes(data)
+    assert "lost    nothing\nread    " in run(large)
+    assert f"the chunk at byte {middle.offset} is left out" in run(large, "--full")
+
+
+def test_the_rows_of_the_stretches_are_those_of_the_log(large):
+    opened = wr.open_log(large)
+    whole = opened.signals().pose
+    parts = [part.pose for part in opened.stretches()]
+    assert len(parts) == 5
+    for part in parts:
+        first = whole["t_ns"].index_of(part["t_ns"][0])
+        assert part.equals(whole[first : first + len(part)])
+    assert parts[0]["t_ns"][0] == whole["t_ns"][0]
+    assert parts[-1]["t_ns"][-1] == whole["t_ns"][-1]
+
+
+def test_a_part_of_a_large_log_is_sampled_within_its_limits(large):
+    facts = json.loads(run(large, "--json", "--start", "5", "--end", "15"))
+    assert facts["channels"][1]["messages"] == pytest.approx(1000, abs=60)
+    assert not facts["complete"]
+
+
+@pytest.mark.parametrize("efforts", [(), (float("nan"), float("nan"))])
+def test_a_joint_state_without_efforts_is_called_a_wheel_speed(tmp_path, efforts):
+    store, name = get_typestore(Stores.ROS2_HUMBLE), "sensor_msgs/msg/JointState"
+    kinds, empty = store.types, np.empty(0)
+    header = kinds["std_msgs/msg/Header"](kinds["builtin_interfaces/msg/Time"](1_700_000_000, 0), "")
+    joints = ["left_wheel", "right_wheel"]
+    message = kinds[name](header, joints, empty, np.array([1.0, 2.0]), np.array(efforts, np.float64))
+    path = tmp_path / "speeds.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        text = store.generate_msgdef(name, ros_version=2)[0].encode()
+        channel = writer.register_channel(
+            "/joint_states", "cdr", writer.register_schema(name, "ros2msg", text)
+        )
+        for k in range(30):
+            writer.add_message(channel, T0 + k * 10_000_000, bytes(store.serialize_cdr(message, name)), T0)
+        writer.finish()
+    facts = json.loads(run(path, "--json"))
+    assert facts["channels"][0]["serves_as"] == ["wheel speed"]
+    assert facts["channels"][0]["role"] == "wheel_speed"
+    assert facts["used"]["torque"] is None
+    assert facts["used"]["wheel_speed"]["topic"] == "/joint_states"
+    assert "torque  none: /joint_states holds wheel speeds, but no effort" in run(path)

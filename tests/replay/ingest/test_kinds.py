@@ -299,6 +299,51 @@ def test_a_pose_of_plain_numbers_is_moved_to_the_axle(tmp_path):
     np.testing.assert_allclose(values, [k - lever[:, 0], -k - lever[:, 1], yaw], atol=1e-12)
 
 
+def test_torque_and_speed_have_scales_units_and_signs_of_their_own(tmp_path):
+    fields = TorqueFields(
+        left_fields=("current[0]", "current[1]"),
+        right_fields=("current[2]",),
+        left_speed_fields=("place[0]",),
+        right_speed_fields=("place[1]",),
+        left_sign=-1.0,
+        left_speed_sign=1.0,
+        right_speed_sign=-1.0,
+        torque_scale=0.001,
+        torque_constant_nm_per_a=0.05,
+        gear_ratio=20.0,
+        speed_scale=1 / 7,
+        speed_unit="rpm",
+        speeds_before_gear=True,
+    )
+    mapping = LogMapping(torque_topic="/motors", torque=fields)
+    _, values = columns(open_log(motors_log(tmp_path), mapping, need_pose=False), "torque")
+    k = np.arange(N)
+    np.testing.assert_allclose(values[:2], [-0.001 * (k + 2.0), np.full(N, 0.003)])
+    turns_per_s = k / 7 / 60 / 20
+    np.testing.assert_allclose(values[2:], np.tile(turns_per_s * 2 * np.pi, (2, 1)), atol=1e-15)
+
+
+def test_a_position_in_millimetres_and_a_clockwise_heading_in_degrees(tmp_path):
+    fields = PoseFields(
+        x="place[0]",
+        y="place[1]",
+        yaw="heading",
+        position_scale=0.001,
+        yaw_unit="deg",
+        yaw_sign=-1.0,
+        yaw_offset_rad=-np.pi / 2,
+    )
+    _, values = columns(open_log(motors_log(tmp_path), LogMapping(pose_topic="/state", pose=fields)), "pose")
+    k = np.arange(N)
+    np.testing.assert_allclose(values, [k / 1000, -k / 1000, np.pi / 2 - np.deg2rad(0.1 * k)], atol=1e-12)
+
+
+def test_a_unit_of_yaw_does_not_go_with_a_quaternion(tmp_path):
+    path = write(tmp_path / "a.mcap", pose_channel(REGULAR))
+    with pytest.raises(ChannelNotFound, match="yaw_unit and yaw_sign are for a pose of the fields"):
+        open_log(path, LogMapping(pose_topic="/pose", pose=PoseFields(yaw_unit="deg")))
+
+
 def test_a_field_that_is_not_there_is_refused_by_name(tmp_path):
     mapping = LogMapping(pose_topic="/state", pose=PoseFields(x="place[0]", y="place[1]", yaw="direction"))
     with pytest.raises(ChannelNotFound, match="no field direction"):
@@ -458,11 +503,30 @@ def test_a_packed_log_is_unpacked_as_far_as_it_goes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("topic", "kind"), [("/ackermann_cmd", "steered"), ("/mecanum_controller/odom", "omnidirectional")]
+    ("topic", "kind", "code", "severity"),
+    [
+        ("/ackermann_cmd", "steered", "steered", "warning"),
+        ("/front_steering/state", "steered", "steered", "warning"),
+        ("/mecanum_controller/odom", "omnidirectional", "drives_sideways", "bars"),
+        ("/holonomic_base/pose2", "omnidirectional", "drives_sideways", "bars"),
+    ],
 )
-def test_a_robot_that_the_model_does_not_fit_is_told_so(tmp_path, topic, kind):
+def test_a_robot_that_the_model_does_not_fit_is_told_so(tmp_path, topic, kind, code, severity):
     reader = open_log(write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, topic)))
-    assert any(f"the robot seems to be {kind} ({topic})" in remark for remark in reader.remarks)
+    assert [(f.code, f.severity) for f in reader.findings] == [(code, severity)]
+    assert reader.findings[0].text == f"the robot seems to be {kind} ({topic})"
+
+
+@pytest.mark.parametrize("topic", ["/skid_steer_controller/odom", "/nonholonomic/odom", "/diff_steering"])
+def test_skid_steering_is_a_differential_drive(tmp_path, topic):
+    reader = open_log(write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, topic)))
+    assert reader.findings == []
+
+
+def test_another_robots_names_bar_nothing_where_the_channels_are_named(tmp_path):
+    path = write(tmp_path / "a.mcap", pose_channel(REGULAR), pose_channel(REGULAR, "/mecanum/pose"))
+    (found,) = open_log(path, LogMapping(pose_topic="/pose")).findings
+    assert (found.code, found.severity) == ("drives_sideways", "warning")
 
 
 def test_the_mapping_that_was_found_finds_the_same_again(tmp_path):
@@ -484,13 +548,15 @@ def test_a_mapping_reads_back_as_it_was_written(tmp_path):
         left_joints=("a", "b"),
         right_joints=("c",),
         truth_topic="/m",
-        pose=PoseFields("a", "b", "c", "d", "e", "f", "g", 0.1, (0.2, -0.3), "log"),
+        pose=PoseFields("a", "b", "c", "d", "e", "f", "g", 0.001, "deg", -1.0, 0.1, (0.2, -0.3), "log"),
         torque=TorqueFields(
-            "n", "e", "v", ("a",), ("b",), ("c",), ("d",), -1.0, 1.0, 0.1, 30.0, True, "publish"
+            "n", "e", "v", ("a",), ("b",), ("c",), ("d",), -1.0, 1.0, -1.0, 1.0, 1.0, -1.0, 2.0, 3.0, "rpm",
+            0.1, 30.0, True, "publish",
         ),
         truth=TruthFields("data", "header"),
         clock="log",
-    )
+        robot_from_log=False,
+    )  # fmt: skip
     file = tmp_path / "robot.toml"
     file.write_text(mapping_toml(full), encoding="utf-8")
     assert read_mapping(file) == full

@@ -14,7 +14,7 @@ from polars.testing import assert_frame_equal
 
 from wmr_replay.cli.compiling import LINE
 from wmr_replay.jobs.run import run_log
-from wmr_schemas import RobotParameters
+from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import DamagedLog
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, polars_schema
@@ -203,7 +203,10 @@ def test_a_robot_without_known_alpha_gets_one_estimated_and_none_assumed(log, tm
     copy = tmp_path / "drive.mcap"
     shutil.copy(log, copy)
     result = run_log(
-        copy, tmp_path / "out", mapping=LogMapping(robot=RobotParameters(half_track_m=1.0)), timeline=False
+        copy,
+        tmp_path / "out",
+        mapping=LogMapping(robot=RobotParameters(half_track_m=1.0), robot_from_log=False),
+        timeline=False,
     )
     assert result.summary["alpha"] == pytest.approx(0.35**2 / 4.8, rel=0.15)
     samples = pl.read_parquet(result.files["samples"])
@@ -211,10 +214,10 @@ def test_a_robot_without_known_alpha_gets_one_estimated_and_none_assumed(log, tm
     assert early["c_d_mps2"].null_count() == len(early)
 
 
-def test_a_model_file_parameter_overrides_the_logs_own(log, tmp_path):
+def test_a_parameter_of_the_mapping_file_overrides_the_logs_own_and_no_other(log, tmp_path):
     (tmp_path / "robot.toml").write_text('[pose]\ntopic = "/pose"\n[robot]\nalpha = 0.05\n')
     done = command("run", log, "--map", "robot.toml", "--json", "--no-rrd", cwd=tmp_path)
-    assert json.loads(done.stdout)["settings"]["robot"] == {"alpha": 0.05}
+    assert json.loads(done.stdout)["settings"]["robot"] == PAPER_ROBOT.known() | {"alpha": 0.05}
 
 
 @pytest.mark.parametrize("source", ["made", "real"])

@@ -17,6 +17,7 @@ from wmr_replay.api.plots.figure import Figure, styled
 from wmr_replay.timeline.colours import BAND, MODE_COLOURS, TRUTH, Colour, mode_name
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.result import Result
@@ -90,7 +91,8 @@ def run_figure(result: "Result") -> Figure:
         for axes in (lanes, *rows[:-1]):
             axes.tick_params(labelbottom=False)
         rows[-1].set_xlabel("time since the first pose [s]")
-        figure.suptitle(result.stem, x=0.01, ha="left", fontsize=12, fontweight="bold")
+        title = {"x": 0.01, "ha": "left", "fontsize": 12, "fontweight": "bold"}
+        figure.suptitle(shown(result.stem), parse_math=False, **title)
     return figure
 
 

@@ -11,6 +11,14 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+CLOCK_OFFSET = click.option(
+    "--clock-offset",
+    "clock_offset_s",
+    type=float,
+    default=0.0,
+    metavar="S",
+    help="Seconds added to the stamps of torques and wheel speeds.",
+)
 OPTIONS = (
     click.option(
         "--identifier",
@@ -45,6 +53,7 @@ OPTIONS = (
         default=True,
         help="Tune the kernel on the log's first 8 s with motion; else its window follows rate and noise.",
     ),
+    CLOCK_OFFSET,
     click.option("--degree", type=int, default=2, help="Degree N of the local polynomial."),
     click.option("--kappa", type=int, default=0, help="Weight exponent at the window's newest end."),
     click.option("--mu", type=int, default=0, help="Weight exponent at the window's oldest end."),
@@ -59,6 +68,7 @@ NAMES = (
     "window_s",
     "max_delay_s",
     "tune",
+    "clock_offset_s",
     "degree",
     "kappa",
     "mu",

@@ -4,13 +4,13 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-import click
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
+from wmr_replay.cli.printing.plain import console_of, say, styled
 from wmr_replay.cli.printing.run import percent
 from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.text import shown, shown_lines
 
 if TYPE_CHECKING:
     from wmr_replay.api.batch import BatchResult
@@ -27,9 +27,9 @@ def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None
     from wmr_replay.api.batch import fleet_json, totals
 
     if as_json:
-        click.echo(fleet_json(result.fleet))
+        say(fleet_json(result.fleet))
         return
-    console = Console(highlight=False, width=_WIDTH)
+    console = console_of(width=_WIDTH)
     done = result.fleet.filter(result.fleet["state"] == "done")
     with console.capture() as capture:
         if len(done):
@@ -40,7 +40,7 @@ def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None
             console.print(failure_table(result))
         for line in total_lines(totals(result.fleet), result):
             console.print(line)
-        console.print(f"results   {escape(str(out))}")
+        console.print(styled(f"results   {out}"))
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 
@@ -52,7 +52,7 @@ def fleet_table(rows: list[dict[str, Any]]) -> Table:
         table.add_column(name, justify="right")
     for row in rows:
         shares = [percent(row[f"share_{mode.label}"]) for mode in _MODES]
-        table.add_row(escape(row["log"]), f"{row['duration_s'] / 60:.1f}", *shares, percent(row["accuracy"]))
+        table.add_row(shown(row["log"]), f"{row['duration_s'] / 60:.1f}", *shares, percent(row["accuracy"]))
     return table
 
 
@@ -62,24 +62,25 @@ def failure_table(result: "BatchResult") -> Table:
     table.add_column("failed", no_wrap=True)
     table.add_column("why", no_wrap=True)
     for outcome in result.failed:
-        table.add_row(escape(outcome.log), escape(outcome.problem))
+        table.add_row(shown(outcome.log), shown_lines(outcome.problem))
     return table
 
 
-def total_lines(total: Mapping[str, Any], result: "BatchResult") -> list[str]:
+def total_lines(total: Mapping[str, Any], result: "BatchResult") -> list[Text]:
     """The dataset as a whole, and what this batch did."""
     shares = ", ".join(
         f"{mode.label.replace('_', ' and ')} {percent(total[f'share_{mode.label}'])}"
         for mode in _MODES
         if total[f"share_{mode.label}"]
     )
-    lines = [f"[bold]{total['n_done']} logs, {total['hours']:.2f} h[/bold]  {shares}"]
+    lines = [styled((f"{total['n_done']} logs, {total['hours']:.2f} h", "bold"), f"  {shares}")]
     if total["accuracy"] is not None:
-        lines.append(f"accuracy  {percent(total['accuracy'])} over {total['n_with_truth']} logs with a truth")
+        over = f"{total['n_with_truth']} logs with a truth"
+        lines.append(styled(f"accuracy  {percent(total['accuracy'])} over {over}"))
     same = [outcome for outcome in result.outcomes if outcome.same_as]
     rest = [outcome for outcome in result.outcomes if not outcome.same_as]
     n_failed, n_skipped = sum(bool(o.problem) for o in rest), sum(o.skipped for o in rest)
     counted = {"new": len(rest) - n_failed - n_skipped, "done before": n_skipped, "failed": n_failed}
     counted["of the same content as another"] = len(same)
-    lines.append("this time " + ", ".join(f"{n} {what}" for what, n in counted.items() if n or what == "new"))
-    return lines
+    this_time = ", ".join(f"{n} {what}" for what, n in counted.items() if n or what == "new")
+    return [*lines, styled(f"this time {this_time}")]

@@ -3,9 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
     from wmr_replay.api.check import Check
@@ -16,8 +15,8 @@ def print_check(found: "Check", diff_file: Path | None, *, as_json: bool) -> Non
     if as_json:
         echo_json(found.as_dict())
         return
-    click.echo(str(found))
+    say(str(found))
     if found.accept is not None:
         if diff_file is not None:
-            click.echo(f"every difference: {diff_file}")
-        click.echo(f"if the change is meant, accept it:\n  {found.accept}")
+            say(f"every difference: {diff_file}")
+        say(f"if the change is meant, accept it:\n  {found.accept}")

@@ -4,9 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
     from wmr_replay.api.compare import Comparison
@@ -22,14 +21,14 @@ def print_comparisons(
 ) -> None:
     """Each comparison with its files; names that are on one side only go to standard error."""
     for stem in lonely:
-        click.echo(f"{stem}: only on one side", err=True)
+        say(f"{stem}: only on one side", err=True)
     if as_json:
         echo_json([comparison.as_dict() for comparison in comparisons])
         return
     from wmr_replay.timeline import viewer_command
 
     for comparison, written in zip(comparisons, files, strict=True):
-        click.echo(str(comparison))
-        click.echo(f"\nresults   {out}/")
+        say(str(comparison))
+        say(f"\nresults   {out}/")
         if "timeline" in written:
-            click.echo(f"viewer    {viewer_command(written['timeline'])}")
+            say(f"viewer    {viewer_command(written['timeline'])}")

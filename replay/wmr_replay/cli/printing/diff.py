@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import console_of, styled
 
 if TYPE_CHECKING:
     from wmr_replay.api.design import Design
@@ -18,13 +18,18 @@ def print_design(design: "Design", on_log: "PoseDerivatives | None", *, as_json:
     if as_json:
         echo_json(design.as_dict() | ({} if on_log is None else {"log": on_log.as_dict()}))
         return
-    console, spec = Console(highlight=False, soft_wrap=True, width=160), design.spec
+    console, spec = console_of(soft_wrap=True, width=160), design.spec
+    shares = "".join(f", share {share:g}" for share in spec.shares)
     console.print(
-        f"[bold]N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}"
-        + "".join(f", share {share:g}" for share in spec.shares)
-        + "[/bold]  "
-        f"window {design.window_s:.4g} s, {design.taps.shape[1]} taps at {design.rate_hz:.5g} Hz, "
-        f"delay [bold]{design.delay_s:.4g} s[/bold]"
+        styled(
+            (
+                f"N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}{shares}",
+                "bold",
+            ),
+            f"  window {design.window_s:.4g} s, {design.taps.shape[1]} taps at {design.rate_hz:.5g} Hz",
+            ", delay ",
+            (f"{design.delay_s:.4g} s", "bold"),
+        )
     )
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
     for name in (

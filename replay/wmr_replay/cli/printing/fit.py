@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from wmr_replay.cli.printing.gap import console_of
+from wmr_replay.cli.printing.gap import terminal
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import styled
 from wmr_replay.cli.printing.words import numbers, unit_of
 
 if TYPE_CHECKING:
@@ -22,15 +23,23 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
     if as_json:
         echo_json(fitted.as_dict())
         return
-    console, pose = console_of(), fitted.log.pose
+    console, pose = terminal(), fitted.log.pose
     seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
-    console.print(f"[bold]base model[/bold] fitted to {seconds:.1f} s, {len(pose)} poses\n")
+    console.print(
+        styled(("base model", "bold"), f" fitted to {seconds:.1f} s, {len(pose)} poses"), end="\n\n"
+    )
     console.print(parameter_table(fitted.model))
     console.print()
     for note in fitted.notes:
-        console.print(f"[dim]note[/dim]      {note}")
-    console.print(f"[dim]model[/dim]     {fitted.file}", soft_wrap=True)
-    console.print(f"[dim]next[/dim]      wmr-replay gap ANOTHER_LOG --model {fitted.file}", soft_wrap=True)
+        console.print(styled(("note", "dim"), f"      {note}"))
+    for f in fitted.findings:
+        told = f"{f['code']}: {f['text']}; {f['meaning']}; {f['advice']}"
+        console.print(styled((f"{f['severity']:<9} ", "dim"), told))
+    for label, line in (
+        ("model", fitted.file),
+        ("next", f"wmr-replay gap ANOTHER_LOG --model {fitted.file}"),
+    ):
+        console.print(styled((f"{label:<10}", "dim"), str(line)), soft_wrap=True)
 
 
 def parameter_table(model: "Model") -> Table:

@@ -5,12 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from wmr_replay.cli.printing.plain import console_of, say, styled
 from wmr_replay.cli.printing.words import modes_in_words, next_steps, numbers, p_in_words, unit_of
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.gap import Gap as GapAnswer
@@ -30,17 +31,17 @@ NEAR_BIC = 10.0
 """Alternatives that are worse than this are not worth a word."""
 
 
-def console_of() -> Console:
+def terminal() -> Console:
     """A console as wide as the terminal; 100 columns where the output goes to a file or pipe."""
-    return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+    return console_of(width=None if sys.stdout.isatty() else WIDTH)
 
 
 def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
     """Everything from the verdict to the files, or gap.json."""
     if as_json:
-        click.echo(found.as_json(), nl=False)
+        say(found.as_json(), end="")
         return
-    gap, console = found.document, console_of()
+    gap, console = found.document, terminal()
     console.print(header(found), soft_wrap=True)
     console.print()
     console.print(verdict_line(gap))
@@ -54,7 +55,7 @@ def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
     listed.add_column(style="dim", no_wrap=True)
     listed.add_column()
     for label, line in facts(gap):
-        listed.add_row(label, line)
+        listed.add_row(label, shown(line))
     console.print(listed)
     console.print()
     if gap.verdict in ("nothing_missing", "not_enough_excitation") and gap.minimum_detectable:
@@ -62,18 +63,17 @@ def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
         console.print(least_sizes(gap))
         console.print()
     for label, line in next_steps(found, log):
-        console.print(f"[dim]{label:<9}[/dim] {line}", soft_wrap=True)
+        console.print(styled((f"{label:<9}", "dim"), f" {line}"), soft_wrap=True)
 
 
-def header(found: "GapAnswer") -> str:
+def header(found: "GapAnswer") -> Text:
     """Log, length, base model, modes."""
     gap, pose = found.document, found.log.pose
     seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
     n_torque = len(found.log.torque) if found.log.torque is not None else 0
-    return (
-        f"[bold]{gap.log}[/bold]  {seconds:.1f} s, {len(pose)} poses, {n_torque} torques\n"
-        f"[dim]base model: {gap.base}; contact modes: {modes_in_words(gap.modes)}[/dim]"
-    )
+    first = styled((gap.log, "bold"), f"  {seconds:.1f} s, {len(pose)} poses, {n_torque} torques")
+    second = styled((f"base model: {gap.base}; contact modes: {modes_in_words(gap.modes)}", "dim"))
+    return Text("\n").join([first, second])
 
 
 def verdict_line(gap: "GapFile") -> Table:
@@ -81,7 +81,7 @@ def verdict_line(gap: "GapFile") -> Table:
     line = Table.grid(padding=(0, 1))
     style = STYLES[gap.verdict]
     word = gap.verdict.replace("_", " ")
-    sentence = Text(gap.sentence.strip(), style="bold")
+    sentence = Text(shown(gap.sentence.strip()), style="bold")
     line.add_row(Text(MARKS[gap.verdict], style=style), Text(word, style=style, no_wrap=True), sentence)
     return line
 
@@ -104,7 +104,7 @@ def effect_table(gap: "GapFile") -> Table:
 
 def effect_rows(effect: "Effect") -> Iterator[tuple[str | Text, ...]]:
     """The lines of one effect; name, alternatives and significance in the first."""
-    name, other = Text(effect.name, style="bold"), or_else(effect)
+    name, other = Text(shown(effect.name), style="bold"), shown(or_else(effect))
     for k, (key, p) in enumerate(effect.parameters.items()):
         value, interval = numbers(p.value, p.ci95)
         first = k == 0
@@ -185,6 +185,8 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
         yield "not named", f"{', '.join(gap.unnameable)}: not from a base calibrated on this log"
     for note in gap.notes:
         yield "note", note
+    for found in gap.findings:
+        yield found.severity, f"{found.code}: {found.text}; {found.meaning}; {found.advice}"
 
 
 def least_sizes(gap: "GapFile") -> Table:

@@ -1,20 +1,25 @@
 """What ``info`` prints: channels, roles, clocks, losses."""
 
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import console_of, styled
+from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from wmr_replay.api.info import LogInfo
+    from wmr_schemas.mapping_file import LogMapping
 
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
 _ROLES = ("pose", "torque", "truth")
+_IN_USE = ("pose", "torque", "wheel_speed", "truth")
 
 
 def print_info(info: "LogInfo", *, as_json: bool) -> None:
@@ -22,15 +27,15 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
     if as_json:
         echo_json(info.as_dict())
         return
-    console = Console(highlight=False, soft_wrap=True)
+    console = console_of(soft_wrap=True)
     console.width = _WIDTH
     with console.capture() as capture:
-        console.print(f"[bold]{escape(info.log)}[/bold]  [dim]{escape(overview(info))}[/dim]\n")
+        console.print(styled((info.log, "bold"), "  ", (overview(info), "dim")), end="\n\n")
         if info.channels:
             console.print(channel_table(info))
             console.print()
         for name, text in lines(info):
-            console.print(f"[bold]{name:<8}[/bold]{escape(text)}")
+            console.print(styled((f"{name:<8}", "bold"), text))
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 
@@ -46,18 +51,18 @@ def overview(info: "LogInfo") -> str:
 def channel_table(info: "LogInfo") -> Table:
     """A line for each channel; those in use first."""
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
-    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "use"):
+    for name in ("id", "topic", "schema", "encoding", "messages", "Hz", "from s", "to s", "serves as", "use"):
         right = name in {"id", "messages", "Hz", "from s", "to s"}
         table.add_column(name, justify="right" if right else "left", no_wrap=True)
     rows = sorted(
         info.channels,
-        key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]),
+        key=lambda row: (_IN_USE.index(row["role"]) if row["role"] else len(_IN_USE), row["id"]),
     )
     for row in rows:
         use = (
-            f"[bold green]{row['role']}[/bold green]"
+            Text(row["role"].replace("_", " "), style="bold green")
             if row["role"]
-            else f"[dim]{escape(row['why_not'] or '')}[/dim]"
+            else Text(shown(row["why_not"] or ""), style="dim")
         )
         rate = "–" if row["rate_hz"] is None else f"{row['rate_hz']:.4g}"
         span = [
@@ -65,8 +70,13 @@ def channel_table(info: "LogInfo") -> Table:
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*(escape(text) for text in texts), str(row["messages"]), rate, *span, use)
+        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, shown(serves_as(row)), use)
     return table
+
+
+def serves_as(row: dict[str, Any]) -> str:
+    """What a channel would serve for."""
+    return ", ".join(row["serves_as"]) or "–"
 
 
 def lines(info: "LogInfo") -> list[tuple[str, str]]:
@@ -85,13 +95,44 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         found.append(("note", "by its name the pose is odometry: skidding cannot be seen in wheel odometry"))
     if n_empty := info.losses["n_torque_empty"]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
-    found += [("lost", note) for note in info.losses["notes"]] or [("lost", "nothing")]
+    found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
+    if not info.complete:
+        part = (
+            f"{info.n_chunks_read} of {info.n_chunks} chunks, so clocks, stamps and losses are of these alone"
+        )
+        found.append(("read", f"{part}; --full reads all"))
     return found
+
+
+def nothing_lost(info: "LogInfo") -> str:
+    """That nothing is known to be lost, and how far that can be known."""
+    without = "as far as can be seen: the file has no checksums, so that changed values go unnoticed"
+    return "nothing" if info.has_checksums else f"nothing, {without}"
 
 
 def role_line(info: "LogInfo", role: str) -> str:
     """The channel and its clock, or how to name one."""
     channel = next((row for row in info.channels if row["role"] == role), None)
+    speeds = info.used.get("wheel_speed")
+    if role == "torque" and speeds is not None:
+        return (
+            f"none: {speeds['topic']} holds wheel speeds, but no effort ({info.clock_notes['wheel_speed']})"
+        )
     if channel is None:
         return "none" + ("" if role == "truth" else f" found; name one with --{role} TOPIC or --map FILE")
     return f"{channel['topic']}: {info.clock_notes[role]}"
+
+
+def mapping_line(path: "Path", mapping: "LogMapping") -> str:
+    """What was written to a mapping file, in a line."""
+    joints = "+".join(mapping.left_joints), "+".join(mapping.right_joints)
+    sides = f" (left {joints[0]}, right {joints[1]})" if any(joints) else ""
+    topics = {
+        "pose": mapping.pose_topic,
+        "torque": mapping.torque_topic and mapping.torque_topic + sides,
+        "truth": mapping.truth_topic,
+    }
+    parts = [f"{name} {topic}" for name, topic in topics.items() if topic]
+    if mapping.robot is not None:
+        parts.append(f"robot {', '.join(mapping.robot.known())}")
+    return f"wrote {path}: {'; '.join(parts) or 'nothing was found'}"

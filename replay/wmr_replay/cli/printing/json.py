@@ -1,10 +1,10 @@
 """JSON on standard output."""
 
-import json
-
 import click
+
+from wmr_schemas.text import json_text
 
 
 def echo_json(content: object) -> None:
-    """Print one JSON document."""
-    click.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    """Print one JSON document, control codes as ``\\uXXXX``."""
+    click.echo(json_text(content))

@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from wmr_schemas.text import shown
+
 if TYPE_CHECKING:
     from wmr_replay.api.batch import Outcome
     from wmr_replay.api.batch import Progress as BatchProgress
@@ -17,12 +19,18 @@ def byte_progress(description: str) -> Iterator[Callable[[int, int], None] | Non
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(description, total=None)
+    from wmr_replay.cli.printing.plain import console_of
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        DownloadColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
+        task = bar.add_task(shown(description), total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
@@ -32,13 +40,14 @@ def share_progress() -> Iterator[Callable[[str, float], None] | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    from wmr_replay.cli.printing.plain import console_of
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=1.0)
-        yield lambda doing, share: bar.update(task, description=doing, completed=share)
+        yield lambda doing, share: bar.update(task, description=shown(doing), completed=share)
 
 
 @contextlib.contextmanager
@@ -49,11 +58,17 @@ def batch_progress() -> Iterator["BatchProgress"]:
     if not sys.stderr.isatty():
         yield log_lines()
         return
-    from rich.console import Console
     from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), DownloadColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    from wmr_replay.cli.printing.plain import console_of
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        DownloadColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
         task = bar.add_task("looking at the logs", total=None)
         counts = {"done": 0, "failed": 0}
 
@@ -77,7 +92,7 @@ def log_lines() -> "BatchProgress":
         left_s = (time.monotonic() - start_s) * (total - done) / done if done else None
         eta = "" if left_s is None else f"  (about {left_s:.0f} s left)"
         share = done / total if total else 1.0
-        print(f"{share:4.0%}  {what}: {outcome.log}{eta}", file=sys.stderr, flush=True)
+        print(f"{share:4.0%}  {what}: {shown(outcome.log)}{eta}", file=sys.stderr, flush=True)
 
     return tell
 
@@ -91,10 +106,11 @@ def message_progress(n_messages: int) -> Iterator[Callable[[int, int], None] | N
     if n_messages < LONG_LOG_MESSAGES or not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    from wmr_replay.cli.printing.plain import console_of
+
+    with Progress(console=console_of(stderr=True), transient=True) as bar:
         task = bar.add_task("writing", total=n_messages)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
@@ -107,11 +123,12 @@ def suite_progress(
     if not sys.stderr.isatty():
         yield (lambda _: None), None
         return
-    from rich.console import Console
     from rich.progress import Progress
 
+    from wmr_replay.cli.printing.plain import console_of
+
     n_done = 0
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with Progress(console=console_of(stderr=True), transient=True) as bar:
         task = bar.add_task(f"0 of {n_logs} logs", total=None)
 
         def announce(_: str) -> None:

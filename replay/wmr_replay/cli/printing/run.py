@@ -4,10 +4,10 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import ANOMALIES
 
@@ -21,24 +21,24 @@ def print_result(result: "Result", *, as_json: bool) -> None:
     """
     from wmr_replay.timeline import viewer_command
 
-    row, console = result.summary.row(0, named=True), Console(highlight=False, soft_wrap=True)
+    row, console = result.summary.row(0, named=True), console_of(soft_wrap=True)
     if as_json:
         echo_json(
             row | {"settings": result.settings, "notes": result.notes, "findings": list(result.findings)}
         )
         return
-    console.print(f"[bold]{row['log']}[/bold]  {overview(row)}")
+    console.print(styled((row["log"], "bold"), f"  {overview(row)}"))
     for line in design_lines(row):
-        console.print(line)
+        console.print(styled(line))
     console.print(mode_table(row))
     for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in result.notes]:
-        console.print(line)
+        console.print(styled(line))
     for line in finding_lines(result.findings):
-        console.print(line)
-    console.print(f"\n[bold]{row['verdict']}[/bold]\n")
-    console.print(f"results   {result.files['samples'].parent}/")
+        console.print(styled(line))
+    console.print("", styled((row["verdict"], "bold")), "", sep="\n")
+    console.print(styled(f"results   {result.files['samples'].parent}/"))
     if "timeline" in result.files:
-        console.print(f"viewer    {viewer_command(result.files['timeline'])}")
+        console.print(styled(f"viewer    {viewer_command(result.files['timeline'])}"))
 
 
 def overview(row: Mapping[str, Any]) -> str:

@@ -2,9 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-import click
-
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
     from wmr_replay.api.suite import VerifiedSuite, WrittenSuite
@@ -21,7 +20,7 @@ def print_suites(*, as_json: bool) -> None:
     width = max(len(row["name"]) for row in rows)
     for row in rows:
         n_logs = len(row["logs"])
-        click.echo(f"{row['name']:{width}}  v{row['version']}  {n_logs:2} logs  {row['description']}")
+        say(f"{row['name']:{width}}  v{row['version']}  {n_logs:2} logs  {row['description']}")
 
 
 def print_suite(written: "WrittenSuite", *, as_json: bool) -> None:
@@ -32,11 +31,11 @@ def print_suite(written: "WrittenSuite", *, as_json: bool) -> None:
     suite, out = written.manifest.suite, written.directory
     n_logs = len(suite.logs)
     kept = f", {len(written.kept)} of them as they were" if written.kept else ""
-    click.echo(
+    say(
         f"{out}: suite {suite.name}, version {suite.version}, seed {written.manifest.seed}: "
         f"{n_logs} log{'s' * (n_logs != 1)}{kept}, {written.size_bytes / 1e6:.1f} MB, manifest.json"
     )
-    click.echo(f"next: wmr-replay check references/{suite.name} {out} --update")
+    say(f"next: wmr-replay check references/{suite.name} {out} --update")
 
 
 def print_verified(verified: "VerifiedSuite", *, as_json: bool) -> None:
@@ -45,5 +44,5 @@ def print_verified(verified: "VerifiedSuite", *, as_json: bool) -> None:
         echo_json(verified.as_dict())
         return
     for name, outcome in verified.logs.items():
-        click.echo(f"{name}: {outcome}")
-    click.echo(f"{verified.n_same} of {len(verified.logs)} logs are what the manifest says")
+        say(f"{name}: {outcome}")
+    say(f"{verified.n_same} of {len(verified.logs)} logs are what the manifest says")

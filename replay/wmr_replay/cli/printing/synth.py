@@ -4,9 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import click
-
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
     from wmr_replay.api.synthesise import Synthetic
@@ -19,11 +18,11 @@ def print_written(made: "Synthetic", paths: Sequence[Path], *, as_json: bool) ->
         echo_json({"files": [str(path) for path in paths], "messages": made.n_messages, **facts})
         return
     beside = f" (and {', '.join(path.name for path in paths[1:])})" if len(paths) > 1 else ""
-    click.echo(
+    say(
         f"wrote {paths[0]}{beside}: {made.scenario}, seed {made.seed}, {facts['duration_s']:g} s, "
         f"{made.n_messages} messages"
     )
-    click.echo(f"next: wmr-replay run {paths[0]}")
+    say(f"next: wmr-replay run {paths[0]}")
 
 
 def print_scenarios(*, as_json: bool) -> None:
@@ -36,7 +35,7 @@ def print_scenarios(*, as_json: bool) -> None:
         return
     width = max(len(row["name"]) for row in rows)
     for row in rows:
-        click.echo(f"{row['name']:{width}}  {row['duration_s']:4.0f} s  {row['description']}")
+        say(f"{row['name']:{width}}  {row['duration_s']:4.0f} s  {row['description']}")
 
 
 def print_effects(*, as_json: bool) -> None:
@@ -50,4 +49,4 @@ def print_effects(*, as_json: bool) -> None:
     width = max(len(row["name"]) for row in rows)
     for row in rows:
         drawn = ", ".join(f"{key} {text}" for key, text in row["ranges"].items())
-        click.echo(f"{row['name']:{width}}  {drawn}\n{'':{width}}  {row['candidate']}; here: {row['hidden']}")
+        say(f"{row['name']:{width}}  {drawn}\n{'':{width}}  {row['candidate']}; here: {row['hidden']}")

@@ -73,24 +73,33 @@ def clear(rows: F64, i: int) -> None:
 
 @lean
 def predict_mean(
-    mean: F64, mode: int, force: float, turn: float, dt: float, prior: Prior, terms: Terms, jacobian: F64
+    mean: F64,
+    mode: int,
+    force: float,
+    turn: float,
+    dt: float,
+    prior: Prior,
+    terms: Terms | None,
+    jacobian: F64,
 ) -> None:
     """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
     Jacobian's moving rows.
 
     dv_long/dt and dω/dt as in ``traction``, and s v_lat ω ahead; s = 1/3 in skidding, 1 − 2ρ/3 with both, 0
     elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
-    step's middle.
+    step's middle. Without ``terms`` their code is not compiled.
     """
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)
     by = traction(mean, mode, force, turn, prior)
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
-    ahead, aside, turning = extra_accelerations(
-        Moving(v_long, v_lat, mean[PSI], omega, force, turn),
-        math.exp(mean[LN_ALPHA]),
-        math.exp(mean[LN_BETA]) * prior.half_track_m,
-        terms,
-    )
+    ahead, aside, turning = 0.0, 0.0, 0.0
+    if terms is not None:
+        ahead, aside, turning = extra_accelerations(
+            Moving(v_long, v_lat, mean[PSI], omega, force, turn),
+            math.exp(mean[LN_ALPHA]),
+            math.exp(mean[LN_BETA]) * prior.half_track_m,
+            terms,
+        )
     new_v, new_omega, new_lat = (
         v_long + (by.ahead + ahead) * dt,
         omega + (by.turning + turning) * dt,

@@ -67,7 +67,7 @@ def predict(
     turn: float,
     step_s: float,
     prior: Prior,
-    terms: Terms,
+    terms: Terms | None,
     drift: Drift,
     work: F64,
 ) -> None:
@@ -181,7 +181,8 @@ def run_bins(
     outputs = Outputs(np.zeros((4, m)), np.zeros((2, m)), np.zeros((1, m)))
     work = np.empty((2 * N_MOVING + 1, N_STATES))
     values = np.ascontiguousarray(values)
-    filter_bins(hypotheses, values, seconds, last, (prior, terms, drift), rhythm, work, outputs)
+    model = (prior, terms if terms.any else None, drift)
+    filter_bins(hypotheses, values, seconds, last, model, rhythm, work, outputs)
     return outputs
 
 
@@ -217,7 +218,7 @@ def filter_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    model: tuple[Prior, Terms, Drift],
+    model: tuple[Prior, Terms | None, Drift],
     rhythm: Rhythm,
     work: F64,
     outputs: Outputs,

@@ -2,18 +2,19 @@
 
 The header's stamp is the clock of choice. A channel goes by the publish time, or where that is missing too by
 the log time, when most of the stamps of its first messages are missing or zero, or stand still or run
-backwards in the order of recording. The choice is made on the first N_WANTED messages (20, as many as the
-initial stretch has poses at least) and then kept.
+backwards in the order of recording, or count another unit than seconds. The choice is made on the first
+N_WANTED messages (20, as many as the initial stretch has poses at least) and then kept.
 """
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from wmr_replay.ingest.channels import stamp_unit
 from wmr_replay.ingest.channels.detect import Use
+from wmr_replay.ingest.channels.first_rows import first_rows
 from wmr_replay.ingest.channels.stamp_steps import StampSteps
-from wmr_replay.ingest.decoding.decoder import Decoder
 from wmr_replay.ingest.mcap.sampling import N_WANTED
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
@@ -38,7 +39,7 @@ class Clock:
     n_unstamped: int = 0
 
     @classmethod
-    def choose(cls, use: Use) -> "Clock":
+    def choose(cls, use: Use, first: "FirstMessages") -> "Clock":
         """The clock for a channel, from its first messages."""
         if use.clock == "log":
             return cls("log time", "as wanted")
@@ -46,8 +47,8 @@ class Clock:
             return cls("publish time", "as wanted")
         if use.clock == "header" and use.binding.stamp:
             return cls("header stamp", "as wanted")
-        stamp_ns, log_ns = first_stamps(use)
-        reason = what_is_wrong(stamp_ns, log_ns) if use.binding.stamp else "its messages carry no stamp"
+        stamp_ns = first.stamp_ns
+        reason = what_is_wrong(stamp_ns, first.log_ns) if use.binding.stamp else "its messages carry no stamp"
         if not reason:
             return cls("header stamp", zero_is_none=int(stamp_ns[stamp_ns != 0].min()) > _FAR_FROM_ZERO_NS)
         published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
@@ -96,18 +97,26 @@ def _typical_offsets(t_ns: I64, log_ns: I64) -> list[float]:
     return offsets[:, offsets.shape[1] // 2].astype(np.float64).tolist()  # type: ignore[no-any-return]
 
 
-def first_stamps(use: Use) -> tuple[I64, I64]:
-    """Header stamps and log times of the first messages that concern the signal."""
-    messages = [sample.data for sample in use.samples]
-    lengths = np.array([len(message) for message in messages], np.int64)
-    data = np.frombuffer(b"".join(messages), np.uint8)
-    decoder = Decoder(use.definition, use.binding)
-    columns = decoder.begin(len(lengths))
-    decoder.read(columns, data, np.cumsum(lengths) - lengths, lengths)
-    decoder.settle(columns)
-    used = columns.used
+class FirstMessages(NamedTuple):
+    """Header stamps, publish times and log times (n,) in ns of the first messages of a channel that concern
+    its signal, ``N_WANTED`` at most.
+    """
+
+    stamp_ns: I64
+    publish_ns: I64
+    log_ns: I64
+
+    def times_ns(self, name: ClockName) -> I64:
+        """Their times (n,) by one clock."""
+        return {"header stamp": self.stamp_ns, "publish time": self.publish_ns, "log time": self.log_ns}[name]
+
+
+def first_messages(use: Use) -> FirstMessages:
+    """Times of the first messages that concern the signal."""
+    rows = first_rows(use.definition, use.binding, use.samples)
+    publish_ns = np.array([sample.publish_ns for sample in use.samples], np.int64)
     log_ns = np.array([sample.log_ns for sample in use.samples], np.int64)
-    return columns.stamp_ns[used][:N_WANTED], log_ns[used][:N_WANTED]
+    return FirstMessages(*(t_ns[rows.used][:N_WANTED] for t_ns in (rows.stamp_ns, publish_ns, log_ns)))
 
 
 def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:
@@ -117,7 +126,7 @@ def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:
     steps = np.diff(stamp_ns[np.argsort(log_ns, kind="stable")])
     if len(steps) > 1 and _LEAST_FORWARD * np.count_nonzero(steps > 0) < len(steps):
         return "its first stamps stand still or run backwards"
-    return ""
+    return stamp_unit.reason(stamp_ns, log_ns)
 
 
 def short_time(seconds: float) -> str:

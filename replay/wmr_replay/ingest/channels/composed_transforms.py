@@ -68,6 +68,10 @@ class ComposedBinding:
         """x, y, yaw of one transform (7, n) that :class:`TransformComposer` made."""
         return TransformBinding(self.first, self.stamp, self.before, self.after).values(raw)
 
+    def attitude(self, raw: F64) -> F64:
+        """The upright axis in the body's frame and the height (4, n), of the same."""
+        return TransformBinding(self.first, self.stamp, self.before, self.after).attitude(raw)
+
 
 def _columns(layout: Layout, entry: Entry | None) -> tuple[Column, ...]:
     """Raw columns of one edge's translation and rotation; unknown without an entry."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
+from wmr_replay.ingest.channels.first_rows import first_rows, has_efforts, has_speeds
 from wmr_replay.ingest.channels.frames import Frames
 from wmr_replay.ingest.channels.roles import (
     POSE_SCHEMAS,
@@ -54,6 +55,8 @@ class Plan:
 
     uses: dict[str, Use] = field(default_factory=dict)
     why_not: dict[int, str] = field(default_factory=dict)
+    serves_as: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    """By channel id what its first messages would serve for; see :func:`signals_in`."""
     pose_is_odometry: bool = False
     frames: Frames = field(default_factory=Frames)
 
@@ -120,6 +123,7 @@ def _rank(
                 plan.why_not[candidate.channel.id] = str(reason)
             plan.why_not.setdefault(candidate.channel.id, UNRELATED)
         else:
+            plan.serves_as[candidate.channel.id] = signals_in(role, candidate, binding)
             plan.why_not[candidate.channel.id] = f"would serve as {role}, but {topic} was named"
             if named or topic is None:
                 ranked.append((rank, candidate.channel.id, candidate, binding))
@@ -140,6 +144,19 @@ def _choose(
     plan.why_not.pop(chosen_id)
     if role == "pose":
         plan.pose_is_odometry = is_odometry(best, binding)
+
+
+def signals_in(role: str, candidate: Candidate, binding: Binding) -> tuple[str, ...]:
+    """What a channel would serve for in words: ``pose``, ``odometry``, ``torque``, ``wheel speed``,
+    ``truth``. A joint state without efforts is no torque.
+    """
+    if role == "pose":
+        return ("odometry",) if is_odometry(candidate, binding) else ("pose",)
+    if role == "truth":
+        return ("truth",)
+    values = first_rows(candidate.definition, binding, candidate.samples).values
+    found = {"torque": has_efforts(values), "wheel speed": has_speeds(values)}
+    return tuple(name for name, there in found.items() if there)
 
 
 def not_found(

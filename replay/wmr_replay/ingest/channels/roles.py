@@ -19,7 +19,7 @@ from wmr_replay.ingest.decoding.bindings import (
     PoseBinding,
 )
 from wmr_replay.ingest.decoding.encodings import Definition
-from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.mapping_file import ANGLE_UNITS, LogMapping, PoseFields
 from wmr_schemas.messages import MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC
 
 POSE_SCHEMAS = ("PoseStamped", "PoseInFrame", "TransformStamped", "PoseWithCovarianceStamped", "Odometry")
@@ -84,9 +84,17 @@ def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tupl
         kind,
         -candidate.n_messages,
     )
-    if wanted.yaw_offset_rad or any(wanted.lever_arm_m):
-        binding = PlacedBinding(binding, wanted.yaw_offset_rad, wanted.lever_arm_m)
-    return binding, rank
+    return _placed(binding, wanted), rank
+
+
+def _placed(binding: Binding, wanted: PoseFields) -> Binding:
+    """The binding with the mapping's units and lever arm, where it gives any. Raises DoesNotServe."""
+    gain = wanted.yaw_sign * ANGLE_UNITS[wanted.yaw_unit]
+    if gain != 1 and not isinstance(binding, PlanarPoseBinding):
+        raise DoesNotServe("yaw_unit and yaw_sign are for a pose of the fields x, y and yaw")
+    if gain == 1 == wanted.position_scale and not wanted.yaw_offset_rad and not any(wanted.lever_arm_m):
+        return binding
+    return PlacedBinding(binding, wanted.yaw_offset_rad, wanted.lever_arm_m, wanted.position_scale, gain)
 
 
 def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> Binding:
@@ -136,15 +144,7 @@ def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
     DoesNotServe.
     """
     wanted, stamp = mapping.torque, stamp_paths(candidate.definition)
-    gain = wanted.torque_constant_nm_per_a * wanted.gear_ratio
-    slower = wanted.gear_ratio if wanted.speeds_before_gear else 1.0
-    signs = wanted.left_sign, wanted.right_sign
-    wheels = Wheels(
-        mapping.left_joints,
-        mapping.right_joints,
-        (signs[0] * gain, signs[1] * gain),
-        (signs[0] / slower, signs[1] / slower),
-    )
+    wheels = Wheels(mapping.left_joints, mapping.right_joints, wanted.torque_gains, wanted.speed_gains)
     if wanted.left_fields and wanted.right_fields:
         speeds = wanted.left_speed_fields, wanted.right_speed_fields
         _check_fields(candidate, *wanted.left_fields, *wanted.right_fields, *speeds[0], *speeds[1])

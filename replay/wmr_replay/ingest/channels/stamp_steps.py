@@ -8,6 +8,8 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
 GAP_STEPS = 5
 """A step of more than so many usual ones is a gap."""
+_TOLERANCE, _EVEN_SHARE = 0.25, 0.95
+"""A channel is even when so many of its steps are the usual one, give or take a quarter of it."""
 
 
 @dataclass
@@ -28,6 +30,12 @@ class StampSteps:
     """Steps of more than GAP_STEPS usual ones."""
     n_regular: int = 0
     """Steps forward that are no gaps."""
+    n_even: int = 0
+    """Steps that are the usual one, give or take a quarter."""
+    n_double: int = 0
+    """Steps of 2 to GAP_STEPS usual ones, give or take a quarter: messages are missing."""
+    n_skipped: int = 0
+    """Messages missing in them."""
     usual_ns: int = 0
     furthest_back_ns: int = 0
     longest_ns: int = 0
@@ -71,8 +79,32 @@ class StampSteps:
         regular = steps[~is_gap] if n_gaps else steps
         self.n_gaps, self.n_regular = self.n_gaps + n_gaps, self.n_regular + len(regular)
         self.longest_ns = max(self.longest_ns, int(steps.max(initial=0)))
+        self._push_even(regular)
         departures: F64 = (regular - self.usual_ns).astype(np.float64)
         self.squares_ns2 += float(departures @ departures)
+
+    def _push_even(self, steps: I64) -> None:
+        """Count the steps that are usual ones, and those that are multiples of it."""
+        if not self.usual_ns:
+            return
+        usual, tolerance = self.usual_ns, int(_TOLERANCE * self.usual_ns)
+        self.n_even += int(np.count_nonzero(np.abs(steps - usual) <= tolerance))
+        longer = steps[steps >= 2 * usual - tolerance]
+        if not len(longer):
+            return
+        multiples = (longer + usual // 2) // usual
+        multiples = multiples[np.abs(longer - multiples * usual) <= tolerance]
+        self.n_double += len(multiples)
+        self.n_skipped += int(np.sum(multiples - 1))
+
+    @property
+    def is_even(self) -> bool:
+        """Whether nearly all steps are the usual one, so that a longer one means a missing message."""
+        return self.n_even >= _EVEN_SHARE * (self.n_regular + self.n_gaps) and self.n_even > 0
+
+    def restart(self) -> None:
+        """The next block does not follow on the last one: no step leads to it."""
+        self.last_ns = self.highest_ns = None
 
     @property
     def furthest_back_s(self) -> float:
@@ -110,6 +142,10 @@ class StampSteps:
         if self.n_gaps:
             found.append(
                 f"{self.n_gaps} gaps of more than {GAP_STEPS} steps, the longest {self.longest_s:.3g} s"
+            )
+        if self.n_skipped and self.is_even:
+            found.append(
+                f"{self.n_skipped} messages are missing by the usual step of {self.usual_ns / 1e6:.3g} ms"
             )
         if self.usual_ns and self.jitter_s > 0.1 * self.usual_ns / NS_PER_S:
             found.append(

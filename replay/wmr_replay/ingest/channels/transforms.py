@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_replay.ingest.decoding.bindings import NotConcerned, Recipe, one, stamp_terms, yaw_of
+from wmr_replay.ingest.decoding.bindings import NotConcerned, Recipe, one, stamp_terms, upright_of, yaw_of
 from wmr_replay.ingest.decoding.layout import Layout, Text
 from wmr_schemas.arrays import F64
 
@@ -111,6 +111,16 @@ class TransformBinding:
 
     def values(self, raw: F64) -> F64:
         """x, y and yaw (3, n) of before ∘ transform ∘ after."""
+        place, turn = self._whole(raw)
+        return np.stack((place[0], place[1], yaw_of(turn)))
+
+    def attitude(self, raw: F64) -> F64:
+        """The upright axis in the body's frame and the height (4, n)."""
+        place, turn = self._whole(raw)
+        return np.concatenate([upright_of(turn), place[2:3]])
+
+    def _whole(self, raw: F64) -> tuple[F64, F64]:
+        """Translation (3, n) and rotation (4, n) of before ∘ transform ∘ after."""
         place, turn = raw[:3], raw[3:]
         with np.errstate(invalid="ignore"):
             turn = turn / np.sqrt((turn**2).sum(axis=0))
@@ -121,7 +131,7 @@ class TransformBinding:
             first = np.array(self.before.rotation)[:, None]
             place = np.array(self.before.translation)[:, None] + rotate(first, place)
             turn = multiply(first, turn)
-        return np.stack((place[0], place[1], yaw_of(turn)))
+        return place, turn
 
 
 def multiply(p: F64, q: F64) -> F64:

@@ -8,23 +8,37 @@ from collections.abc import Sequence
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.decoding.layout import Undecodable
+from wmr_schemas.findings import Finding, Severity, finding
+from wmr_schemas.mapping_file import LogMapping
 
-_STEERED = re.compile(r"steer|ackermann", re.I)
-_SIDEWAYS = re.compile(r"mecanum|omni_?wheel|swerve|holonomic", re.I)
-_CONSEQUENCE = (
-    "the model is a differential drive, so its modes and α would not mean anything for such a robot"
-)
+_STEERED = re.compile(r"(?<!skid)(?<!skid[_\- /])(?<!differential_)(?<!diff_)steer|ackermann", re.I)
+_SIDEWAYS = re.compile(r"mecanum|omni_?(wheel|drive|directional)|swerve|(?<!non)(?<!non[_\-])holonomic", re.I)
+_SHOWN = 4
 
 
-def unsupported_kinds(found: Sequence[Candidate]) -> list[str]:
-    """A remark for each kind of drive that the log's names indicate and the model does not describe."""
-    names = [name for candidate in found for name in _names(candidate)]
-    remarks = []
-    for kind, pattern in (("steered", _STEERED), ("omnidirectional", _SIDEWAYS)):
-        signs = list(dict.fromkeys(name for name in names if pattern.search(name)))
-        if signs:
-            remarks.append(f"the robot seems to be {kind} ({', '.join(signs[:4])}): {_CONSEQUENCE}")
-    return remarks
+def drive_findings(found: Sequence[Candidate], mapping: LogMapping) -> list[Finding]:
+    """A finding for each kind of drive that the log's names indicate and the model does not describe.
+
+    A log may hold several robots: where the user names the channels, other channels' names bar nothing.
+    """
+    named = {mapping.pose_topic, mapping.torque_topic} - {None}
+    chosen = [candidate for candidate in found if not named or candidate.channel.topic in named]
+    findings = []
+    if signs := _signs(found, _SIDEWAYS):
+        severity = Severity.BARS if _signs(chosen, _SIDEWAYS) else Severity.WARNING
+        findings.append(
+            finding("drives_sideways", severity, f"the robot seems to be omnidirectional ({signs})")
+        )
+    if signs := _signs(found, _STEERED):
+        severity = Severity.WARNING if _signs(chosen, _STEERED) else Severity.NOTE
+        findings.append(finding("steered", severity, f"the robot seems to be steered ({signs})"))
+    return findings
+
+
+def _signs(found: Sequence[Candidate], pattern: re.Pattern[str]) -> str:
+    """The first names that match, as a text."""
+    names = dict.fromkeys(name for candidate in found for name in _names(candidate) if pattern.search(name))
+    return ", ".join(list(names)[:_SHOWN])
 
 
 def _names(candidate: Candidate) -> list[str]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 _LEFT = {"l", "fl", "rl", "bl", "ml", "lf", "lr", "lb", "lm"}
 _RIGHT = {"r", "fr", "rr", "br", "mr", "rf", "rb", "rm"}
 _DRIVE = ("wheel", "motor", "drive", "track")
+_ROWS = ("front", "rear", "back", "mid", "center", "centre")
 _NOT_DRIVEN = (
     "steer",
     "caster",
@@ -41,7 +42,8 @@ def wheel_joints(names: Sequence[str], left: Sequence[str] = (), right: Sequence
 
     Given names count alone. Otherwise a joint belongs to a side when its name says so
     (``left_wheel_joint``, ``wheel_left_joint``, ``front_left_wheel``, ``fl_wheel``) and speaks of a wheel;
-    without any such pair, one joint on each side is enough.
+    without any such pair, one joint on each side is enough, or as many on each side whose names say in which
+    row they are (``front_left``, ``rear_left``).
     """
     if left or right:
         given = tuple(tuple(names.index(name) for name in side if name in names) for side in (left, right))
@@ -51,7 +53,10 @@ def wheel_joints(names: Sequence[str], left: Sequence[str] = (), right: Sequence
     if all(found):
         return found
     found = _sides(names, range(len(names)))
-    return found if len(found[0]) == len(found[1]) == 1 else None
+    if not found[0] or len(found[0]) != len(found[1]):
+        return None
+    in_rows = all(any(row in names[k].lower() for row in _ROWS) for side in found for k in side)
+    return found if len(found[0]) == 1 or in_rows else None
 
 
 def _sides(names: Sequence[str], indices: Sequence[int]) -> Sides:

@@ -80,20 +80,29 @@ class PoseBinding:
     position: str
     orientation: str
     stamp: tuple[str, str] | None
-    n_raw: int = 6
+    n_raw: int = 7
 
     def recipe(self, layout: Layout) -> Recipe:
-        """x, y and the quaternion x, y, z, w."""
+        """x, y, the quaternion x, y, z, w, and the height, unknown where the messages have none."""
         paths = [f"{self.position}.{axis}" for axis in "xy"] + [
             f"{self.orientation}.{axis}" for axis in "xyzw"
         ]
-        return Recipe(stamp_terms(layout, self.stamp), tuple(one(layout, path) for path in paths))
+        height = layout.leaf(f"{self.position}.z")
+        columns = (
+            *(one(layout, path) for path in paths),
+            UNKNOWN if height is None else Column(((height, 1.0),)),
+        )
+        return Recipe(stamp_terms(layout, self.stamp), columns)
 
     def values(self, raw: F64) -> F64:
         """x, y and the quaternion's yaw."""
         values = np.empty((3, raw.shape[1]))
-        values[:2], values[2] = raw[:2], yaw_of(raw[2:])
+        values[:2], values[2] = raw[:2], yaw_of(raw[2:6])
         return values
+
+    def attitude(self, raw: F64) -> F64:
+        """The upright axis in the body's frame and the height (4, n)."""
+        return np.concatenate([upright_of(raw[2:6]), raw[6:7]])
 
 
 @dataclass(frozen=True)
@@ -118,15 +127,17 @@ class PlanarPoseBinding:
 
 @dataclass(frozen=True)
 class PlacedBinding:
-    """A pose of some point of the robot, moved to the midpoint of the driving axle.
+    """A pose of some point of the robot in any units, as the pose of the midpoint of the driving axle.
 
-    yaw = measured − yaw_offset; position = measured − R(yaw)·lever arm, the measured point's place in the
-    robot's frame (x forward, y left).
+    measured = position_scale·position in m, yaw_gain·yaw in rad; yaw = measured − yaw_offset; position =
+    measured − R(yaw)·lever arm, the measured point's place in the robot's frame (x forward, y left).
     """
 
     pose: Binding
     yaw_offset_rad: float
     lever_arm_m: tuple[float, float]
+    position_scale: float = 1.0
+    yaw_gain: float = 1.0
 
     @property
     def stamp(self) -> tuple[str, str] | None:
@@ -145,6 +156,7 @@ class PlacedBinding:
     def values(self, raw: F64) -> F64:
         """x, y, yaw of the axle's midpoint."""
         x, y, measured = self.pose.values(raw)
+        x, y, measured = self.position_scale * x, self.position_scale * y, self.yaw_gain * measured
         yaw, (ahead, left) = measured - self.yaw_offset_rad, self.lever_arm_m
         cos, sin = np.cos(yaw), np.sin(yaw)
         return np.stack((x - ahead * cos + left * sin, y - ahead * sin - left * cos, yaw))
@@ -165,6 +177,22 @@ def yaw_of(quaternion: F64) -> F64:
     adjacent[undirected[is_null]] = np.nan
     yaw: F64 = np.arctan2(opposite, adjacent)
     return yaw
+
+
+def upright_of(quaternion: F64) -> F64:
+    """The world's z axis in the body's frame (3, n), of quaternions (4, n) of any norm but 0 (NaN)."""
+    x, y, z, w = quaternion
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        axis = np.stack((2 * (x * z - w * y), 2 * (y * z + w * x), w * w + z * z - x * x - y * y))
+        return np.asarray(axis / (quaternion**2).sum(axis=0))
+
+
+def attitude_of(binding: Binding, raw: F64) -> F64 | None:
+    """Upright axis and height (4, n) of raw columns (n_raw, n); None for a pose that has neither."""
+    if isinstance(binding, PlacedBinding):
+        return attitude_of(binding.pose, raw)
+    attitude = getattr(binding, "attitude", None)
+    return None if attitude is None else np.asarray(attitude(raw))
 
 
 @dataclass(frozen=True)

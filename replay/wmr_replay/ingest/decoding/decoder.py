@@ -24,7 +24,8 @@ _WORTH_A_PROGRAM = 256
 
 @dataclass(frozen=True, eq=False)
 class Decoded:
-    """Stamps (n,) in ns, 0 where absent, and values (k, n) of all messages, and which of them are ``used``.
+    """Stamps (n,) in ns, 0 where absent, values (k, n) of all messages, the raw columns (n_raw, n) that they
+    were made of, and which of the messages are ``used``.
 
     A message that is neither used nor undecodable does not concern the signal, such as a joint state without
     wheels.
@@ -32,6 +33,7 @@ class Decoded:
 
     stamp_ns: I64
     values: F64
+    raw: F64
     used: Bool
     all_used: bool = True
     n_undecodable: int = 0
@@ -87,12 +89,12 @@ class Decoder:
     def finish(self, out: ColumnBuilder) -> Decoded:
         """The columns, after the messages that wait have brought their new layouts."""
         if out.values is not None:
-            return Decoded(out.stamp_ns, out.values, out.used)
+            return Decoded(out.stamp_ns, out.values, out.raw, out.used)
         n_undecodable = self.settle(out)
         raw, used = out.raw, out.used
         if self.composer is not None:
             raw, used = self.composer.push(out.stamp_ns, raw, used)
-        return Decoded(out.stamp_ns, self.binding.values(raw), used, bool(used.all()), n_undecodable)
+        return Decoded(out.stamp_ns, self.binding.values(raw), raw, used, bool(used.all()), n_undecodable)
 
     def settle(self, out: ColumnBuilder) -> int:
         """Decode the messages that wait; return how many are undecodable."""

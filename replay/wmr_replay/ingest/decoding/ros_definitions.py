@@ -68,6 +68,8 @@ def parse_definition(name: str, encoding: str, text: str) -> Node:
     """The type ``name`` of a schema text. Raises UnknownDefinition."""
     from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg  # noqa: PLC0415
 
+    if not encoding:
+        raise UnknownDefinition(f"the log holds no definition of {name}, and it is none of ROS's own types")
     if encoding not in {"ros2msg", "ros1msg", "ros2idl"}:
         raise UnknownDefinition(f"schema encoding {encoding!r} is not read")
     full = full_name(name)

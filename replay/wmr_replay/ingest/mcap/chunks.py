@@ -5,9 +5,10 @@ cannot be read gives no bytes and a reason. Of a chunk that the file's end cuts 
 the cut are recovered.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import BinaryIO
+from typing import BinaryIO, Self, TypeAlias
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class Span:
     """Which of the log's files it stands in."""
     by_index: bool = False
     """Its head is what the file's index says, without checksum; the chunk's own is read with it."""
+    name: str = ""
+    """What notes call it, where it is not "the chunk at byte" ``offset``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +61,36 @@ class Block:
     problem: str = ""
 
 
+class SpanFile(ABC):
+    """An open log of another format that gives its spans as MCAP records."""
+
+    @abstractmethod
+    def load(self, span: Span, workspace: Workspace) -> Block:
+        """The records of one span; they hold until the same workspace opens the next one."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the file."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+OpenFile: TypeAlias = BinaryIO | SpanFile
+"""A log file opened by one thread: MCAP's bytes, or a log of another format."""
+
+
 class Unreadable(Exception):
     """A chunk that yields no records, and why."""
 
 
-def load(file: BinaryIO, span: Span, workspace: Workspace) -> Block:
+def load(file: OpenFile, span: Span, workspace: Workspace) -> Block:
     """Read, decompress and check one span."""
+    if isinstance(file, SpanFile):
+        return file.load(span, workspace)
     if span.by_index and span.head is not None:
         return load_by_index(file, span, span.head, workspace)
     file.seek(span.data_offset)

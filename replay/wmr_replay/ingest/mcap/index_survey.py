@@ -13,6 +13,7 @@ import numpy as np
 
 from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.records import (
     HEAD,
     MAGIC,
@@ -29,22 +30,30 @@ from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.errors import LogUnusable
 
 FOOTER = struct.Struct("<BQQQI")
+_TIMES_AND_PLACE, _PLACE = struct.Struct("<QQQQ"), struct.Struct("<HQ")
+"""The start of a chunk index record, and one entry of its map: a channel's id and its index's place."""
 _HEADER_BYTES = 1 << 10
 _FIXED_HEAD_BYTES = 40
 """A chunk's head without the name of its compression."""
 _INDEX_HEAD_BYTES, _INDEX_ENTRY_BYTES = HEAD.size + 6, 16
 
 
-def surveyed(path: LogPath) -> Survey:
+def surveyed(path: LogPath | Container, *, by_index: bool = False) -> Survey:
     """The survey of a file: on this machine by all its records, behind a URL by its index.
+
+    ``by_index``: by its index wherever it is, if there is one that adds up.
 
     Raises LogUnusable when a URL's index is of no use; see
     :func:`wmr_replay.ingest.mcap.remote.readable_file`.
     """
-    if not isinstance(path, RemotePath):
+    if isinstance(path, Container):
+        return path.survey()
+    if not by_index and not isinstance(path, RemotePath):
         return survey(path)
-    with path.open() as file:
+    with path.open("rb") as file:
         found = indexed_survey(file, size_of(path))
+    if found is None and not isinstance(path, RemotePath):
+        return survey(path)
     if found is None:
         raise LogUnusable(path, "the file has no index that could be used", "Download it first.")
     return found
@@ -129,12 +138,11 @@ def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
 def indexed_chunk(content: bytes, size_bytes: int) -> Span:
     """A chunk by its index record, its checksum still unknown. Raises Malformed."""
     cursor = Cursor(content)
-    start_ns, end_ns, offset, length = (cursor.uint(8) for _ in range(4))
-    stop = cursor.uint(4) + cursor.position
-    places = {}
-    while cursor.position < stop:
-        channel_id = cursor.uint(2)
-        places[channel_id] = cursor.uint(8)
+    start_ns, end_ns, offset, length = _TIMES_AND_PLACE.unpack(cursor.take(_TIMES_AND_PLACE.size))
+    map_bytes = cursor.uint(4)
+    if map_bytes % _PLACE.size:
+        raise Malformed(f"{map_bytes} bytes of places")
+    places = dict(_PLACE.iter_unpack(cursor.take(map_bytes)))
     index_bytes, compression = cursor.uint(8), cursor.text()
     stored, uncompressed = cursor.uint(8), cursor.uint(8)
     head_bytes = _FIXED_HEAD_BYTES + len(compression.encode())

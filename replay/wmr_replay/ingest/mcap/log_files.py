@@ -11,12 +11,13 @@ import numpy as np
 
 from wmr_replay.ingest.mcap.catalogue import Catalogue
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.index_survey import surveyed
 from wmr_replay.ingest.mcap.records import Channel
 from wmr_replay.ingest.mcap.sampling import Sample, Sampler
 from wmr_replay.ingest.mcap.survey import Survey
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS
-from wmr_replay.ingest.storage.source import LogPath
+from wmr_replay.ingest.storage.source import LogPath, size_of
 from wmr_schemas.arrays import I64
 
 Identity = tuple[str, str, str, int]
@@ -30,16 +31,27 @@ class LogFiles:
     ``ids[k]`` gives the common id of each channel id of file k, or None where it is the same.
     """
 
-    paths: list[LogPath]
+    paths: list[LogPath | Container]
     survey: Survey
     ids: list[I64 | None]
     samples: dict[int, list[Sample]] = field(default_factory=dict)
     n_messages: dict[int, int] = field(default_factory=dict)
 
+    def want(self, channel_ids: set[int]) -> None:
+        """The channels in use, by common id; of others, messages are counted, where that is less work."""
+        for path, ids in zip(self.paths, self.ids, strict=True):
+            if isinstance(path, Container):
+                wanted = channel_ids if ids is None else np.flatnonzero(np.isin(ids, list(channel_ids)))
+                path.want(frozenset(map(int, wanted)))
 
-def join_files(paths: list[LogPath]) -> LogFiles:
-    """Survey and sample the files of one log, and join them."""
-    surveys = [surveyed(path) for path in paths]
+    def sizes(self) -> list[int]:
+        """Size of each file in bytes."""
+        return [path.size_bytes if isinstance(path, Container) else size_of(path) for path in self.paths]
+
+
+def join_files(paths: list[LogPath | Container], *, by_index: bool = False) -> LogFiles:
+    """Survey and sample the files of one log, and join them. ``by_index``: see :func:`surveyed`."""
+    surveys = [surveyed(path, by_index=by_index) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
         sampler.run(path)
@@ -53,7 +65,7 @@ def join_files(paths: list[LogPath]) -> LogFiles:
 class _Joiner:
     """Joins surveys and samples of several files under common channel ids."""
 
-    def __init__(self, paths: list[LogPath]) -> None:
+    def __init__(self, paths: list[LogPath | Container]) -> None:
         self.known: dict[Identity, int] = {}
         self.files = LogFiles(paths, Survey(0), [])
 
@@ -97,6 +109,7 @@ class _Joiner:
         whole.spans += [_moved(span, k, ids) for span in found.spans]
         whole.truncated |= found.truncated
         whole.n_chunks_damaged += found.n_chunks_damaged
+        whole.strays.add(found.strays)
         whole.notes += [f"{name}: {note}" for note in found.notes]
         whole.catalogue.n_malformed += found.catalogue.n_malformed
         if found.statistics is None or (k and whole.statistics is None):

@@ -1,5 +1,6 @@
-"""Number and times of the messages of each channel, counted as they are read."""
+"""Number and times of the messages of each channel, counted as they are read; and what the file claims."""
 
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -50,3 +51,18 @@ class MessageCounts:
             k: ChannelCount(int(self.n[k]), int(self.first_ns[k]), int(self.last_ns[k]))
             for k in np.flatnonzero(self.n).tolist()
         }
+
+
+def differing_counts(
+    found: Mapping[int, ChannelCount], claims: Mapping[str, Mapping[int, int]], channels: Iterable[int]
+) -> Iterator[tuple[int, str]]:
+    """Channels of which other numbers of messages were found than the file claims, with a text each.
+
+    ``claims`` are the messages by channel id of each source that covers the whole file, by the source's name.
+    """
+    for channel in sorted(channels):
+        n = found[channel].n if channel in found else 0
+        others = [(name, counts.get(channel, 0)) for name, counts in claims.items()]
+        said = " and ".join(f"{name} {count}" for name, count in others if count != n)
+        if said:
+            yield channel, f"{n} messages were found; the file claims more or fewer: {said}"

@@ -4,9 +4,10 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from threading import local
-from typing import BinaryIO, TypeVar
+from typing import TypeVar
 
-from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.ingest.mcap.chunks import OpenFile, Span
+from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_replay.ingest.storage.source import LogPath
 
@@ -22,7 +23,9 @@ T = TypeVar("T")
 
 
 def work_ahead(
-    paths: Sequence[LogPath], spans: Sequence[Span], work: Callable[[BinaryIO, list[Span], Workspace], T]
+    paths: Sequence[LogPath | Container],
+    spans: Sequence[Span],
+    work: Callable[[OpenFile, list[Span], Workspace], T],
 ) -> Iterator[T]:
     """``work(file, group, workspace)`` for all spans, by groups in order; at most two groups wait."""
     own = _PerThread(paths)
@@ -73,8 +76,8 @@ def extent(span: Span) -> tuple[int, int]:
 class _PerThread:
     """What each thread has for itself: one open file of the log at a time, and a workspace."""
 
-    def __init__(self, paths: Sequence[LogPath]) -> None:
-        self._paths, self._own, self._opened = paths, local(), list[BinaryIO]()
+    def __init__(self, paths: Sequence[LogPath | Container]) -> None:
+        self._paths, self._own, self._opened = paths, local(), list[OpenFile]()
 
     @property
     def workspace(self) -> Workspace:
@@ -84,14 +87,14 @@ class _PerThread:
         workspace: Workspace = self._own.workspace
         return workspace
 
-    def file(self, file_index: int) -> BinaryIO:
+    def file(self, file_index: int) -> OpenFile:
         """That file of the log, opened by the calling thread for itself."""
         if getattr(self._own, "file_index", None) != file_index:
             if hasattr(self._own, "file"):
                 self._own.file.close()
             self._own.file_index, self._own.file = file_index, self._paths[file_index].open("rb")
             self._opened.append(self._own.file)
-        file: BinaryIO = self._own.file
+        file: OpenFile = self._own.file
         return file
 
     def close(self) -> None:

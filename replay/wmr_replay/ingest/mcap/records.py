@@ -28,9 +28,11 @@ class Opcode(IntEnum):
     CHUNK = 0x06
     MESSAGE_INDEX = 0x07
     CHUNK_INDEX = 0x08
+    ATTACHMENT_INDEX = 0x0A
     STATISTICS = 0x0B
     METADATA = 0x0C
     METADATA_INDEX = 0x0D
+    SUMMARY_OFFSET = 0x0E
     DATA_END = 0x0F
 
 

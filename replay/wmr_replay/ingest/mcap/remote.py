@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from wmr_replay.ingest.mcap.index_survey import indexed_survey, read_summary
-from wmr_replay.ingest.storage.file_check import ZSTD_MAGIC, check_mcap_file
+from wmr_replay.ingest.storage.file_check import MCAP_MAGIC, ZSTD_MAGIC, check_log_file, magic_of
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, download, gives_ranges, size_of
 
 _VALIDATORS = ("ETag", "etag", "Last-Modified", "mtime", "LastModified", "Content-MD5", "Digest")
@@ -27,20 +27,22 @@ def readable_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, s
     copy = folder() / path.name
     download(path, copy)
     if not is_packed(copy):
-        check_mcap_file(copy, shown=path)
+        check_log_file(copy, shown=path)
     return copy, f"{path.name}: {why}, so the whole file ({copy.stat().st_size / 1e6:.3g} MB) was fetched"
 
 
 def range_obstacle(path: RemotePath) -> str:
     """Why the file cannot be read by ranges; empty when it can.
 
-    Raises LogUnusable when it is no MCAP file at all.
+    Raises LogUnusable when it is no log file at all.
     """
     if not gives_ranges(path):
         return "the server gives no ranges of it"
     if is_packed(path):
         return "it is packed as a whole"
-    check_mcap_file(path)
+    check_log_file(path)
+    if magic_of(path) != MCAP_MAGIC:
+        return "it is a ROS bag, not MCAP"
     with path.open() as file:
         if indexed_survey(file, size_of(path)) is None:
             return "it has no index that could be used"

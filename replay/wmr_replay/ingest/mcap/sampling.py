@@ -4,14 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span, load
+from wmr_replay.ingest.mcap.container import Container, SampledFile
 from wmr_replay.ingest.mcap.survey import Survey
 from wmr_replay.ingest.mcap.walk import Messages, walk
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.arrays import U8
 
-N_WANTED, _N_WANTED_LATER = 20, 2
+N_WANTED, N_WANTED_LATER = 20, 2
 """Messages of a channel that are worth opening another chunk for: within the log's first bytes, and later."""
 _FIRST_BYTES = 8 << 20
 _N_KEPT = 32
@@ -35,22 +37,35 @@ class Sampler:
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
         self.n_bytes = 0
+        self._adds_up = index_adds_up(survey)
+        self._lacking = self._all_lacking()
 
-    def run(self, path: LogPath) -> None:
+    def run(self, path: LogPath | Container) -> None:
         """Collect the samples; the survey's catalogue then knows every channel that has a message."""
         workspace = Workspace()
         with path.open("rb") as file:
+            records = (
+                file.first_messages(self.survey, N_WANTED_LATER) if isinstance(file, SampledFile) else None
+            )
+            if records is not None:
+                self._take(records)
+                return
             for span in self.survey.spans:
                 if self._needs(span):
                     self._take(load(file, span, workspace).data)
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
+        in_file = (self.survey.statistics or {}).get(channel_id, 0)
+        if self._adds_up:
+            return in_file
         indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
-        return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
+        return max(indexed, in_file, self.seen.get(channel_id, 0))
 
     def _needs(self, span: Span) -> bool:
         """Whether the span may hold a message or a description that is missing."""
+        if self._adds_up:
+            return not self._lacking.isdisjoint(span.counts)
         in_file = self.survey.statistics or {}
         expected = span.counts or in_file
         return not expected or any(
@@ -58,9 +73,13 @@ class Sampler:
             for channel_id, n in expected.items()
         )
 
+    def _all_lacking(self) -> set[int]:
+        """The channels of the statistics of which something is missing."""
+        return {k for k, n in (self.survey.statistics or {}).items() if self._lacks(k, n)}
+
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
         """Whether a channel is not described yet, or has fewer samples than wanted."""
-        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else _N_WANTED_LATER
+        wanted = N_WANTED if self.n_bytes < _FIRST_BYTES else N_WANTED_LATER
         few = self.seen.get(channel_id, 0) < min(wanted, n_messages)
         return few or channel_id not in self.catalogue.channels
 
@@ -72,6 +91,7 @@ class Sampler:
         for channel_id, count in found.messages.counts().items():
             self._keep(data, found.messages, channel_id)
             self.seen[channel_id] = self.seen.get(channel_id, 0) + count
+        self._lacking = self._all_lacking()
 
     def _keep(self, data: U8, messages: Messages, channel_id: int) -> None:
         """Keep the channel's first messages, within the limits of number and size."""

@@ -12,6 +12,7 @@ from typing import BinaryIO
 import numpy as np
 
 from wmr_replay.ingest.mcap.catalogue import Catalogue
+from wmr_replay.ingest.mcap.checksums import data_section_differs, is_covered
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.records import (
     HEAD,
@@ -23,6 +24,7 @@ from wmr_replay.ingest.mcap.records import (
     parse_header,
     parse_metadata,
 )
+from wmr_replay.ingest.mcap.stray_records import StrayRecords, is_in_order
 from wmr_replay.ingest.mcap.walk import walk
 from wmr_replay.ingest.storage.source import LogPath, size_of
 
@@ -47,6 +49,9 @@ class Survey:
     statistics: dict[int, int] | None = None
     truncated: bool = False
     n_chunks_damaged: int = 0
+    strays: StrayRecords = field(default_factory=StrayRecords)
+    data_end: tuple[int, int] | None = None
+    """Where the data section ends, and its checksum (0: none)."""
     notes: list[str] = field(default_factory=list)
 
 
@@ -76,6 +81,7 @@ class Surveyor:
         if position is not None:
             self._ends_early("the file ends without a footer")
         self._check_index()
+        self._check_data()
         return self.result
 
     def _check_index(self) -> None:
@@ -85,6 +91,16 @@ class Surveyor:
             if mark not in met:
                 self.result.n_chunks_damaged += 1
                 self.result.notes.append(f"the chunk at byte {mark} is left out: only the index knows of it")
+
+    def _check_data(self) -> None:
+        """The data section has the checksum that is stated behind it, where no other covers the messages."""
+        stop, crc = self.result.data_end or (0, 0)
+        if not crc or all(is_covered(span) for span in self.result.spans):
+            return
+        if data_section_differs(self.file, stop, crc):
+            self.result.notes.append(
+                "the checksum of the data section does not match: something in it was changed"
+            )
 
     def _step(self, position: int) -> int | None:
         """Take in the record at ``position``; the start of the next, or None at the end."""
@@ -113,6 +129,7 @@ class Surveyor:
 
     def _take(self, opcode: int, position: int, length: int, fits: bool) -> None:
         """Take in a record by its type. Raises Malformed."""
+        self._place(opcode, position)
         if opcode == Opcode.CHUNK:
             self._chunk(position, length, fits)
         elif opcode == Opcode.MESSAGE_INDEX:
@@ -124,8 +141,16 @@ class Surveyor:
             self.result.statistics = parse_channel_counts(self._content(position, length))
         elif opcode == Opcode.DATA_END:
             self.in_summary = True
+            self.result.data_end = position, int.from_bytes(self._content(position, min(length, 4)), "little")
         elif opcode == Opcode.HEADER:
             self.result.profile, self.result.library = parse_header(self._content(position, length))
+
+    def _place(self, opcode: int, position: int) -> None:
+        """Count a record that may not stand there."""
+        spans, first = self.result.spans, position == len(MAGIC)
+        behind_chunk = bool(spans) and spans[-1].head is not None
+        in_order = is_in_order(opcode, first=first, in_summary=self.in_summary, behind_chunk=behind_chunk)
+        self.result.strays.meet(opcode, in_order=in_order)
 
     def _chunk(self, position: int, length: int, fits: bool) -> None:
         """Add the span of a chunk record. Raises Malformed."""

@@ -8,14 +8,14 @@ import numpy as np
 from wmr_replay.ingest.mcap.records import Opcode
 from wmr_schemas.arrays import I64, U8
 from wmr_schemas.compiled.lean import lean
-from wmr_schemas.compiled.unaligned import load_i64, load_u16
+from wmr_schemas.compiled.unaligned import load_i64, load_u16, load_u32
 
 HEAD_BYTES = 9
 MESSAGE_HEAD_BYTES = 22
 N_CHANNEL_IDS = 1 << 16
-ORDER, CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS = range(6)
-"""Columns of a table of messages: ordinal, channel id, bounds of the data in bytes, times."""
-N_COLUMNS = 6
+ORDER, CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS, SEQUENCE = range(7)
+"""Columns of a table of messages: ordinal, channel id, bounds of the data in bytes, times, number."""
+N_COLUMNS = 7
 NO_LIMITS: I64 = np.array([np.iinfo(np.int64).min, np.iinfo(np.int64).max])
 _SCHEMA, _MESSAGE = int(Opcode.SCHEMA), int(Opcode.MESSAGE)
 _FIRST_PRIVATE = 0x80
@@ -90,7 +90,7 @@ def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its ar
     """Walk from ``position`` on: number of messages within the limits, where the walk ended, whether it ended
     for want of room.
 
-    Messages within ``limits_ns`` (2,) go into the rows of ``table`` (roles, 6, room) behind the ``counts``
+    Messages within ``limits_ns`` (2,) go into the rows of ``table`` (roles, 7, room) behind the ``counts``
     (roles,) that are there, by ``role_of`` (65536,) their channel; −1: none. ``ids`` (65536,) are the
     channels' common ids. ``n``, ``first_ns`` and ``last_ns`` (65536,) count messages by common id, unless
     they are empty. ``others``, unless empty: the number of other records, then where they start. A message
@@ -126,6 +126,7 @@ def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its ar
                 table[role, LENGTH, row] = length - MESSAGE_HEAD_BYTES
                 table[role, LOG_NS, row] = log_ns
                 table[role, PUBLISH_NS, row] = load_i64(data, body + 14)
+                table[role, SEQUENCE, row] = load_u32(data, body + 2)
                 counts[role] = row + 1
                 n_used += 1
             n_messages += 1

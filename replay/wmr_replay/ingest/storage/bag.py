@@ -1,31 +1,39 @@
-"""The MCAP files behind a path: one file, those of a rosbag2 directory, or one to be unpacked first."""
+"""The files behind a path: one file, those of a rosbag2 directory, or one to be unpacked first."""
 
 import re
 from collections.abc import Callable
 from pathlib import Path
 
-from wmr_replay.ingest.storage.file_check import CONVERT, ZSTD_MAGIC, check_mcap_file, unreadable
+from wmr_replay.ingest.storage.file_check import ZSTD_MAGIC, check_log_file, unreadable
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
 _LISTED = re.compile(r"^(\s*)relative_file_paths:\s*\n((?:\1\s*-\s*.*\n?)+)", re.MULTILINE)
+_SIDE_FILES = ("-wal", "-shm", "-journal")
+"""What SQLite keeps beside a file that is or was open."""
 _FIRST_NUMBER = re.compile(r"(\d+)")
 
 
 def bag_files(path: LogPath) -> list[LogPath]:
-    """The MCAP files of a log in the order in which they were recorded. Raises LogUnusable."""
+    """The files of a log in the order in which they were recorded. Raises LogUnusable."""
     if not path.is_dir():
         return [path]
-    listed = _listed(path / "metadata.yaml")
-    if any(name.endswith(".db3") for name in listed) or any(path.glob("*.db3")):
-        advice = CONVERT.format(path=path, stem=path.name)
-        raise LogUnusable(path, "this is a ROS 2 bag in SQLite form (.db3), not MCAP", advice)
-    files: list[LogPath] = [path / name for name in listed] or sorted(path.glob("*.mcap*"), key=_natural)
+    files: list[LogPath] = [_beside(path, name) for name in _listed(path / "metadata.yaml")]
+    for pattern in ("*.mcap*", "*.db3*"):
+        files = files or sorted(
+            (file for file in path.glob(pattern) if not file.name.endswith(_SIDE_FILES)), key=_natural
+        )
     if not files:
         raise LogUnusable(
-            path, "this is a directory without any .mcap file", "Give a file or a rosbag2 directory."
+            path, "this is a directory without any .mcap or .db3 file", "Give a file or a rosbag2 directory."
         )
     return files
+
+
+def _beside(folder: LogPath, name: str) -> LogPath:
+    """A listed file; early rosbag2 versions list it with the directory's name in front."""
+    file = folder / name
+    return folder / name.rpartition("/")[2] if isinstance(file, Path) and not file.exists() else file
 
 
 def _listed(metadata: LogPath) -> list[str]:
@@ -45,7 +53,7 @@ def _natural(path: LogPath) -> list[str]:
 def plain_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]:
     """A file ready to be read, unpacked into ``folder()`` if need be, and what was lost in unpacking it.
 
-    Raises LogUnusable when it is no MCAP file.
+    Raises LogUnusable when it is no log file.
     """
     try:
         with path.open("rb") as file:
@@ -53,15 +61,15 @@ def plain_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, str]
     except OSError as error:
         raise unreadable(path, error) from None
     if not packed:
-        check_mcap_file(path)
+        check_log_file(path)
         return path, ""
-    copy = folder() / path.name.removesuffix(".zst")
+    copy = folder() / path.name.removesuffix(".zst").removesuffix(".zstd")
     problem = _unpack(path, copy)
     if not copy.stat().st_size:
         raise LogUnusable(
             path, "nothing of its zstd data can be unpacked", "Copying it failed; get it again."
         )
-    check_mcap_file(copy, shown=path)
+    check_log_file(copy, shown=path)
     return copy, problem
 
 

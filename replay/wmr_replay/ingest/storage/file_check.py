@@ -1,29 +1,44 @@
-"""Check of a file's first bytes for MCAP's magic; other formats are named, with advice."""
+"""Check of a file's first bytes for a log's magic: MCAP's or a ROS bag's; others are named, with advice."""
 
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import LogUnusable
 
-CONVERT = "Convert it:\n  rosbags-convert --src {path} --dst {stem} --dst-storage mcap --dst-version 9"
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+SQLITE_MAGIC = b"SQLite format 3\0"
+ROS1_MAGIC = b"#ROSBAG V2.0\n"
 _FOREIGN = (
-    (b"SQLite format 3\0", "this is a ROS 2 bag in SQLite form (.db3), not MCAP", CONVERT),
-    (b"#ROSBAG V", "this is a ROS 1 bag, not MCAP", CONVERT),
+    (b"#ROSBAG V", "this is a ROS 1 bag of another version than 2.0", "Convert it with rosbag fix first."),
     (b"\x1f\x8b", "the file as a whole is compressed with gzip", "Unpack it:\n  gunzip {path}"),
     (b"ULog\x01\x12\x35", "this is a PX4 ULog, not MCAP", "Convert it to MCAP first."),
 )
 _LONGEST = 16
 
 
-def check_mcap_file(path: LogPath, shown: LogPath | None = None) -> None:
-    """Raises LogUnusable unless an MCAP file starts at ``path``; messages name ``shown``."""
+def magic_of(path: LogPath) -> bytes:
+    """The magic with which a log file starts: MCAP's, SQLITE_MAGIC or ROS1_MAGIC; empty for another file.
+
+    Raises LogUnusable for a file that cannot be read.
+    """
+    head = _head(path)
+    known = (MCAP_MAGIC, SQLITE_MAGIC, ROS1_MAGIC)
+    return next((magic for magic in known if head.startswith(magic)), b"")
+
+
+def _head(path: LogPath) -> bytes:
+    """The first bytes of a file. Raises LogUnusable."""
     try:
         with path.open("rb") as file:
-            head = file.read(_LONGEST)
+            return file.read(_LONGEST)
     except OSError as error:
         raise unreadable(path, error) from None
-    if head.startswith(MCAP_MAGIC):
+
+
+def check_log_file(path: LogPath, shown: LogPath | None = None) -> None:
+    """Raises LogUnusable unless an MCAP file or a ROS bag starts at ``path``; messages name ``shown``."""
+    if magic_of(path):
         return
+    head = _head(path)
     path = shown or path
     if not head:
         raise LogUnusable(path, "the file is empty", "Nothing was recorded, or copying it failed.")
@@ -34,7 +49,11 @@ def check_mcap_file(path: LogPath, shown: LogPath | None = None) -> None:
     for magic, problem, advice in _FOREIGN:
         if head.startswith(magic):
             raise LogUnusable(path, problem, advice.format(path=path, stem=path.stem))
-    raise LogUnusable(path, "this is not an MCAP file: its first bytes are not MCAP's", "Give a .mcap file.")
+    raise LogUnusable(
+        path,
+        "this is not an MCAP file nor a ROS bag: its first bytes are of neither",
+        "Give a .mcap, .db3 or .bag file, or a rosbag2 directory.",
+    )
 
 
 def unreadable(path: LogPath, error: OSError) -> LogUnusable:

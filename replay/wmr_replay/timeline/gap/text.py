@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from wmr_schemas.text import markdown
+
 if TYPE_CHECKING:
     from wmr_replay.gap.result.result import FoundEffect, GapMetric, GapResult
 
@@ -17,7 +19,7 @@ leaves unexplained, as a filter sees it.
 
 def gap_text(result: "GapResult", log_name: str) -> str:
     """Markdown for the text panel."""
-    blocks = [f"## {log_name}", f"**{result.sentence.strip()}**"]
+    blocks = [f"## {markdown(log_name)}", f"**{markdown(result.sentence.strip())}**"]
     if result.effects:
         head = "| effect | parameter | 95 % interval |\n| --- | --- | --- |"
         blocks.append("\n".join([head, *(row for effect in result.effects for row in effect_rows(effect))]))
@@ -30,7 +32,7 @@ def gap_text(result: "GapResult", log_name: str) -> str:
 def effect_rows(effect: "FoundEffect") -> list[str]:
     """One line for each parameter."""
     return [
-        f"| {effect.name if k == 0 else ''} | {key} = {p.value:.4g} {unit(p.unit)} "
+        f"| {markdown(effect.name) if k == 0 else ''} | {markdown(key)} = {p.value:.4g} {unit(p.unit)} "
         f"| {p.ci95[0]:.4g} … {p.ci95[1]:.4g} |"
         for k, (key, p) in enumerate(effect.parameters.items())
     ]

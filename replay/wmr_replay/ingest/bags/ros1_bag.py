@@ -1,0 +1,219 @@
+"""ROS 1 bags (``.bag``, format 2.0), presented as spans of message records: a chunk with its index each.
+
+Connections of one topic and type, such as those of several publishers of ``/tf``, are one channel. A bag that
+was not closed has no index; its chunks are found one after another, and each is opened for its connections.
+"""
+
+import os
+from bisect import bisect_right
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from wmr_replay.ingest.bags.ros1_chunk import chunk_records, unpacked_chunk
+from wmr_replay.ingest.bags.ros1_records import (
+    MOST_HEADER_BYTES,
+    Op,
+    Record,
+    parse_fields,
+    record_at,
+    records_in,
+    u32_at,
+)
+from wmr_replay.ingest.mcap.chunks import NO_BYTES, Block, Span, SpanFile, Unreadable
+from wmr_replay.ingest.mcap.container import Container
+from wmr_replay.ingest.mcap.records import Channel, Malformed, Schema
+from wmr_replay.ingest.mcap.survey import Survey
+from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS
+from wmr_replay.ingest.mcap.workspace import Workspace
+from wmr_replay.ingest.storage.file_check import ROS1_MAGIC
+from wmr_schemas.errors import LogUnusable
+
+_NOT_CLOSED = "it has no index, since its recording was not closed or its end is missing"
+
+
+class Ros1Bag(Container):
+    """A ``.bag`` file."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self.channels = Channels()
+
+    def open(self, mode: str = "rb") -> "Ros1File":
+        """A handle of its own for the calling thread."""
+        return Ros1File(self)
+
+    def survey(self) -> Survey:
+        """Connections and chunks by the bag's index, or by a walk over its records. Raises LogUnusable."""
+        found = Survey(self.size_bytes, "ros1", "rosbag 2.0")
+        with self.path.open("rb") as file:
+            try:
+                header = read_record(file, len(ROS1_MAGIC))
+                index_start = header.u64(b"index_pos")
+            except Malformed as error:
+                raise LogUnusable(self.path, f"its header is damaged ({error})", "Copy it again.") from None
+            if encryptor := header.fields.get(b"encryptor", b"").decode(errors="replace"):
+                raise LogUnusable(self.path, f"it is encrypted ({encryptor})", "Decrypt it: rosbag decrypt")
+            if not self._by_index(found, file, header, index_start):
+                self._by_walk(found, file, header.stop)
+        for channel, schema in self.channels.described.values():
+            found.catalogue.channels[channel.id] = channel
+            found.catalogue.schemas[schema.id] = schema
+        return found
+
+    def _by_index(self, found: Survey, file: BinaryIO, header: Record, start: int) -> bool:
+        """Fill in connections and chunks from the index; False where it is missing or damaged."""
+        if not header.stop <= start <= found.size_bytes:
+            return False
+        file.seek(start)
+        data = file.read()
+        records = list(records_in(data))
+        infos = [record for record in records if record.op == Op.CHUNK_INFO]
+        connections = [record for record in records if record.op == Op.CONNECTION]
+        try:
+            if (len(connections), len(infos)) != (header.u32(b"conn_count"), header.u32(b"chunk_count")):
+                return False
+            for record in connections:
+                self.channels.enter(record, data[record.start : record.stop])
+            places = sorted({info.u64(b"chunk_pos") for info in infos})
+            if len(places) < len(infos):
+                return False
+            spans = [self._span(info, data, places, start) for info in infos]
+        except Malformed:
+            self.channels.clear()
+            return False
+        found.spans = sorted(spans, key=lambda span: span.offset)
+        counts = Counter[int]()
+        for span in found.spans:
+            counts.update(span.counts)
+        found.statistics = dict(counts)
+        return True
+
+    def _span(self, info: Record, data: bytes, places: list[int], index_start: int) -> Span:
+        """The chunk, and the index records behind it, that a record of the index describes. Raises
+        Malformed.
+        """
+        start, counts = info.u64(b"chunk_pos"), Counter[int]()
+        for k in range(info.u32(b"count")):
+            place = info.start + 8 * k
+            counts[self.channels.id_of(u32_at(data, place))] += u32_at(data, place + 4)
+        following = bisect_right(places, start)
+        stop = places[following] if following < len(places) else index_start
+        if not 0 < start < stop <= index_start:
+            raise Malformed(f"a chunk at byte {start}")
+        times_ns = (info.time_ns(b"start_time"), info.time_ns(b"end_time"))
+        return Span(start, start, stop - start, counts=dict(counts), times_ns=times_ns)
+
+    def _by_walk(self, found: Survey, file: BinaryIO, position: int) -> None:
+        """Fill in the chunks one after another, and the connections that stand in them."""
+        found.truncated = True
+        found.notes.append(_NOT_CLOSED)
+        while position < found.size_bytes:
+            try:
+                record = read_record(file, position)
+            except Malformed as error:
+                found.notes.append(f"byte {position}: {error}; {found.size_bytes - position} bytes are left")
+                return
+            if record.op == Op.CHUNK:
+                self._enter_chunk(found, file, position, record)
+            elif record.op == Op.INDEX and found.spans:
+                last = found.spans[-1]
+                length = record.stop - last.offset
+                found.spans[-1] = Span(
+                    last.offset, last.offset, length, whole=last.whole, times_ns=last.times_ns
+                )
+            elif record.op == Op.CONNECTION:
+                self._enter_connection(record, read_bytes(file, record.start, record.stop))
+            position = record.stop
+
+    def _enter_chunk(self, found: Survey, file: BinaryIO, position: int, record: Record) -> None:
+        """The span of a chunk, and its connections."""
+        stop = min(record.stop, found.size_bytes)
+        data = read_bytes(file, position, stop)
+        try:
+            content, _ = unpacked_chunk(data, Workspace())
+        except (Unreadable, Malformed):
+            content = b""
+        content, first_ns = memoryview(content), None
+        for inner in records_in(content):
+            if inner.op == Op.CONNECTION:
+                self._enter_connection(inner, bytes(content[inner.start : inner.stop]))
+            elif inner.op == Op.MESSAGE and first_ns is None:
+                first_ns = inner.time_ns(b"time")
+        times_ns = None if first_ns is None else (first_ns, first_ns)
+        whole = record.stop <= found.size_bytes
+        found.spans.append(Span(position, position, stop - position, whole=whole, times_ns=times_ns))
+
+    def _enter_connection(self, record: Record, description: bytes) -> None:
+        """Add a connection; a malformed one is left out, and its messages belong to no channel."""
+        with suppress(Malformed):
+            self.channels.enter(record, description)
+
+
+class Channels:
+    """Channels by topic and type, and the channel of each connection."""
+
+    def __init__(self) -> None:
+        self.described: dict[tuple[str, str, bytes], tuple[Channel, Schema]] = {}
+        self.of_connection: dict[int, int] = {}
+
+    def clear(self) -> None:
+        """Forget all of them."""
+        self.described.clear()
+        self.of_connection.clear()
+
+    def enter(self, record: Record, description: bytes) -> None:
+        """Add a connection record with its data, which are fields as well. Raises Malformed."""
+        described = Record(parse_fields(description), 0, 0)
+        topic, kind = record.text(b"topic"), described.text(b"type")
+        text = described.fields.get(b"message_definition", b"")
+        identity, new_id = (topic, kind, text), len(self.described) + 1
+        if identity not in self.described:
+            if new_id >= N_CHANNEL_IDS:
+                raise Malformed("too many connections")
+            self.described[identity] = (
+                Channel(new_id, new_id, topic, "ros1"),
+                Schema(new_id, kind, "ros1msg", text),
+            )
+        self.of_connection[record.u32(b"conn")] = self.described[identity][0].id
+
+    def id_of(self, connection: int) -> int:
+        """The channel of a connection; 0 for one that the bag does not describe."""
+        return self.of_connection.get(connection, 0)
+
+
+class Ros1File(SpanFile):
+    """A ``.bag`` file as one thread reads it."""
+
+    def __init__(self, bag: Ros1Bag) -> None:
+        self.bag, self.file = bag, bag.path.open("rb")
+
+    def load(self, span: Span, workspace: Workspace) -> Block:
+        """The messages of one chunk; those before a damaged place are kept."""
+        stored = read_bytes(self.file, span.offset, span.offset + span.data_bytes)
+        try:
+            data, problem = chunk_records(stored, self.bag.channels.of_connection, workspace)
+        except (Unreadable, Malformed) as error:
+            return Block(span, NO_BYTES, str(error))
+        return Block(span, data, problem)
+
+    def close(self) -> None:
+        """Close the handle."""
+        self.file.close()
+
+
+def read_record(file: BinaryIO, position: int) -> Record:
+    """The record at a place of the file, with bounds in the file. Raises Malformed."""
+    head = read_bytes(file, position, position + 4)
+    size = u32_at(head, 0)
+    if size > MOST_HEADER_BYTES:
+        raise Malformed(f"a header of {size} bytes")
+    record = record_at(read_bytes(file, position, position + 8 + size), 0)
+    return Record(record.fields, position + record.start, position + record.stop)
+
+
+def read_bytes(file: BinaryIO, start: int, stop: int) -> bytes:
+    """The bytes of the file between two places, fewer at its end."""
+    file.seek(start, os.SEEK_SET)
+    return file.read(stop - start)

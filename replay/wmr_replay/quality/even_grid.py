@@ -1,0 +1,30 @@
+"""Signals of uneven stamps on an even grid, whatever the batches."""
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+
+
+class EvenGrid:
+    """Stage: rows at ``t_s`` → values at the multiples of ``step_s``, linear between neighbouring rows.
+
+    A point is NaN where a neighbour is, or where the neighbours are more than ``longest_s`` apart.
+    """
+
+    def __init__(self, step_s: float, n_signals: int, longest_s: float) -> None:
+        self._step_s, self._longest_s = step_s, longest_s
+        self._last_t_s, self._last = np.empty(0), np.empty((n_signals, 0))
+
+    def push(self, t_s: F64, values: F64) -> F64:
+        """Rows (n,) of strictly increasing time, ``values`` (k, n); the points (k, m) that they complete."""
+        if not len(t_s):
+            return values
+        t_s, values = np.concatenate([self._last_t_s, t_s]), np.concatenate([self._last, values], axis=1)
+        self._last_t_s, self._last = t_s[-1:], values[:, -1:]
+        first, last = np.floor(t_s[[0, -1]] / self._step_s).astype(np.int64)
+        grid_s = np.arange(first + 1, last + 1) * self._step_s
+        after = np.clip(np.searchsorted(t_s, grid_s), 1, len(t_s) - 1)
+        gap_s = t_s[after] - t_s[after - 1]
+        share = (grid_s - t_s[after - 1]) / gap_s
+        points = values[:, after - 1] + share * (values[:, after] - values[:, after - 1])
+        return np.where(gap_s <= self._longest_s, points, np.nan)
