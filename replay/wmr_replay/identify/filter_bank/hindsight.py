@@ -98,6 +98,9 @@ class LookingBack:
             second.drift,
             second.rhythm,
         )
+        if np.isnan(said.posterior[0]).any():  # absurd numbers: it forgets all, as the first pass does
+            self._hypotheses.size[0] = self._hypotheses.n_past[0] = 0
+            self._last[:] = 0.0
         return self._intervals(said.smoothed)
 
     def finish(self) -> Intervals:

@@ -81,6 +81,10 @@ class BankIdentifier:
         """The bins that the last ``push`` completed."""
         self._said = np.full(N_OUTPUTS, np.nan)
 
+    def change_rate(self, step_s: float) -> None:
+        """The pose comes every ``step_s`` from the next row on."""
+        self._rows_per_bin = max(1, round(self.settings.bin_s / step_s))
+
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
         paper = self._paper.push(evidence)
@@ -94,8 +98,18 @@ class BankIdentifier:
 
     def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
         """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
-        jumped; NaN before its start.
+        jumped; NaN before its start. After numbers that break it down (an effort of 10²⁰⁰) it starts again.
         """
+        said = []
+        while True:
+            told = self._advance(bins, paper, done)
+            said.append(told)
+            bins = bins.part(told.shape[1], None)
+            if not len(bins.stamps):
+                return np.concatenate(said, axis=1)
+
+    def _advance(self, bins: Bins, paper: Verdict, done: I64) -> F64:
+        """The same up to the first bin at which the bank's numbers break down; there it forgets all."""
         if self._hypotheses.size[0]:
             return self._step(bins)
         held = 0 if self._waiting is None else len(self._waiting.stamps)
@@ -132,7 +146,13 @@ class BankIdentifier:
         said = run_bins(
             self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
         )
-        return np.concatenate(said[:3])
+        told = np.concatenate(said[:3])
+        broken = np.flatnonzero(np.isnan(told[0]))
+        if not broken.size:
+            return told
+        self._hypotheses.size[0] = 0
+        self._last[:] = 0.0
+        return told[:, : int(broken[0]) + 1]
 
     def _drift(self) -> Drift:
         """Diffusions as the settings have them."""

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
 from wmr_replay.ingest.decoding.encodings import Definition, define
@@ -10,6 +11,9 @@ from wmr_replay.ingest.decoding.layout import Undecodable
 from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_replay.ingest.mcap.sampling import Sample
+
+LONGEST_STEP_NS = 250_000_000
+"""4 Hz: a window of ten poses is then as long as a skid, 2.5 s."""
 
 
 class DoesNotServe(Exception):
@@ -53,6 +57,13 @@ class Candidate:
             return define(self.channel, self.schema, [sample.data for sample in self.samples])
         except UnknownDefinition as error:
             raise DoesNotServe(str(error)) from None
+
+    @cached_property
+    def is_slow(self) -> bool:
+        """Whether its first messages come more rarely than motion of a wheeled robot can be followed."""
+        stamps = sorted(sample.log_ns for sample in self.samples)
+        steps = sorted(b - a for a, b in pairwise(stamps))
+        return bool(steps) and steps[len(steps) // 2] > LONGEST_STEP_NS
 
     def has(self, *paths: str) -> bool:
         """Whether its messages have all of these fields."""
