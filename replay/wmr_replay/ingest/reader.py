@@ -7,7 +7,10 @@ import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
+
 from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.budgets import Allowance
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
@@ -18,17 +21,19 @@ from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.prefetch import work_ahead
 from wmr_replay.ingest.mcap.remote import readable_file, update_identity
+from wmr_replay.ingest.own_parameters import own_parameters
 from wmr_replay.ingest.reading import Reading
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
-from wmr_schemas.batches import RawBatch
-from wmr_schemas.errors import InvalidFile
+from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 from wmr_schemas.robot import RobotParameters
 
 _HASH_BYTES = 1 << 20
+_PIECE_ROWS = 1 << 16
+"""Rows of all signals in one batch. Memory: some hundred bytes are made of each."""
 NO_MAPPING = LogMapping()
 WHOLE = Between()
 
@@ -70,12 +75,14 @@ class LogReader:
     def _candidates(self) -> list[Candidate]:
         """All channels with their schemas and first messages, by id."""
         catalogue, parts = self.survey.catalogue, self.files
+        self._allowance = Allowance(self.survey.size_bytes)
         return [
             Candidate(
                 channel,
                 catalogue.schemas.get(channel.schema_id),
                 tuple(parts.samples.get(channel_id, ())),
                 parts.n_messages.get(channel_id, 0),
+                self._allowance,
             )
             for channel_id, channel in sorted(catalogue.channels.items())
         ]
@@ -112,6 +119,7 @@ class LogReader:
         With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
+        self._allowance.begin_pass()
         self.clocks = {role: Clock.choose(use) for role, use in self.plan.uses.items()}
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
@@ -120,7 +128,7 @@ class LogReader:
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
-            yield batch
+            yield from pieces(batch)
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
         statistics = self.survey.statistics if whole else None
@@ -141,12 +149,32 @@ class LogReader:
         )
 
     def _own_parameters(self) -> RobotParameters:
-        """Parameters of the log's metadata record; a broken record gives a remark and no parameters."""
-        try:
-            return RobotParameters.from_metadata(self.survey.metadata.get(METADATA_NAME, {}))
-        except InvalidFile as error:
-            self.remarks.append(f"{error}; the record is left aside")
-            return RobotParameters()
+        """Parameters of the log's metadata record; a remark about each that makes no sense."""
+        robot, notes = own_parameters(self.survey.metadata.get(METADATA_NAME, {}))
+        self.remarks += notes
+        return robot
+
+
+def pieces(batch: RawBatch) -> Iterator[RawBatch]:
+    """A batch by parts that follow each other in the file, so that what is made of a part fits in memory."""
+    signals = (batch.pose, batch.torque, batch.mode)
+    if max(map(len, signals)) <= _PIECE_ROWS:
+        yield batch
+        return
+    orders = np.sort(np.concatenate([rows.order for rows in signals]))
+    cuts = [*orders[_PIECE_ROWS::_PIECE_ROWS].tolist(), int(orders[-1]) + 1]
+    before = [0, 0, 0]
+    for cut in cuts:
+        after = [int(np.searchsorted(rows.order, cut)) for rows in signals]
+        yield RawBatch(
+            *(between(rows, slice(a, b)) for rows, a, b in zip(signals, before, after, strict=True))
+        )
+        before = after
+
+
+def between(rows: Rows, part: slice) -> Rows:
+    """Consecutive rows of a slice, as a view."""
+    return Rows(rows.t_ns[part], rows.order[part], rows.values[:, part])
 
 
 def open_log(

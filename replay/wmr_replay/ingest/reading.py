@@ -7,6 +7,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
@@ -19,6 +20,7 @@ from wmr_replay.ingest.mcap.message_counts import MessageCounts
 from wmr_replay.ingest.mcap.message_table import MessageTable
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
+from wmr_schemas.absurd import MOST, n_absurd
 from wmr_schemas.arrays import F64, U8
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
@@ -73,8 +75,10 @@ class Reading:
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
         self.n_used = 0
+        self.most_messages = BUDGETS.most_messages(files.survey.size_bytes)
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
+        self.absurd: Counter[str] = Counter()
 
     def begin(self, file: BinaryIO, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
@@ -122,9 +126,21 @@ class Reading:
         """The rows of a group, in the order of the file."""
         for found in group.found:
             self._judge(found)
+        n = int(group.messages.counts.sum())
+        if self.n_used + n > self.most_messages:
+            return self._refuse(group, n)
         rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
         self.n_used += int(group.messages.counts.sum())
         return RawBatch(*(rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items()))
+
+    def _refuse(self, group: GroupInProgress, n: int) -> RawBatch:
+        """No rows of a group with more messages than the log may hold."""
+        self.losses.n_chunks_damaged += len(group.found)
+        self.losses.note(
+            f"{self._where(group.found[0].span)}: {n:,} messages are left out; of the channels in use, "
+            f"{self.most_messages:,} are read at most from a log of this size"
+        )
+        return RawBatch(*(Rows.empty(len(names)) for names in COLUMNS.values()))
 
     def _rows(self, k: int, role: str, group: GroupInProgress) -> Rows:
         """The rows of one role out of a group, and an account of its messages."""
@@ -133,10 +149,11 @@ class Reading:
         publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
         if not decoded.all_used:
             self._count(role, decoded)
-        kept = self.clocks[role].stamped(t_ns, decoded.used)
+        kept = self.clocks[role].stamped(t_ns, publish_ns, log_ns, decoded.used)
         if not (decoded.all_used and kept is decoded.used):
             t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
+        self.absurd[role] += n_absurd(values)
         if role == "torque":
             self.losses.n_torque_empty += n_unknown(values[:2])
         return Rows(self.clocks[role].stamps(t_ns, publish_ns, log_ns), order, values)
@@ -174,6 +191,8 @@ class Reading:
             self.losses.n_undecodable += n
             if n:
                 self.losses.note(f"{self.uses[role].channel.topic}: {n} messages do not fit their schema")
+        if any(use.definition.allowance.is_spent for use in self.uses.values()):
+            self.losses.note("their layouts vary more than a log of this size may: the rest was not decoded")
         by_channel = self.message_counts.by_channel
         for channel_id in sorted(by_channel.keys() - self.catalogue.channels.keys()):
             n = by_channel[channel_id].n
@@ -181,6 +200,9 @@ class Reading:
         n_found = sum(tally.n for tally in by_channel.values())
         if n_expected is not None and n_expected != n_found and not self.losses.any():
             self.losses.note(f"the file's statistics count {n_expected} messages, {n_found} were found")
+        if self.catalogue.n_refused:
+            n = self.catalogue.n_refused
+            self.losses.note(f"{n:,} records of schemas and channels are left out; no log needs so many")
         if self.catalogue.n_malformed:
             n = self.catalogue.n_malformed
             self.losses.note(f"{n} malformed records of schemas, channels or messages")
@@ -193,6 +215,11 @@ class Reading:
             f"{topics[role]}: {clock.n_unstamped} messages carry no stamp and are left out"
             for role, clock in self.clocks.items()
             if clock.n_unstamped
+        ]
+        found += [
+            f"{topics[role]}: {n} messages hold numbers beyond {MOST:g}, which are taken as unknown"
+            for role, n in self.absurd.items()
+            if n
         ]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found

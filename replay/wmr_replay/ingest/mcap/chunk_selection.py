@@ -8,6 +8,9 @@ from collections import Counter
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.survey import Survey
 
+_LATEST_NS = (1 << 63) - 1
+"""The file's times have 64 bits without a sign, ours with one."""
+
 
 def index_adds_up(found: Survey) -> bool:
     """Whether the message indexes count exactly the messages that the statistics count."""
@@ -22,7 +25,7 @@ def index_adds_up(found: Survey) -> bool:
 def first_log_ns(found: Survey) -> int:
     """The earliest log time in ns by the chunks' heads; 0 in an empty log."""
     starts = [span.times_ns[0] for span in found.spans if span.times_ns and span.times_ns != (0, 0)]
-    return min(starts, default=0)
+    return min(*starts, _LATEST_NS) if starts else 0
 
 
 def wanted_spans(found: Survey, channel_ids: set[int] | None, limits: tuple[int, int] | None) -> list[Span]:
