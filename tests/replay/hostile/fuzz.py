@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from mutations import DAMAGES, damaged
-from targets import TARGETS, try_out
+from targets import TARGETS, try_out, warm_up
 
 CORPUS = Path(__file__).parent / "corpus"
 LOG_EVERY = 8
@@ -47,6 +47,7 @@ def main() -> int:
     asked = parser.parse_args()
     seed = asked.seed if asked.seed is not None else time.time_ns() % (1 << 32)
     rng, inputs = np.random.default_rng(seed), stored(asked.corpus)
+    warm_up()
     stop, n, faults = time.monotonic() + asked.seconds, 0, 0
     while time.monotonic() < stop:
         if n % LOG_EVERY == 0:

@@ -449,7 +449,9 @@ def proto_pose(depth: int = 0, *extra: FieldDescriptorProto) -> bytes:
     def add(name: str, *fields: tuple[str, int, int, int, str]) -> None:
         entry = file.message_type.add(name=name)
         for label, number, type_, repeated, type_name in fields:
-            entry.field.add(name=label, number=number, type=type_, label=repeated, type_name=type_name)
+            field = entry.field.add(name=label, number=number, type=type_, label=repeated)
+            if type_name:
+                field.type_name = type_name
 
     one, many, double, message_type = 1, 3, kind.TYPE_DOUBLE, kind.TYPE_MESSAGE
     add("V", *((axis, k + 1, double, one, "") for k, axis in enumerate("xyzw")))

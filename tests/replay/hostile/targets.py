@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from hostile_files import (
+    CASES,
     JOINT_DEFINITION,
     JOINTS,
     POSE,
@@ -133,6 +134,12 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     function.__name__: function
     for function in (definition, cdr, ros1, protobuf, descriptor, json, records, log)
 }
+
+
+def warm_up() -> None:
+    """Compile what a log needs, which no input shall be charged with."""
+    log(CASES["clean"]())
+    json(json_pose(3))
 
 
 def try_out(target: str, data: bytes) -> None:
