@@ -21,6 +21,9 @@ class Spool:
         self._dtype = np.dtype(dtype)
         self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115 – goes with the spool
 
+    def __del__(self) -> None:
+        self._file.close()
+
     def push(self, rows: Table) -> None:
         """Append rows."""
         self._file.write(rows.tobytes())
