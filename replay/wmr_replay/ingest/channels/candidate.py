@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
+from wmr_replay.ingest.budgets import Allowance
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
 from wmr_replay.ingest.decoding.encodings import Definition, define
 from wmr_replay.ingest.decoding.layout import Undecodable
@@ -29,6 +30,8 @@ class Candidate:
     samples: tuple[Sample, ...]
     n_messages: int = 0
     """As far as the file's index and statistics tell; a lower bound otherwise."""
+    allowance: Allowance | None = None
+    """What reading its definition and its layouts may cost; None: as a log of no size."""
 
     @property
     def schema_name(self) -> str:
@@ -54,7 +57,7 @@ class Candidate:
         if not self.samples:
             raise DoesNotServe("no message")
         try:
-            return define(self.channel, self.schema, [sample.data for sample in self.samples])
+            return define(self.channel, self.schema, [sample.data for sample in self.samples], self.allowance)
         except UnknownDefinition as error:
             raise DoesNotServe(str(error)) from None
 
