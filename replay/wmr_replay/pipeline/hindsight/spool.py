@@ -21,10 +21,7 @@ class Spool:
     def __init__(self, dtype: npt.DTypeLike) -> None:
         self._dtype = np.dtype(dtype)
         self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115
-        weakref.finalize(self, self._file.close)  # it goes with the spool
-
-    def __del__(self) -> None:
-        self._file.close()
+        weakref.finalize(self, self._file.close)
 
     def push(self, rows: Table) -> None:
         """Append rows."""
