@@ -33,7 +33,7 @@ class SecondPass:
 
     def columns(self) -> Iterator[Columns]:
         """Batches of the hindsight table, every row of the samples table once and in order."""
-        shift = Shift()
+        shift = Shift(float(np.nan_to_num(self._record.first_delay_s)))
         for k, rows in enumerate(self._record.rows()):
             if k == 0:
                 self._start_ns = int(rows["t_ns"][0])
