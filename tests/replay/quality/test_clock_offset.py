@@ -46,13 +46,18 @@ def observed(offset_s=0.0, *, speeds=True, length_s=60.0, rate_hz=40.0, seed=0, 
     motion = Motion(v, none, rate, a, turn, sd, sd, sd, sd, sd)
     pose, variances = np.zeros((3, len(t_s))), np.ones((2, len(t_s)))
     t_ns = np.rint(t_s * 1e9).astype(np.int64)
-    return Observed(t_ns, t_s, pose, inputs, inputs, motion, none, none, variances, RobotParameters())
+    known = RobotParameters()
+    return Observed(t_ns, t_s, pose, inputs, inputs, motion, none, none, variances, known, pose, pose)
 
 
 def part(rows, index):
     """Rows of a slice."""
     return rows._replace(
-        **{name: getattr(rows, name)[..., index] for name in Observed._fields[:5] + Observed._fields[6:9]},
+        **{
+            name: column[..., index]
+            for name, column in rows._asdict().items()
+            if isinstance(column, np.ndarray)
+        },
         motion=Motion(*(column[index] for column in rows.motion)),
     )
 

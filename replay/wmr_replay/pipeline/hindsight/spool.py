@@ -1,6 +1,7 @@
 """Rows of one structured type in order: in memory while they are few, then in a temporary file."""
 
 import tempfile
+import weakref
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,11 +16,15 @@ Table = np.ndarray[tuple[int], np.dtype[np.void]]
 
 
 class Spool:
-    """``push`` rows; ``blocks`` gives them again, in blocks that do not depend on how they came."""
+    """``push`` rows; ``blocks`` gives them again, in blocks that do not depend on how they came.
+
+    The file is closed, and so removed, with the spool; a run that fails halfway leaves none.
+    """
 
     def __init__(self, dtype: npt.DTypeLike) -> None:
         self._dtype = np.dtype(dtype)
-        self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115 – goes with the spool
+        self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115
+        weakref.finalize(self, self._file.close)
 
     def push(self, rows: Table) -> None:
         """Append rows."""
