@@ -1,6 +1,7 @@
 """Hindsight: every row once, independent of batches, fixed lag, no answer where none may be given."""
 
 from dataclasses import replace
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,7 +18,6 @@ from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import hindsight_frame, samples_frame
 from wmr_schemas import RobotParameters
 from wmr_schemas.arrays import NS_PER_S
-from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.status import WHOLE_LOG, Status
 from wmr_synth import Sensors, synthesise
 
@@ -82,7 +82,7 @@ def test_every_row_of_the_samples_table_once_and_in_order(wholes, name):
 @settings(max_examples=5, deadline=None)
 def test_batches_change_no_bit(logs, wholes, name, cuts):
     edges = [0, *sorted(c for c in cuts if c < logs[name].n), logs[name].n]
-    pieces = [logs[name].batch(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    pieces = [logs[name].batch(a, b) for a, b in pairwise(edges)]
     assert both(pieces, logs[name].robot, CASES[name][1]).later.equals(wholes[name].later)
 
 

@@ -137,6 +137,16 @@ def test_the_grid_is_linear_between_rows_and_holes_stay_unknown(cuts, seed):
     assert not (known & inside).any()
 
 
+@pytest.mark.parametrize("cut", [0, 1, 2, 50])
+def test_holes_of_years_are_filled_with_a_few_points_only(cut):
+    t_s = np.concatenate([np.arange(40) * 0.05, 3e9 + np.arange(40) * 0.05, 6e9 + np.arange(40) * 0.05])
+    grid = EvenGrid(0.05, 1, 0.5)
+    parts = [grid.push(part, np.ones((1, len(part)))) for part in (t_s[: 40 + cut], t_s[40 + cut :])]
+    points = np.concatenate(parts, axis=1)[0]
+    assert len(points) == pytest.approx(120 + 2 * 6 * 20, abs=4)
+    assert np.isfinite(points).sum() == pytest.approx(120, abs=6)
+
+
 def test_a_fit_at_every_lag_is_numpys():
     rng = np.random.default_rng(4)
     x, y = rng.normal(size=(2, 160)), rng.normal(size=160)
