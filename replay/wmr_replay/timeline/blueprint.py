@@ -81,11 +81,15 @@ def layout(
     plots = list(_plots(written, alpha_range))
     if not plots:
         return with_panels(rrb.Vertical(*texts))
-    known = "as known at the time; hindsight: by the whole log" if hindsight else "at the time they were known"
+    known = (
+        "as known at the time; hindsight: by the whole log" if hindsight else "at the time they were known"
+    )
     lanes = lanes_view(["/mode/**", "/status"], f"Contact mode and status, {known}")
     shares = [56, 16, 28] if found else [66, 34]
     left = rrb.Vertical(path_view(frame), *texts, row_shares=shares)
-    right = rrb.Vertical(lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[30, 70] if hindsight else [20, 80])
+    right = rrb.Vertical(
+        lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[30, 70] if hindsight else [20, 80]
+    )
     return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
 

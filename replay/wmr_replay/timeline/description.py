@@ -29,7 +29,9 @@ def description(
     return heading + _HOW_TO_READ.format(
         true_path="; the true path thin and white over it" if has_truth else "",
         lanes="; the true mode leads by the detection delay" if has_truth else "",
-        hindsight=" Lane **hindsight**: the mode at t as the whole recording shows it." if has_hindsight else "",
+        hindsight=" Lane **hindsight**: the mode at t as the whole recording shows it."
+        if has_hindsight
+        else "",
         true_lines=", with the true value in red" if has_truth else "",
         rate_hz=rate_hz,
         drawn_hz=drawn_hz,
