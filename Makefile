@@ -21,7 +21,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs check-replay unit docs figures bench bench-gap lock clean
+.PHONY: help demo test lint types imports check-docs check-replay unit fuzz docs figures bench bench-gap lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -54,6 +54,10 @@ check-replay: $(TOOLS) ## replay the reference logs: has any answer changed?
 
 unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
 	$(PYTEST) -n $(JOBS) $(PYTEST_ARGS)
+
+SECONDS ?= 600
+fuzz: $(TOOLS) ## change logs, definitions and messages at random for SECONDS; what fails joins the stored inputs
+	$(PY) tests/replay/hostile/fuzz.py --seconds $(SECONDS)
 
 docs: $(TOOLS) ## the documentation, into site/
 	$(PY) -m mkdocs build --strict

@@ -12,11 +12,10 @@ from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.effects import EFFECTS
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.model_file import Effect, Model, NoiseModel, Provenance, model_to_toml, read_model
-from wmr_schemas.robot import AUTO
+from wmr_schemas.robot import AUTO, SENSIBLE
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 non_negative = st.floats(min_value=0, allow_nan=False, allow_infinity=False)
-positive = st.floats(min_value=0, exclude_min=True, allow_nan=False, allow_infinity=False)
 words = st.text(st.characters(exclude_categories=["Cs", "Cc"]), max_size=20)
 
 
@@ -30,10 +29,12 @@ def effects(draw: st.DrawFn) -> Effect:
 @st.composite
 def models(draw: st.DrawFn) -> Model:
     keys = ("alpha", "alpha_yaw", "half_track_m", "mass_kg")
-    robot = draw(st.fixed_dictionaries({}, optional=dict.fromkeys(keys, positive)))
+    sensible = {key: st.floats(*between) for key, between in SENSIBLE.items()}
+    robot = draw(st.fixed_dictionaries({}, optional={key: sensible[key] for key in keys}))
     sd = draw(st.dictionaries(st.sampled_from(sorted(robot)), non_negative)) if robot else {}
+    speed = draw(sensible["average_speed_mps"] | st.sampled_from([None, AUTO]))
     return Model(
-        robot=RobotParameters(**robot, average_speed_mps=draw(positive | st.sampled_from([None, AUTO]))),
+        robot=RobotParameters(**robot, average_speed_mps=speed),
         robot_sd=sd,
         noise=NoiseModel(*(draw(st.none() | non_negative) for _ in range(5))),
         effects=tuple(draw(st.lists(effects(), max_size=4))),

@@ -25,8 +25,19 @@ share_ideal share_skidding share_slipping share_skidding_slipping share_undecide
 accuracy decided_share accuracy_decided recall_ideal recall_skidding recall_slipping recall_skidding_slipping
 median_detection_delay_s p95_detection_delay_s missed_switches false_alarms_per_hour brier ece alpha_error
 """.split()
+DOCUMENTED_HINDSIGHT = """
+t_ns t_s x_m y_m yaw_rad v_long_mps v_long_mps_sd v_lat_mps v_lat_mps_sd yaw_rate_radps yaw_rate_radps_sd
+a_long_mps2 a_long_mps2_sd yaw_acc_radps2 yaw_acc_radps2_sd
+mode p_ideal p_skidding p_slipping p_skidding_slipping mode_set alpha alpha_sd status mode_true
+""".split()
+HINDSIGHT_SCORES = """
+hindsight_accuracy hindsight_decided_share hindsight_accuracy_decided hindsight_brier hindsight_ece
+hindsight_share_ideal hindsight_share_skidding hindsight_share_slipping hindsight_share_skidding_slipping
+hindsight_share_undecided
+""".split()
 ALL_TABLES = {
-    name: getattr(tables, name) for name in ("SAMPLES", "SEGMENTS", "SUMMARY", "CONFUSION", "TRUTH")
+    name: getattr(tables, name)
+    for name in ("SAMPLES", "HINDSIGHT", "SEGMENTS", "SUMMARY", "CONFUSION", "TRUTH")
 }
 
 
@@ -56,7 +67,13 @@ def test_segments_hold_the_documented_columns() -> None:
 def test_the_summary_holds_the_documented_columns_and_every_anomaly() -> None:
     found = names(tables.SUMMARY)
     assert in_order(DOCUMENTED_SUMMARY, found)
-    assert set(found) - set(DOCUMENTED_SUMMARY) == {*names(tables.ANOMALIES), "verdict", "notes", "findings"}
+    further = {*names(tables.ANOMALIES), *HINDSIGHT_SCORES, "verdict", "notes", "findings"}
+    assert set(found) - set(DOCUMENTED_SUMMARY) == further
+    assert in_order(HINDSIGHT_SCORES, found)
+
+
+def test_hindsight_holds_the_documented_columns_in_order() -> None:
+    assert names(tables.HINDSIGHT) == DOCUMENTED_HINDSIGHT
 
 
 def test_the_confusion_table_has_three_columns() -> None:

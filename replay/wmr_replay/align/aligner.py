@@ -7,6 +7,7 @@ import numpy as np
 from wmr_replay.align.batch import SampleBatch
 from wmr_replay.align.hold import hold_mean, last_before
 from wmr_replay.align.reorder import EARLIEST, Reorder, join, take
+from wmr_schemas.absurd import without_absurd
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
 
@@ -54,8 +55,8 @@ class Aligner:
         return SampleBatch.measured(pose.t_ns, pose.values, inputs, mode_true)
 
     def _clean_pose(self, rows: Rows) -> Rows:
-        """Rows without NaN, infinities and repeated stamps, the yaw unwrapped; losses are counted."""
-        finite = np.asarray(np.isfinite(rows.values).all(axis=0))
+        """Rows without NaN, absurd numbers and repeated stamps, the yaw unwrapped; losses are counted."""
+        finite = np.asarray(np.isfinite(without_absurd(rows.values)).all(axis=0))
         self.counts.n_pose_not_finite += int(np.count_nonzero(~finite))
         self.counts.n_pose_backward = self._reorder.n_late[0]
         rows = take(rows, finite)
@@ -74,13 +75,13 @@ class Aligner:
         return yaw + 2 * np.pi * turns
 
     def _clean_torque(self, rows: Rows) -> Rows:
-        """The first row of each stamp; repeated and late ones are counted."""
+        """The first row of each stamp, absurd numbers unknown; repeated and late ones are counted."""
         first = np.asarray(np.diff(rows.t_ns, prepend=EARLIEST) != 0)
         self.counts.n_torque_duplicate += int(np.count_nonzero(~first))
         self.counts.n_torque_backward = self._reorder.n_late[1]
         rows = take(rows, first)
         self.counts.n_torque += len(rows)
-        return rows
+        return Rows(rows.t_ns, rows.order, without_absurd(rows.values))
 
     def _hold(self, pose_ns: I64, arrived: Rows) -> F64:
         """Mean inputs (4, n) of the intervals that end at the pose stamps; later inputs are held back."""

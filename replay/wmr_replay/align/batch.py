@@ -17,7 +17,8 @@ class SampleBatch:
     unwrapped. ``pose`` (3, n) is the repaired pose: jumps are taken out; before the repair it equals
     ``pose_raw``. ``inputs`` (4, n) are left and right effort in N·m and left and right wheel speed in rad/s,
     each the mean over the interval that ends at the row's stamp, NaN where unknown. ``mode_true`` (n,) is −1
-    without a truth. ``repair`` (n,) is the repair's status of each row: ``OK``, ``OUTLIER`` or ``POSE_JUMP``.
+    without a truth. ``repair`` (n,) is the repair's status of each row: ``OK``, ``OUTLIER``,
+    ``POSE_JUMP``, or ``GAP`` where the sender repeated a frozen pose.
     """
 
     t_ns: I64
@@ -38,8 +39,13 @@ class SampleBatch:
 
     @property
     def kept(self) -> Bool:
-        """Mask (n,) of the rows whose pose is no outlier."""
-        return np.asarray(self.repair != Status.OUTLIER)
+        """Mask (n,) of the rows whose pose is a measurement: no outlier, and not frozen."""
+        return np.asarray((self.repair != Status.OUTLIER) & (self.repair != Status.GAP))
+
+    @property
+    def frozen(self) -> Bool:
+        """Mask (n,) of the rows that repeat a frozen pose."""
+        return np.asarray(self.repair == Status.GAP)
 
     @property
     def restarts(self) -> Bool:

@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.align.batch import SampleBatch
+from wmr_replay.align.carried import CarriedInputs
 from wmr_replay.align.exact import judge_rows
 from wmr_replay.align.jumps import GROUPS
 from wmr_replay.align.quiet import follow_quiet
@@ -31,14 +32,25 @@ GROUP_SPAN_S = 1.3
 LONGEST_GAP_S = 0.5
 
 
+def rules_for(step_s: float) -> Rules:
+    """The rules for a pose that comes every ``step_s``."""
+    n_groups = sum(2 * m * step_s <= GROUP_SPAN_S for m in GROUPS)
+    n_line = min(8, max(4, round(0.06 / step_s)))
+    return Rules(step_s, n_line, n_groups, max(LONGEST_GAP_S, 3 * step_s))
+
+
 class PoseRepair:
     """Stage: measured rows → the same rows with outliers marked and jumps taken out; none is held back."""
 
     def __init__(self, *, step_s: float, position_sd_m: float, yaw_sd_rad: float) -> None:
-        n_groups = sum(2 * m * step_s <= GROUP_SPAN_S for m in GROUPS)
-        n_line = min(8, max(4, round(0.06 / step_s)))
-        self._rules = Rules(step_s, n_line, n_groups, max(LONGEST_GAP_S, 3 * step_s))
+        self._rules = rules_for(step_s)
         self._memory = fresh_memory(position_sd_m, yaw_sd_rad)
+        self._carried = CarriedInputs()
+
+    def change_rate(self, step_s: float, position_sd_m: float, yaw_sd_rad: float) -> None:
+        """The pose comes every ``step_s`` from the next row on, with this noise."""
+        self._rules = rules_for(step_s)
+        self._memory.variances[:] = position_sd_m**2, yaw_sd_rad**2
 
     @property
     def n_jumps(self) -> int:
@@ -53,8 +65,19 @@ class PoseRepair:
     def push(self, rows: SampleBatch) -> SampleBatch:
         """The same rows with ``pose``, ``inputs`` and ``repair`` filled in; stamps strictly increase.
 
-        An outlier's inputs are added to those of the next kept row.
+        Frozen rows pass by. The inputs of rows that are left out are added to those of the next kept row.
         """
+        rows = replace(rows, inputs=self._carried.push(rows))
+        frozen = rows.frozen
+        if not frozen.any():
+            return self._judged(rows)
+        judged, kept = self._judged(rows.part(~frozen)), ~frozen
+        pose, inputs, repair = rows.pose_raw.copy(), rows.inputs.copy(), rows.repair.copy()
+        pose[:, kept], inputs[:, kept], repair[kept] = judged.pose, judged.inputs, judged.repair
+        return replace(rows, pose=pose, inputs=inputs, repair=repair)
+
+    def _judged(self, rows: SampleBatch) -> SampleBatch:
+        """Rows of which none is frozen."""
         measured = np.ascontiguousarray(rows.pose_raw)
         inputs, status, poses = rows.inputs.copy(), np.zeros(len(rows), np.int8), np.empty_like(measured)
         m, rules, t_ns = self._memory, self._rules, rows.t_ns

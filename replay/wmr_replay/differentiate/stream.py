@@ -54,11 +54,17 @@ class Differentiator:
     often the kernel is integrated for each input: 2 for accelerations, 1 for velocities; those of fold f are
     filtered with the kernel of order f. The gap policy is that of ``windows.WindowRules``, with holes above
     max(T/4, 1.5 steps) and half of the samples at least. Memory: one window of samples; nothing is
-    accumulated.
+    accumulated. Rows are warming up for a window's length from ``start_ns`` on (None: from the first row).
     """
 
     def __init__(
-        self, spec: KernelSpec, *, window_s: float, step_s: float, folds: tuple[int, ...] = ()
+        self,
+        spec: KernelSpec,
+        *,
+        window_s: float,
+        step_s: float,
+        folds: tuple[int, ...] = (),
+        start_ns: int | None = None,
     ) -> None:
         n_taps = round(window_s / step_s) + 1
         least = spec.top_degree + 2
@@ -76,14 +82,15 @@ class Differentiator:
         self.n_gaps = 0
         self._folds = np.array(folds, np.int64)
         window_ns, step_ns = round(self.window_s * NS_PER_S), step_s * NS_PER_S
-        hole_ns = max(window_ns // 4, round(1.5 * step_ns))
-        self._rules = WindowRules(window_ns, step_ns, hole_ns, n_taps, max((n_taps + 1) // 2, least))
+        self.hole_ns = max(window_ns // 4, round(1.5 * step_ns))
+        """Longer steps are holes."""
+        self._rules = WindowRules(window_ns, step_ns, self.hole_ns, n_taps, max((n_taps + 1) // 2, least))
         self._backend = make_backend(spec, n_taps, step_s, folds)
         self._t_ns = np.empty(0, np.int64)
         self._samples: F64 | None = None
         self._inputs = np.empty((len(folds), 0))
         self._restarts = np.empty(0, bool)
-        self._start_ns: int | None = None
+        self._start_ns = start_ns
 
     def push(self, t_ns: I64, samples: F64, inputs: F64, restarts: Bool | None = None) -> Derivatives:
         """Rows of strictly increasing stamps: ``samples`` (s, n), ``inputs`` (k, n).

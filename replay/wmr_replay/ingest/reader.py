@@ -8,8 +8,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from wmr_replay.ingest.bags.container import container_of
 from wmr_replay.ingest.between import Between, check_overlap, nothing_between
+from wmr_replay.ingest.budgets import Allowance
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.clocks_apart import choose_clocks
@@ -32,13 +35,15 @@ from wmr_replay.ingest.reading import Reading, joined
 from wmr_replay.ingest.storage.bag import bag_files, plain_file
 from wmr_replay.ingest.storage.file_check import unreadable
 from wmr_replay.ingest.storage.source import LogPath, RemotePath
-from wmr_schemas.batches import Bar, RawBatch
+from wmr_schemas.batches import Bar, RawBatch, Rows
 from wmr_schemas.errors import LogUnusable
 from wmr_schemas.findings import KINDS, Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.messages import METADATA_NAME
 
 _HASH_BYTES = 1 << 20
+_PIECE_ROWS = 1 << 16
+"""Rows of all signals in one batch. Memory: some hundred bytes are made of each."""
 NO_MAPPING = LogMapping()
 WHOLE = Between()
 EARLIEST_NS = -(2**63)
@@ -90,12 +95,14 @@ class LogReader:
     def _candidates(self) -> list[Candidate]:
         """All channels with their schemas and first messages, by id."""
         catalogue, parts = self.survey.catalogue, self.files
+        self._allowance = Allowance(self.survey.size_bytes)
         return [
             Candidate(
                 channel,
                 catalogue.schemas.get(channel.schema_id),
                 tuple(parts.samples.get(channel_id, ())),
                 parts.n_messages.get(channel_id, 0),
+                self._allowance,
             )
             for channel_id, channel in sorted(catalogue.channels.items())
         ]
@@ -138,6 +145,7 @@ class LogReader:
         With ``everything``, chunks that hold none of them are read too, to count their messages and losses.
         """
         self.losses = self._frame_losses()
+        self._allowance.begin_pass()
         self._choose_clocks()
         reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
         used = {use.channel.id for use in self.plan.uses.values()}
@@ -147,7 +155,7 @@ class LogReader:
         for group in work_ahead(self.files.paths, spans, reading.begin):
             batch, span = reading.push(group), group.last
             self.position_bytes = before[span.file_index] + span.data_offset + span.data_bytes
-            yield replace(batch, bars=(*bars, *batch.bars)) if bars else batch
+            yield from pieces(replace(batch, bars=(*bars, *batch.bars)) if bars else batch)
             bars = ()
         self.message_counts = reading.message_counts
         whole = len(spans) == len(self.survey.spans) and self.limits is None
@@ -196,6 +204,7 @@ class LogReader:
         """
         self.losses, self.message_counts = self._frame_losses(), MessageCounts()
         self._choose_clocks()
+        self.findings = [f for f in self.findings if f.code != PLANARITY]
         self.files.want({use.channel.id for use in self.plan.uses.values()})
         for spans in chosen:
             for clock in self.clocks.values():
@@ -204,6 +213,8 @@ class LogReader:
             yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
             self.message_counts.add(reading.message_counts)
             reading.finish()
+            known = {found.code for found in self.findings}
+            self.findings += [found for found in reading.planarity.findings() if found.code not in known]
             self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
 
     def _first_bars(self) -> tuple[Bar, ...]:
@@ -228,6 +239,27 @@ class LogReader:
         return Losses(
             n_chunks_damaged=found.n_chunks_damaged, truncated=found.truncated, notes=list(found.notes)
         )
+
+
+def pieces(batch: RawBatch) -> Iterator[RawBatch]:
+    """A batch by parts that follow each other in the file, so that what is made of a part fits in memory."""
+    signals = (batch.pose, batch.torque, batch.mode)
+    if max(map(len, signals)) <= _PIECE_ROWS:
+        yield batch
+        return
+    orders = np.sort(np.concatenate([rows.order for rows in signals]))
+    cuts = [*orders[_PIECE_ROWS::_PIECE_ROWS].tolist(), int(orders[-1]) + 1]
+    before = [0, 0, 0]
+    for cut in cuts:
+        after = [int(np.searchsorted(rows.order, cut)) for rows in signals]
+        parts = (between(rows, slice(a, b)) for rows, a, b in zip(signals, before, after, strict=True))
+        yield RawBatch(*parts, bars=batch.bars if cut == cuts[0] else ())
+        before = after
+
+
+def between(rows: Rows, part: slice) -> Rows:
+    """Consecutive rows of a slice, as a view."""
+    return Rows(rows.t_ns[part], rows.order[part], rows.values[:, part])
 
 
 def open_log(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.channels.clock_steps import WATCHED, watch_of
 from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
@@ -23,6 +24,7 @@ from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
 from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
+from wmr_schemas.absurd import MOST, n_absurd
 from wmr_schemas.arrays import F64, I64, U8, Bool
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
@@ -86,8 +88,10 @@ class Reading:
         self.sequences = defaultdict[tuple[str, int], SequenceNumbers](SequenceNumbers)
         self.indexed: Counter[int] | None = Counter() if limits is None else None
         """Messages by channel of the spans read, as the index counts them; None where it does not."""
+        self.most_messages = BUDGETS.most_messages(files.survey.size_bytes)
         self.undecodable: Counter[str] = Counter()
         self.not_concerned: Counter[str] = Counter()
+        self.absurd: Counter[str] = Counter()
 
     def begin(self, file: OpenFile, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
@@ -136,6 +140,9 @@ class Reading:
         for found in group.found:
             self._judge(found)
         self.strays.add(group.messages.strays)
+        n = int(group.messages.counts.sum())
+        if self.n_used + n > self.most_messages:
+            return self._refuse(group, n)
         found_rows = {role: self._rows(k, role, group) for k, role in enumerate(self.uses)}
         rows = {role: arrived for role, (arrived, _) in found_rows.items()}
         if self.clock_steps is not None:
@@ -143,6 +150,15 @@ class Reading:
         self.n_used += int(group.messages.counts.sum())
         signals = (rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items())
         return RawBatch(*signals, bars=self.planarity.take_bars())
+
+    def _refuse(self, group: GroupInProgress, n: int) -> RawBatch:
+        """No rows of a group with more messages than the log may hold."""
+        self.losses.n_chunks_damaged += len(group.found)
+        self.losses.note(
+            f"{self._where(group.found[0].span)}: {n:,} messages are left out; of the channels in use, "
+            f"{self.most_messages:,} are read at most from a log of this size"
+        )
+        return RawBatch(*(Rows.empty(len(names)) for names in COLUMNS.values()))
 
     def _rows(self, k: int, role: str, group: GroupInProgress) -> tuple[Rows, I64]:
         """The rows of one role out of a group, with their log times, and an account of its messages."""
@@ -152,10 +168,11 @@ class Reading:
         self.sequences[role, group.last.file_index].push(messages.sequence(k))
         if not decoded.all_used:
             self._count(role, decoded)
-        kept = self.clocks[role].stamped(t_ns, decoded.used)
+        kept = self.clocks[role].stamped(t_ns, publish_ns, log_ns, decoded.used)
         if not (decoded.all_used and kept is decoded.used):
             t_ns, values, order = t_ns[kept], values[:, kept], order[kept]
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
+        self.absurd[role] += n_absurd(values)
         stamps_ns = self.clocks[role].stamps(t_ns, publish_ns, log_ns)
         if role == "pose":
             self._watch(stamps_ns, decoded, kept)
@@ -224,10 +241,15 @@ class Reading:
             self.losses.n_undecodable += n
             if n:
                 self.losses.note(f"{self.uses[role].channel.topic}: {n} messages do not fit their schema")
+        if any(use.definition.allowance.is_spent for use in self.uses.values()):
+            self.losses.note("their layouts vary more than a log of this size may: the rest was not decoded")
         by_channel = self.message_counts.by_channel
         for channel_id in sorted(by_channel.keys() - self.catalogue.channels.keys()):
             n = by_channel[channel_id].n
             self.losses.note(f"{n} messages of channel {channel_id}, which the file does not describe")
+        if self.catalogue.n_refused:
+            n = self.catalogue.n_refused
+            self.losses.note(f"{n:,} records of schemas and channels are left out; no log needs so many")
         for lost in self.strays.losses():
             self.losses.note(lost)
         claims = {"its index": self.indexed, "its statistics": statistics}
@@ -252,6 +274,11 @@ class Reading:
         if self.limits_ns is NO_LIMITS:
             skipped = ((topics[role], numbers.describe()) for (role, _), numbers in self.sequences.items())
             found += [f"{topic}: {text}" for topic, text in skipped if text]
+        found += [
+            f"{topics[role]}: {n} messages hold numbers beyond {MOST:g}, which are taken as unknown"
+            for role, n in self.absurd.items()
+            if n
+        ]
         n = self.not_concerned["torque"]
         return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
 

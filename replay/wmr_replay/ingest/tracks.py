@@ -8,6 +8,7 @@ import numpy as np
 from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
 from wmr_replay.ingest.reading import joined
+from wmr_schemas.absurd import without_absurd
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.findings import Finding
@@ -54,7 +55,7 @@ def read_whole(
         raise not_found(path, "torque", reader.candidates, reader.plan)
     pose, torque, mode = read_rows(reader, progress)
     torque = torque.moved(clock_offset_s) if clock_offset_s else torque
-    finite = np.asarray(np.isfinite(pose.values).all(axis=0))
+    finite = np.asarray(np.isfinite(without_absurd(pose.values)).all(axis=0))
     pose, pose_note = once_each(pose, finite, "pose")
     torque, torque_note = once_each(torque, np.ones(len(torque), bool), "torque")
     known = (mode.values[0] >= 0) & (mode.values[0] <= 3)
@@ -121,7 +122,7 @@ def check_content(path: LogPath, pose: Rows, torque: Rows, mode: Rows, mode_topi
     advice = f"`wmr-replay info {path}` says what the log holds; --start and --end choose the part."
     if len(pose) < 2:
         raise LogUnusable(path, f"{len(pose)} usable poses in it", advice)
-    if not np.isfinite(torque.values[:2]).all(axis=0).any():
+    if not np.isfinite(without_absurd(torque.values[:2])).all(axis=0).any():
         raise LogUnusable(path, "no row has an effort for both wheels: nothing drives a simulation", advice)
     if mode_topic is not None and not len(mode):
         raise LogUnusable(path, f"no contact mode (0 to 3) on {mode_topic}", advice)
@@ -156,8 +157,8 @@ def pose_track(rows: Rows) -> PoseTrack:
 
 
 def torque_track(rows: Rows) -> TorqueTrack:
-    """The torques as a checked track; an effort that is not finite is unknown."""
-    return TorqueTrack(rows.t_ns, *np.where(np.isfinite(rows.values), rows.values, np.nan))
+    """The torques as a checked track; an effort that is absurd is unknown."""
+    return TorqueTrack(rows.t_ns, *without_absurd(rows.values))
 
 
 def mode_track(rows: Rows) -> ModeTrack | None:

@@ -45,8 +45,8 @@ def checked_findings(path: LogPath, whole: WholeLog, robot: RobotParameters) -> 
 def replayed_status(log: Log) -> tuple[I8, list[Finding]]:
     """The status (n,) of each row of a replay of a log in memory, and what its monitors found.
 
-    The thresholds of the paper serve as identifier: no monitor asks for a better one, and they cost least.
+    The settings are those with which modes are identified, so that nothing else is compiled.
     """
-    engine = Engine(Settings(identifier="paper", tune=False, hindsight=False), ReplayModel(log.robot))
+    engine = Engine(Settings(hindsight=False), ReplayModel(log.robot))
     batches = [*engine.push(as_batch(log)), *engine.finish()]
     return np.concatenate([columns["status"] for columns in batches]), engine.findings

@@ -11,6 +11,7 @@ from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
 from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap_document import document_of
+from wmr_replay.jobs.measured_poses import with_measured_poses
 from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
@@ -81,6 +82,7 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
     )
     base, notes = base_for(base, whole.sha256)
     findings = checked_findings(path, whole, robot_of(whole.log, base))
+    whole = with_measured_poses(whole)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
     result = finished(result, replace(whole, notes=notes + whole.notes), mode_topic, command)
@@ -132,6 +134,7 @@ def calibrate_log(
         clock_offset_s=clock_offset_s,
     )
     findings = checked_findings(path, whole, whole.log.robot)
+    whole = with_measured_poses(whole)
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)
     model = replace(model, provenance=Provenance(whole.sha256, __version__, command))

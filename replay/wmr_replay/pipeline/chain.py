@@ -1,8 +1,10 @@
 """The stages behind the initial stretch: repair, differentiate, track the noise, identify."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from wmr_replay.align import PoseRepair, SampleBatch
+from wmr_replay.align import PoseRepair, SampleBatch, concatenate
 from wmr_replay.differentiate import Derivatives, NoiseTracker
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.filter_bank import BankIdentifier
@@ -11,13 +13,21 @@ from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
 from wmr_replay.pipeline.hindsight import Record, SecondPass
-from wmr_replay.pipeline.identifiers import make_identifier, undecided_where_barred, undecided_while_filling
+from wmr_replay.pipeline.identifiers import (
+    follow_rate,
+    make_identifier,
+    undecided_where_barred,
+    undecided_while_filling,
+)
+from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
+from wmr_replay.pipeline.rate_watch import MOST, WATCHED, RateWatch
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
 from wmr_replay.quality.monitors import default_monitors
+from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
 from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.findings import Finding
@@ -38,12 +48,15 @@ class Chain:
         bars: ReaderBars | None = None,
         record: Record | None = None,
     ) -> None:
-        levels = initial_levels(stretch)
+        levels = initial_levels(stretch.without_outliers())
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repair = PoseRepair(
             step_s=levels.step_s, position_sd_m=levels.position_sd_m, yaw_sd_rad=levels.yaw_sd_rad
         )
         self._derivation = Derivation(settings, levels)
+        self._rate, self._changes = RateWatch(levels.step_s), list[RateChange]()
+        self._slow = SlowPose()
+        self._recent, self._noise_s = stretch.part(slice(0)), settings.noise_time_constant_s
         self._noise = NoiseTracker(
             levels.sigma, step_s=levels.step_s, time_constant_s=settings.noise_time_constant_s
         )
@@ -51,19 +64,25 @@ class Chain:
         self._identifier = make_identifier(
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
-        self._outliers = OutlierFill()
+        self._outliers = OutlierFill(settings.all_modes)
+        self._jumps_told = JumpsTold()
         self._quality = Quality([bars or ReaderBars(), *default_monitors()])
         self._settings, self._record = settings, record
 
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with the data, so far."""
-        return self._quality.findings()
+        return [*rate_findings(self._changes), *self._slow.findings(), *self._quality.findings()]
 
     @property
     def tuning(self) -> Tuning:
         """What the log's first stretches have decided so far."""
         return self._derivation.tuning
+
+    @property
+    def bridged_s(self) -> float:
+        """The longest hole in the pose over which estimates go on."""
+        return self._derivation.bridged_ns / NS_PER_S
 
     @property
     def n_gaps(self) -> int:
@@ -72,8 +91,8 @@ class Chain:
 
     @property
     def n_pose_jumps(self) -> int:
-        """Jumps of the pose so far."""
-        return self._repair.n_jumps
+        """Jumps of the pose so far, those that the repair took out and those that the identifier found."""
+        return self._repair.n_jumps + self._jumps_told.n
 
     @property
     def n_outliers(self) -> int:
@@ -98,7 +117,7 @@ class Chain:
         """One row of the table for each row; an outlier's row holds the last verdict."""
         done = []
         while len(rows):
-            n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
+            n = self._rows_left(rows)
             if n:
                 done.append(self._advance(rows.part(slice(n))))
                 rows = rows.part(slice(n, None))
@@ -106,10 +125,37 @@ class Chain:
                 self._derivation.change_design(int(rows.t_ns[0]))
         return done
 
+    def _rows_left(self, rows: SampleBatch) -> int:
+        """How many rows the present design and rate serve; at a change of the rate, both are chosen again."""
+        n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
+        piece = rows.part(slice(n))
+        if not n or (left := self._rate.rows_left(piece.t_ns, piece.kept)):
+            return left if n else 0
+        self._change_rate(int(rows.t_ns[0]))
+        return self._rows_left(rows)
+
+    def _change_rate(self, t_ns: int) -> None:
+        """The row at ``t_ns`` shows another rate: step and noise come from the rows just before it."""
+        before_s, window_s = self._rate.step_s, self._derivation.window_s
+        step_s = self._rate.restart(t_ns)
+        recent = self._recent.part(slice(-MOST, None))
+        levels = replace(initial_levels(recent), step_s=step_s, start_ns=self._start_ns)
+        self._derivation.change_rate(levels, t_ns, self._recent)
+        self._repair.change_rate(step_s, levels.position_sd_m, levels.yaw_sd_rad)
+        self._noise = NoiseTracker(levels.sigma, step_s=step_s, time_constant_s=self._noise_s)
+        follow_rate(self._identifier, step_s)
+        at_s = (t_ns - self._start_ns) / NS_PER_S
+        self._changes.append(RateChange(at_s, before_s, step_s, window_s, self._derivation.window_s))
+
     def _advance(self, rows: SampleBatch) -> Columns:
-        """Repair rows, estimate the kept ones, and fill in the outliers, under one design."""
+        """Repair rows, estimate the kept ones, and fill in the others, under one design."""
+        self._rate.push(rows.t_ns[rows.kept])
         rows = self._repair.push(rows)
-        estimates = self._outliers.push(rows.kept, self._estimate(rows.without_outliers()))
+        kept = rows.without_outliers()
+        self._recent = concatenate([self._recent, kept.part(slice(-WATCHED, None))]).part(
+            slice(-WATCHED, None)
+        )
+        estimates = self._outliers.push(rows, self._estimate(kept), self._derivation.bridged_ns)
         if self._record is not None:
             self._record.push_rows(rows, estimates)
         return measured_columns(self._start_ns, rows) | estimates
@@ -125,9 +171,10 @@ class Chain:
         if self._record is not None and isinstance(self._identifier, BankIdentifier):
             self._record.push_bins(self._identifier.new_bins)
         verdict = undecided_while_filling(answer, derivatives.state == Status.WARMING_UP, self._all_modes)
-        verdict = undecided_where_barred(
-            verdict, self._quality.push(self._observed(rows, derivatives, evidence, verdict)), self._all_modes
-        )
+        observed = self._observed(rows, derivatives, evidence, verdict)
+        slow = self._slow.push(observed.t_s, self._rate.step_s)
+        barred = np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
+        verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
         return estimated_columns(derivatives.estimates[:, 0], motion, slip, verdict, delay_s, status)
@@ -202,4 +249,6 @@ class Chain:
         """The verdict's outcome; where a window has a gap, the reason of the gap."""
         jumped = self._derivation.after_jump(rows.t_ns, rows.restarts)
         reason = np.where(jumped, Status.POSE_JUMP, Status.GAP)
-        return np.where(derivatives.state == Status.GAP, reason, outcome).astype(np.int8)
+        status = np.where(derivatives.state == Status.GAP, reason, outcome).astype(np.int8)
+        self._jumps_told.push(status == Status.POSE_JUMP, jumped)
+        return status

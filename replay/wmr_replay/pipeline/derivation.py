@@ -1,6 +1,6 @@
 """The differentiation of a log under the design that holds, from row to row."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
@@ -37,10 +37,14 @@ class Tuning:
     error_ratio: float | None
 
 
-def differentiator_of(design: Design, step_s: float) -> Differentiator:
-    """The differentiator of a design; torques and wheel speeds pass through the same window."""
+def differentiator_of(design: Design, step_s: float, start_ns: int | None = None) -> Differentiator:
+    """The differentiator of a design; torques and wheel speeds pass through the same window. The log
+    starts at ``start_ns``, None: with the first row.
+    """
     folds = (EFFORT_FOLD, EFFORT_FOLD, SPEED_FOLD, SPEED_FOLD)
-    return Differentiator(design.spec, window_s=design.window_s, step_s=step_s, folds=folds)
+    return Differentiator(
+        design.spec, window_s=design.window_s, step_s=step_s, folds=folds, start_ns=start_ns
+    )
 
 
 class Derivation:
@@ -50,7 +54,7 @@ class Derivation:
     """
 
     def __init__(self, settings: Settings, levels: InitialLevels) -> None:
-        self._levels = levels
+        self._settings, self._levels = settings, levels
         design = first_design(settings, levels.step_s, levels.position_sd_m)
         self._trial = Trial(settings, design, levels.step_s, levels.pose_sd, levels.start_ns)
         self._differentiator, self._gaps_before = differentiator_of(design, levels.step_s), 0
@@ -60,6 +64,11 @@ class Derivation:
     def window_s(self) -> float:
         """Window of the design that holds."""
         return self._differentiator.window_s
+
+    @property
+    def bridged_ns(self) -> int:
+        """The longest hole that the present window bridges."""
+        return self._differentiator.hole_ns
 
     @property
     def n_gaps(self) -> int:
@@ -101,6 +110,24 @@ class Derivation:
         self._differentiator = differentiator_of(self._trial.design, self._levels.step_s)
         for rows in stretch:
             self._differentiator.push(rows.t_ns, rows.pose, rows.inputs, rows.restarts)
+        self._gaps_before = n_gaps - self._differentiator.n_gaps
+
+    def change_rate(self, levels: InitialLevels, t_ns: int, recent: SampleBatch) -> None:
+        """From the row at ``t_ns`` on the pose comes at another rate: the design is chosen and tuned again.
+
+        Its window is filled with the ``recent`` rows.
+        """
+        since_s = (t_ns - levels.start_ns) / NS_PER_S
+        design = first_design(self._settings, levels.step_s, levels.position_sd_m)
+        design = replace(
+            design, reason=f"{design.reason}; the rate changed at {since_s:.3g} s", since_s=since_s
+        )
+        self._trial = Trial(
+            self._settings, design, levels.step_s, levels.pose_sd, levels.start_ns, first_ns=t_ns
+        )
+        n_gaps, self._levels = self.n_gaps, levels
+        self._differentiator = differentiator_of(design, levels.step_s, levels.start_ns)
+        self._differentiator.push(recent.t_ns, recent.pose, recent.inputs, recent.restarts)
         self._gaps_before = n_gaps - self._differentiator.n_gaps
 
     def after_jump(self, t_ns: I64, restarts: Bool) -> Bool:

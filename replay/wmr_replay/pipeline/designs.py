@@ -75,13 +75,23 @@ class Trial:
     ``design`` is the one that holds.
     """
 
-    def __init__(self, settings: Settings, design: Design, step_s: float, sigma: F64, start_ns: int) -> None:
+    def __init__(
+        self,
+        settings: Settings,
+        design: Design,
+        step_s: float,
+        sigma: F64,
+        start_ns: int,
+        first_ns: int | None = None,
+    ) -> None:
+        """The log starts at ``start_ns``, the first stretch at ``first_ns`` (None: with the log)."""
         self.design, self.start_ns = design, start_ns
         self._step_s, self._sigma = step_s, sigma
         delay_s = design.spec.delay_s(design.window_s)
         self._max_delay_s = delay_s if settings.max_delay_s is None else settings.max_delay_s
         self._length_ns = round(max(settings.tuning_stretch_s, MIN_TUNING_ROWS * step_s) * NS_PER_S)
-        self._end_ns = start_ns + self._length_ns if settings.tunes else NEVER_NS
+        begins_ns = start_ns if first_ns is None else first_ns
+        self._end_ns = begins_ns + self._length_ns if settings.tunes else NEVER_NS
         self._held: list[SampleBatch] = []
         self._n_left = MOST_STRETCHES
 

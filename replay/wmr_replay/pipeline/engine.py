@@ -9,15 +9,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.align import Aligner, Lag, SampleBatch, concatenate
+from wmr_replay.align import Aligner, FrozenPose, Lag, SampleBatch, concatenate
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.columns import Columns, warming_up_columns
 from wmr_replay.pipeline.derivation import Tuning
 from wmr_replay.pipeline.hindsight import Record
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
+from wmr_replay.quality.frozen import RepeatedRows
 from wmr_replay.quality.reader_bars import ReaderBars
-from wmr_schemas.arrays import I64, NS_PER_S
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.findings import Finding
 
@@ -36,6 +37,7 @@ class Engine:
             reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s),
             max_hold_s=settings.max_hold_s,
         )
+        self._frozen, self._repeats = FrozenPose(), RepeatedRows()
         self._lag = Lag(model.lag_s, 2) if model.lag_s > 0 else None
         self._chain: Chain | None = None
         self._bars = ReaderBars()
@@ -66,7 +68,10 @@ class Engine:
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with the data, so far."""
-        return self._chain.findings if self._chain else []
+        if self._chain is None:
+            return []
+        parts = self._frozen.n_position, self._frozen.n_yaw
+        return [*self._repeats.findings(self._chain.bridged_s, *parts), *self._chain.findings]
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """The rows of the table that the batch completes."""
@@ -97,20 +102,25 @@ class Engine:
         if self._lag is not None:
             efforts = self._lag.push(rows.t_ns, rows.inputs[:2])
             rows = replace(rows, inputs=np.concatenate([efforts, rows.inputs[2:]]))
+        rows = self._frozen.push(rows)
+        self._repeats.push(rows.t_ns, rows.frozen)
         if self._chain is not None:
             return self._chain.push(rows)
         held = concatenate([*self._stretch, rows])
-        n_stretch = self._stretch_length(held.t_ns)
+        n_stretch = self._stretch_length(held)
         if len(held) <= n_stretch:
             self._start_ns, self._stretch = int(held.t_ns[0]), [held]
             return []
         self._stretch = []
         return self._begin(held.part(slice(n_stretch)), held.part(slice(n_stretch, None)))
 
-    def _stretch_length(self, t_ns: I64) -> int:
-        """Rows of the initial stretch, as far as it has come."""
+    def _stretch_length(self, held: SampleBatch) -> int:
+        """Rows of the initial stretch, as far as it has come: for the time set, and the measured poses."""
+        t_ns = held.t_ns
         by_time = int(np.searchsorted(t_ns, t_ns[0] + round(self.settings.initial_stretch_s * NS_PER_S)))
-        return max(by_time, MIN_STRETCH_ROWS)
+        measured = np.flatnonzero(held.kept)
+        by_rows = int(measured[MIN_STRETCH_ROWS - 1]) + 1 if len(measured) >= MIN_STRETCH_ROWS else len(held)
+        return max(by_time, by_rows)
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""

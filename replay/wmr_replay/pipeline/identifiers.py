@@ -35,6 +35,12 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 
 
+def follow_rate(identifier: Identifier, step_s: float) -> None:
+    """The pose comes every ``step_s`` from now on; only the bank counts rows."""
+    if isinstance(identifier, BankIdentifier):
+        identifier.change_rate(step_s)
+
+
 def undecided_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet) -> Verdict:
     """Rows of the mask ``filling`` get no verdict: the differentiator's window is not full there."""
     return verdict._replace(

@@ -22,11 +22,12 @@ class Strips:
 def strips_by_mode(xy: F64, mode: I8) -> Strips:
     """Cut the path ``xy`` (n, 2) where ``mode`` (n,) changes.
 
-    The step from a row to the next has the mode of the first of the two, so that the pieces join.
+    The step from a row to the next has the mode of the first of the two, so that the pieces join. A single
+    row has no step.
     """
     starts = np.flatnonzero(np.concatenate(([True], mode[1:] != mode[:-1])))
     starts = starts[starts < len(xy) - 1]
-    ends = np.append(starts[1:], len(xy) - 1) + 1
+    ends = np.append(starts[1:], len(xy) - 1)[: len(starts)] + 1
     points = [xy[start:end] for start, end in zip(starts, ends, strict=True)]
     return Strips(points, mode[starts], starts)
 

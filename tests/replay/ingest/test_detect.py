@@ -204,3 +204,31 @@ def test_a_log_without_channels_says_so(tmp_path):
 )
 def test_offsets_are_said_in_the_unit_that_suits_them(seconds, text):
     assert short_time(seconds) == text
+
+
+@pytest.mark.parametrize(
+    ("channels", "expected"),
+    [
+        ([("/amcl_pose", 1.4), ("/odom", 30.0), ("/base_pose", 50.0)], "/base_pose"),
+        ([("/amcl_pose", 1.4), ("/odom", 30.0)], "/odom"),
+        ([("/amcl_pose", 10.0), ("/odom", 30.0)], "/amcl_pose"),
+        ([("/amcl_pose", 1.4), ("/odom", 2.0)], "/amcl_pose"),
+    ],
+)
+def test_a_pose_too_rare_to_follow_motion_is_no_first_choice(tmp_path, channels, expected):
+    schemas = {"/amcl_pose": "PoseWithCovarianceStamped", "/odom": "Odometry", "/base_pose": "PoseStamped"}
+    messages = {"PoseStamped": POSE}
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        rows = []
+        for topic, rate_hz in channels:
+            name = schemas[topic]
+            schema = writer.register_schema(name, "jsonschema", b"{}")
+            channel = writer.register_channel(topic, "json", schema)
+            data = json.dumps(messages.get(name, ODOM)).encode()
+            rows += [(int(k / rate_hz * 1e9), channel, data) for k in range(int(20 * rate_hz))]
+        for t_ns, channel, data in sorted(rows):
+            writer.add_message(channel, t_ns, data, t_ns)
+        writer.finish()
+    assert topics(open_log(tmp_path / "a.mcap")) == {"pose": expected}

@@ -1,7 +1,7 @@
 """The set of hypotheses: improbable ones are pruned, similar ones are merged."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,8 @@ ALIKE_VARIANCE = PRIORS.merge_variance_ratio
 TINY = 1e-14
 N_MODES = 4
 NEVER_S = -1e9
+N_CARRIED = 8
+"""The fields of a set that hold a row for each hypothesis."""
 COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
 
@@ -78,6 +80,19 @@ def make_hypotheses(room: int, intervals: int = 0) -> HypothesisSet:
         np.zeros(room, np.int64),
         np.zeros((STACK_ROWS, 2), np.int64),
     )
+
+
+def snapshot(hypotheses: HypothesisSet) -> list[Any]:
+    """Copies of what is known of the live hypotheses, for :func:`restore`."""
+    n = int(hypotheses.size[0])
+    return [array[:n].copy() for array in hypotheses[:N_CARRIED]]
+
+
+def restore(before: list[Any], hypotheses: HypothesisSet) -> None:
+    """Put a :func:`snapshot` back."""
+    hypotheses.size[0] = len(before[0])
+    for array, content in zip(hypotheses[:N_CARRIED], before, strict=True):
+        array[: len(content)] = content
 
 
 @lean

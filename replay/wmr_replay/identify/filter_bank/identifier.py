@@ -7,7 +7,8 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
 from wmr_replay.identify.filter_bank.hindsight import LookingBack, Pass, learned_prior
-from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses
+from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses, restore, snapshot
+from wmr_replay.identify.filter_bank.long_steps import LongSteps
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.start import start_hypotheses
 from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
@@ -20,6 +21,8 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
 
 N_OUTPUTS = 7
+MOST_BLOCK = 1 << 20
+"""Bins of one pass. There are fewer only near a bin at which the bank diverges, to find it quickly."""
 JUMP_PROBABLE, ALPHA_KNOWN_WITHIN = PRIORS.jump_probable, PRIORS.alpha_known_within
 
 
@@ -72,15 +75,21 @@ class BankIdentifier:
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._terms = terms
-        self._prior, self._n_modes = make_prior(robot), 4 if both else 3
+        self._first_prior, self._n_modes = make_prior(robot), 4 if both else 3
+        self._prior = self._first_prior
         self._hypotheses = make_hypotheses(settings.most_hypotheses * (self._n_modes + 2) + 4)
         self._rows_per_bin, self._step_s = max(1, round(settings.bin_s / step_s)), step_s
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
-        self._origin_ns = 0
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
+        self._origin_ns, self._long_steps = 0, LongSteps()
+        self._block = MOST_BLOCK
         self._said = np.full(N_OUTPUTS, np.nan)
+
+    def change_rate(self, step_s: float) -> None:
+        """The pose comes every ``step_s`` from the next row on."""
+        self._rows_per_bin = max(1, round(self.settings.bin_s / step_s))
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
@@ -97,49 +106,92 @@ class BankIdentifier:
         """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
         jumped; NaN before its start.
         """
+        said, n = [np.full((N_OUTPUTS, 0), np.nan)], 0
+        while n < len(bins.stamps):
+            rows = done >= n
+            found = self._advance(bins.part(n, None), paper.alpha[rows], paper.alpha_sd[rows], done[rows] - n)
+            said.append(found)
+            n += found.shape[1]
+        return np.concatenate(said, axis=1)
+
+    def _advance(self, bins: Bins, alpha: F64, alpha_sd: F64, done: I64) -> F64:
+        """What the bank says after each of the first of these bins."""
         if self._hypotheses.size[0]:
             return self._step(bins)
         held = 0 if self._waiting is None else len(self._waiting.stamps)
         waiting = bins if self._waiting is None else self._waiting.then(bins)
-        begin = self._first_start(held, len(waiting.stamps), paper, done)
+        begin = self._first_start(held, len(waiting.stamps), alpha, alpha_sd, done)
         if begin is None:
             self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
             return np.full((N_OUTPUTS, len(bins.stamps)), np.nan)
-        first, rest = waiting.part(max(0, begin - self.settings.start_bins), begin), waiting.part(begin, None)
+        first = waiting.part(max(0, begin - self.settings.start_bins), begin)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
+        self._long_steps = self._long_steps.from_origin()
         start_hypotheses(
             self._hypotheses, first, self._prior, self._n_modes, np.array(self.settings.disturbances_mps2)
         )
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
-        before = np.full((N_OUTPUTS, len(bins.stamps) - len(rest.stamps)), np.nan)
-        return np.concatenate([before, self._step(rest)], axis=1)
+        return np.full((N_OUTPUTS, begin - held), np.nan)
 
-    def _first_start(self, held: int, total: int, paper: Verdict, done: I64) -> int | None:
+    def _first_start(self, held: int, total: int, alpha: F64, alpha_sd: F64, done: I64) -> int | None:
         """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
         least = self.settings.start_bins
         if not np.isnan(self._prior.ln_alpha):
             return least if total >= least else None
-        known = paper.alpha_sd <= ALPHA_KNOWN_WITHIN * paper.alpha
+        known = alpha_sd <= ALPHA_KNOWN_WITHIN * alpha
         ready = known & (held + done >= least)
         if not ready.any():
             return None
         row = int(np.argmax(ready))
-        self._prior = with_alpha(self._prior, float(paper.alpha[row]))
+        self._prior = with_alpha(self._prior, float(alpha[row]))
         return held + int(done[row])
 
     def _step(self, bins: Bins) -> F64:
-        seconds = (bins.stamps - self._origin_ns) / NS_PER_S
+        """What the bank says after each of the first of these bins, perhaps of none.
+
+        Where a bin lies too far from the one before, or cannot be followed, the bank starts again behind it.
+        """
+        bins = bins.part(0, self._block)
+        seconds, long_steps = self._long_steps.shorten((bins.stamps - self._origin_ns) / NS_PER_S)
+        n = len(seconds)
+        if not n:
+            self._start_again()
+            return np.full((N_OUTPUTS, 0), np.nan)
+        before = snapshot(self._hypotheses), self._last.copy()
+        said = self._filtered(bins.part(0, n), seconds)
+        if said is not None:
+            self._long_steps, self._block = long_steps, min(2 * self._block, MOST_BLOCK)
+            return said
+        restore(before[0], self._hypotheses)
+        self._last[:] = before[1]
+        if n > 1:
+            self._block = n // 2
+            return np.full((N_OUTPUTS, 0), np.nan)
+        self._start_again()
+        return np.full((N_OUTPUTS, 1), np.nan)
+
+    def _start_again(self) -> None:
+        """As before the first bin."""
+        self._hypotheses.size[0] = 0
+        self._last[:] = 0.0
+        self._prior, self._waiting = self._first_prior, None
+        self._long_steps = self._long_steps.from_origin()
+
+    def _filtered(self, bins: Bins, seconds: F64) -> F64 | None:
+        """The bank's answers after each bin, or None where some are no numbers: it has diverged."""
         drift, rhythm = self._drift(), self._rhythm(self.settings.split_s)
-        said = run_bins(
-            self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
-        )
-        return np.concatenate(said[:3])
+        try:
+            said = run_bins(
+                self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
+            )
+        except (ZeroDivisionError, ValueError):
+            return None
+        return np.concatenate(said[:3]) if np.isfinite(said.posterior).all() else None
 
     def _drift(self) -> Drift:
         """Diffusions as the settings have them."""
         s = self.settings
-        velocity = np.array(s.velocity_diffusions)
-        disturbance = np.array(s.disturbances_mps2)
+        velocity, disturbance = np.array(s.velocity_diffusions), np.array(s.disturbances_mps2)
         return Drift(
             velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s
         )

@@ -147,7 +147,7 @@ def predict_mean(
 
 @lean
 def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
-    """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 10) is scratch."""
+    """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 12) is scratch."""
     for i in range(N_MOVING):
         clear(work, i)
         for k in DEPENDS_ON[i]:

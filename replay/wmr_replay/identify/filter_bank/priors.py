@@ -36,6 +36,8 @@ class BankPriors:
     """For turning what is known of dv_long/dt into dω/dt, where the half track is unknown or tiny."""
     longest_step_s: float = 0.05
     """Longer steps are divided: the time constant v/c of a skid is of this order at .4 m/s."""
+    longest_hole_s: float = 60.0
+    """Time beyond it is not predicted over: by then the pose is open anyway, and work stays bounded."""
     unknown_acceleration_diffusion: float = 0.5
     """(m/s²)²·s: velocities where no torque is known, .7 m/s within a second."""
     least_bin_sd: float = 5e-4

@@ -44,7 +44,8 @@ from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
-LONGEST_STEP_S, LEAST_HALF_TRACK_M = PRIORS.longest_step_s, PRIORS.least_half_track_m
+LONGEST_STEP_S, LONGEST_HOLE_S = PRIORS.longest_step_s, PRIORS.longest_hole_s
+LEAST_HALF_TRACK_M = PRIORS.least_half_track_m
 MIN_LOG_WEIGHT = math.log(PRIORS.least_interval_weight)
 COMPENSATED = PRIORS.compensated_sd * PRIORS.compensated_sd
 UNKNOWN_ACCELERATION_DIFFUSION = PRIORS.unknown_acceleration_diffusion
@@ -90,6 +91,7 @@ def predict(
 
     ``work`` (12, 12 at least) is scratch.
     """
+    step_s = min(step_s, LONGEST_HOLE_S)
     pieces = max(1, math.ceil(step_s / LONGEST_STEP_S))
     dt = step_s / pieces
     free_v, free_omega = math.isnan(force), math.isnan(turn) or math.isnan(prior.ln_beta)

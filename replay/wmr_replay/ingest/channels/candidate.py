@@ -3,13 +3,18 @@
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
+from wmr_replay.ingest.budgets import Allowance
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
 from wmr_replay.ingest.decoding.encodings import Definition, define
 from wmr_replay.ingest.decoding.layout import Undecodable
 from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_replay.ingest.mcap.sampling import Sample
+
+LONGEST_STEP_NS = 250_000_000
+"""4 Hz: a window of ten poses is then as long as a skid, 2.5 s."""
 
 
 class DoesNotServe(Exception):
@@ -25,6 +30,8 @@ class Candidate:
     samples: tuple[Sample, ...]
     n_messages: int = 0
     """As far as the file's index and statistics tell; a lower bound otherwise."""
+    allowance: Allowance | None = None
+    """What reading its definition and its layouts may cost; None: as a log of no size."""
 
     @property
     def schema_name(self) -> str:
@@ -50,9 +57,16 @@ class Candidate:
         if not self.samples:
             raise DoesNotServe("no message")
         try:
-            return define(self.channel, self.schema, [sample.data for sample in self.samples])
+            return define(self.channel, self.schema, [sample.data for sample in self.samples], self.allowance)
         except UnknownDefinition as error:
             raise DoesNotServe(str(error)) from None
+
+    @cached_property
+    def is_slow(self) -> bool:
+        """Whether its first messages come more rarely than motion of a wheeled robot can be followed."""
+        stamps = sorted(sample.log_ns for sample in self.samples)
+        steps = sorted(b - a for a, b in pairwise(stamps))
+        return bool(steps) and steps[len(steps) // 2] > LONGEST_STEP_NS
 
     def has(self, *paths: str) -> bool:
         """Whether its messages have all of these fields."""

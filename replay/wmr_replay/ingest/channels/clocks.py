@@ -16,6 +16,7 @@ from wmr_replay.ingest.channels.detect import Use
 from wmr_replay.ingest.channels.first_rows import first_rows
 from wmr_replay.ingest.channels.stamp_steps import StampSteps
 from wmr_replay.ingest.mcap.sampling import N_WANTED
+from wmr_schemas.absurd import is_possible_stamp
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
 
 _STRETCH, _N_OFFSETS = 256, 64
@@ -54,19 +55,28 @@ class Clock:
         published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
         return cls("publish time" if published else "log time", reason)
 
-    def stamped(self, header_ns: I64, used: Bool) -> Bool:
-        """Which of the messages in use (n,) carry a stamp, if the channel goes by the header's; others are
-        counted.
+    def stamped(self, header_ns: I64, publish_ns: I64, log_ns: I64, used: Bool) -> Bool:
+        """Which of the messages in use (n,) carry a stamp by this clock; others are counted.
+
+        A stamp that is no possible time is none.
         """
-        if not self.zero_is_none or header_ns.all():
+        t_ns = self._chosen(header_ns, publish_ns, log_ns)
+        stamped = is_possible_stamp(t_ns)
+        if self.zero_is_none:
+            stamped &= t_ns != 0
+        if stamped.all():
             return used
-        kept: Bool = used & (header_ns != 0)
+        kept: Bool = used & stamped
         self.n_unstamped += int(used.sum()) - int(kept.sum())
         return kept
 
+    def _chosen(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
+        """The times by this clock."""
+        return {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
+
     def stamps(self, header_ns: I64, publish_ns: I64, log_ns: I64) -> I64:
         """Stamps (n,) in ns of one block's messages by this clock."""
-        t_ns = {"header stamp": header_ns, "publish time": publish_ns, "log time": log_ns}[self.name]
+        t_ns = self._chosen(header_ns, publish_ns, log_ns)
         if len(t_ns):
             self.offsets_ns += _typical_offsets(t_ns, log_ns)
             self.steps.push(t_ns)

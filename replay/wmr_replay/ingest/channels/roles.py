@@ -66,7 +66,7 @@ def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
 
 
 def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
-    """Position and orientation; external before odometry, then the canonical topic, then the schema."""
+    """Position and orientation; not too slow, external before odometry, the canonical topic, the schema."""
     topic, name, wanted = candidate.channel.topic, candidate.short_name, mapping.pose
     if mapping.pose_topic is None:
         schemaless = candidate.schema is None and candidate.mentions(b"orientation")
@@ -77,7 +77,13 @@ def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tupl
     binding = _pose_binding(candidate, mapping, frames)
     candidate.try_out(binding)
     kind = POSE_SCHEMAS.index(name) if name in POSE_SCHEMAS else len(POSE_SCHEMAS)
-    rank = is_odometry(candidate, binding), topic != POSE_TOPIC, kind, -candidate.n_messages
+    rank = (
+        candidate.is_slow,
+        is_odometry(candidate, binding),
+        topic != POSE_TOPIC,
+        kind,
+        -candidate.n_messages,
+    )
     return _placed(binding, wanted), rank
 
 

@@ -84,14 +84,16 @@ def _words(layout: Layout) -> Any:
     """The skeleton by words: offset, mask, expected bits."""
     mask = np.zeros(len(layout.exemplar), np.uint8)
     mask[list(layout.skeleton)] = list(layout.skeleton.values())
-    words, position = [], 0
-    while (left := np.flatnonzero(mask[position:])).size:
-        start = min(position + int(left[0]), len(mask) - _WORD)
-        bits = mask[start : start + _WORD].copy()
-        want = np.frombuffer(layout.exemplar, np.uint8)[start : start + _WORD] & bits
+    words, stop = [], 0
+    for place in np.flatnonzero(mask).tolist():
+        if place < stop:
+            continue
+        start = min(place, len(mask) - _WORD)
+        stop = start + _WORD
+        bits = mask[start:stop].copy()
+        want = np.frombuffer(layout.exemplar, np.uint8)[start:stop] & bits
         words.append((start, int(bits.view("<u8")[0]), int(want.view("<u8")[0])))
-        mask[start : start + _WORD] = 0
-        position = start
+        mask[start:stop] = 0
     return np.array(words, np.uint64).reshape(-1, 3).T.copy()
 
 

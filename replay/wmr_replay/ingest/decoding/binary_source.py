@@ -33,6 +33,14 @@ class BinarySource:
         found: I64 = self.lengths[rows]
         return found
 
+    def move(self, data: U8, starts: I64) -> None:
+        """The same messages in other bytes, which nothing changes any more."""
+        self.data, self.starts = data, starts
+        self.data.flags.writeable = False
+
+    def forget(self) -> None:
+        """Nothing is decoded beforehand."""
+
     def exemplar(self, row: int) -> bytes:
         """The bytes of the message in that row."""
         start = self.starts[row]

@@ -4,7 +4,8 @@ ROS 1's wire form, which is the same without header, alignment and closing zeros
 
 from contextlib import suppress
 
-from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.budgets import no_account
+from wmr_replay.ingest.decoding.layout import Layout, Leaf, Spend, Text, Undecodable
 from wmr_replay.ingest.decoding.ros_definitions import PRIMITIVES, Node
 
 _HEADER_BYTES = 4
@@ -15,19 +16,14 @@ _WIDE_BYTES = (4, 2, 1)
 _PADDING_BYTES = 4
 
 
-def cdr_layout(definition: Node, message: bytes) -> Layout:
-    """Walk one message. Raises Undecodable when it does not fit its definition."""
+def cdr_layout(definition: Node, message: bytes, spend: Spend = no_account) -> Layout:
+    """Walk one message. Raises Undecodable when it does not fit its definition, OverBudget."""
     if len(message) < _HEADER_BYTES or message[0] != 0 or message[1] not in _KINDS:
         raise Undecodable("no plain CDR header")
-    walks = [_Walk(message, *_KINDS[message[1]], _HEADER_BYTES, unit) for unit in _WIDE_BYTES]
-    layout = _by_length(walks, definition) if _is_wide(definition) else walks[0].run(definition)
+    walks = [_Walk(message, spend, *_KINDS[message[1]], _HEADER_BYTES, unit) for unit in _WIDE_BYTES]
+    layout = _by_length(walks, definition) if definition.is_wide else walks[0].run(definition)
     layout.fix(0, 2)
     return layout
-
-
-def _is_wide(node: Node) -> bool:
-    """Whether a wide string is in it."""
-    return node.name == "wstring" or any(_is_wide(field) for _, field in node.fields or ())
 
 
 def _by_length(walks: "list[_Walk]", definition: Node) -> Layout:
@@ -43,18 +39,20 @@ def _by_length(walks: "list[_Walk]", definition: Node) -> Layout:
     return found[0]
 
 
-def ros1_layout(definition: Node, message: bytes) -> Layout:
-    """Walk one message of ROS 1. Raises Undecodable when it does not fit its definition."""
-    return _Walk(message, "<", 1, 0).run(definition)
+def ros1_layout(definition: Node, message: bytes, spend: Spend = no_account) -> Layout:
+    """Walk one message of ROS 1. Raises Undecodable when it does not fit its definition, OverBudget."""
+    return _Walk(message, spend, "<", 1, 0).run(definition)
 
 
 class _Walk:
     """One walk over one message, field after field, which fills in a layout."""
 
-    def __init__(self, message: bytes, order: str, max_alignment: int, start: int, wide: int = 1) -> None:
+    def __init__(
+        self, message: bytes, spend: Spend, order: str, max_alignment: int, start: int, wide: int = 1
+    ) -> None:
         self.order, self.max_alignment, self.wide_bytes = order, max_alignment, wide
         self.message, self.position = message, start
-        self.layout = Layout(message)
+        self.layout = Layout(message, spend=spend)
 
     def run(self, definition: Node) -> Layout:
         """The layout of the message. Raises Undecodable."""
@@ -68,6 +66,7 @@ class _Walk:
 
     def _node(self, node: Node, path: str) -> None:
         """Walk over one field of any type."""
+        self.layout.spend(1)
         if node.count is not None:
             self._repeated(Node(node.name, node.fields), node.count, path)
         elif node.fields is not None:

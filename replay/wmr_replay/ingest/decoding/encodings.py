@@ -1,18 +1,24 @@
 """Definitions by encoding and schema: the fields of a channel's messages, and how to read them in columns."""
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Protocol
 
+from wmr_replay.ingest.budgets import Allowance, OverBudget
 from wmr_replay.ingest.decoding.binary_program import compile_program
 from wmr_replay.ingest.decoding.binary_source import BinarySource
 from wmr_replay.ingest.decoding.bindings import Recipe
 from wmr_replay.ingest.decoding.cdr import cdr_layout, ros1_layout
 from wmr_replay.ingest.decoding.json_source import JsonSource, json_layout
 from wmr_replay.ingest.decoding.json_template import compile_template
-from wmr_replay.ingest.decoding.layout import Layout, Source, Undecodable
+from wmr_replay.ingest.decoding.layout import Layout, Source, Spend, Undecodable
 from wmr_replay.ingest.decoding.protobuf import has_field, parse_descriptor, protobuf_layout
-from wmr_replay.ingest.decoding.ros_definitions import Node, UnknownDefinition, parse_definition
+from wmr_replay.ingest.decoding.ros_definitions import (
+    Node,
+    UnknownDefinition,
+    parse_definition,
+    without_comments,
+)
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
@@ -33,6 +39,9 @@ class Program(Protocol):
 
 class Definition(Protocol):
     """What the messages of a channel are made of."""
+
+    allowance: Allowance
+    """What walking messages may cost."""
 
     @property
     def spelling_varies(self) -> bool:
@@ -56,8 +65,10 @@ class RosDefinition:
 
     spelling_varies = False
 
-    def __init__(self, node: Node, walk: Callable[[Node, bytes], Layout]) -> None:
-        self.node, self.walk = node, walk
+    def __init__(
+        self, node: Node, walk: Callable[[Node, bytes, Spend], Layout], allowance: Allowance
+    ) -> None:
+        self.node, self.walk, self.allowance = node, walk, allowance
 
     def has(self, path: str) -> bool:
         """Whether the definition has such a field."""
@@ -65,7 +76,8 @@ class RosDefinition:
 
     def layout(self, message: bytes) -> Layout:
         """Walk one message. Raises Undecodable."""
-        return self.walk(self.node, message)
+        with accounted(self.allowance) as spend:
+            return self.walk(self.node, message, spend)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """The messages as columns, by byte offset."""
@@ -81,8 +93,8 @@ class ProtobufDefinition:
 
     spelling_varies = False
 
-    def __init__(self, descriptor: "Descriptor") -> None:
-        self.descriptor = descriptor
+    def __init__(self, descriptor: "Descriptor", allowance: Allowance) -> None:
+        self.descriptor, self.allowance = descriptor, allowance
 
     def has(self, path: str) -> bool:
         """Whether the descriptor has such a field."""
@@ -90,7 +102,8 @@ class ProtobufDefinition:
 
     def layout(self, message: bytes) -> Layout:
         """Walk one message. Raises Undecodable."""
-        return protobuf_layout(self.descriptor, message)
+        with accounted(self.allowance) as spend:
+            return protobuf_layout(self.descriptor, message, spend)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """The messages as columns, by byte offset."""
@@ -106,11 +119,12 @@ class JsonDefinition:
 
     spelling_varies = True
 
-    def __init__(self, samples: Sequence[bytes]) -> None:
+    def __init__(self, samples: Sequence[bytes], allowance: Allowance) -> None:
+        self.allowance = allowance
         self.fields: set[str] = set()
         for sample in samples:
             with suppress(Undecodable):
-                layout = json_layout(sample)
+                layout = self.layout(sample)
                 self.fields |= layout.leaves.keys() | layout.texts.keys() | layout.counts.keys()
         if not self.fields:
             raise UnknownDefinition("its first messages are not JSON objects")
@@ -121,7 +135,8 @@ class JsonDefinition:
 
     def layout(self, message: bytes) -> Layout:
         """Decode one message. Raises Undecodable."""
-        return json_layout(message)
+        with accounted(self.allowance) as spend:
+            return json_layout(message, spend)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """The messages as columns, by the ordinal of a scalar value."""
@@ -132,19 +147,39 @@ class JsonDefinition:
         return compile_template(layout, recipe)
 
 
-_ROS: dict[str, Callable[[Node, bytes], Layout]] = {"cdr": cdr_layout, "ros1": ros1_layout}
+@contextmanager
+def accounted(allowance: Allowance) -> Iterator[Spend]:
+    """Walk one message at the expense of the log's allowance. Raises Undecodable where it is used up."""
+    try:
+        allowance.begin_message()
+        yield allowance.spend
+    except OverBudget as error:
+        raise Undecodable(str(error)) from None
 
 
-def define(channel: Channel, schema: Schema | None, samples: Sequence[bytes]) -> Definition:
-    """The definition of a channel's messages. Raises UnknownDefinition with the reason."""
+_ROS: dict[str, Callable[[Node, bytes, Spend], Layout]] = {"cdr": cdr_layout, "ros1": ros1_layout}
+
+
+def define(
+    channel: Channel, schema: Schema | None, samples: Sequence[bytes], allowance: Allowance | None = None
+) -> Definition:
+    """The definition of a channel's messages, read at the expense of ``allowance``.
+
+    Raises UnknownDefinition with the reason.
+    """
+    allowance = allowance or Allowance()
     encoding = channel.message_encoding
     if encoding == "json":
-        return JsonDefinition(samples)
+        return JsonDefinition(samples, allowance)
     if encoding not in {"protobuf", *_ROS}:
         raise UnknownDefinition(f"message encoding {encoding!r} is not read")
     if schema is None:
         raise UnknownDefinition("it has no schema")
+    text = schema.data.decode("latin-1") if encoding == "protobuf" else schema.data.decode(errors="replace")
+    try:
+        allowance.definition(text if encoding == "protobuf" else without_comments(text))
+    except OverBudget as error:
+        raise UnknownDefinition(str(error)) from None
     if encoding == "protobuf":
-        return ProtobufDefinition(parse_descriptor(schema.name, schema.data))
-    text = schema.data.decode(errors="replace")
-    return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding])
+        return ProtobufDefinition(parse_descriptor(schema.name, schema.data), allowance)
+    return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding], allowance)

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.budgets import BUDGETS, no_account
+from wmr_replay.ingest.decoding.layout import Layout, Leaf, Spend, Text, Undecodable
 from wmr_schemas.arrays import F64, I64, U8, Bool
 
 _NUMBER, _TEXT = -2, -3
@@ -29,10 +30,11 @@ class FlatMessage(NamedTuple):
     values: list[Any]
 
 
-def json_layout(message: bytes) -> Layout:
-    """The fields of one message by the ordinal of their value. Raises Undecodable."""
+def json_layout(message: bytes, spend: Spend = no_account) -> Layout:
+    """The fields of one message by the ordinal of their value. Raises Undecodable, OverBudget."""
     flat = flat_message(message)
-    layout = Layout(message)
+    spend(len(flat.fields))
+    layout = Layout(message, spend=spend)
     ordinal = 0
     for path, kind in flat.fields:
         if kind >= 0:
@@ -53,7 +55,7 @@ def flat_message(message: bytes) -> FlatMessage:
         content = _decoded(message)
         if not isinstance(content, dict):
             raise Undecodable("no JSON object")
-        _flatten(content, "", flat)
+        _flatten(content, "", flat, BUDGETS.most_depth)
     except RecursionError:
         raise Undecodable("nested too deeply") from None
     return flat
@@ -74,15 +76,19 @@ def _decoded(message: bytes) -> object:
             raise Undecodable("no JSON text") from None
 
 
-def _flatten(value: object, path: str, flat: FlatMessage) -> None:
-    """Append the fields and values at ``path``."""
+def _flatten(value: object, path: str, flat: FlatMessage, left: int) -> None:
+    """Append the fields and values at ``path``. Raises Undecodable where they are too many, or too deep."""
+    if len(flat.fields) > BUDGETS.most_fields:
+        raise Undecodable(f"a message has more than {BUDGETS.most_fields:,} fields, which are read at most")
+    if left == 0:
+        raise Undecodable("nested too deeply")
     if isinstance(value, dict):
         for key, item in value.items():
-            _flatten(item, f"{path}.{key}" if path else key, flat)
+            _flatten(item, f"{path}.{key}" if path else key, flat, left - 1)
     elif isinstance(value, list):
         flat.fields.append((path, len(value)))
         for k, item in enumerate(value):
-            _flatten(item, f"{path}[{k}]", flat)
+            _flatten(item, f"{path}[{k}]", flat, left - 1)
     else:
         flat.fields.append((path, _TEXT if isinstance(value, str) else _NUMBER))
         flat.values.append(value)
@@ -122,6 +128,16 @@ class JsonSource:
             else:
                 self._kinds[row], self._values[row] = hash(tuple(flat.fields)), flat.values
         return self._kinds[row]
+
+    def move(self, data: U8, starts: I64) -> None:
+        """The same messages in other bytes, which nothing changes any more."""
+        self.data, self.starts = data, starts
+        self.data.flags.writeable = False
+
+    def forget(self) -> None:
+        """Forget the decoded messages."""
+        self._kinds.clear()
+        self._values.clear()
 
     def exemplar(self, row: int) -> bytes:
         """The text of the message in that row."""

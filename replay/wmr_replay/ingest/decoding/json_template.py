@@ -21,6 +21,7 @@ from wmr_schemas.compiled.lean import lean
 _SCALAR = re.compile(rb'"(?:[^"\\]|\\.)*"|[^\s\[\]{}:,"]+', re.S)
 _COLON = re.compile(rb"\s*:")
 _QUOTE, _BACKSLASH = ord('"'), ord("\\")
+_FIRST_PLAIN, _LAST_PLAIN = 0x20, 0x7F
 _IN_SCALAR = np.ones(256, np.bool_)
 """Which bytes may stand in a number, ``true``, ``false`` or ``null``."""
 _IN_SCALAR[list(b' \t\n\r:,{}[]"')] = False
@@ -131,11 +132,17 @@ def _equals(data: U8, words: Any, position: int, literals: Any, first: int, size
 
 @lean
 def _skipped(data: U8, position: int, stop: int, kind: int) -> int:
-    """Where a value that is not needed ends; −1 if there is none of its kind."""
+    """Where a value that is not needed ends; −1 if there is none of its kind, or one that needs care.
+
+    Text beyond printable ASCII may be damaged, which only decoding it tells.
+    """
     begin = position
     if kind == _TEXT:
         while position < stop and data[position] != _QUOTE:
-            position += 2 if data[position] == _BACKSLASH else 1
+            position += data[position] == _BACKSLASH
+            if position < stop and not _FIRST_PLAIN <= data[position] <= _LAST_PLAIN:
+                return -1
+            position += 1
         return min(position, stop)
     while position < stop and _IN_SCALAR[data[position]]:
         position += 1

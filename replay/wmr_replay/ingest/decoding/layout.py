@@ -6,11 +6,16 @@ exemplar's. Those are compared over whole columns of messages, and the fields of
 with one index operation each.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from wmr_replay.ingest.budgets import no_account
 from wmr_schemas.arrays import F64, I64, U8, Bool
+
+Spend = Callable[[int], None]
+_PLACES_PER_FIELD = 8
+"""So many places in the skeleton cost about as much as a field."""
 
 
 class Undecodable(ValueError):
@@ -56,11 +61,19 @@ class Layout:
     """Offset → mask of the bits that must agree."""
     absent_is_zero: bool = False
     """Fields with their default value are left out on the wire (protobuf)."""
+    spend: Spend = no_account
+    """Accounts for fields, and raises OverBudget where there are too many."""
 
     def fix(self, start: int, stop: int, mask: int = 0xFF) -> None:
         """Add these places to the skeleton, with a mask of the bits that must agree."""
+        self.spend((stop - start) // _PLACES_PER_FIELD)
         for offset in range(start, stop):
             self.skeleton[offset] = self.skeleton.get(offset, 0) | mask
+
+    @property
+    def size(self) -> int:
+        """Number of its fields and places, by which its memory goes."""
+        return len(self.leaves) + len(self.texts) + len(self.counts) + len(self.skeleton)
 
     def leaf(self, path: str) -> Leaf | None:
         """The number at ``path``; ``path[k]`` is the k-th of a row of numbers."""
@@ -108,6 +121,12 @@ class Source(Protocol):
 
     def table(self, rows: I64, leaves: Sequence[Leaf]) -> F64:
         """(k, n) the leaves' numbers in these messages."""
+
+    def move(self, data: U8, starts: I64) -> None:
+        """The same messages in other bytes, which nothing changes any more."""
+
+    def forget(self) -> None:
+        """Give back the memory of what was decoded and can be decoded again."""
 
     def ints(self, rows: I64, leaf: Leaf) -> I64:
         """The leaf's number in these messages, where it is integer."""

@@ -41,14 +41,19 @@ class PendingMessages:
         """The messages that wait, kind by kind."""
         rows = np.flatnonzero(self.waiting)
         kinds = self.source.kinds(rows)
-        if len(kinds) and (kinds == kinds[0]).all():  # usually there is one kind
+        if not len(kinds):
+            return []
+        if (kinds == kinds[0]).all():  # usually there is one kind
             return [(int(kinds[0]), rows)]
-        return [(kind, rows[kinds == kind]) for kind in np.unique(kinds).tolist()]
+        rows = rows[np.argsort(kinds, kind="stable")]
+        found, n_each = np.unique(kinds, return_counts=True)
+        return list(zip(found.tolist(), np.split(rows, np.cumsum(n_each)[:-1]), strict=True))
 
     def keep_bytes(self) -> None:
-        """Copy the source's bytes, whose memory serves another block later."""
-        self.source.data = self.source.data.copy()
-        self.source.data.flags.writeable = False
+        """Copy the bytes from the first message to the last; the block's memory serves another block."""
+        start, stop = int(self.starts.min()), int((self.starts + self.lengths).max())
+        self.starts = self.starts - start
+        self.source.move(self.source.data[start:stop].copy(), self.starts)
 
     def run(self, programs: Sequence[Program]) -> int:
         """Fill in what these programs fit; return how many messages they did."""

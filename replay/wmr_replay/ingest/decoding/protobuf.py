@@ -12,14 +12,14 @@ from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSe
 from google.protobuf.descriptor_pool import DescriptorPool
 from google.protobuf.message import DecodeError
 
-from wmr_replay.ingest.decoding.layout import Layout, Leaf, Text, Undecodable
+from wmr_replay.ingest.budgets import BUDGETS, no_account
+from wmr_replay.ingest.decoding.layout import Layout, Leaf, Spend, Text, Undecodable
 from wmr_replay.ingest.decoding.ros_definitions import UnknownDefinition
 
 _VARINT, _BYTES = 0, 2
 _FIXED_BYTES = {1: 8, 5: 4}
 """Wire types of numbers of fixed size."""
 _VARINT_BYTES = 10
-_MAX_DEPTH = 100
 _FIXED: dict[int, str] = {
     Proto.TYPE_DOUBLE: "<f8",
     Proto.TYPE_FLOAT: "<f4",
@@ -48,18 +48,24 @@ def parse_descriptor(name: str, data: bytes) -> Descriptor:
 
 
 def _dependencies_first(files: dict[str, FileDescriptorProto]) -> list[str]:
-    """The files' names in an order in which each follows its dependencies."""
-    done: list[str] = []
+    """The files' names in an order in which each follows its dependencies. Raises RecursionError."""
+    done: dict[str, None] = {}
+    above: set[str] = set()
 
     def visit(name: str) -> None:
-        if name in files and name not in done:
-            for other in files[name].dependency:
-                visit(other)
-            done.append(name)
+        if name not in files or name in done or name in above:
+            return
+        if len(above) > BUDGETS.most_depth:
+            raise RecursionError("files depend on each other too deeply")
+        above.add(name)
+        for other in files[name].dependency:
+            visit(other)
+        above.remove(name)
+        done[name] = None
 
     for name in files:
         visit(name)
-    return done
+    return list(done)
 
 
 def has_field(descriptor: Descriptor, path: str) -> bool:
@@ -73,9 +79,9 @@ def has_field(descriptor: Descriptor, path: str) -> bool:
     return last in descriptor.fields_by_name
 
 
-def protobuf_layout(descriptor: Descriptor, message: bytes) -> Layout:
-    """Walk one message. Raises Undecodable when it is no such message."""
-    layout = Layout(message, absent_is_zero=True)
+def protobuf_layout(descriptor: Descriptor, message: bytes, spend: Spend = no_account) -> Layout:
+    """Walk one message. Raises Undecodable when it is no such message, OverBudget."""
+    layout = Layout(message, absent_is_zero=True, spend=spend)
     _Walk(layout).message(descriptor, "", 0, len(message))
     return layout
 
@@ -89,10 +95,11 @@ class _Walk:
 
     def message(self, descriptor: Descriptor, path: str, start: int, stop: int) -> None:
         """Walk over all fields between two byte offsets. Raises Undecodable."""
-        if path.count(".") > _MAX_DEPTH:
+        if path.count(".") >= BUDGETS.most_depth:
             raise Undecodable("nested too deeply")
         self.position = start
         while self.position < stop:
+            self.layout.spend(1)
             tag = self._fixed_varint(stop)
             field = descriptor.fields_by_number.get(tag >> 3)
             name = "" if field is None else f"{path}.{field.name}" if path else field.name
@@ -122,10 +129,12 @@ class _Walk:
         elif field.type not in _NO_NUMBER:
             self.position = start
             while self.position < stop:
+                self.layout.spend(1)
                 self._put(name, field, self._number(_VARINT, field, stop))
 
     def _row(self, name: str, row: Leaf) -> None:
         """A packed array of numbers of fixed size, perhaps in several pieces."""
+        self.layout.spend(row.count)
         first = self.layout.counts.get(name, 0)
         self.layout.counts[name] = first + row.count
         for k in range(row.count):

@@ -3,6 +3,9 @@
 from dataclasses import dataclass, field
 from typing import TypeVar
 
+import numpy as np
+
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.mcap.records import (
     HEAD,
     Channel,
@@ -12,7 +15,7 @@ from wmr_replay.ingest.mcap.records import (
     parse_channel,
     parse_schema,
 )
-from wmr_schemas.arrays import I64, U8
+from wmr_schemas.arrays import I64, U8, Bool
 
 Entry = TypeVar("Entry", Schema, Channel)
 
@@ -29,16 +32,36 @@ class Catalogue:
     channels: dict[int, Channel] = field(default_factory=dict)
     from_data: set[tuple[type, int]] = field(default_factory=set)
     n_malformed: int = 0
+    n_left: int = BUDGETS.most_descriptions
+    """Records that may still be parsed."""
+    n_refused: int = 0
+    """Records beyond that."""
+    _known: Bool = field(default_factory=lambda: np.zeros((2, 1 << 16), np.bool_))
+    """Which ids of schemas and of channels the data have described."""
 
     def enter(self, data: U8, starts: I64, *, summary: bool = False) -> None:
-        """Add the schema and channel records that start at ``starts``."""
-        for start in starts.tolist():
+        """Add the schema and channel records that start at ``starts``; those of ids that the data described
+        before are passed over.
+        """
+        new = starts[self._is_new(data, starts)].tolist()
+        for start in new[: self.n_left]:
             opcode, length = HEAD.unpack(data[start : start + HEAD.size].tobytes())
             content = data[start + HEAD.size : start + HEAD.size + length].tobytes()
             try:
                 self._enter(opcode, content, summary)
             except Malformed:
                 self.n_malformed += 1
+        self.n_refused += max(len(new) - self.n_left, 0)
+        self.n_left = max(self.n_left - len(new), 0)
+
+    def _is_new(self, data: U8, starts: I64) -> Bool:
+        """Mask of the records whose id the data did not describe before."""
+        places = np.minimum(starts[:, None] + [0, HEAD.size, HEAD.size + 1], len(data) - 1)
+        opcode, low, high = data[places].T.astype(np.int64)
+        is_schema, is_channel = opcode == Opcode.SCHEMA, opcode == Opcode.CHANNEL
+        ids = low + 256 * high
+        known = is_schema & self._known[0, ids] | is_channel & self._known[1, ids]
+        return np.asarray(~known)
 
     def _enter(self, opcode: int, content: bytes, summary: bool) -> None:
         """Add one schema or channel record. Raises Malformed."""
@@ -57,3 +80,4 @@ class Catalogue:
         shelf[entry.id] = entry
         if not summary:
             self.from_data.add(key)
+            self._known[int(isinstance(entry, Channel)), entry.id] = True

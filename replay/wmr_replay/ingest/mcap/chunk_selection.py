@@ -18,6 +18,9 @@ from wmr_schemas.arrays import I64
 _LAST_NS = np.iinfo(np.int64).max
 """A damaged file may name later times."""
 
+_LATEST_NS = (1 << 63) - 1
+"""The file's times have 64 bits without a sign, ours with one."""
+
 
 def index_adds_up(found: Survey) -> bool:
     """Whether the message indexes count exactly the messages that the statistics count."""

@@ -12,12 +12,11 @@ from typing import BinaryIO, Self, TypeAlias
 
 import numpy as np
 
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.mcap.records import HEAD, ChunkHead, Malformed, Opcode, parse_chunk_head
 from wmr_replay.ingest.mcap.workspace import Workspace, crc32
 from wmr_schemas.arrays import U8
 
-MAX_CHUNK_BYTES = 2 << 30
-"""No writer makes chunks of this size; a header that claims more is damaged."""
 _TRUSTED_BYTES = 64 << 20
 """Up to this size memory is allocated by the chunk's header where the frame does not state its size."""
 _PIECE_BYTES = 1 << 20
@@ -124,8 +123,9 @@ def load_by_index(file: BinaryIO, span: Span, claimed: ChunkHead, workspace: Wor
 def open_chunk(head: ChunkHead, stored: bytes, workspace: Workspace, *, whole: bool) -> Buffer:
     """Decompress a chunk's records and check them. Raises Unreadable."""
     size = head.uncompressed_bytes
-    if size > MAX_CHUNK_BYTES:
-        raise Unreadable(f"its header claims {size} bytes")
+    if whole and not BUDGETS.may_unfold(len(stored), size):
+        raise Unreadable(f"its {len(stored):,} bytes would unfold to {size:,}, more than is read")
+    size = min(size, BUDGETS.most_chunk_bytes)
     codec = _CODECS.get(head.compression)
     if codec is None:
         raise Unreadable(f"unknown compression {head.compression[:40]!r}")
@@ -182,12 +182,15 @@ def _lz4(stored: bytes, size: int, whole: bool, workspace: Workspace) -> Buffer:
         return b""
     stream, piece_bytes = LZ4FrameDecompressor(), size + 1 if size <= _TRUSTED_BYTES else _PIECE_BYTES
     try:
-        out = stream.decompress(stored, max_length=piece_bytes)
+        first: bytes = stream.decompress(stored, max_length=piece_bytes)
+        if stream.eof or stream.needs_input or len(first) > size:
+            return first
+        out = bytearray(first)
         while len(out) <= size and not stream.eof and not stream.needs_input:
             out += stream.decompress(b"", max_length=piece_bytes)
     except EOFError as error:
         raise ValueError(error) from None
-    return bytes(out)
+    return memoryview(out)
 
 
 _CODECS: dict[str, Callable[[bytes, int, bool, Workspace], Buffer]] = {"": _plain, "zstd": _zstd, "lz4": _lz4}

@@ -11,6 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.container import Container
@@ -82,7 +83,7 @@ def read_summary(file: BinaryIO, size_bytes: int) -> bytes:
     if len(tail) < tail_bytes or tail[FOOTER.size :] != MAGIC or tail[0] != Opcode.FOOTER:
         return b""
     _, _, start, _, crc = FOOTER.unpack_from(tail)
-    if not 0 < start < size_bytes - tail_bytes:
+    if not 0 < start < size_bytes - tail_bytes or size_bytes - start > BUDGETS.most_summary_bytes:
         return b""
     file.seek(start)
     summary = file.read(size_bytes - tail_bytes - start)
@@ -128,6 +129,8 @@ def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
     """Name and content of the metadata record to which an index record points. Raises Malformed."""
     cursor = Cursor(content)
     offset, length = cursor.uint(8), cursor.uint(8)
+    if length > BUDGETS.most_record_bytes:
+        raise Malformed(f"metadata of {length:,} bytes")
     file.seek(offset)
     record = file.read(length)
     if len(record) < HEAD.size or record[0] != Opcode.METADATA:

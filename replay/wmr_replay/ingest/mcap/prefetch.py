@@ -17,6 +17,8 @@ _GROUP_BYTES, _GROUP_MESSAGES = 8 << 20, 1 << 14
 """Spans are handed over together and become one batch: what Python does, it does once for all of them. More
 messages than that take memory behind ingest, and save no time.
 """
+_LARGE_BYTES = 32 << 20
+"""A larger span is read by itself, so that one alone is in memory."""
 _SMALL_MESSAGE_BYTES = 128
 
 T = TypeVar("T")
@@ -37,8 +39,11 @@ def work_ahead(
         waiting: deque[Future[T]] = deque()
         try:
             for group in groups(spans):
+                large = extent(group[0])[0] > _LARGE_BYTES
+                while waiting and (large or len(waiting) > _N_AHEAD):
+                    yield waiting.popleft().result()
                 waiting.append(workers.submit(task, group))
-                if len(waiting) > _N_AHEAD:
+                if large:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()

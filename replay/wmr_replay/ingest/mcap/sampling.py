@@ -8,10 +8,10 @@ from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span, load
 from wmr_replay.ingest.mcap.container import Container, SampledFile
 from wmr_replay.ingest.mcap.survey import Survey
-from wmr_replay.ingest.mcap.walk import Messages, walk
+from wmr_replay.ingest.mcap.walk import Messages, walk_pieces
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_replay.ingest.storage.source import LogPath
-from wmr_schemas.arrays import U8
+from wmr_schemas.arrays import I64, U8
 
 N_WANTED, N_WANTED_LATER = 20, 2
 """Messages of a channel that are worth opening another chunk for: within the log's first bytes, and later."""
@@ -86,17 +86,20 @@ class Sampler:
     def _take(self, data: U8) -> None:
         """Enter the descriptions and the messages of a span's records."""
         self.n_bytes += len(data)
-        found = walk(data)
-        self.catalogue.enter(data, found.others)
-        for channel_id, count in found.messages.counts().items():
-            self._keep(data, found.messages, channel_id)
-            self.seen[channel_id] = self.seen.get(channel_id, 0) + count
+        for found in walk_pieces(data):
+            self.catalogue.enter(data, found.others)
+            messages = found.messages
+            counts, by_channel = messages.counts(), np.argsort(messages.channel, kind="stable")
+            rows = np.split(by_channel, np.cumsum(list(counts.values()), dtype=np.int64))
+            for (channel_id, count), own in zip(counts.items(), rows, strict=False):
+                self._keep(data, messages, channel_id, own)
+                self.seen[channel_id] = self.seen.get(channel_id, 0) + count
         self._lacking = self._all_lacking()
 
-    def _keep(self, data: U8, messages: Messages, channel_id: int) -> None:
-        """Keep the channel's first messages, within the limits of number and size."""
+    def _keep(self, data: U8, messages: Messages, channel_id: int, rows: I64) -> None:
+        """Keep a channel's first messages, which are in ``rows``, within the limits of number and size."""
         kept = self.samples.setdefault(channel_id, [])
-        for row in np.flatnonzero(messages.channel == channel_id)[: _N_KEPT - len(kept)].tolist():
+        for row in rows[: _N_KEPT - len(kept)].tolist():
             start, length = int(messages.offset[row]), int(messages.length[row])
             if kept and length * len(kept) > _KEPT_BYTES:
                 return

@@ -11,6 +11,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.mcap.catalogue import Catalogue
 from wmr_replay.ingest.mcap.checksums import data_section_differs, is_covered
 from wmr_replay.ingest.mcap.chunks import Span
@@ -32,7 +33,10 @@ WINDOW_BYTES = 2 << 20
 """Records outside chunks are read in pieces of about this size."""
 _CHUNK_HEAD_BYTES = 1 << 12
 """Enough for a chunk's head with any sensible name of a compression."""
+_MOST_METADATA = 1000
+"""Metadata records of different names that are kept."""
 _FOOTER = struct.Struct("<BQQQI")
+_DESCRIBING = {Opcode.HEADER, Opcode.METADATA, Opcode.STATISTICS}
 _PLAIN = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE}
 
 
@@ -108,10 +112,16 @@ class Surveyor:
         if len(head) < HEAD.size:
             return self._lost(position, "the file ends inside a record's head")
         opcode, length = HEAD.unpack(head)
-        stop = position + HEAD.size + length
+        stop: int = position + HEAD.size + length
         fits = opcode != 0 and stop <= min(self.size, self._next_landmark(position))
-        if fits and opcode in _PLAIN:
+        if fits and opcode in _PLAIN and length <= BUDGETS.most_chunk_bytes:
             return self._plain(position, stop)
+        if fits and opcode in _PLAIN:
+            self.result.n_chunks_damaged += 1
+            self.result.notes.append(
+                f"byte {position}: a record of {length:,} bytes is left out, more than is read"
+            )
+            return stop
         if fits and opcode == Opcode.FOOTER:
             self._footer(stop)
             return None
@@ -130,13 +140,16 @@ class Surveyor:
     def _take(self, opcode: int, position: int, length: int, fits: bool) -> None:
         """Take in a record by its type. Raises Malformed."""
         self._place(opcode, position)
+        if opcode in _DESCRIBING and length > BUDGETS.most_record_bytes:
+            raise Malformed(f"{length:,} bytes, of which {BUDGETS.most_record_bytes:,} are read at most")
         if opcode == Opcode.CHUNK:
             self._chunk(position, length, fits)
         elif opcode == Opcode.MESSAGE_INDEX:
             self._message_index(position, length)
         elif opcode == Opcode.METADATA:
             name, content = parse_metadata(self._content(position, length))
-            self.result.metadata.setdefault(name, content)
+            if len(self.result.metadata) < _MOST_METADATA:
+                self.result.metadata.setdefault(name, content)
         elif opcode == Opcode.STATISTICS:
             self.result.statistics = parse_channel_counts(self._content(position, length))
         elif opcode == Opcode.DATA_END:
@@ -237,6 +250,8 @@ def indexed_chunks(file: BinaryIO, size: int) -> list[tuple[int, int]]:
         return []
     _, length, summary_start, _, _ = _FOOTER.unpack_from(end)
     if length != _FOOTER.size - HEAD.size or not 0 < summary_start < size - tail:
+        return []
+    if size - tail - summary_start > BUDGETS.most_summary_bytes:
         return []
     file.seek(summary_start)
     return _chunk_indexes(file.read(size - tail - summary_start))

@@ -1,5 +1,6 @@
 """One compiled pass over the records of a chunk: where its messages are, without an object for each."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,7 @@ _SCHEMA, _MESSAGE = int(Opcode.SCHEMA), int(Opcode.MESSAGE)
 _FIRST_PRIVATE = 0x80
 _N_MESSAGES, _N_OTHERS = 1 << 10, 1 << 6
 """Initial room for the messages and the other records of a buffer."""
+_N_AT_ONCE = 1 << 16
 _NOT_COUNTED: I64 = np.empty(0, np.int64)
 _SAME_IDS: I64 = np.arange(N_CHANNEL_IDS)
 _ONE_ROLE: I64 = np.zeros(N_CHANNEL_IDS, np.int64)
@@ -47,11 +49,27 @@ class Messages:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """Messages, the offsets of other records, and the offset at which the walk ended."""
+    """Messages, the offsets of schemas, channels and malformed messages, and where the walk ended."""
 
     messages: Messages
     others: I64
     stop: int
+
+
+def walk_pieces(data: U8) -> Iterator[Walk]:
+    """Walk the records in ``data`` (bytes as a uint8 array), some 65,536 messages at a time."""
+    position, full = 0, True
+    table, others = np.empty((1, N_COLUMNS, _N_AT_ONCE), np.int64), np.zeros(_N_AT_ONCE, np.int64)
+    while full:
+        counts = np.zeros(1, np.int64)
+        others[0] = 0
+        _, position, full = walk_records(
+            data, position, False, _SAME_IDS, _ONE_ROLE, NO_LIMITS, _NOT_COUNTED, _NOT_COUNTED, _NOT_COUNTED,
+            table, counts, others,
+        )  # fmt: skip
+        found = table[0, :, : counts[0]]
+        messages = Messages(*found[[CHANNEL, OFFSET, LENGTH, LOG_NS, PUBLISH_NS]])
+        yield Walk(messages, others[1 : 1 + others[0]].copy(), position)
 
 
 def walk(data: U8, *, plain: bool = False) -> Walk:
@@ -93,8 +111,8 @@ def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its ar
     Messages within ``limits_ns`` (2,) go into the rows of ``table`` (roles, 7, room) behind the ``counts``
     (roles,) that are there, by ``role_of`` (65536,) their channel; −1: none. ``ids`` (65536,) are the
     channels' common ids. ``n``, ``first_ns`` and ``last_ns`` (65536,) count messages by common id, unless
-    they are empty. ``others``, unless empty: the number of other records, then where they start. A message
-    that is too short for its own head counts among them.
+    they are empty. ``others``, unless empty: the number of records of schemas and channels, then where they
+    start. A message that is too short for its own head counts among them.
     """
     n_messages, n_used = 0, 0
     for role in range(len(counts)):
@@ -105,7 +123,7 @@ def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its ar
         if length < 0 or length > len(data) - body or (plain and outside):
             break
         if opcode != _MESSAGE or length < MESSAGE_HEAD_BYTES:
-            if len(others) > 0:
+            if len(others) > 0 and _SCHEMA <= opcode <= _MESSAGE:
                 if others[0] + 1 == len(others):
                     return n_messages, position, True
                 others[0] += 1
