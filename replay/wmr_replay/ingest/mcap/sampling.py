@@ -1,6 +1,8 @@
 """The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,6 +37,8 @@ class Sampler:
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
         self.n_bytes = 0
+        self._waiting = list((survey.statistics or {}).items())
+        """Channels that may lack something; one that lacks nothing never does again."""
 
     def run(self, path: LogPath) -> None:
         """Collect the samples; the survey's catalogue then knows every channel that has a message."""
@@ -46,16 +50,30 @@ class Sampler:
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
-        indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
-        return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
+        return max(
+            self._indexed[channel_id],
+            (self.survey.statistics or {}).get(channel_id, 0),
+            self.seen.get(channel_id, 0),
+        )
+
+    @cached_property
+    def _indexed(self) -> Counter[int]:
+        """Messages by channel that the message indexes count."""
+        total = Counter[int]()
+        for span in self.survey.spans:
+            total.update(span.counts)
+        return total
 
     def _needs(self, span: Span) -> bool:
         """Whether the span may hold a message or a description that is missing."""
         in_file = self.survey.statistics or {}
-        expected = span.counts or in_file
-        return not expected or any(
+        if not span.counts:
+            while self._waiting and not self._lacks(*self._waiting[-1]):
+                self._waiting.pop()
+            return not in_file or bool(self._waiting)
+        return any(
             self._lacks(channel_id, max(n, in_file.get(channel_id, N_WANTED)))
-            for channel_id, n in expected.items()
+            for channel_id, n in span.counts.items()
         )
 
     def _lacks(self, channel_id: int, n_messages: int) -> bool:
