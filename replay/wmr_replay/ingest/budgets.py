@@ -33,7 +33,7 @@ class ReadBudgets:
     most_descriptions: int = 1 << 18
     """Records of schemas and channels that are parsed. A file has at most 2 × 65,535 different ones."""
     most_candidates: int = 4096
-    """Channels that may serve by the name of their schema, and are tried. Robots have some hundred channels."""
+    """Channels that may serve by their schema's name, and are tried. Robots have some hundred channels."""
     most_definition_bytes: int = 128 << 10
     """Bytes of one channel's definition without comment lines. The longest in common packages have 40 kB."""
     free_definition_bytes: int = MIB
@@ -111,9 +111,8 @@ class Allowance:
         """Account for a channel that may serve. Raises OverBudget."""
         self._n_channels += 1
         if self._n_channels > self.budgets.most_candidates:
-            raise OverBudget(
-                f"more channels than the {self.budgets.most_candidates:,} that are tried may serve as a signal"
-            )
+            most = self.budgets.most_candidates
+            raise OverBudget(f"more than {most:,} channels may serve by their schema; no more are tried")
 
     def definition(self, text: str) -> None:
         """Account for a definition that is to be parsed. Raises OverBudget."""

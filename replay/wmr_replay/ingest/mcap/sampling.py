@@ -37,8 +37,6 @@ class Sampler:
         self.samples: dict[int, list[Sample]] = {}
         self.seen: dict[int, int] = {}
         self.n_bytes = 0
-        self._waiting = list((survey.statistics or {}).items())
-        """Channels that may lack something; one that lacks nothing never does again."""
 
     def run(self, path: LogPath) -> None:
         """Collect the samples; the survey's catalogue then knows every channel that has a message."""
@@ -50,19 +48,8 @@ class Sampler:
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
-        return max(
-            self._indexed[channel_id],
-            (self.survey.statistics or {}).get(channel_id, 0),
-            self.seen.get(channel_id, 0),
-        )
-
-    @cached_property
-    def _indexed(self) -> Counter[int]:
-        """Messages by channel that the message indexes count."""
-        total = Counter[int]()
-        for span in self.survey.spans:
-            total.update(span.counts)
-        return total
+        indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
+        return max(indexed, (self.survey.statistics or {}).get(channel_id, 0), self.seen.get(channel_id, 0))
 
     def _needs(self, span: Span) -> bool:
         """Whether the span may hold a message or a description that is missing."""
@@ -103,3 +90,16 @@ class Sampler:
                 return
             content = data[start : start + length].tobytes()
             kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))
+
+    @cached_property
+    def _waiting(self) -> list[tuple[int, int]]:
+        """Channels of the statistics that may lack something; one that lacks nothing never does again."""
+        return list((self.survey.statistics or {}).items())
+
+    def known_messages(self) -> dict[int, int]:
+        """:meth:`n_messages` of all channels that are described, in one pass over the spans."""
+        indexed = Counter[int]()
+        for span in self.survey.spans:
+            indexed.update(span.counts)
+        in_file, seen = self.survey.statistics or {}, self.seen
+        return {k: max(indexed[k], in_file.get(k, 0), seen.get(k, 0)) for k in self.catalogue.channels}
