@@ -213,7 +213,7 @@ def test_a_cut_result_is_not_left_behind(log, tmp_path):
 def test_the_picture_has_the_modes_in_their_colours(result, tmp_path):
     figure = result.plot()
     path, lanes, *_ = figure.axes
-    assert {text.get_text() for text in lanes.get_yticklabels()} == {"estimate", "truth"}
+    assert {text.get_text() for text in lanes.get_yticklabels()} == {"estimate", "hindsight", "truth"}
     (collection,) = path.collections
     xy = result.samples.select("x_m", "y_m").collect().to_numpy()
     drawn = np.concatenate(collection.get_segments())
