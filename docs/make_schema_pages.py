@@ -21,7 +21,7 @@ from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
-from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.tables import CONFUSION, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -124,6 +124,7 @@ def kind(form: dict[str, Any]) -> str:
 
 BLOCKS: dict[str, Callable[[], str]] = {
     "samples": lambda: columns(SAMPLES),
+    "hindsight": lambda: columns(HINDSIGHT),
     "segments": lambda: columns(SEGMENTS),
     "summary": lambda: columns(SUMMARY),
     "confusion": lambda: columns(CONFUSION),

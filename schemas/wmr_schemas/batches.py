@@ -1,6 +1,6 @@
 """What ingest hands on: rows of the signals in use, in file order, as columns."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -61,3 +61,9 @@ class RawBatch:
     torque: Rows
     mode: Rows
     bars: tuple[Bar, ...] = field(default=(), kw_only=True)
+
+    def without_efforts(self) -> "RawBatch":
+        """The batch with unknown efforts, as of a steered robot; wheel speeds stay."""
+        values = self.torque.values.copy()
+        values[:2] = np.nan
+        return replace(self, torque=Rows(self.torque.t_ns, self.torque.order, values))

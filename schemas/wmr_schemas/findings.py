@@ -26,12 +26,17 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class FindingKind:
-    """A kind of finding. ``bars`` is the status of the rows that it bars, None where it bars none."""
+    """A kind of finding.
+
+    ``bars`` is the status of the rows that it bars, None where it bars none. ``explained_by``: kinds that are
+    the cause where both are found.
+    """
 
     code: str
     meaning: str
     advice: str
     bars: Status | None = None
+    explained_by: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,6 +66,9 @@ class Finding:
         return asdict(self)
 
 
+NO_HEADING = ("no_heading", "heading_not_along_path", "yaw_unit")
+"""Kinds that leave no direction in which speed or acceleration could be measured."""
+
 KINDS: dict[str, FindingKind] = {
     kind.code: kind
     for kind in (
@@ -86,12 +94,14 @@ KINDS: dict[str, FindingKind] = {
             "the orientation was never filled in, or is not the robot's: sideslip cannot be seen",
             "publish the robot's orientation with its pose, or choose another pose with --pose",
             Status.NO_HEADING,
+            explained_by=("drives_sideways",),
         ),
         FindingKind(
             "heading_not_along_path",
             "the yaw does not follow the path's direction: it is of another frame, or turned",
             "publish the pose of base_link in a frame whose z axis points up",
             Status.NO_HEADING,
+            explained_by=("yaw_unit", "drives_sideways", "wheel_speed_sign"),
         ),
         FindingKind(
             "pose_not_planar",
@@ -115,12 +125,14 @@ KINDS: dict[str, FindingKind] = {
             "the robot accelerates against its torques",
             "give left_torque_sign = -1, right_torque_sign = -1 or both in the torque section of --map",
             Status.IMPLAUSIBLE,
+            explained_by=NO_HEADING,
         ),
         FindingKind(
             "position_unit",
             "the positions are not in metres",
             "give position_scale in the pose section of --map",
             Status.IMPLAUSIBLE,
+            explained_by=("yaw_unit",),
         ),
         FindingKind(
             "yaw_unit",
@@ -133,6 +145,7 @@ KINDS: dict[str, FindingKind] = {
             "the robot turns the other way than its wheels do",
             "exchange left and right in --map",
             Status.IMPLAUSIBLE,
+            explained_by=NO_HEADING,
         ),
         FindingKind(
             "wheel_speed_sign",
@@ -144,17 +157,20 @@ KINDS: dict[str, FindingKind] = {
             "the half track does not fit how the robot turns: turning under torque is taken for slipping",
             "give half_track_m with --map",
             Status.IMPLAUSIBLE,
+            explained_by=("yaw_unit",),
         ),
         FindingKind(
             "wheel_speed_unit",
             "wheel speeds and motion disagree by a constant factor: a unit or the wheel radius is wrong",
             "give speed_unit or speed_scale for the torque, or the robot's wheel_radius_m, in --map",
+            explained_by=("yaw_unit",),
         ),
         FindingKind(
             "torque_unit",
             "torques and motion disagree by a factor that the robot's parameters do not explain",
             "give torque_scale or gear_ratio for the torque, or the robot's alpha, in --map",
             Status.IMPLAUSIBLE,
+            explained_by=("yaw_unit",),
         ),
         FindingKind(
             "stamp_unit",
@@ -171,6 +187,7 @@ KINDS: dict[str, FindingKind] = {
             "the robot moves sideways on purpose (mecanum, omnidirectional): that is no skid",
             "the model is a differential drive; no mode is told for such a robot",
             Status.OTHER_DRIVE,
+            explained_by=("yaw_unit",),
         ),
         FindingKind(
             "steered",
@@ -197,6 +214,22 @@ def finding(
     """A finding of a declared kind; ``advice`` in place of the kind's where the data say more."""
     kind = KINDS[code]
     return Finding(code, severity, text, kind.meaning, advice or kind.advice, n, tuple(where))
+
+
+def without_explained(findings: Iterable[Finding]) -> list[Finding]:
+    """The findings without those that another one explains; see ``FindingKind.explained_by``."""
+    every = list(findings)
+    return [f for f in every if not any(explains(other, f) for other in every)]
+
+
+def explains(cause: Finding, found: Finding) -> bool:
+    """Whether ``cause`` is the cause of ``found``: it is as severe, and of half as many rows at least.
+
+    One that held for a moment, or by chance, explains nothing that lasts.
+    """
+    ranks = list(Severity)
+    is_kind = cause.code in KINDS[found.code].explained_by
+    return is_kind and ranks.index(cause.severity) >= ranks.index(found.severity) and 2 * cause.n >= found.n
 
 
 def findings_json(findings: Iterable[Finding]) -> str:

@@ -158,6 +158,38 @@ def test_an_unknown_numba_compiles_plainly_and_says_so(chain: Chain) -> None:
     assert not chain.cache.exists()
 
 
+LOST_CODE = """
+from numba.core.base import BaseContext
+from wmr_schemas.compiled import front_end
+quicker, own = front_end.replacements, BaseContext.insert_func_defn
+def losing(self, definitions):
+    for _ in definitions:
+        lost.append(_)
+lost = []
+def replacements():
+    yield from quicker()
+    yield BaseContext, "insert_func_defn", losing
+front_end.replacements = replacements
+"""
+LARGEST = "\n@compiled\ndef bottom(x):\n    return max((x + ADDED, ADDED))\n"
+
+
+def test_where_the_quicker_front_end_loses_code_numbas_own_compiles_once_more(chain: Chain) -> None:
+    """The code of an intrinsic, as of max of a tuple, is registered while compiling, and only once."""
+    file = chain.root / "chain" / "bottom.py"
+    file.write_text(file.read_text() + LARGEST)
+    assert chain.run(LOST_CODE) == (15.0, ["top"], [])
+    assert chain.run() == (15.0, [], [])
+
+
+def test_what_no_front_end_compiles_is_told_as_numba_tells_it(chain: Chain) -> None:
+    file = chain.root / "chain" / "bottom.py"
+    file.write_text(file.read_text().replace("x + ADDED", "x + 'a'"))
+    process = chain.start()
+    assert "TypingError" in process.communicate(timeout=300)[1]
+    assert process.returncode == 1
+
+
 LOADS = """
 import numba, struct, sys
 import numpy as np

@@ -7,6 +7,8 @@ from typing import Any
 from wmr_replay.ingest import LogReader
 from wmr_replay.ingest.mcap.chunk_selection import indexed_counts
 from wmr_replay.ingest.mcap.message_counts import ChannelCount
+from wmr_replay.pipeline.quick_look import QuickLook
+from wmr_schemas.findings import without_explained
 from wmr_schemas.robot import RobotParameters
 
 ROLES = ("pose", "torque", "truth")
@@ -32,6 +34,9 @@ class LogInfo:
         stamp_notes: What is out of the ordinary in the stamps, in words.
         pose_is_odometry: Whether the pose, by its name, was integrated from wheel speeds.
         has_checksums: Whether a checksum covers any of the messages.
+        findings: What is wrong with the data: ``code``, ``severity``, ``text``, ``meaning``, ``advice``,
+            ``n``, ``where``, of ``n_poses_looked_at`` poses over ``looked_at_s`` seconds. A replay repairs
+            outliers, looks at every pose, and may find more.
     """
 
     log: str
@@ -48,6 +53,9 @@ class LogInfo:
     stamp_notes: tuple[str, ...]
     pose_is_odometry: bool
     has_checksums: bool = True
+    findings: tuple[dict[str, Any], ...] = ()
+    n_poses_looked_at: int = 0
+    looked_at_s: float = 0.0
     complete: bool = True
     n_chunks: int = 0
     n_chunks_read: int = 0
@@ -85,13 +93,18 @@ class LogInfo:
             "losses": self.losses,
             "remarks": list(self.remarks),
             "has_checksums": self.has_checksums,
+            "findings": list(self.findings),
+            "n_poses_looked_at": self.n_poses_looked_at,
+            "looked_at_s": self.looked_at_s,
         }
 
 
-def info_of(reader: LogReader, *, has_efforts: bool, n_chunks_read: int | None = None) -> LogInfo:
+def info_of(
+    reader: LogReader, look: QuickLook, *, has_efforts: bool, n_chunks_read: int | None = None
+) -> LogInfo:
     """What is known of a log once it is read, or ``n_chunks_read`` of its chunks are.
 
-    ``has_efforts``: whether an effort was met.
+    ``look`` has seen the rows that were read. ``has_efforts``: whether an effort was met.
     """
     plan, survey = reader.plan, reader.survey
     complete = n_chunks_read is None
@@ -121,10 +134,13 @@ def info_of(reader: LogReader, *, has_efforts: bool, n_chunks_read: int | None =
         clock_notes={names[role]: clock.describe() for role, clock in reader.clocks.items()},
         robot=reader.robot,
         losses={**reader.losses.counts(), "notes": reader.losses.notes},
-        remarks=(*reader.remarks, *(f"{found.code}: {found.text}" for found in reader.findings)),
+        remarks=tuple(reader.remarks),
         stamp_notes=tuple(reader.stamp_notes),
         pose_is_odometry=plan.pose_is_odometry,
         has_checksums=reader.has_checksums,
+        findings=tuple(f.as_dict() for f in without_explained([*reader.findings, *look.findings()])),
+        n_poses_looked_at=look.n_rows,
+        looked_at_s=look.span_s,
         complete=complete,
         n_chunks=len(survey.spans),
         n_chunks_read=len(survey.spans) if n_chunks_read is None else n_chunks_read,

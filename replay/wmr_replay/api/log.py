@@ -16,6 +16,7 @@ from wmr_replay.ingest import open_log as open_reader
 from wmr_replay.ingest.channels.first_rows import has_efforts
 from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
 from wmr_replay.ingest.mcap.chunks import Span
+from wmr_replay.pipeline.quick_look import MOST_ROWS, QuickLook
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
@@ -46,7 +47,7 @@ class LogFile:
         self._open, self._mapping = open_reader, mapping
         self._reader = open_reader(True)
         self._infos: dict[bool, LogInfo] = {}
-        """By whether the whole file was read for it."""
+        """By whether everything was to be read and looked at."""
 
     @property
     def robot(self) -> RobotParameters:
@@ -57,27 +58,35 @@ class LogFile:
         """What the log holds, what would be used, and what is damaged.
 
         A log with an index is read in a few stretches if it is large: that takes less than a second. Any
-        other log, and each one with ``full``, is read as a whole.
+        other log, and each one with ``full``, is read as a whole. ``findings`` are of the poses looked at:
+        all of them with ``full``, else the first 20 000 of each stretch.
         """
         chosen = None if full else self._reader.stretches()
-        whole = chosen is None
-        if whole not in self._infos:
-            self._infos[whole] = self._whole_info(progress) if chosen is None else self._sampled_info(chosen)
-        return self._infos[whole]
+        if full not in self._infos:
+            self._infos[full] = (
+                self._whole_info(progress, full=full) if chosen is None else self._sampled_info(chosen)
+            )
+        return self._infos[full]
 
-    def _whole_info(self, progress: Progress | None) -> LogInfo:
+    def _whole_info(self, progress: Progress | None, *, full: bool) -> LogInfo:
         """The info of all that the file holds."""
         reader, found = self._open(False) if self._reader.is_by_index else self._reader, False
+        look = QuickLook(reader.robot, None if full else MOST_ROWS)
         for batch in read(reader, progress, everything=True):
             found = found or has_efforts(batch.torque.values)
-        return info_of(reader, has_efforts=found)
+            look.push(batch.without_efforts() if reader.is_steered else batch)
+        look.end_stretch()
+        return info_of(reader, look, has_efforts=found)
 
     def _sampled_info(self, chosen: list[list[Span]]) -> LogInfo:
         """The info of a few stretches, and of the index."""
-        found = False
-        for stretch in self._reader.sampled_batches(chosen):
+        reader, found = self._reader, False
+        look = QuickLook(reader.robot)
+        for stretch in reader.sampled_batches(chosen):
             found = found or has_efforts(stretch.torque.values)
-        return info_of(self._reader, has_efforts=found, n_chunks_read=sum(map(len, chosen)))
+            look.push(stretch.without_efforts() if reader.is_steered else stretch)
+            look.end_stretch()
+        return info_of(reader, look, has_efforts=found, n_chunks_read=sum(map(len, chosen)))
 
     def stretches(self) -> Iterator[Signals]:
         """The signals of a few stretches of a large log, which ``info`` is made of; of a small one, whole.

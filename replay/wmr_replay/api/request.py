@@ -41,11 +41,11 @@ class SettingsArguments(TypedDict, total=False):
     tuning_stretch_s: float
     initial_stretch_s: float
     noise_time_constant_s: float
+    hindsight: bool
+    hindsight_lag_s: float
     reorder_window_s: float
     max_hold_s: float
     clock_offset_s: float
-    hindsight: bool
-    hindsight_lag_s: float
 
 
 def settings_of(given: Mapping[str, Any]) -> Settings:

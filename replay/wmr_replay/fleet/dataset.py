@@ -9,7 +9,8 @@ from wmr_replay.fleet.store import PARTITION, Store, record_name
 from wmr_replay.jobs.run import RunResult, run_log
 from wmr_replay.tables import write_parquet
 
-TABLES = ("samples", "segments", "summary", "confusion")
+TABLES = ("samples", "segments", "summary", "confusion", "hindsight", "hindsight_segments")
+"""Each table is a dataset of its own, so that all files of one have the same columns."""
 
 
 def part_name(table: str, key: str) -> str:

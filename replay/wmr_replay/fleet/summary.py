@@ -73,9 +73,11 @@ def write_fleet(store: Store, fleet: pl.DataFrame) -> None:
 
 
 def fleet_json(fleet: pl.DataFrame) -> str:
-    """Totals and rows as JSON, settings and notes unfolded."""
+    """Totals and rows as JSON, settings, notes and findings unfolded."""
     rows = fleet.to_dicts()
     for row in rows:
-        row |= {name: json.loads(row[name]) for name in ("settings", "notes") if row[name] is not None}
+        row |= {
+            name: json.loads(row[name]) for name in ("settings", "notes", "findings") if row[name] is not None
+        }
     content = {"version": __version__, "totals": totals(fleet), "logs": rows}
     return json_text(content)

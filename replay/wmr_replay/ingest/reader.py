@@ -204,6 +204,7 @@ class LogReader:
         """
         self.losses, self.message_counts = self._frame_losses(), MessageCounts()
         self._choose_clocks()
+        self.findings = [f for f in self.findings if f.code != PLANARITY]
         self.files.want({use.channel.id for use in self.plan.uses.values()})
         for spans in chosen:
             for clock in self.clocks.values():
@@ -212,6 +213,8 @@ class LogReader:
             yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
             self.message_counts.add(reading.message_counts)
             reading.finish()
+            known = {found.code for found in self.findings}
+            self.findings += [found for found in reading.planarity.findings() if found.code not in known]
             self.remarks += [remark for remark in reading.remarks if remark not in self.remarks]
 
     def _first_bars(self) -> tuple[Bar, ...]:

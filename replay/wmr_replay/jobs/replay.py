@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,7 +15,7 @@ from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.tables import confusion_frame, hindsight_frame, samples_frame
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
-from wmr_schemas.batches import RawBatch, Rows
+from wmr_schemas.batches import RawBatch
 from wmr_schemas.errors import DamagedLog, LogUnusable
 from wmr_schemas.findings import Finding
 from wmr_schemas.signals import Log
@@ -79,7 +79,7 @@ class FileSource:
     def batches(self) -> Iterator[RawBatch]:
         """The rows in file order; efforts of a steered robot are left aside."""
         for batch in self._reader.batches():
-            yield without_efforts(batch) if self._reader.is_steered else batch
+            yield batch.without_efforts() if self._reader.is_steered else batch
 
     def position(self) -> tuple[int, int]:
         """Bytes read so far and bytes in all."""
@@ -113,13 +113,6 @@ class FileSource:
             raise reader.nothing_between(f"the poses end before a window of {window_s:g} s is full,")
         if not n_warm and reader.limits is not None:
             raise reader.nothing_between("the poses end before the differentiator's window is full,")
-
-
-def without_efforts(batch: RawBatch) -> RawBatch:
-    """The batch with unknown efforts; wheel speeds stay."""
-    values = batch.torque.values.copy()
-    values[:2] = np.nan
-    return replace(batch, torque=Rows(batch.torque.t_ns, batch.torque.order, values))
 
 
 class MemorySource:

@@ -104,7 +104,8 @@ def explain(decades: F64, path: PathRatios) -> Explained:
     """The fault (m,) that explains the comparisons' ``decades`` (5, m) best.
 
     A yaw that does not turn with its path is at fault whatever else is: speeds and accelerations along a
-    wrong yaw say nothing.
+    wrong yaw say nothing. One that turns less than its path is left to the heading's monitor: it is of
+    another body, or the robot moves sideways.
     """
     known, fast = np.isfinite(decades), is_fast(path)
     off = known & ((decades < _BOUNDS[0]) | (decades > _BOUNDS[1]))
@@ -118,7 +119,7 @@ def explain(decades: F64, path: PathRatios) -> Explained:
     fault = np.where(fast & (fault != HALF_TRACK), POSITION, fault)
     alone = (fits.sum(axis=0) == 1) | fast | off[2]
     size = np.take_along_axis(size, np.maximum(fault, 0)[None], axis=0)[0]
-    fault = np.where(off[2], np.where(is_yaw_unit(decades[2]), YAW, NONE), fault)
+    fault = np.where(off[2], np.where(decades[2] > 0, YAW, NONE), fault)
     return Explained(decades, off, fault, np.where(off[2], decades[2], size), alone)
 
 
@@ -129,15 +130,6 @@ def fitted(decades: F64, known: Bool) -> tuple[F64, F64]:
     shown = (weight * power**2).sum(axis=1)
     size = (weight * power * values).sum(axis=1) / np.where(shown > 0, shown, 1.0)
     return size, np.where(known, np.abs(values - power * size[:, None]) / _TOLERANCE, 0.0)
-
-
-def is_yaw_unit(decades: F64) -> Bool:
-    """Whether (m,) a yaw that turns so much faster than its path is in another unit: degrees, or turns.
-
-    One that hardly turns belongs to something else.
-    """
-    turns = np.abs(decades + np.log10(2 * np.pi)) < LIMITS.tolerance[0]
-    return np.asarray((decades > 0) | turns)
 
 
 def is_fast(path: PathRatios) -> Bool:

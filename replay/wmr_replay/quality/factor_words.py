@@ -14,7 +14,7 @@ POSITION = {
     1 / 0.0254: "inches",
     1e-3: "kilometres",
 }
-YAW = {180 / math.pi: "degrees", 1 / (2 * math.pi): "turns"}
+YAW = {180 / math.pi: "degrees"}
 HALF_TRACK = {1000.0: "given in millimetres", 100.0: "given in centimetres", 2.0: "that is the whole track"}
 WHEEL = {
     30 / math.pi: "rpm in place of rad/s",

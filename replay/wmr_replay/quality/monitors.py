@@ -10,7 +10,7 @@ from wmr_replay.quality.interface import Monitor, Observed
 from wmr_replay.quality.noise_colour import NoiseColour
 from wmr_replay.quality.plausibility import PlausibilityMonitor
 from wmr_schemas.arrays import I8
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.status import Status
 
 
@@ -39,5 +39,5 @@ class Quality:
         return barred
 
     def findings(self) -> list[Finding]:
-        """What was found so far."""
-        return [found for monitor in self._monitors for found in monitor.findings()]
+        """What was found so far, without what another finding explains."""
+        return without_explained(found for monitor in self._monitors for found in monitor.findings())

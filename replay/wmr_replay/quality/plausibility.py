@@ -71,11 +71,11 @@ class PlausibilityMonitor:
         return judged.bars
 
     def findings(self) -> list[Finding]:
-        """What holds now, and what has barred rows before."""
-        told = []
+        """What holds now; what has barred rows before only where nothing that bars has taken its place."""
+        told, replaced = [], bool((self._found & self._bars).any())
         for k, code in enumerate(CODES):
             last, barred = self._last[k], self._barred[k]
-            if last is None or not (self._found[k] or barred.n):
+            if last is None or not (self._found[k] or (barred.n and not replaced)):
                 continue
             severity = Severity.BARS if barred.n or self._bars[k] else Severity.WARNING
             text, advice = TEXTS[code](last)

@@ -65,10 +65,15 @@ PLOTS = (
 
 
 def layout(
-    written: Collection[str], frame: Frame, alpha_range: tuple[float, float] | None, *, found: bool = False
+    written: Collection[str],
+    frame: Frame,
+    alpha_range: tuple[float, float] | None,
+    *,
+    found: bool = False,
+    hindsight: bool = False,
 ) -> rrb.Blueprint:
     """The blueprint for a recording that holds the series ``written`` and a path inside ``frame``; with
-    ``found`` it holds findings on the data's quality.
+    ``found`` it holds findings on the data's quality, with ``hindsight`` a lane more.
     """
     texts: list[rrb.View] = [rrb.TextDocumentView(origin="/description", name="How to read")]
     if found:
@@ -76,10 +81,15 @@ def layout(
     plots = list(_plots(written, alpha_range))
     if not plots:
         return with_panels(rrb.Vertical(*texts))
-    lanes = lanes_view(["/mode/**", "/status"], "Contact mode and status, at the time they were known")
+    known = (
+        "as known at the time; hindsight: by the whole log" if hindsight else "at the time they were known"
+    )
+    lanes = lanes_view(["/mode/**", "/status"], f"Contact mode and status, {known}")
     shares = [56, 16, 28] if found else [66, 34]
     left = rrb.Vertical(path_view(frame), *texts, row_shares=shares)
-    right = rrb.Vertical(lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[20, 80])
+    right = rrb.Vertical(
+        lanes, rrb.Grid(*plots, grid_columns=2), row_shares=[30, 70] if hindsight else [20, 80]
+    )
     return with_panels(rrb.Horizontal(left, right, column_shares=[38, 62]))
 
 

@@ -71,6 +71,7 @@ class Timeline:
     def push_hindsight(self, rows: pl.DataFrame) -> None:
         """Append the next rows of the hindsight table, after all samples."""
         if self._later is None:
+            self._write_waiting()  # the first of them sets the zero of the timeline
             self._later = Changes(HINDSIGHT_LANE)
             self._sink.add_lane(HINDSIGHT_LANE)
         self._sink.add_changes(HINDSIGHT_LANE, self._later.push(rows))
@@ -79,21 +80,27 @@ class Timeline:
         """Write what is left, the text with the verdict (markdown), the findings on the data and the layout;
         put the file in its place.
         """
-        if self._n_waiting:
-            self._write(pl.concat(self._pieces))
+        self._write_waiting()
         if self._last is not None:
             self._write_nominal(int(self._last["t_ns"][0]))
             self._sink.add_grid(self._frame)
         self._sink.add_text(self._description(verdict))
         self._sink.add_findings(findings)
         alpha = alpha_range(self._last, self._alpha_nominal)
-        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha, found=bool(findings)))
+        parts = {"found": bool(findings), "hindsight": self._later is not None}
+        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha, **parts))
         self._file.finish()
 
     def discard(self) -> None:
         """Close and remove the unfinished file; one that was finished stays."""
         self._sink.close()
         self._file.discard()
+
+    def _write_waiting(self) -> None:
+        """Write the samples that are held."""
+        if self._n_waiting:
+            self._write(pl.concat(self._pieces))
+        self._pieces, self._n_waiting = [], 0
 
     def _write(self, block: pl.DataFrame) -> None:
         if self._n_written == 0:
@@ -134,4 +141,5 @@ class Timeline:
 
     def _description(self, verdict: str | None) -> str:
         drawn_hz = self._rate_hz / self._stride
-        return description(self._log_name, verdict, self._rate_hz, drawn_hz, self._truth is not None)
+        parts = {"has_truth": self._truth is not None, "has_hindsight": self._later is not None}
+        return description(self._log_name, verdict, self._rate_hz, drawn_hz, **parts)

@@ -23,10 +23,12 @@ from llvmlite.ir.types import Type
 from numba.core import analysis, errors, event, ir, lowering, transforms, typeinfer, utils
 from numba.core.compiler_machinery import PassManager
 from numba.core.cpu import CPUContext
+from numba.core.dispatcher import _FunctionCompiler
 from numba.core.postproc import PostProcessor
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context as TypingContext
+from numba.core.typing.templates import _IntrinsicTemplate
 
 from wmr_schemas.compiled import passes
 
@@ -181,3 +183,24 @@ def faster() -> Iterator[None]:
     finally:
         for owner, name, before, _ in replaced:
             setattr(owner, name, before)
+
+
+def compiled_anew(self: Any, args: Any, return_type: Any) -> tuple[bool, Any]:
+    """``_FunctionCompiler._compile_cached`` of numba, without its memory of what failed before."""
+    return True, self._compile_core(args, return_type)
+
+
+@contextlib.contextmanager
+def own() -> Iterator[None]:
+    """With numba's compiler lock held: numba's own front end, as if nothing had been tried before.
+
+    Intrinsics are typed again, and so their code is registered again; failures of callees are forgotten.
+    """
+    for template in _IntrinsicTemplate.__subclasses__():
+        template._impl_cache.clear()
+    before = _FunctionCompiler._compile_cached
+    _FunctionCompiler._compile_cached = compiled_anew
+    try:
+        yield
+    finally:
+        _FunctionCompiler._compile_cached = before

@@ -3,7 +3,7 @@
 
 import contextlib
 import pickle
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,13 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler
+from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 from numba.core.serialize import dumps
 from numba.core.types import unliteral
 
 from wmr_schemas.compiled import store
-from wmr_schemas.compiled.front_end import faster
+from wmr_schemas.compiled.front_end import faster, own
 from wmr_schemas.compiled.internals import directory_for
 from wmr_schemas.compiled.notice import tell
 
@@ -30,6 +31,7 @@ REFERENCES = "NRT_"
 """How the names of the functions begin that count references."""
 PYTHON_WRAPPER = "_ZN7cpython"
 """How the names of the wrappers begin that Python calls."""
+FrontEnd = Callable[[], contextlib.AbstractContextManager[None]]
 
 
 class PartLibrary(JITCodeLibrary):
@@ -77,9 +79,9 @@ def set_environment(codegen: Any, name: str, env: Any) -> None:
 
 
 @contextlib.contextmanager
-def callees_as_parts(codegen: Any) -> Iterator[None]:
+def callees_as_parts(codegen: Any, front_end: FrontEnd) -> Iterator[None]:
     """What is compiled meanwhile becomes a part, unless Python can call it; no other thread compiles then."""
-    with global_compiler_lock, faster():
+    with global_compiler_lock, front_end():
         before = codegen._library_class
         codegen._library_class = PartLibrary
         codegen.set_env = lambda name, env: set_environment(codegen, name, env)
@@ -94,10 +96,18 @@ class KernelCompiler(_FunctionCompiler):
     """The compiler of a kernel; it is asked only for what the cache does not hold."""
 
     def compile(self, args: Any, return_type: Any) -> Any:
-        """One signature."""
+        """One signature; where the quicker front end fails, numba's own has the last word.
+
+        Raises NumbaError where that fails too.
+        """
         tell(self.py_func.__qualname__)
-        with callees_as_parts(self.targetdescr.target_context.codegen()):
-            return super().compile(args, return_type)
+        codegen = self.targetdescr.target_context.codegen()
+        try:
+            with callees_as_parts(codegen, faster):
+                return super().compile(args, return_type)
+        except (NumbaError, NotImplementedError):
+            with callees_as_parts(codegen, own):
+                return super().compile(args, return_type)
 
 
 class KernelCache(NullCache):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import typing
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -100,7 +101,7 @@ def test_saved_files_are_those_of_the_command_line_to_the_byte(log, result, comm
     saved = result.save(tmp_path / "saved")
     direct = wr.run(log, tmp_path / "direct")
     assert names(tmp_path / "saved") == names(tmp_path / "command") == names(tmp_path / "direct")
-    assert set(saved) == set(direct.files)
+    assert set(saved) == set(direct.files) >= {"hindsight", "hindsight_segments"}
     for name in names(tmp_path / "command"):
         contents = [(tmp_path / place / name).read_bytes() for place in ("command", "saved", "direct")]
         if not name.endswith(".rrd"):  # a recording holds the time at which it was written
@@ -111,11 +112,12 @@ def test_saved_files_are_those_of_the_command_line_to_the_byte(log, result, comm
 def test_large_samples_go_to_a_temporary_file_that_goes_with_the_result(
     log, empty, monkeypatch, tmp_path, result
 ):
-    monkeypatch.setattr("wmr_replay.api.run.SampleStore", lambda: SampleStore(rows_in_memory=100))
+    monkeypatch.setattr("wmr_replay.api.run.SampleStore", partial(SampleStore, 100))
     spilled = wr.run(log)
-    (folder,) = (empty.parent / "temporary").iterdir()
-    assert names(folder) == ["samples.parquet"]
+    folders = list((empty.parent / "temporary").iterdir())
+    assert [names(folder) for folder in folders] == [["samples.parquet"]] * 2
     assert_frame_equal(spilled.samples.collect(), result.samples.collect(), check_exact=True)
+    assert_frame_equal(spilled.hindsight.collect(), result.hindsight.collect(), check_exact=True)
     spilled.save(tmp_path / "a", timeline=False)
     result.save(tmp_path / "b", timeline=False)
     for name in names(tmp_path / "b"):
@@ -211,7 +213,7 @@ def test_a_cut_result_is_not_left_behind(log, tmp_path):
 def test_the_picture_has_the_modes_in_their_colours(result, tmp_path):
     figure = result.plot()
     path, lanes, *_ = figure.axes
-    assert {text.get_text() for text in lanes.get_yticklabels()} == {"estimate", "truth"}
+    assert {text.get_text() for text in lanes.get_yticklabels()} == {"estimate", "hindsight", "truth"}
     (collection,) = path.collections
     xy = result.samples.select("x_m", "y_m").collect().to_numpy()
     drawn = np.concatenate(collection.get_segments())

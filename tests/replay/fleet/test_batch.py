@@ -15,7 +15,7 @@ import pytest
 from polars.testing import assert_frame_equal
 
 from wmr_replay.fleet.batch import do_all, run_batch
-from wmr_replay.fleet.dataset import TABLES
+from wmr_replay.fleet.dataset import TABLES, part_name
 from wmr_replay.fleet.job import Orders, make_job, partition_key
 from wmr_replay.fleet.pool import Died, Pool
 from wmr_replay.fleet.stores import Directory
@@ -89,6 +89,17 @@ def test_the_dataset_holds_what_run_gives_for_each_log(logs, dataset, tmp_path):
             alone = pl.read_parquet(result.files[name])
             alone = alone.rename({"log": "path"}) if name == "summary" else alone
             assert_frame_equal(frame.filter(pl.col("log") == key).drop("log"), alone)
+
+
+def test_without_hindsight_its_tables_of_an_earlier_batch_go(logs, tmp_path):
+    (outcome,) = batch_here([logs / "a.mcap"], tmp_path)
+    later = [tmp_path / part_name(table, outcome.key) for table in ("hindsight", "hindsight_segments")]
+    assert all(file.is_file() for file in later)
+    batch_here([logs / "a.mcap"], tmp_path, Orders(Settings(hindsight=False)))
+    assert not any(file.exists() for file in later)
+    assert assert_whole(tmp_path) == 1
+    samples = pl.scan_parquet(tmp_path / "samples", hive_partitioning=True).collect()
+    assert set(samples["log"]) == {outcome.key}
 
 
 def test_pyarrow_reads_the_same_dataset(dataset):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from wmr_replay.fleet.dataset import TABLES
 from wmr_synth import Sensors, record, synthesise
 
 pytestmark = [
@@ -20,7 +21,7 @@ pytestmark = [
 ]
 BINARY = Path(sys.executable).with_name("wmr-replay")
 N_LOGS, N_KILLS = 6, 3
-RECORD_TABLES = {"samples", "segments", "summary", "confusion"}
+RECORD_TABLES = {*TABLES}
 
 
 def start(logs, out):

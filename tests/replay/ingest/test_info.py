@@ -16,6 +16,8 @@ from wmr_replay.ingest.mcap.index_survey import indexed_survey
 from wmr_schemas import PAPER_ROBOT, ModeTrack, PoseTrack, TorqueTrack
 from wmr_schemas.errors import ChannelNotFound, InvalidSetting
 from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, ros2
+from wmr_schemas.signals import Log
+from wmr_synth import write_mcap
 
 T0 = 1_700_000_000_000_000_000
 N = 101
@@ -160,6 +162,56 @@ def test_a_mapping_file_that_exists_is_kept_and_a_written_one_is_told(log, tmp_p
         CliRunner().invoke(command, [str(log), "--json", "--write-map", str(target), "--force"]).stdout
     )
     assert target.read_text() != mine
+
+
+def drive(path: Path, yaw_factor: float = 1.0, n: int = 1500) -> Path:
+    """A log at 50 Hz of a robot that winds at .8 m/s, its yaw times a factor; the torques are constant."""
+    t_ns, rng = T0 + np.arange(n) * 20_000_000, np.random.default_rng(4)
+    yaw, rate = 2.5 * np.sin(np.arange(n) * 0.02), 2.5 * np.cos(np.arange(n) * 0.02)
+    x, y = (np.cumsum(part(yaw)) * 0.016 + 0.002 * rng.standard_normal(n) for part in (np.cos, np.sin))
+    measured = np.remainder(yaw_factor * yaw + np.pi, 2 * np.pi) - np.pi + 0.002 * rng.standard_normal(n)
+    ahead, side = (
+        0.8 / PAPER_ROBOT.wheel_radius_m,
+        rate * PAPER_ROBOT.half_track_m / PAPER_ROBOT.wheel_radius_m,
+    )
+    torque = TorqueTrack(t_ns, np.full(n, 0.1), np.full(n, 0.1), ahead - side, ahead + side)
+    write_mcap(Log(PoseTrack(t_ns, x, y, measured), torque, None, PAPER_ROBOT), path)
+    return path
+
+
+def test_findings_on_the_quality_are_told_and_a_clean_log_has_none(tmp_path):
+    clean = drive(tmp_path / "clean.mcap")
+    assert "quality nothing found in 1500 poses over 29.98 s; run looks at every pose" in run(clean)
+    facts = json.loads(run(clean, "--json"))
+    assert (facts["findings"], facts["n_poses_looked_at"], facts["looked_at_s"]) == ([], 1500, 29.98)
+    degrees = drive(tmp_path / "degrees.mcap", 180 / np.pi)
+    assert "quality bars  yaw_unit: the yaw turns" in run(degrees)
+    (found,) = json.loads(run(degrees, "--json"))["findings"]
+    assert (found["code"], found["severity"]) == ("yaw_unit", "bars")
+    assert found["advice"].startswith("give yaw_unit or yaw_sign")
+
+
+def test_the_same_is_found_in_the_stretches_of_a_large_log_and_with_full(tmp_path, monkeypatch):
+    degrees = drive(tmp_path / "degrees.mcap", 180 / np.pi, n=30_000)
+    monkeypatch.setattr(stretches, "WHOLE_BYTES", 1 << 16)
+    monkeypatch.setattr(stretches, "SAMPLED_BYTES", 1 << 20)
+    sampled, full = (json.loads(run(degrees, "--json", *more)) for more in ([], ["--full"]))
+    assert (sampled["complete"], full["complete"]) == (False, True)
+    assert sampled["n_poses_looked_at"] < full["n_poses_looked_at"] == 30_000
+    assert [f["code"] for f in sampled["findings"]] == [f["code"] for f in full["findings"]] == ["yaw_unit"]
+
+
+def test_findings_of_the_reader_stand_under_quality_and_not_among_the_notes(tmp_path):
+    path = tmp_path / "radius.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.add_metadata(METADATA_NAME, {"wheel_radius_m": "100"})
+        writer.finish()
+    facts = json.loads(run(path, "--json"))
+    assert [f["code"] for f in facts["findings"]] == ["parameter_without_sense"]
+    assert not any("wheel_radius_m" in remark for remark in facts["remarks"])
+    assert "quality warning  parameter_without_sense: " in run(path)
 
 
 @pytest.fixture

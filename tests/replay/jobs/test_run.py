@@ -1,6 +1,7 @@
 """``wmr-replay run``: files, tables, messages, exit codes."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from wmr_replay.jobs.run import run_log
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import DamagedLog
 from wmr_schemas.mapping_file import LogMapping
-from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, polars_schema
+from wmr_schemas.tables import CONFUSION, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, polars_schema
 from wmr_synth import Sensors, record, synthesise
 
 SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
@@ -43,7 +44,14 @@ def result(log, tmp_path_factory):
 
 
 def test_every_file_is_there_and_follows_its_documented_schema(result):
-    tables = {"samples": SAMPLES, "segments": SEGMENTS, "summary": SUMMARY, "confusion": CONFUSION}
+    tables = {
+        "samples": SAMPLES,
+        "segments": SEGMENTS,
+        "summary": SUMMARY,
+        "confusion": CONFUSION,
+        "hindsight": HINDSIGHT,
+        "hindsight_segments": SEGMENTS,
+    }
     for name, columns in tables.items():
         assert pl.read_parquet(result.files[name]).schema == polars_schema(columns), name
     directory = result.files["samples"].parent
@@ -54,6 +62,8 @@ def test_every_file_is_there_and_follows_its_documented_schema(result):
         "summary.parquet",
         "summary.json",
         "confusion.parquet",
+        "hindsight.parquet",
+        "hindsight_segments.parquet",
     )
     assert sorted(p.name for p in directory.iterdir()) == sorted(f"drive.{ending}" for ending in endings)
 
@@ -91,6 +101,36 @@ def test_the_same_log_gives_the_same_tables_twice(log, result, tmp_path):
         assert_frame_equal(
             pl.read_parquet(result.files[name]), pl.read_parquet(again.files[name]), check_exact=True
         )
+
+
+def test_without_hindsight_that_of_an_earlier_run_goes(log, tmp_path):
+    earlier = run_log(log, tmp_path, timeline=False)
+    kinds = ("hindsight", "hindsight_segments")
+    assert all(earlier.files[kind].is_file() for kind in kinds)
+    command("run", log, "--out", tmp_path, "--no-rrd", "--no-hindsight", cwd=tmp_path)
+    assert not any(earlier.files[kind].exists() for kind in kinds)
+    assert not list(tmp_path.glob("*hindsight*"))
+    summary = json.loads(earlier.files["summary_json"].read_text())
+    assert summary["settings"]["hindsight"] is False
+    assert summary["hindsight_accuracy"] is None
+    samples = pl.read_parquet(earlier.files["samples"])
+    assert len(samples) == summary["n_pose"]
+
+
+def test_the_verdict_tells_the_modes_of_hindsight(result):
+    """The shares are counted here from the files, over the rows after warm-up."""
+    row = json.loads(result.files["summary_json"].read_text())
+    shares = {}
+    for kind, prefix in (("samples", ""), ("hindsight", "hindsight_")):
+        rows = pl.read_parquet(result.files[kind]).filter(pl.col("status") != "warming_up")
+        for number, name in ((-1, "undecided"), (0, "ideal"), (1, "skidding"), (2, "slipping")):
+            shares[kind, name] = (rows["mode"] == number).mean()
+            assert row[f"{prefix}share_{name}"] == pytest.approx(shares[kind, name]), name
+    told = {name: re.search(rf"{name} (\d+)%", row["verdict"]) for name in ("ideal", "skidding", "slipping")}
+    assert {name: int(found[1]) for name, found in told.items()} == {
+        name: round(100 * shares["hindsight", name]) for name in told
+    }
+    assert any(round(100 * shares["samples", name]) != int(found[1]) for name, found in told.items())
 
 
 def test_bare_run_writes_beside_where_it_is_called_and_says_what_it_found(log, tmp_path):

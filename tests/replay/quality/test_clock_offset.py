@@ -46,13 +46,18 @@ def observed(offset_s=0.0, *, speeds=True, length_s=60.0, rate_hz=40.0, seed=0, 
     motion = Motion(v, none, rate, a, turn, sd, sd, sd, sd, sd)
     pose, variances = np.zeros((3, len(t_s))), np.ones((2, len(t_s)))
     t_ns = np.rint(t_s * 1e9).astype(np.int64)
-    return Observed(t_ns, t_s, pose, inputs, inputs, motion, none, none, variances, RobotParameters())
+    known = RobotParameters()
+    return Observed(t_ns, t_s, pose, inputs, inputs, motion, none, none, variances, known, pose, pose)
 
 
 def part(rows, index):
     """Rows of a slice."""
     return rows._replace(
-        **{name: getattr(rows, name)[..., index] for name in Observed._fields[:5] + Observed._fields[6:9]},
+        **{
+            name: column[..., index]
+            for name, column in rows._asdict().items()
+            if isinstance(column, np.ndarray)
+        },
         motion=Motion(*(column[index] for column in rows.motion)),
     )
 
@@ -130,6 +135,16 @@ def test_the_grid_is_linear_between_rows_and_holes_stay_unknown(cuts, seed):
     at_s = expected / 3
     inside = ((at_s > t_s[holes, None] + 1e-9) & (at_s < t_s[holes + 1, None] - 1e-9)).any(axis=0)
     assert not (known & inside).any()
+
+
+@pytest.mark.parametrize("cut", [0, 1, 2, 50])
+def test_holes_of_years_are_filled_with_a_few_points_only(cut):
+    t_s = np.concatenate([np.arange(40) * 0.05, 3e9 + np.arange(40) * 0.05, 6e9 + np.arange(40) * 0.05])
+    grid = EvenGrid(0.05, 1, 0.5)
+    parts = [grid.push(part, np.ones((1, len(part)))) for part in (t_s[: 40 + cut], t_s[40 + cut :])]
+    points = np.concatenate(parts, axis=1)[0]
+    assert len(points) == pytest.approx(120 + 2 * 6 * 20, abs=4)
+    assert np.isfinite(points).sum() == pytest.approx(120, abs=6)
 
 
 def test_a_fit_at_every_lag_is_numpys():

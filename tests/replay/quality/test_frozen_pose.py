@@ -105,7 +105,7 @@ def test_jumps_are_counted_wherever_rows_say_so(seed: int) -> None:
         assert row["n_pose_jumps"] > 0
 
 
-def test_the_bank_starts_again_after_an_effort_that_breaks_it_down() -> None:
+def test_the_bank_goes_on_after_an_effort_without_sense() -> None:
     clean = drawn(0)
     torque = clean.torque
     assert torque is not None
@@ -114,7 +114,6 @@ def test_the_bank_starts_again_after_an_effort_that_breaks_it_down() -> None:
     columns = {k: v for k, v in vars(torque).items() if k != "left_nm"}
     _, _, samples = told(replace(clean, torque=TorqueTrack(left_nm=left, **columns)))
     posterior = samples["p_ideal"].to_numpy()
-    assert np.isnan(posterior[405:420]).any()
     assert np.isfinite(posterior[-300:]).all()
 
 

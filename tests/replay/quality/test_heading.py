@@ -51,7 +51,7 @@ BARRED = {
         lambda yaw, noise: 2.5 * np.sin(np.arange(len(yaw)) / 70) + noise,
         "heading_not_along_path",
     ),
-    "mirrored": (lambda yaw, noise: noise - yaw, "heading_not_along_path"),
+    "mirrored": (lambda yaw, noise: noise - yaw, "yaw_unit"),
     "turned by 90": (lambda yaw, noise: yaw + np.pi / 2 + noise, "heading_not_along_path"),
     "turned by -40": (lambda yaw, noise: yaw - 0.7 + noise, "heading_not_along_path"),
 }

@@ -71,13 +71,13 @@ def run_figure(result: "Result") -> Figure:
     samples = drawn_rows(result)
     with styled():
         figure = Figure(figsize=(11, 7), layout="constrained")
-        grid = figure.add_gridspec(5, 2, width_ratios=(4, 6), height_ratios=(0.75, 2, 2, 2, 2))
+        grid = figure.add_gridspec(5, 2, width_ratios=(4, 6), height_ratios=(1, 2, 2, 2, 2))
         path = figure.add_subplot(grid[:, 0])
         lanes = figure.add_subplot(grid[0, 1])
         rows = [figure.add_subplot(grid[k, 1], sharex=lanes) for k in range(1, 5)]
         stretches = stretches_of(samples["mode"])
         draw_path(path, samples, stretches)
-        draw_lanes(lanes, samples)
+        draw_lanes(lanes, samples, drawn_hindsight(result))
         draw_velocity(rows[0], samples)
         draw_constraint(
             rows[1], samples, "c_k_mps", "c_k_threshold_mps", "C_k [m/s], skidding beyond the band"
@@ -99,8 +99,19 @@ def run_figure(result: "Result") -> Figure:
 def drawn_rows(result: "Result") -> pl.DataFrame:
     """The columns in use, at most MOST_ROWS rows."""
     n_rows = int(result.segments["n_samples"].sum()) if len(result.segments) else 0
-    step = max(1, -(-n_rows // MOST_ROWS))
-    return result.samples.select(COLUMNS).gather_every(step).collect()
+    return result.samples.select(COLUMNS).gather_every(step_of(n_rows)).collect()
+
+
+def step_of(n_rows: int) -> int:
+    """Every how-manieth row is drawn."""
+    return max(1, -(-n_rows // MOST_ROWS))
+
+
+def drawn_hindsight(result: "Result") -> pl.Series:
+    """The mode in hindsight of the rows that are drawn; empty without a second pass."""
+    segments = result.hindsight_segments
+    n_rows = int(segments["n_samples"].sum()) if len(segments) else 0
+    return result.hindsight.select("mode").gather_every(step_of(n_rows)).collect()["mode"]
 
 
 def column(samples: pl.DataFrame, name: str) -> F64:
@@ -145,9 +156,13 @@ def draw_path(axes: Axes, samples: pl.DataFrame, stretches: list[Stretch]) -> No
     axes.set(title="Path by estimated mode", xlabel="x [m]", ylabel="y [m]")
 
 
-def draw_lanes(axes: Axes, samples: pl.DataFrame) -> None:
-    """Estimated mode, and the true one where there is a truth, as lanes, with the key of the colours."""
+def draw_lanes(axes: Axes, samples: pl.DataFrame, hindsight: pl.Series) -> None:
+    """Estimated mode, the one in hindsight, and the true one where there is a truth, as lanes, with the key
+    of the colours.
+    """
     lanes = [("estimate", samples["mode"])]
+    if len(hindsight) == len(samples):
+        lanes.append(("hindsight", hindsight))
     if samples["mode_true"].null_count() < len(samples):
         lanes.append(("truth", samples["mode_true"].fill_null(ContactMode.UNDECIDED.label)))
     t_s = column(samples, "t_s")

@@ -89,6 +89,7 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
     found.append(
         ("robot", known or "no parameters known (metadata record wmr_replay, or [robot] with --map FILE)")
     )
+    found += [("quality", line) for line in quality_lines(info)]
     found += [("note", remark) for remark in info.remarks]
     found += [("stamps", note) for note in info.stamp_notes]
     if info.pose_is_odometry:
@@ -102,6 +103,17 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         )
         found.append(("read", f"{part}; --full reads all"))
     return found
+
+
+def quality_lines(info: "LogInfo") -> list[str]:
+    """Every finding on the data's quality, or that there is none, and on what that rests."""
+    found = []
+    for f in info.findings:
+        found += [f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"]
+    if not info.n_poses_looked_at:
+        return found or ["no poses to look at"]
+    rows = f"{info.n_poses_looked_at} poses over {info.looked_at_s:.4g} s"
+    return found or [f"nothing found in {rows}; run looks at every pose"]
 
 
 def nothing_lost(info: "LogInfo") -> str:

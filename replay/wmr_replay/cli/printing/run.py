@@ -80,9 +80,12 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
     """How the estimates compare with the truth."""
     if row["accuracy"] is None:
         return []
+    later = row.get("hindsight_accuracy")
     delay, p95 = row["median_detection_delay_s"], row["p95_detection_delay_s"]
     decided = f"{percent(row['accuracy_decided'])} of the {percent(row['decided_share'])} decided"
     lines = [f"accuracy  {percent(row['accuracy'])} ({decided})"]
+    if later is not None:
+        lines.append(f"hindsight {percent(later)} accurate, by the whole log")
     if delay is not None:
         lines.append(
             f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed"

@@ -12,6 +12,7 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, make_hypotheses
+from wmr_replay.identify.filter_bank.long_steps import LongSteps
 from wmr_replay.identify.filter_bank.start import start_hypotheses
 from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, Prior
 from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
@@ -31,13 +32,17 @@ class Intervals(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """What the second pass takes from the first: prior, model terms, number of modes, drift and rhythm."""
+    """What the second pass takes from the first: prior, model terms, number of modes, drift, rhythm and the
+    first fit's length.
+    """
 
     prior: Prior
     terms: Terms
     n_modes: int
     drift: Drift
     rhythm: Rhythm
+    interval_s: float
+    """Whole bins that make up a split interval."""
     start_bins: int
 
 
@@ -72,36 +77,46 @@ class LookingBack:
     def __init__(self, second: Pass, lag_s: float) -> None:
         room = second.rhythm.most * (second.n_modes + 2) + 4
         self._second = second
-        self._room = max(1, round(lag_s / second.rhythm.split_s))
+        self._room = max(1, round(lag_s / second.interval_s))
         self._hypotheses = make_hypotheses(room, self._room)
         self._last = np.zeros(4)
         self._waiting: Bins | None = None
-        self._origin_ns = 0
+        self._origin_ns, self._long_steps = 0, LongSteps()
 
     def push(self, bins: Bins) -> Intervals:
         """The intervals whose lag is over."""
-        if not self._hypotheses.size[0]:
-            waiting = bins if self._waiting is None else self._waiting.then(bins)
-            if len(waiting.stamps) < self._second.start_bins:
-                self._waiting = waiting
-                return self._intervals(np.empty((7, 0)))
-            bins = self._begin(waiting)
-        second = self._second
-        seconds = (bins.stamps - self._origin_ns) / NS_PER_S
-        said = run_bins(
-            self._hypotheses,
-            bins.values,
-            seconds,
-            self._last,
-            second.prior,
-            second.terms,
-            second.drift,
-            second.rhythm,
-        )
-        if np.isnan(said.posterior[0]).any():  # absurd numbers: it forgets all, as the first pass does
-            self._hypotheses.size[0] = self._hypotheses.n_past[0] = 0
-            self._last[:] = 0.0
+        found = [self._intervals(np.empty((7, 0)))]
+        while len(bins.stamps):
+            if not self._hypotheses.size[0]:
+                bins = bins if self._waiting is None else self._waiting.then(bins)
+                if len(bins.stamps) < self._second.start_bins:
+                    self._waiting = bins
+                    break
+                bins = self._begin(bins)
+            seconds, self._long_steps = self._long_steps.shorten((bins.stamps - self._origin_ns) / NS_PER_S)
+            found.append(self._filtered(bins.part(0, len(seconds)), seconds))
+            bins = bins.part(len(seconds), None)
+        return Intervals(*(np.concatenate(parts, axis=-1) for parts in zip(*found, strict=True)))
+
+    def _filtered(self, bins: Bins, seconds: F64) -> Intervals:
+        """Bins through the bank; behind a step that is too long, or numbers that it cannot follow, it forgets
+        all, as the first pass does.
+        """
+        second, model = self._second, (self._hypotheses, bins.values, seconds, self._last)
+        try:
+            said = run_bins(*model, second.prior, second.terms, second.drift, second.rhythm)
+        except (ZeroDivisionError, ValueError):
+            return self._forget()
+        if not len(seconds) or not np.isfinite(said.posterior).all():
+            return self._forget()
         return self._intervals(said.smoothed)
+
+    def _forget(self) -> Intervals:
+        """As before the first bin."""
+        self._hypotheses.size[0] = self._hypotheses.n_past[0] = 0
+        self._last[:] = 0.0
+        self._long_steps = self._long_steps.from_origin()
+        return self._intervals(np.empty((7, 0)))
 
     def finish(self) -> Intervals:
         """The intervals of the last lag, as the end of the log shows them."""
@@ -120,6 +135,7 @@ class LookingBack:
         second, n = self._second, self._second.start_bins
         first, self._waiting = waiting.part(0, n), None
         self._origin_ns = int(first.stamps[-1])
+        self._long_steps = self._long_steps.from_origin()
         start_hypotheses(self._hypotheses, first, second.prior, second.n_modes, second.drift.disturbance)
         self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
         return waiting.part(n, None)

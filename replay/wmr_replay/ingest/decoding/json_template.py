@@ -132,7 +132,7 @@ def _equals(data: U8, words: Any, position: int, literals: Any, first: int, size
 
 @lean
 def _skipped(data: U8, position: int, stop: int, kind: int) -> int:
-    """Where a value that is not needed ends; −1 if there is none of its kind, or one that needs more care.
+    """Where a value that is not needed ends; −1 if there is none of its kind, or one that needs care.
 
     Text beyond printable ASCII may be damaged, which only decoding it tells.
     """

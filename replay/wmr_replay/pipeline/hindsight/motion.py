@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.pipeline.hindsight.spool import Table
 from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.status import Status
 
 FAR_APART_S = 1.0
 """Between two described instants further apart nothing is interpolated: there lies a hole."""
@@ -13,7 +14,7 @@ FAR_APART_S = 1.0
 
 class AtInstants(NamedTuple):
     """Rows ready to be told: ``rows`` (n,) of the first pass, their ``described`` columns (k, n) at their own
-    stamps, and the causal ``mode`` and ``mode_set`` (n,) of the first row whose window is about that stamp.
+    stamps, and ``later`` (n,), the first row of the first pass whose window is about that stamp.
     """
 
     rows: Table
@@ -22,57 +23,56 @@ class AtInstants(NamedTuple):
 
 
 class Shift:
-    """Stage: rows of the first pass, in order → the same rows with what later rows say about their stamps."""
+    """Stage: rows of the first pass, in order → the same rows with what later rows say about their stamps.
 
-    def __init__(self) -> None:
+    A row without a window is about its own stamp less the last delay; before the first window that is
+    ``first_delay_s``. Outliers describe nothing: their neighbours' windows pass over them.
+    """
+
+    def __init__(self, first_delay_s: float) -> None:
+        self._delay_s, self._about_until = first_delay_s, int(np.iinfo(np.int64).min)
         self._waiting: list[Table] = []
         self._known: list[Table] = []
-        self._delay_s = np.nan
+        self._about: list[I64] = []
 
     def push(self, rows: Table) -> AtInstants | None:
         """Rows up to the last instant that has been described."""
         self._waiting.append(rows)
-        self._known.append(rows)
-        return self._advance(self._described_until())
+        describing = rows[rows["status"] != Status.OUTLIER]
+        if len(describing):
+            self._known.append(describing)
+            self._about.append(self._instants(describing))
+        return self._advance(self._about_until)
 
     def finish(self) -> AtInstants | None:
         """The rest; nothing later describes it."""
-        return self._advance(np.iinfo(np.int64).max)
+        return self._advance(int(np.iinfo(np.int64).max))
 
-    def _described_until(self) -> int:
-        """The last instant that the last row describes."""
-        rows = self._known[-1]
-        known = rows["delay_s"][np.isfinite(rows["delay_s"])]
-        self._delay_s = float(known[-1]) if len(known) else self._delay_s
-        delay_s = 0.0 if np.isnan(self._delay_s) else self._delay_s
-        return int(rows["t_ns"][-1]) - round(delay_s * NS_PER_S)
+    def _instants(self, rows: Table) -> I64:
+        """The instants (n,) in ns that the next rows are about, never decreasing."""
+        delay_s = np.concatenate([[self._delay_s], rows["delay_s"]])
+        delay_s = delay_s[np.maximum.accumulate(np.where(np.isnan(delay_s), 0, np.arange(len(delay_s))))]
+        about = rows["t_ns"] - np.rint(delay_s[1:] * NS_PER_S).astype(np.int64)
+        about = np.maximum.accumulate(np.maximum(about, self._about_until))
+        self._delay_s, self._about_until = float(delay_s[-1]), int(about[-1])
+        return np.asarray(about)
 
     def _advance(self, until_ns: int) -> AtInstants | None:
-        waiting = np.concatenate(self._waiting) if self._waiting else None
-        if waiting is None or not len(waiting):
+        """The waiting rows up to ``until_ns``; of the known rows those are kept that later ones need."""
+        if not self._waiting:
             return None
+        waiting: Table = np.concatenate(self._waiting)
         n = int(np.searchsorted(waiting["t_ns"], until_ns, side="right"))
-        ready, self._waiting = waiting[:n], [waiting[n:]]
         if not n:
             return None
-        known = np.concatenate(self._known)
-        about_ns = described_instants(known)
-        described = interpolated(ready["t_ns"], about_ns, known["described"].T)
-        later = known[np.minimum(np.searchsorted(about_ns, ready["t_ns"]), len(known) - 1)]
-        keep = max(int(np.searchsorted(about_ns, ready["t_ns"][-1])) - 1, 0)
-        self._known = [known[keep:]]
+        ready, self._waiting = waiting[:n], [waiting[n:]]
+        known: Table = np.concatenate(self._known)
+        about = np.concatenate(self._about)
+        described = interpolated(ready["t_ns"], about, known["described"].T)
+        later = known[np.minimum(np.searchsorted(about, ready["t_ns"]), len(known) - 1)]
+        keep = max(int(np.searchsorted(about, ready["t_ns"][-1])) - 1, 0)
+        self._known, self._about = [known[keep:]], [about[keep:]]
         return AtInstants(ready, described, later)
-
-
-def described_instants(rows: Table) -> I64:
-    """The instants (n,) in ns that rows are about, never decreasing; a row without a window is about its own
-    stamp less the delay before it.
-    """
-    delay_s = rows["delay_s"].copy()
-    last = np.maximum.accumulate(np.where(np.isfinite(delay_s), np.arange(len(rows)), -1))
-    delay_s = np.where(last >= 0, delay_s[last], 0.0)
-    about = rows["t_ns"] - np.rint(delay_s * NS_PER_S).astype(np.int64)
-    return np.asarray(np.maximum.accumulate(about))
 
 
 def interpolated(t_ns: I64, about_ns: I64, values: F64) -> F64:

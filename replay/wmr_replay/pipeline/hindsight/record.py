@@ -24,6 +24,8 @@ ROW = np.dtype(
         ("mode_true", np.int8),
     ]
 )
+SILENT = np.array([Status.WARMING_UP, Status.GAP, Status.POSE_JUMP, Status.OUTLIER])
+"""Statuses that leave open whether a fault of the whole log still holds."""
 BIN = np.dtype([("values", np.float64, N_VALUES), ("stamp", np.int64)])
 
 
@@ -33,7 +35,9 @@ class Record:
     def __init__(self) -> None:
         self._rows, self._bins = Spool(ROW), Spool(BIN)
         self.last_status = Status.OK
-        """Of the last row: a fault of the whole log that holds there held from the beginning."""
+        """Of the last row that tells: a fault of the whole log that holds there held from the beginning."""
+        self.first_delay_s = np.nan
+        """Delay of the first full window; NaN before it."""
 
     def push_rows(self, rows: SampleBatch, estimates: Columns) -> None:
         """Rows of the samples table."""
@@ -47,7 +51,11 @@ class Record:
         for name in ("delay_s", "mode", "mode_set", "status"):
             table[name] = estimates[name]
         self._rows.push(table)
-        self.last_status = Status(int(estimates["status"][-1]))
+        telling = np.flatnonzero(~np.isin(table["status"], SILENT))
+        if len(telling):
+            self.last_status = Status(int(table["status"][telling[-1]]))
+        if np.isnan(self.first_delay_s) and np.isfinite(table["delay_s"]).any():
+            self.first_delay_s = float(table["delay_s"][np.isfinite(table["delay_s"])][0])
 
     def push_bins(self, bins: Bins) -> None:
         """Bins that the identifier completed."""

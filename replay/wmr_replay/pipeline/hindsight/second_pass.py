@@ -33,7 +33,7 @@ class SecondPass:
 
     def columns(self) -> Iterator[Columns]:
         """Batches of the hindsight table, every row of the samples table once and in order."""
-        shift = Shift()
+        shift = Shift(float(np.nan_to_num(self._record.first_delay_s)))
         for k, rows in enumerate(self._record.rows()):
             if k == 0:
                 self._start_ns = int(rows["t_ns"][0])
@@ -69,7 +69,8 @@ class SecondPass:
         cause = rows["status"]
         if self._record.whole_log is not None:
             cause = np.full(len(rows), self._record.whole_log, np.int8)
-        barred = np.isin(cause, NO_ANSWER)
+        in_hole = (cause == Status.GAP) & (rows["mode"] == ContactMode.UNDECIDED)
+        barred = np.isin(cause, NO_ANSWER) | in_hole
         mode, mode_set = decided[0].copy(), decided[1].view(np.uint8).copy()
         mode[barred], mode_set[barred] = ContactMode.UNDECIDED, self._all_modes
         posterior[:, barred] = alpha[:, barred] = np.nan

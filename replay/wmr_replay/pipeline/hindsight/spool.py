@@ -16,12 +16,15 @@ Table = np.ndarray[tuple[int], np.dtype[np.void]]
 
 
 class Spool:
-    """``push`` rows; ``blocks`` gives them again, in blocks that do not depend on how they came."""
+    """``push`` rows; ``blocks`` gives them again, in blocks that do not depend on how they came.
+
+    The file is closed, and so removed, with the spool; a run that fails halfway leaves none.
+    """
 
     def __init__(self, dtype: npt.DTypeLike) -> None:
         self._dtype = np.dtype(dtype)
         self._file = tempfile.SpooledTemporaryFile(max_size=MOST_BYTES, prefix="wmr-replay-")  # noqa: SIM115
-        weakref.finalize(self, self._file.close)  # it goes with the spool
+        weakref.finalize(self, self._file.close)
 
     def push(self, rows: Table) -> None:
         """Append rows."""
