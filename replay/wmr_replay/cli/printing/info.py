@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 _WIDTH = 1000
 """Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
 _ROLES = ("pose", "torque", "truth")
-_MOST_SHOWN = 1000
-"""Channels in the table; those in use come first."""
 
 
 def print_info(info: "LogInfo", *, as_json: bool) -> None:
@@ -34,6 +32,10 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
         for name, text in lines(info):
             console.print(f"[bold]{name:<8}[/bold]{escape(text)}")
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
+
+
+MOST_CHANNELS = 1000
+"""Channels in the table; those in use come first."""
 
 
 def overview(info: "LogInfo") -> str:
@@ -55,7 +57,7 @@ def channel_table(info: "LogInfo") -> Table:
         info.channels,
         key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]),
     )
-    for row in rows[:_MOST_SHOWN]:
+    for row in rows[:MOST_CHANNELS]:
         use = (
             f"[bold green]{row['role']}[/bold green]"
             if row["role"]
@@ -81,8 +83,8 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
     found.append(
         ("robot", known or "no parameters known (metadata record wmr_replay, or [robot] with --map FILE)")
     )
-    if len(info.channels) > _MOST_SHOWN:
-        n = len(info.channels) - _MOST_SHOWN
+    if len(info.channels) > MOST_CHANNELS:
+        n = len(info.channels) - MOST_CHANNELS
         found.append(("note", f"{n} more channels are not shown; --json lists them all"))
     found += [("note", remark) for remark in info.remarks]
     found += [("stamps", note) for note in info.stamp_notes]
