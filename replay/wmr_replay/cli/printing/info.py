@@ -34,10 +34,6 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 
-MOST_CHANNELS = 1000
-"""Channels in the table; those in use come first."""
-
-
 def overview(info: "LogInfo") -> str:
     """Size, writer, length and number of messages in a line."""
     parts = [f"{info.size_bytes / 1e6:.3g} MB"]
@@ -57,7 +53,7 @@ def channel_table(info: "LogInfo") -> Table:
         info.channels,
         key=lambda row: (_ROLES.index(row["role"]) if row["role"] else len(_ROLES), row["id"]),
     )
-    for row in rows[:MOST_CHANNELS]:
+    for row in rows:
         use = (
             f"[bold green]{row['role']}[/bold green]"
             if row["role"]
@@ -83,9 +79,6 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
     found.append(
         ("robot", known or "no parameters known (metadata record wmr_replay, or [robot] with --map FILE)")
     )
-    if len(info.channels) > MOST_CHANNELS:
-        n = len(info.channels) - MOST_CHANNELS
-        found.append(("note", f"{n} more channels are not shown; --json lists them all"))
     found += [("note", remark) for remark in info.remarks]
     found += [("stamps", note) for note in info.stamp_notes]
     if info.pose_is_odometry:
