@@ -15,13 +15,14 @@ from typing import Any
 
 from wmr_schemas import gap_file
 from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.findings import KINDS
 from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
-from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.tables import CONFUSION, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -70,6 +71,22 @@ def modes() -> str:
 def statuses() -> str:
     """The outcomes of a row."""
     return table(("status", "meaning"), ((code(s.label), meaning) for s, meaning in STATUS_MEANING.items()))
+
+
+def findings() -> str:
+    """The kinds of findings on a log's data."""
+    head = ("finding", "what it means", "what to do", "status of barred rows", "not told beside")
+    rows = (
+        (
+            code(kind.code),
+            kind.meaning,
+            kind.advice,
+            "–" if kind.bars is None else code(kind.bars.label),
+            ", ".join(map(code, kind.explained_by)) or "–",
+        )
+        for kind in KINDS.values()
+    )
+    return table(head, rows)
 
 
 def effects() -> str:
@@ -124,6 +141,7 @@ def kind(form: dict[str, Any]) -> str:
 
 BLOCKS: dict[str, Callable[[], str]] = {
     "samples": lambda: columns(SAMPLES),
+    "hindsight": lambda: columns(HINDSIGHT),
     "segments": lambda: columns(SEGMENTS),
     "summary": lambda: columns(SUMMARY),
     "confusion": lambda: columns(CONFUSION),
@@ -136,6 +154,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "provenance": lambda: keys(Provenance),
     "modes": modes,
     "statuses": statuses,
+    "findings": findings,
     "effects": effects,
     "hidden": hidden,
     "gap": gap,

@@ -177,7 +177,7 @@ SUMMARY: tuple[Column, ...] = (
     _real("brier", "–", "Brier score of the posterior"),
     _real("ece", "–", "expected calibration error, 10 bins"),
     _real("alpha_error", "–", "relative error of the last α against the truth (side file)"),
-    _real("hindsight_accuracy", "–", "accuracy of the hindsight table, over the same rows"),
+    _real("hindsight_accuracy", "–", "accuracy of the hindsight table, over its rows behind the warm-up"),
     _real("hindsight_decided_share", "–", "share of those rows with a mode in hindsight"),
     _real("hindsight_accuracy_decided", "–", "accuracy over those"),
     _real("hindsight_brier", "–", "Brier score of the smoothed posterior"),

@@ -71,8 +71,7 @@ def strip(segments: pl.DataFrame, name: str = "") -> str:
     label = f"<div style='opacity:.7;font-size:smaller'>{name}</div>" if name else ""
     return (
         f'{label}<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="100%" height="{HEIGHT}" '
-        'preserveAspectRatio="none" '
-        f'style="display:block;margin:{".1em" if name else ".4em"} 0 .4em;border-radius:3px">{bars}</svg>'
+        f'preserveAspectRatio="none" style="display:block;margin:.2em 0 .4em;border-radius:3px">{bars}</svg>'
     )
 
 

@@ -226,6 +226,11 @@ def test_notebooks_show_a_card(result):
     assert "<svg" in html
     assert result.verdict in html
     assert f"<title>{result.segments['start_s'][1]:.2f}" in html
+    assert html.count("<svg") == 2
+    known, later = html.index("as known at the time"), html.index("in hindsight</div>")
+    strip = html[later:]
+    assert known < later
+    assert strip.count("<rect") == len(result.hindsight_segments)
 
 
 def test_the_timeline_is_written_where_it_was_asked_for(result, tmp_path):

@@ -11,7 +11,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from mutations import damaged
+from mutations import KINDS, damaged, intact
 from worker import measured
 
 MOST_S = 60
@@ -25,9 +25,15 @@ class TooLong(BaseException):
 
 def one(seed: int, folder: Path) -> list[dict]:
     """What the two commands made of the damaged log of a seed."""
-    path = folder / "damaged.mcap"
-    path.write_bytes(damaged(seed).content)
+    path = write(folder, damaged(seed).content)
     return [measured(command) for command in (["info", path], ["run", path, "--out", folder / "out"])]
+
+
+def write(folder: Path, content: bytes) -> Path:
+    """A file of that content."""
+    path = folder / "damaged.mcap"
+    path.write_bytes(content)
+    return path
 
 
 def main() -> int:
@@ -40,6 +46,7 @@ def main() -> int:
         raise TooLong
 
     signal.signal(signal.SIGVTALRM, alarm)
+    measured(["run", write(folder, intact(KINDS[0])), "--out", folder / "out"])  # compiles
     for seed in range(first, first + n):
         signal.setitimer(signal.ITIMER_VIRTUAL, MOST_S)
         found = one(seed, folder)

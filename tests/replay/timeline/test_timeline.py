@@ -179,6 +179,28 @@ def test_mode_changes_lie_at_their_exact_rows(tmp_path: Path) -> None:
     assert since_start_ns(lane).tolist() == [0, 7_003_000_000]
 
 
+@pytest.mark.parametrize("batch", [777, 100_000])
+def test_the_lane_of_hindsight_begins_with_the_log_and_changes_at_its_exact_rows(
+    tmp_path: Path, batch: int
+) -> None:
+    """Samples of a short log are still held when hindsight begins: the zero of the timeline is theirs."""
+    table = samples(1000.0, 20.0)
+    later = table.with_columns(
+        mode=pl.when(pl.col("t_ns") < START_NS + 7_003_000_000).then(0).otherwise(2).cast(pl.Int8)
+    )
+    timeline = Timeline(tmp_path / "a.rrd", log_name="drive.mcap", alpha_nominal=ALPHA, rate_hz=1000.0)
+    for part in table.iter_slices(batch):
+        timeline.push(part)
+    for part in later.iter_slices(batch):
+        timeline.push_hindsight(part)
+    timeline.finish("")
+    held = contents(tmp_path / "a.rrd")
+    assert held["/mode/hindsight"]["StateChange:state"].to_list() == [["ideal"], ["slipping"]]
+    assert since_start_ns(held["/mode/hindsight"]).tolist() == [0, 7_003_000_000]
+    assert len(held["/path/robot"]) == 2000
+    assert since_start_ns(held["/mode/estimated"])[0] == 0
+
+
 def test_velocities_lie_at_the_instant_that_they_describe_and_alpha_at_the_time_known(recorded: Path) -> None:
     held, table = contents(recorded), samples(200.0)[::2].filter(pl.col("alpha").is_not_null())
     known_ns = table["t_ns"].to_numpy() - START_NS

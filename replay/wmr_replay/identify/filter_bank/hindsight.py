@@ -32,13 +32,17 @@ class Intervals(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """What the second pass takes from the first: prior, model terms, number of modes, drift and rhythm."""
+    """What the second pass takes from the first: prior, model terms, number of modes, drift, rhythm and the
+    first fit's length.
+    """
 
     prior: Prior
     terms: Terms
     n_modes: int
     drift: Drift
     rhythm: Rhythm
+    interval_s: float
+    """Whole bins that make up a split interval."""
     start_bins: int
 
 
@@ -73,7 +77,7 @@ class LookingBack:
     def __init__(self, second: Pass, lag_s: float) -> None:
         room = second.rhythm.most * (second.n_modes + 2) + 4
         self._second = second
-        self._room = max(1, round(lag_s / second.rhythm.split_s))
+        self._room = max(1, round(lag_s / second.interval_s))
         self._hypotheses = make_hypotheses(room, self._room)
         self._last = np.zeros(4)
         self._waiting: Bins | None = None

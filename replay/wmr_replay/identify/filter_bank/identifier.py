@@ -1,5 +1,6 @@
 """The bank as a stage: rows go into bins, every bin advances all hypotheses, rows report the last bin."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,7 +78,7 @@ class BankIdentifier:
         self._first_prior, self._n_modes = make_prior(robot), 4 if both else 3
         self._prior = self._first_prior
         self._hypotheses = make_hypotheses(settings.most_hypotheses * (self._n_modes + 2) + 4)
-        self._rows_per_bin = max(1, round(settings.bin_s / step_s))
+        self._rows_per_bin, self._step_s = max(1, round(settings.bin_s / step_s)), step_s
         self._bin, self._last = open_bin(), np.zeros(4)
         self._waiting: Bins | None = None
         self.new_bins = Bins.none()
@@ -205,6 +206,7 @@ class BankIdentifier:
         if not self._hypotheses.size[0]:
             return None
         prior, s = learned_prior(self._hypotheses, self._prior), self.settings
-        rhythm = self._rhythm(s.hindsight_split_s)
-        second = Pass(prior, self._terms, self._n_modes, self._drift(), rhythm, s.start_bins)
+        rhythm, bin_s = self._rhythm(s.hindsight_split_s), self._rows_per_bin * self._step_s
+        interval_s = bin_s * max(1, math.ceil(rhythm.split_s / bin_s - 1e-6))
+        second = Pass(prior, self._terms, self._n_modes, self._drift(), rhythm, interval_s, s.start_bins)
         return LookingBack(second, lag_s)

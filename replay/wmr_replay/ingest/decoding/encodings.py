@@ -169,17 +169,23 @@ def define(
     """
     allowance = allowance or Allowance()
     encoding = channel.message_encoding
+    try:
+        allowance.channel()
+    except OverBudget as error:
+        raise UnknownDefinition(str(error)) from None
     if encoding == "json":
         return JsonDefinition(samples, allowance)
     if encoding not in {"protobuf", *_ROS}:
         raise UnknownDefinition(f"message encoding {encoding!r} is not read")
     if schema is None:
         raise UnknownDefinition("it has no schema")
-    text = schema.data.decode("latin-1") if encoding == "protobuf" else schema.data.decode(errors="replace")
+    is_text = encoding in _ROS
+    text = schema.data.decode(errors="replace") if is_text else schema.data.decode("latin-1")
+    text = without_comments(text) if is_text else text
     try:
-        allowance.definition(text if encoding == "protobuf" else without_comments(text))
+        allowance.definition(text)
     except OverBudget as error:
         raise UnknownDefinition(str(error)) from None
-    if encoding == "protobuf":
+    if not is_text:
         return ProtobufDefinition(parse_descriptor(schema.name, schema.data), allowance)
     return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding], allowance)

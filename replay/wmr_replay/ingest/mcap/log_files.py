@@ -56,8 +56,7 @@ def join_files(paths: list[LogPath | Container], *, by_index: bool = False) -> L
     for path, sampler in zip(paths, samplers, strict=True):
         sampler.run(path)
     if len(paths) == 1:
-        known = surveys[0].catalogue.channels
-        samples, counts = samplers[0].samples, {k: samplers[0].n_messages(k) for k in known}
+        samples, counts = samplers[0].samples, samplers[0].known_messages()
         return LogFiles(paths, surveys[0], [None], samples, counts)
     return _Joiner(paths).run(surveys, samplers)
 
@@ -75,10 +74,9 @@ class _Joiner:
             ids = self._common_ids(found.catalogue)
             self.files.ids.append(ids)
             self._add(k, found, ids)
-            for channel_id in found.catalogue.channels:
+            for channel_id, more in sampler.known_messages().items():
                 common = int(ids[channel_id])
                 self.files.samples.setdefault(common, []).extend(sampler.samples.get(channel_id, ()))
-                more = sampler.n_messages(channel_id)
                 self.files.n_messages[common] = self.files.n_messages.get(common, 0) + more
         return self.files
 

@@ -1,6 +1,8 @@
 """The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -67,10 +69,13 @@ class Sampler:
         if self._adds_up:
             return not self._lacking.isdisjoint(span.counts)
         in_file = self.survey.statistics or {}
-        expected = span.counts or in_file
-        return not expected or any(
+        if not span.counts:
+            while self._waiting and not self._lacks(*self._waiting[-1]):
+                self._waiting.pop()
+            return not in_file or bool(self._waiting)
+        return any(
             self._lacks(channel_id, max(n, in_file.get(channel_id, N_WANTED)))
-            for channel_id, n in expected.items()
+            for channel_id, n in span.counts.items()
         )
 
     def _all_lacking(self) -> set[int]:
@@ -105,3 +110,16 @@ class Sampler:
                 return
             content = data[start : start + length].tobytes()
             kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))
+
+    @cached_property
+    def _waiting(self) -> list[tuple[int, int]]:
+        """Channels of the statistics that may lack something; one that lacks nothing never does again."""
+        return list((self.survey.statistics or {}).items())
+
+    def known_messages(self) -> dict[int, int]:
+        """:meth:`n_messages` of all channels that are described, in one pass over the spans."""
+        indexed = Counter[int]()
+        for span in self.survey.spans:
+            indexed.update(span.counts)
+        in_file, seen = self.survey.statistics or {}, self.seen
+        return {k: max(indexed[k], in_file.get(k, 0), seen.get(k, 0)) for k in self.catalogue.channels}

@@ -59,12 +59,15 @@ class Shift:
 
     def _advance(self, until_ns: int) -> AtInstants | None:
         """The waiting rows up to ``until_ns``; of the known rows those are kept that later ones need."""
-        waiting = np.concatenate(self._waiting) if self._waiting else np.empty(0)
-        n = int(np.searchsorted(waiting["t_ns"], until_ns, side="right")) if len(waiting) else 0
+        if not self._waiting:
+            return None
+        waiting: Table = np.concatenate(self._waiting)
+        n = int(np.searchsorted(waiting["t_ns"], until_ns, side="right"))
         if not n:
             return None
         ready, self._waiting = waiting[:n], [waiting[n:]]
-        known, about = np.concatenate(self._known), np.concatenate(self._about)
+        known: Table = np.concatenate(self._known)
+        about = np.concatenate(self._about)
         described = interpolated(ready["t_ns"], about, known["described"].T)
         later = known[np.minimum(np.searchsorted(about, ready["t_ns"]), len(known) - 1)]
         keep = max(int(np.searchsorted(about, ready["t_ns"][-1])) - 1, 0)
