@@ -10,6 +10,7 @@ import pytest
 
 import wmr_replay.jobs.gap as gap_command
 from wmr_replay import cli
+from wmr_replay.cli.compiling import LINE
 from wmr_replay.jobs.base_model import base_for
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.gap_file import read_gap
@@ -259,7 +260,7 @@ def test_what_the_analysis_says_of_a_signal_is_said_of_the_log(run, log, monkeyp
     monkeypatch.setattr(gap_command, "analyse", analyse)
     code, _, err = run("gap", log)
     assert code == 3
-    assert err.startswith(f"error: {log}: pose: too few bins")
+    assert err.removeprefix(f"{LINE}\n").startswith(f"error: {log}: pose: too few bins")
     assert "needs a minute or so of driving" in err
 
 

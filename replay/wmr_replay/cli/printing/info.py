@@ -147,4 +147,4 @@ def mapping_line(path: "Path", mapping: "LogMapping") -> str:
     parts = [f"{name} {topic}" for name, topic in topics.items() if topic]
     if mapping.robot is not None:
         parts.append(f"robot {', '.join(mapping.robot.known())}")
-    return f"wrote {path}: {'; '.join(parts) or 'nothing was found'}"
+    return shown(f"wrote {path}: {'; '.join(parts) or 'nothing was found'}")
