@@ -195,7 +195,7 @@ FAULTS: dict[str, tuple[Fault, tuple[str, ...]]] = {
     "held from 20 s on": (held, ("no_heading",)),
     "steady": (steady, ("no_heading", "heading_not_along_path")),
     "unrelated": (unrelated, ("heading_not_along_path",)),
-    "mirrored": (mirrored, ("heading_not_along_path",)),
+    "mirrored": (mirrored, ("heading_not_along_path", "yaw_unit")),
     "turned by 90°": (turned(90), ("heading_not_along_path",)),
     "turned by -90°": (turned(-90), ("heading_not_along_path",)),
     "turned by 30°": (turned(30), ("heading_not_along_path",)),

@@ -72,7 +72,10 @@ FAULTS: Mapping[str, tuple[Fault, str]] = MappingProxyType(
         "torques_swapped": (lambda log, _: torque(log, swap=True), "sides_swapped torque_sign"),
         "wheels_swapped": (lambda log, _: wheels(log, swap=True), "sides_swapped"),
         "y_to_the_right": (lambda log, _: position(log, 1.0, mirrored=True), "sides_swapped"),
-        "wheels_reversed": (lambda log, _: wheels(log, -1, -1), "wheel_speed_sign"),
+        "wheels_reversed": (
+            lambda log, _: wheels(log, -1, -1),
+            "wheel_speed_sign heading_not_along_path",
+        ),
         "left_wheel_reversed": (lambda log, _: wheels(log, -1, 1), "wheel_speed_sign"),
         "millimetres": (lambda log, _: position(log, 1000.0), "position_unit"),
         "centimetres": (lambda log, _: position(log, 100.0), "position_unit"),

@@ -15,6 +15,7 @@ from typing import Any
 
 from wmr_schemas import gap_file
 from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.findings import KINDS
 from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
 from wmr_schemas.model_file import NoiseModel, Provenance
@@ -70,6 +71,22 @@ def modes() -> str:
 def statuses() -> str:
     """The outcomes of a row."""
     return table(("status", "meaning"), ((code(s.label), meaning) for s, meaning in STATUS_MEANING.items()))
+
+
+def findings() -> str:
+    """The kinds of findings on a log's data."""
+    head = ("finding", "what it means", "what to do", "status of barred rows", "not told beside")
+    rows = (
+        (
+            code(kind.code),
+            kind.meaning,
+            kind.advice,
+            "–" if kind.bars is None else code(kind.bars.label),
+            ", ".join(map(code, kind.explained_by)) or "–",
+        )
+        for kind in KINDS.values()
+    )
+    return table(head, rows)
 
 
 def effects() -> str:
@@ -137,6 +154,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "provenance": lambda: keys(Provenance),
     "modes": modes,
     "statuses": statuses,
+    "findings": findings,
     "effects": effects,
     "hidden": hidden,
     "gap": gap,

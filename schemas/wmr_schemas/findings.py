@@ -68,6 +68,8 @@ class Finding:
 
 NO_HEADING = ("no_heading", "heading_not_along_path", "yaw_unit")
 """Kinds that leave no direction in which speed or acceleration could be measured."""
+NO_MOTION = (*NO_HEADING, "rate_too_low")
+"""Kinds that leave no speed and no acceleration."""
 
 KINDS: dict[str, FindingKind] = {
     kind.code: kind
@@ -101,7 +103,7 @@ KINDS: dict[str, FindingKind] = {
             "the yaw does not follow the path's direction: it is of another frame, or turned",
             "publish the pose of base_link in a frame whose z axis points up",
             Status.NO_HEADING,
-            explained_by=("yaw_unit", "drives_sideways", "wheel_speed_sign"),
+            explained_by=("yaw_unit", "drives_sideways"),
         ),
         FindingKind(
             "pose_not_planar",
@@ -125,14 +127,14 @@ KINDS: dict[str, FindingKind] = {
             "the robot accelerates against its torques",
             "give left_torque_sign = -1, right_torque_sign = -1 or both in the torque section of --map",
             Status.IMPLAUSIBLE,
-            explained_by=NO_HEADING,
+            explained_by=NO_MOTION,
         ),
         FindingKind(
             "position_unit",
             "the positions are not in metres",
             "give position_scale in the pose section of --map",
             Status.IMPLAUSIBLE,
-            explained_by=("yaw_unit",),
+            explained_by=NO_MOTION,
         ),
         FindingKind(
             "yaw_unit",
@@ -145,19 +147,20 @@ KINDS: dict[str, FindingKind] = {
             "the robot turns the other way than its wheels do",
             "exchange left and right in --map",
             Status.IMPLAUSIBLE,
-            explained_by=NO_HEADING,
+            explained_by=NO_MOTION,
         ),
         FindingKind(
             "wheel_speed_sign",
             "wheel speeds have the wrong sign: the slip velocities sigma are wrong, the modes are not",
             "give left_speed_sign = -1, right_speed_sign = -1 or both in the torque section of --map",
+            explained_by=NO_HEADING,
         ),
         FindingKind(
             "half_track",
             "the half track does not fit how the robot turns: turning under torque is taken for slipping",
             "give half_track_m with --map",
             Status.IMPLAUSIBLE,
-            explained_by=("yaw_unit",),
+            explained_by=NO_MOTION,
         ),
         FindingKind(
             "wheel_speed_unit",

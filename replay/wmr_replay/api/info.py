@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from wmr_replay.ingest import LogReader
@@ -65,7 +66,7 @@ class LogInfo:
         """Messages of all channels."""
         return sum(channel["messages"] for channel in self.channels)
 
-    @property
+    @cached_property
     def start_ns(self) -> int:
         """Log time of the first message, 0 without any."""
         return min((c["first_ns"] for c in self.channels if c["first_ns"] is not None), default=0)

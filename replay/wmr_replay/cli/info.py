@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 def command(
     log: "LogPath", as_json: bool, write_map: Path | None, full: bool, force: bool, **options: Any
 ) -> None:
-    """What LOG holds, what would be used as pose, torque and truth, and why the rest would not.
+    """What LOG holds, what would be used as pose, torque and truth, why the rest would not, and what is wrong
+    with the data.
 
     A log above 64 MB of messages is read in a few places, if it has an index; any other one, and every log
     with --full, is read as a whole, so that all that is damaged is known too.

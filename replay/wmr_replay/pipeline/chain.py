@@ -30,7 +30,7 @@ from wmr_replay.quality.monitors import default_monitors
 from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
 from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.status import Status
 
 PIECE_ROWS = 16384
@@ -72,7 +72,8 @@ class Chain:
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with the data, so far."""
-        return [*rate_findings(self._changes), *self._slow.findings(), *self._quality.findings()]
+        rates = [*rate_findings(self._changes), *self._slow.findings()]
+        return without_explained([*rates, *self._quality.findings()])
 
     @property
     def tuning(self) -> Tuning:

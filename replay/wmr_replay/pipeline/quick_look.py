@@ -10,20 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wmr_replay.align.frozen import FrozenPose
 from wmr_replay.differentiate.design import input_taps, uniform_taps
 from wmr_replay.identify import Motion
 from wmr_replay.pipeline.derivation import EFFORT_FOLD, SPEED_FOLD
 from wmr_replay.pipeline.designs import first_design
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality import Observed, Quality
+from wmr_replay.quality.frozen import RepeatedRows
+from wmr_replay.quality.rate import SlowPose
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.robot import RobotParameters
 
 SETTINGS = Settings(tune=False, hindsight=False)
-LONGEST_HOLE_STEPS = 3.5
-"""Rows further apart are not joined by a line."""
+LONGEST_HOLE_STEPS, HOLE_SHARE = 3.5, 0.25
+"""Rows further apart are not joined by a line. A replay bridges holes of such a share of its window."""
 MOST_ROWS = 20_000
 """Poses of one stretch: 200 s at 100 Hz, and some hundredths of a second of computing."""
 PIECE_ROWS = 50_000
@@ -41,7 +44,8 @@ class QuickLook:
 
     def __init__(self, robot: RobotParameters, most_rows: int | None = MOST_ROWS) -> None:
         self._robot, self._most_rows = robot, most_rows
-        self._quality = Quality()
+        self._quality, self._slow = Quality(), SlowPose()
+        self._frozen, self._repeats, self._bridged_s = FrozenPose(), RepeatedRows(), 0.0
         self._held: list[RawBatch] = []
         self._n_held = self._n_stretch = 0
         self._start_ns: int | None = None
@@ -68,7 +72,8 @@ class QuickLook:
 
     def findings(self) -> list[Finding]:
         """What was found so far."""
-        return self._quality.findings()
+        repeats = self._repeats.findings(self._bridged_s, self._frozen.n_position, self._frozen.n_yaw)
+        return without_explained([*repeats, *self._slow.findings(), *self._quality.findings()])
 
     def _look(self) -> None:
         """Show the monitors what is held."""
@@ -88,8 +93,24 @@ class QuickLook:
         self.n_rows += len(pose[0])
         self.span_s += float(pose[0][-1] - pose[0][0]) / NS_PER_S
         with np.errstate(all="ignore"):  # values of any size come from the file
-            for rows in observed(pose, torque, self._robot, self._start_ns):
-                self._quality.push(rows)
+            self._show(pose[0], np.stack([*pose[1][:2], np.unwrap(pose[1][2])]), torque)
+
+    def _show(self, t_ns: I64, pose: F64, torque: tuple[I64, F64]) -> None:
+        """Show the monitors n rows; those that repeat a frozen pose are none."""
+        start_ns = self._start_ns or 0
+        t_s, held_s = (t_ns - start_ns) / NS_PER_S, (torque[0] - start_ns) / NS_PER_S
+        step_s = float(np.median(np.diff(t_s)))
+        wheels = np.stack([held_means(held_s, u, t_s, step_s) for u in torque[1][2:]])
+        frozen = self._frozen.frozen(t_ns, pose, wheels)
+        self._repeats.push(t_ns, frozen)
+        t_ns, t_s, pose = t_ns[~frozen], t_s[~frozen], pose[:, ~frozen]
+        window = window_of(np.diff(t_s), pose) if len(t_s) > 1 else None
+        if window is None:
+            return
+        self._bridged_s = max(self._bridged_s, HOLE_SHARE * (window.taps.shape[1] - 1) * window.step_s)
+        self._slow.push(t_s, window.step_s)
+        for rows in observed((t_ns, t_s, pose), (held_s, torque[1]), window, self._robot):
+            self._quality.push(rows)
 
 
 def by_time(parts: list[Rows], width: int) -> tuple[I64, F64]:
@@ -125,22 +146,20 @@ def window_of(steps_s: F64, values: F64) -> Window | None:
 
 
 def observed(
-    pose: tuple[I64, F64], torque: tuple[I64, F64], robot: RobotParameters, start_ns: int
+    pose: tuple[I64, F64, F64], torque: tuple[F64, F64], window: Window, robot: RobotParameters
 ) -> Iterator[Observed]:
-    """What the monitors are given of n poses, one piece for each stretch without a hole."""
-    t_ns, values = pose[0], np.stack([*pose[1][:2], np.unwrap(pose[1][2])])
-    steps_s, held_s = np.diff(t_ns) / NS_PER_S, (torque[0] - start_ns) / NS_PER_S
-    window = window_of(steps_s, values)
-    if window is None:
-        return
-    breaks = np.flatnonzero(steps_s > LONGEST_HOLE_STEPS * window.step_s) + 1
-    for piece in np.split(np.arange(len(t_ns)), breaks):
-        t_s = (t_ns[piece] - start_ns) / NS_PER_S
-        n_points = int((t_s[-1] - t_s[0]) / window.step_s + 1e-6) + 1
+    """What the monitors are given of n poses – stamps, seconds, values (3, n) – one piece for each stretch
+    without a hole; ``torque``: seconds (m,) and values (4, m).
+    """
+    t_ns, t_s, values = pose
+    breaks = np.flatnonzero(np.diff(t_s) > LONGEST_HOLE_STEPS * window.step_s) + 1
+    for piece in np.split(np.arange(len(t_s)), breaks):
+        first_s, last_s = t_s[piece[[0, -1]]]
+        n_points = int((last_s - first_s) / window.step_s + 1e-6) + 1
         if window.taps.shape[1] <= n_points <= MOST_FILLED * len(piece):
-            grid_s = t_s[0] + window.step_s * np.arange(n_points)
-            means = np.stack([held_means(held_s, u, grid_s, window.step_s) for u in torque[1]])
-            yield observed_piece(t_ns[piece], t_s, values[:, piece], (grid_s, means), window, robot)
+            grid_s = first_s + window.step_s * np.arange(n_points)
+            means = np.stack([held_means(torque[0], u, grid_s, window.step_s) for u in torque[1]])
+            yield observed_piece(t_ns[piece], t_s[piece], values[:, piece], (grid_s, means), window, robot)
 
 
 def observed_piece(

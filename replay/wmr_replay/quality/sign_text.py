@@ -54,6 +54,4 @@ def wheel_speed_sign(s: Snapshot) -> Told:
     side = {Wheels.LEFT_REVERSED: "left", Wheels.RIGHT_REVERSED: "right"}.get(s.wheels)
     keys = f"{side}_speed_sign = -1" if side else "left_speed_sign = -1 and right_speed_sign = -1"
     which = f"the {side} wheel turns" if side else "both wheels turn"
-    other = "" if side else ", or yaw_offset_rad = 3.14159 for the pose"
-    doubt = "" if side else ": their signs, or the heading, are reversed"
-    return f"{which} backwards while the robot moves ahead{doubt}", f"give {keys} {UNDER_TORQUE}{other}"
+    return f"{which} backwards while the robot moves ahead", f"give {keys} {UNDER_TORQUE}"

@@ -439,7 +439,7 @@ CASES |= {
         chunk(
             b"".join(
                 channel(k, 0, "/p", "json") + message(k, T0_NS, b'{"effort": [], "name": []}')
-                for k in range(10, 60_010)
+                for k in range(10, 30_010)
             )
         ),
     ),

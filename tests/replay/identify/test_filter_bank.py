@@ -19,14 +19,19 @@ from wmr_replay.identify.filter_bank.hypotheses import (
 from wmr_replay.identify.filter_bank.jumps import hypothesise_jump, share_that_jumped, surprising
 from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.states import (
+    AHEAD,
+    AROUND,
     CAPPED,
     LN_ALPHA,
     LN_BETA,
     LN_C,
     N_MOVING,
     N_STATES,
+    OMEGA,
+    PSI,
     RHO,
     V_LAT,
+    V_LONG,
     make_prior,
     with_alpha,
 )
@@ -49,8 +54,9 @@ def parameters(mode):
     return [PRIOR.ln_alpha, PRIOR.ln_beta, PRIOR.ln_c, np.log(0.2) if mode == CAPPED else PRIOR.rho]
 
 
-def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5):
-    return np.array([x, y, psi, v_long, v_lat, omega, *parameters(0)])
+def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5, ahead=0.0, around=0.0):
+    """Pose, velocities, parameters, and the disturbances of dv_long/dt and dω/dt."""
+    return np.array([x, y, psi, v_long, v_lat, omega, *parameters(0), ahead, around])
 
 
 def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S):
@@ -70,15 +76,17 @@ def test_the_filters_model_is_the_plants(mode):
     exact = np.stack(columns)
     settled = 5  # the slip velocities, quasi-steady in the filter, settle within milliseconds
     for k in range(settled, exact.shape[1] - 1):
-        before = np.concatenate([exact[:, k], [PRIOR.ln_alpha, PRIOR.ln_beta, PRIOR.ln_c, PRIOR.rho]])
-        after, _ = moved(before, mode, force=24.0, turn=0.0)
+        after, _ = moved(state(*exact[:, k]), mode, force=24.0, turn=0.0)
         np.testing.assert_allclose(after[:6], exact[:, k + 1], atol=5e-4 * STEP_S**0.5, rtol=2e-4)
 
 
 @pytest.mark.parametrize("mode", range(5))
 def test_the_jacobian_is_that_of_finite_differences(mode):
-    mean = state(v_lat=-0.4 if mode in (1, 3) else 0.0)
-    mean[LN_ALPHA:] = parameters(mode)
+    """A disturbance acts on v_long and ω within a step, and on all else from the next step on: that leaves
+    out terms of second order in the step, the largest v_long dt²/2.
+    """
+    mean = state(v_lat=-0.4 if mode in (1, 3) else 0.0, ahead=0.2, around=-0.1)
+    mean[LN_ALPHA : RHO + 1] = parameters(mode)
     _, jacobian = moved(mean, mode)
     for column in range(N_STATES):
         if column == V_LAT and mode in (0, 2, CAPPED):
@@ -88,9 +96,21 @@ def test_the_jacobian_is_that_of_finite_differences(mode):
         nudge = np.zeros(N_STATES)
         nudge[column] = 1e-6
         difference = (moved(mean + nudge, mode)[0] - moved(mean - nudge, mode)[0])[:N_MOVING] / 2e-6
-        np.testing.assert_allclose(
-            jacobian[:, column], difference, atol=3e-3 * STEP_S + 0.02 * np.abs(difference).max()
-        )
+        later = mean[V_LONG] * STEP_S**2 / 2 if column in (AHEAD, AROUND) else 0.0
+        within = 3e-3 * STEP_S + 0.02 * np.abs(difference).max() + later
+        np.testing.assert_allclose(jacobian[:, column], difference, atol=within)
+
+
+@pytest.mark.parametrize("mode", range(4))
+def test_a_disturbance_accelerates_whatever_the_mode_and_the_efforts(mode):
+    """By its size times the step, beside what the efforts do; the pose follows by the middle's velocity."""
+    plain, _ = moved(state(v_lat=0.0), mode)
+    pushed, _ = moved(state(v_lat=0.0, ahead=0.2, around=-0.1), mode)
+    by = pushed - plain
+    assert by[V_LONG] == pytest.approx(0.2 * STEP_S, abs=1e-4)
+    assert by[OMEGA] == pytest.approx(-0.1 * STEP_S, rel=1e-9)
+    assert by[PSI] == pytest.approx(-0.1 * STEP_S**2 / 2, rel=1e-9)
+    assert list(pushed[[AHEAD, AROUND]]) == [0.2, -0.1]
 
 
 @pytest.mark.parametrize("mode", range(5))
@@ -289,4 +309,4 @@ def test_a_load_that_changes_alpha_is_followed(log_rows, factor):
 
 
 def test_parameters_have_their_places():
-    assert (LN_ALPHA, LN_BETA, LN_C, RHO) == (6, 7, 8, 9)
+    assert (LN_ALPHA, LN_BETA, LN_C, RHO, AHEAD, AROUND) == (6, 7, 8, 9, 10, 11)

@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.quick_look import PIECE_ROWS, QuickLook, body_motion, held_means, noise_sd
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.batches import RawBatch, Rows
+from wmr_schemas.signals import PoseTrack
 from wmr_synth import Sensors, synthesise
 
 SENSORS = Sensors(rate_hz=50.0, torque_rate_hz=50.0, noise_xy_sd_m=0.005, noise_yaw_sd_rad=0.003)
@@ -39,6 +40,14 @@ def with_torque(log, **columns):
     return replace(log, torque=replace(log.torque, **columns))
 
 
+def frozen(pose):
+    """Every eighth second the tracker repeats its last pose for half a second."""
+    last = np.arange(len(pose))
+    for start in range(200, len(pose) - 25, 400):
+        last[start : start + 25] = start - 1
+    return {name: getattr(pose, name)[last] for name in ("x_m", "y_m", "yaw_rad")}
+
+
 FAULTS = {
     "identity": lambda log: with_pose(log, yaw_rad=np.zeros(len(log.pose))),
     "degrees": lambda log: with_pose(log, yaw_rad=np.remainder(57.3 * log.pose.yaw_rad + np.pi, 2 * np.pi)),
@@ -50,6 +59,10 @@ FAULTS = {
     ),
     "torques exchanged": lambda log: with_torque(
         log, left_nm=log.torque.right_nm, right_nm=log.torque.left_nm
+    ),
+    "frozen": lambda log: with_pose(log, **frozen(log.pose)),
+    "a pose a second": lambda log: replace(
+        log, pose=PoseTrack(*(getattr(log.pose, f.name)[::50] for f in fields(log.pose)))
     ),
     "late by .8 s": lambda log: with_torque(log, t_ns=log.torque.t_ns + 800_000_000),
 }

@@ -117,9 +117,9 @@ def test_wheels_that_turn_against_the_heading_are_said():
     speed = np.where(np.sin(0.25 * np.arange(len(log.pose)) / RATE_HZ) > -0.6, 8.0, -8.0)
     none = np.zeros(len(speed))
     log = dataclasses.replace(log, torque=wr.TorqueTrack(log.pose.t_ns, none, none, speed, speed))
-    found = [f for f in wr.replay(log).findings if f["code"] == "heading_not_along_path"]
-    assert [f["severity"] for f in found] == ["warning"]
-    assert "180°" in found[0]["text"]
+    (found,) = wr.replay(log).findings
+    assert (found["code"], found["severity"]) == ("heading_not_along_path", "warning")
+    assert "180°, or the wheels count backwards" in found["text"]
 
 
 def legs(seed, kinds):
