@@ -109,7 +109,8 @@ def quality_lines(info: "LogInfo") -> list[str]:
     """Every finding on the data's quality, or that there is none, and on what that rests."""
     found = []
     for f in info.findings:
-        found += [f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"]
+        said = f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"
+        found += map(shown, said)
     if not info.n_poses_looked_at:
         return found or ["no poses to look at"]
     rows = f"{info.n_poses_looked_at} poses over {info.looked_at_s:.4g} s"
