@@ -107,7 +107,7 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
 
 def quality_lines(info: "LogInfo") -> list[str]:
     """Every finding on the data's quality, or that there is none, and on what that rests."""
-    found = []
+    found: list[str] = []
     for f in info.findings:
         said = f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"
         found += map(shown, said)
