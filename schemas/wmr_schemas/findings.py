@@ -103,7 +103,7 @@ KINDS: dict[str, FindingKind] = {
             "the yaw does not follow the path's direction: it is of another frame, or turned",
             "publish the pose of base_link in a frame whose z axis points up",
             Status.NO_HEADING,
-            explained_by=("yaw_unit", "drives_sideways"),
+            explained_by=("yaw_unit", "drives_sideways", "rate_too_low"),
         ),
         FindingKind(
             "pose_not_planar",
@@ -166,14 +166,14 @@ KINDS: dict[str, FindingKind] = {
             "wheel_speed_unit",
             "wheel speeds and motion disagree by a constant factor: a unit or the wheel radius is wrong",
             "give speed_unit or speed_scale for the torque, or the robot's wheel_radius_m, in --map",
-            explained_by=("yaw_unit",),
+            explained_by=("yaw_unit", "rate_too_low"),
         ),
         FindingKind(
             "torque_unit",
             "torques and motion disagree by a factor that the robot's parameters do not explain",
             "give torque_scale or gear_ratio for the torque, or the robot's alpha, in --map",
             Status.IMPLAUSIBLE,
-            explained_by=("yaw_unit",),
+            explained_by=("yaw_unit", "rate_too_low"),
         ),
         FindingKind(
             "stamp_unit",

@@ -136,7 +136,7 @@ def test_values_and_stamps_of_any_kind_pass(values, log):
         look = QuickLook(log.robot)
         look.push(RawBatch(*rows))
         look.end_stretch()
-        assert look.findings() == []
+        assert {f.code for f in look.findings()} <= {"rate_too_low"}
 
 
 def test_nothing_is_compiled():

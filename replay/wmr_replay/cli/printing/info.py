@@ -107,9 +107,10 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
 
 def quality_lines(info: "LogInfo") -> list[str]:
     """Every finding on the data's quality, or that there is none, and on what that rests."""
-    found = []
+    found: list[str] = []
     for f in info.findings:
-        found += [f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"]
+        said = f"{f['severity']}  {f['code']}: {f['text']}", f"  {f['meaning']}; {f['advice']}"
+        found += map(shown, said)
     if not info.n_poses_looked_at:
         return found or ["no poses to look at"]
     rows = f"{info.n_poses_looked_at} poses over {info.looked_at_s:.4g} s"
