@@ -37,8 +37,8 @@ class ReadBudgets:
     most_schema_bytes: int = 64 * MIB
     """Bytes of all definitions that are kept. Those of a robot have some hundred kilobytes."""
     most_sample_bytes: int = 4 * MIB
-    """Bytes of a message that is looked at to find out what a channel holds. Poses and joint states have less than
-    ten kilobytes."""
+    """Bytes of a message that is looked at to find out what a channel holds. Poses and joint states have less
+    than ten kilobytes."""
     most_samples_bytes: int = 64 * MIB
     """Bytes of all those messages."""
     most_definition_bytes: int = 128 << 10

@@ -38,6 +38,8 @@ class Catalogue:
     """Records beyond that."""
     n_schema_bytes: int = 0
     """Bytes of the definitions that are kept."""
+    n_sample_bytes: int = 0
+    """Bytes of the messages that are kept as samples."""
     _known: Bool = field(default_factory=lambda: np.zeros((2, 1 << 16), np.bool_))
     """Which ids of schemas and of channels the data have described."""
 
@@ -73,6 +75,13 @@ class Catalogue:
             self._put(self.channels, parse_channel(content), summary)
         elif opcode == Opcode.MESSAGE:
             raise Malformed("message too short")
+
+    def may_keep(self, n_bytes: int) -> bool:
+        """Whether a message of that size may be kept as a sample of its channel; it is accounted for."""
+        if n_bytes > min(BUDGETS.most_sample_bytes, BUDGETS.most_samples_bytes - self.n_sample_bytes):
+            return False
+        self.n_sample_bytes += n_bytes
+        return True
 
     def _has_room(self, shelf: dict[int, Entry], entry: Entry) -> bool:
         """Whether one more description may be kept."""

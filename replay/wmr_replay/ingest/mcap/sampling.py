@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from wmr_replay.ingest.budgets import BUDGETS
 from wmr_replay.ingest.mcap.chunks import Span, load
 from wmr_replay.ingest.mcap.survey import Survey
 from wmr_replay.ingest.mcap.walk import Messages, walk_pieces
@@ -87,16 +86,12 @@ class Sampler:
         kept = self.samples.setdefault(channel_id, [])
         for row in rows[: _N_KEPT - len(kept)].tolist():
             start, length = int(messages.offset[row]), int(messages.length[row])
-            if length > min(BUDGETS.most_sample_bytes, BUDGETS.most_samples_bytes - self._n_kept_bytes):
-                return
-            self._n_kept_bytes += length
             if kept and length * len(kept) > _KEPT_BYTES:
+                return
+            if not self.catalogue.may_keep(length):
                 return
             content = data[start : start + length].tobytes()
             kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))
-
-    _n_kept_bytes = 0
-    """Bytes of the samples so far."""
 
     @cached_property
     def _waiting(self) -> list[tuple[int, int]]:
