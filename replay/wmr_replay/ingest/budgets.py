@@ -32,8 +32,15 @@ class ReadBudgets:
     """Bytes of the summary section. An index of a million chunks has about 150 MB."""
     most_descriptions: int = 1 << 18
     """Records of schemas and channels that are parsed. A file has at most 2 × 65,535 different ones."""
-    most_candidates: int = 4096
-    """Channels that may serve by their schema's name, and are tried. Robots have some hundred channels."""
+    most_channels: int = 4096
+    """Channels of a file. Robots have some hundred."""
+    most_schema_bytes: int = 64 * MIB
+    """Bytes of all definitions that are kept. Those of a robot have some hundred kilobytes."""
+    most_sample_bytes: int = 4 * MIB
+    """Bytes of a message that is looked at to find out what a channel holds. Poses and joint states have less
+    than ten kilobytes."""
+    most_samples_bytes: int = 64 * MIB
+    """Bytes of all those messages."""
     most_definition_bytes: int = 128 << 10
     """Bytes of one channel's definition without comment lines. The longest in common packages have 40 kB."""
     free_definition_bytes: int = MIB
@@ -100,19 +107,11 @@ class Allowance:
         self._n_fields = budgets.free_fields + int(budgets.fields_per_byte * size_bytes)
         self._definitions: set[int] = set()
         self._definition_bytes = budgets.free_definition_bytes
-        self._n_channels = 0
         self._n_left, self._in_message = self._n_fields, 0
 
     def begin_pass(self) -> None:
         """A new pass over the log begins, with all fields."""
         self._n_left = self._n_fields
-
-    def channel(self) -> None:
-        """Account for a channel that may serve. Raises OverBudget."""
-        self._n_channels += 1
-        if self._n_channels > self.budgets.most_candidates:
-            most = self.budgets.most_candidates
-            raise OverBudget(f"more than {most:,} channels may serve by their schema; no more are tried")
 
     def definition(self, text: str) -> None:
         """Account for a definition that is to be parsed. Raises OverBudget."""

@@ -404,6 +404,16 @@ CASES |= {
     "zeros_256_mib_lz4": lambda: log(*signals(), chunk(bytes(256 * MIB), "lz4")),
     "zeros_60_mib_30_times": lambda: log(*signals(), *[chunk(bytes(60 * MIB))] * 30),
     "message_of_256_mib": lambda: log(*signals(), chunk(message(1, T0_NS, bytes(256 * MIB)))),
+    "large_messages_of_many_channels": lambda: log(
+        *signals(),
+        *[
+            chunk(channel(k, 0, f"/p{k}", "json") + message(k, T0_NS, bytes(30 * MIB)) * 2)
+            for k in range(10, 30)
+        ],
+    ),
+    "large_schemas": lambda: log(
+        *signals(), *[chunk(schema(k, "", "", bytes(60 * MIB))) for k in range(10, 30)]
+    ),
     "message_of_60_mib": lambda: log(*signals(), chunk(message(1, T0_NS, bytes(60 * MIB)))),
     "descriptions_again_and_again": lambda: log(*signals(), chunk(channel(1, 1, "/pose", "cdr") * 1_500_000)),
     "schemas_again_and_again": lambda: log(*signals(), chunk(schema(9, "", "", b"") * 2_000_000)),

@@ -169,10 +169,6 @@ def define(
     """
     allowance = allowance or Allowance()
     encoding = channel.message_encoding
-    try:
-        allowance.channel()
-    except OverBudget as error:
-        raise UnknownDefinition(str(error)) from None
     if encoding == "json":
         return JsonDefinition(samples, allowance)
     if encoding not in {"protobuf", *_ROS}:

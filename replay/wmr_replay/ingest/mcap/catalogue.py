@@ -36,6 +36,10 @@ class Catalogue:
     """Records that may still be parsed."""
     n_refused: int = 0
     """Records beyond that."""
+    n_schema_bytes: int = 0
+    """Bytes of the definitions that are kept."""
+    n_sample_bytes: int = 0
+    """Bytes of the messages that are kept as samples."""
     _known: Bool = field(default_factory=lambda: np.zeros((2, 1 << 16), np.bool_))
     """Which ids of schemas and of channels the data have described."""
 
@@ -72,10 +76,27 @@ class Catalogue:
         elif opcode == Opcode.MESSAGE:
             raise Malformed("message too short")
 
+    def may_keep(self, n_bytes: int) -> bool:
+        """Whether a message of that size may be kept as a sample of its channel; it is accounted for."""
+        if n_bytes > min(BUDGETS.most_sample_bytes, BUDGETS.most_samples_bytes - self.n_sample_bytes):
+            return False
+        self.n_sample_bytes += n_bytes
+        return True
+
+    def _has_room(self, shelf: dict[int, Entry], entry: Entry) -> bool:
+        """Whether one more description may be kept."""
+        if isinstance(entry, Schema):
+            self.n_schema_bytes += len(entry.data)
+            return self.n_schema_bytes <= BUDGETS.most_schema_bytes
+        return entry.id in shelf or len(shelf) < BUDGETS.most_channels
+
     def _put(self, shelf: dict[int, Entry], entry: Entry, summary: bool) -> None:
         """Add a description unless a better one of the same id is there."""
         key = type(entry), entry.id
         if key in self.from_data or (summary and entry.id in shelf):
+            return
+        if not self._has_room(shelf, entry):
+            self.n_refused += 1
             return
         shelf[entry.id] = entry
         if not summary:

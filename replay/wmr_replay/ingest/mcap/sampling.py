@@ -108,6 +108,8 @@ class Sampler:
             start, length = int(messages.offset[row]), int(messages.length[row])
             if kept and length * len(kept) > _KEPT_BYTES:
                 return
+            if not self.catalogue.may_keep(length):
+                return
             content = data[start : start + length].tobytes()
             kept.append(Sample(content, int(messages.log_ns[row]), int(messages.publish_ns[row])))
 
