@@ -102,6 +102,8 @@ def test_it_writes_a_log_and_replays_it(installed: Path, environment: dict[str, 
         "samples.parquet",
         "segments.parquet",
         "summary.parquet",
+        "hindsight.parquet",
+        "hindsight_segments.parquet",
         "summary.json",
         "confusion.parquet",
     )

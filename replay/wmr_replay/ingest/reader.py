@@ -70,7 +70,7 @@ class LogReader:
         self.survey.notes += [problem for _, problem in files if problem]
         self.between, self.span_ns = between, log_span_ns(self.survey)
         self.limits = between.limits_ns(self.span_ns)
-        if self.survey.spans:
+        if self.span_ns[0] < self.span_ns[1] and all(span.times_ns for span in self.survey.spans):
             check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)

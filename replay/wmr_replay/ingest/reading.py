@@ -24,7 +24,7 @@ from wmr_replay.ingest.mcap.sequence_numbers import SequenceNumbers
 from wmr_replay.ingest.mcap.stray_records import StrayRecords
 from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
-from wmr_schemas.absurd import MOST, n_absurd
+from wmr_schemas.absurd import MOST, n_absurd, without_absurd
 from wmr_schemas.arrays import F64, I64, U8, Bool
 from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
 
@@ -186,7 +186,8 @@ class Reading:
         rows = np.flatnonzero(kept)[chosen]
         attitude = attitude_of(self.uses["pose"].binding, decoded.raw[:, rows])
         if attitude is not None:
-            self.planarity.push(t_ns, chosen, np.concatenate([attitude, decoded.values[:2, rows]]))
+            seen = np.concatenate([attitude, decoded.values[:2, rows]])
+            self.planarity.push(t_ns, chosen, without_absurd(seen))
 
     def _count(self, role: str, decoded: Decoded) -> None:
         """Count the messages of a role that are undecodable or do not concern it."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
@@ -221,6 +221,7 @@ def gaps(position_m, floor_m=0.0, n=9) -> WindowErrors:
 
 @given(st.floats(0.0, 0.95), st.floats(0.0, 0.9))
 def test_the_reduction_of_the_gap_is_known(reduction, floor):
+    assume(abs(reduction - HOLD_OUT.least_change) > 1e-9)
     change = gap_change(gaps(1.0, floor), gaps(1.0 - reduction, floor), HOLD_OUT)
     if reduction <= HOLD_OUT.least_change:
         assert change is None

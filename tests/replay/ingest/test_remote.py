@@ -226,11 +226,11 @@ def test_a_batch_from_bucket_to_bucket_gives_what_a_local_one_gives(bucket, shor
     for path in short_logs.rglob("*.mcap"):
         near = run_log(path, tmp_path, timeline=False)
         key = done.pop(f"s3://fleet/logs/{path.relative_to(short_logs)}").key
-        for table in ("samples", "segments", "confusion"):
+        for table in ("samples", "segments", "confusion", "hindsight", "hindsight_segments"):
             assert objects[f"results/{table}/log={key}/part.parquet"] == near.files[table].read_bytes()
         mine = [name for name in bucket.puts if key in name]
         assert mine[-1] == f"results/records/{key}.json"
-        assert len(mine) == 5
+        assert len(mine) == 7
         (row,) = far.fleet.filter(pl.col("log") == key).to_dicts()
         own = {"log", "path", "log_sha256", "state", "problem"}
         assert row | dict.fromkeys(own) == near.summary | dict.fromkeys(own)

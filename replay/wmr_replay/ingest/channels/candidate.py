@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-from wmr_replay.ingest.budgets import Allowance
+from wmr_replay.ingest.budgets import BUDGETS, Allowance
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned, Recipe
 from wmr_replay.ingest.decoding.encodings import Definition, define
 from wmr_replay.ingest.decoding.layout import Undecodable
@@ -55,7 +55,8 @@ class Candidate:
     def definition(self) -> Definition:
         """What its messages are made of. Raises DoesNotServe."""
         if not self.samples:
-            raise DoesNotServe("no message")
+            most = f" of at most {BUDGETS.most_sample_bytes:,} bytes" if self.n_messages else ""
+            raise DoesNotServe(f"no message{most}")
         try:
             return define(self.channel, self.schema, [sample.data for sample in self.samples], self.allowance)
         except UnknownDefinition as error:
