@@ -123,7 +123,7 @@ def walk_records(  # noqa: C901, PLR0913, PLR0917 – compiled code takes its ar
         if length < 0 or length > len(data) - body or (plain and outside):
             break
         if opcode != _MESSAGE or length < MESSAGE_HEAD_BYTES:
-            if len(others) > 0:
+            if len(others) > 0 and opcode != 0:  # zeros are padding, and a chunk may hold millions
                 if others[0] + 1 == len(others):
                     return n_messages, position, True
                 others[0] += 1
