@@ -1,5 +1,6 @@
 """The quick look of ``info`` finds what a replay finds, compiles nothing, and leaves clean logs alone."""
 
+import os
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -139,7 +140,7 @@ def test_values_and_stamps_of_any_kind_pass(values, log):
         assert {f.code for f in look.findings()} <= {"rate_too_low"}
 
 
-def test_nothing_is_compiled():
+def test_nothing_is_compiled(tmp_path):
     code = """
 from wmr_schemas.compiled import on_compiling
 import numpy as np
@@ -157,4 +158,5 @@ look.end_stretch()
 look.findings()
 assert look.n_rows == 3000 and not told, told
 """
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=120)
+    empty = os.environ | {"WMR_REPLAY_CACHE_DIR": str(tmp_path)}  # else a kept kernel is read, not compiled
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=120, env=empty)
