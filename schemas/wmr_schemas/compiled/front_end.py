@@ -131,7 +131,8 @@ def is_listened_to() -> bool:
 def replacements() -> Iterator[tuple[Any, str, Any]]:
     """Owner, attribute and the quicker value in its place."""
     yield errors, "_termcolor_inst", PlainText()
-    yield type(errors.termcolor()), "_markup", lambda self, text, color=None, style=None: text
+    if hasattr(errors, "HighlightColorScheme"):  # only with colorama
+        yield errors.HighlightColorScheme, "_markup", lambda self, text, color=None, style=None: text
     yield TargetConfig, "values", values_of
     yield ir.Inst, "_rec_list_vars", lambda self, value: passes.variables_in(value)
     yield analysis, "compute_use_defs", passes.uses_and_definitions
