@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.settings import NAMES, model_option, settings_options
 
@@ -23,6 +24,7 @@ REPLAY_OPTIONS = (*NAMES, "model_file", "pose", "torque", "truth", "map", "clock
 
 @click.command(
     "check",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay check references/ logs/ --update        store the references

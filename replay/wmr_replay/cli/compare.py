@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -17,6 +18,7 @@ WHOLE = ("degree", "kappa", "mu")
 
 @click.command(
     "compare",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay compare before/ after/                        two directories of results

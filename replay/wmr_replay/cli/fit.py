@@ -6,12 +6,13 @@ from typing import Any
 import click
 
 from wmr_replay.cli.gap import MODES_OPTION, command_line
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET
 from wmr_schemas.text import encodable
 
 
-@click.command(name="fit")
+@click.command("fit", cls=GroupedCommand)
 @click.argument("log", type=click.Path(path_type=Path))
 @MODES_OPTION
 @click.option(

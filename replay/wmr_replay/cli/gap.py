@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_schemas.text import encodable
@@ -21,7 +22,7 @@ MODES_OPTION = click.option(
 )
 
 
-@click.command(name="gap")
+@click.command("gap", cls=GroupedCommand)
 @click.argument("log", type=click.Path(path_type=Path))
 @model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
 @MODES_OPTION

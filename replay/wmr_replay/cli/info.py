@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import LOG
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="info")
+@click.command("info", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @click.option(

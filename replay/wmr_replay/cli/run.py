@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import FOLDER, LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="run")
+@click.command("run", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--out", type=FOLDER, help="Results go here, not to ./<stem>.wmr/.")
 @click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")

@@ -5,9 +5,12 @@ from pathlib import Path
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+
 
 @click.command(
     "suite",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay suite --list

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -18,6 +19,23 @@ NOT_NEGATIVE = click.FloatRange(min=0)
 
 @click.command(
     "synth",
+    cls=GroupedCommand,
+    groups={
+        "Sensors": (
+            "--rate",
+            "--torque-rate",
+            "--noise",
+            "--noise-variance",
+            "--noise-xy-sd",
+            "--noise-yaw-sd",
+            "--noise-effort-sd",
+            "--noise-wheel-speed-sd",
+            "--jitter",
+            "--dropout",
+            "--clock-offset",
+            "--wrong-modes",
+        )
+    },
     epilog="""\b
 Examples:
   wmr-replay synth --list

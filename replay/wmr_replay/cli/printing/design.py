@@ -1,4 +1,4 @@
-"""What ``diff`` prints: the figures of a differentiator, and what it makes of a log."""
+"""What ``design`` prints: the figures of a differentiator, and what it makes of a log."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
