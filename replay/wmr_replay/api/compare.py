@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import polars as pl
 
 from wmr_replay.api.places import LocalPlace, home_of, local_path
-from wmr_replay.api.request import SettingsArguments, settings_of
+from wmr_replay.api.request import SettingsArguments, settings_of, untuned
 from wmr_replay.api.result import Result
 from wmr_replay.jobs.replay import Progress
 from wmr_replay.regress.logs import find_logs
@@ -230,7 +230,7 @@ def replayed_side(log: Path, settings: Mapping[str, Any], watch: Watch | None) -
 
     def replayed() -> Results:
         with nullcontext() if watch is None else watch(log.name) as progress:
-            return replay(log, Asked().changed(settings), progress)
+            return replay(log, Asked().changed(untuned(settings)), progress)
 
     return Side(log.stem, str(log), f"{log} {changes}".strip(), replayed)
 

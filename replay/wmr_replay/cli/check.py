@@ -2,7 +2,7 @@
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -11,7 +11,7 @@ import click
 
 from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
-from wmr_replay.cli.options.settings import NAMES, model_option, settings_options
+from wmr_replay.cli.options.settings import NAMES, model_option, settings_from_options, settings_options
 
 if TYPE_CHECKING:
     from wmr_replay.api.check import Check
@@ -44,6 +44,7 @@ Examples:
 )
 @click.option("--diff", "diff_file", type=FILE, help="Every value beyond tolerance: .parquet, else text.")
 @click.option("--junit", "junit_file", type=FILE, help="The outcome as JUnit XML.")
+@click.option("--jobs", type=click.IntRange(min=1), default=1, help="Logs replayed at the same time.")
 @click.option("--json", "as_json", is_flag=True, help="The outcome as JSON on standard output.")
 @model_option("Model file, instead of the reference's.")
 @mapping_options
@@ -58,6 +59,7 @@ def command(  # noqa: PLR0917
     every: int | None,
     diff_file: Path | None,
     junit_file: Path | None,
+    jobs: int,
     as_json: bool,
     model_file: Path | None,
     **options: Any,
@@ -77,17 +79,23 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.progress import byte_progress
 
     references, logs = split_paths(paths, criteria is not None, update)
-    given = cast("SettingsArguments", {name: options[name] for name in NAMES if is_given(ctx, name)})
+    whole: dict[str, Any] = {**log_options(options), **settings_from_options(options), "model": model_file}
+    own = without_project(ctx, {**options, "model_file": model_file})
+    settings = {
+        name: value for name, value in settings_from_options(options).items() if name not in project(ctx)
+    }
     found = check(
         references,
         logs,
         criteria=criteria,
         update=update,
         every=every,
-        model=model_file,
+        model=own["model_file"],
         watch=lambda log: byte_progress(f"replaying {log}"),
-        **log_options(options),
-        **given,
+        jobs=jobs,
+        unreferenced=whole,
+        **log_options(own),
+        **cast("SettingsArguments", settings),
     )
     found = replace(found, accept=accepting_command(ctx, references, found))
     if diff_file is not None:
@@ -115,6 +123,20 @@ def split_paths(
         raise click.UsageError(f"{first} is no directory of references; name that first, then the logs")
     check_folder(first, update=update, has_criteria=has_criteria)
     return first, rest
+
+
+def project(ctx: click.Context) -> set[str]:
+    """Parameters whose value comes from the project's file. A reference's own settings stand above those."""
+    from wmr_replay.cli.config.apply import FROM_PROJECT
+
+    named: set[str] = ctx.meta.get(FROM_PROJECT, set())
+    return {name for name in named if not is_given(ctx, name)}
+
+
+def without_project(ctx: click.Context, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options without what the project's file says."""
+    left_out = project(ctx)
+    return {name: None if name in left_out else value for name, value in options.items()}
 
 
 def is_given(ctx: click.Context, name: str) -> bool:

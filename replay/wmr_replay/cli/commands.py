@@ -2,8 +2,11 @@
 
 import difflib
 import importlib
+from typing import Any
 
 import click
+
+from wmr_replay.cli.streams import reader_watched
 
 COMMANDS = {
     "run": "Identify contact modes and alpha in a log.",
@@ -47,6 +50,18 @@ class LazyGroup(click.Group):
             meant = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(COMMANDS)}"
             raise click.UsageError(f"no command {name!r}; {meant}", ctx)
         return super().resolve_command(ctx, args)
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: click.Context | None = None, **extra: Any
+    ) -> click.Context:
+        """The call's context; a help page is printed here. Raises ReaderLeft."""
+        with reader_watched():
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Do the work. Raises ReaderLeft."""
+        with reader_watched():
+            return super().invoke(ctx)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The list under --help, without importing any command."""

@@ -1,11 +1,16 @@
 """Help pages: options in groups, as wide as the terminal allows."""
 
+import contextlib
+import os
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
 
 import click
 
+from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
+from wmr_replay.cli.verbosity import is_quiet
 
 MOST_COLUMNS = 100
 """Longer lines are hard to read."""
@@ -23,7 +28,18 @@ class GroupedCommand(click.Command):
 
     def __init__(self, *args: Any, groups: dict[str, tuple[str, ...]] | None = None, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
+        self.params += common_options()
         self.groups = groups_with(groups or {})
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Do the work; under --quiet with nobody to hear it but for errors and JSON."""
+        if not is_quiet():
+            return super().invoke(ctx)
+        with Path(os.devnull).open("w", encoding="utf-8") as nowhere, contextlib.redirect_stderr(nowhere):
+            if ctx.params.get("as_json"):
+                return super().invoke(ctx)
+            with contextlib.redirect_stdout(nowhere):
+                return super().invoke(ctx)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, a section for each group that has any."""

@@ -44,6 +44,7 @@ def command(
     """
     from wmr_replay.api.log import open_log
     from wmr_replay.cli.printing.info import mapping_line, print_info
+    from wmr_replay.cli.printing.plain import say
     from wmr_replay.cli.printing.progress import byte_progress
 
     if write_map is not None and not force and write_map.exists():
@@ -54,4 +55,4 @@ def command(
     print_info(info, as_json=as_json)
     if write_map is not None:
         opened.write_mapping(write_map, overwrite=force)
-        click.echo(mapping_line(write_map, opened.mapping()), err=as_json)
+        say(mapping_line(write_map, opened.mapping()), err=as_json)

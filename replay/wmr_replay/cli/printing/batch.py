@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.printing.plain import console_of, say, styled
+from wmr_replay.cli.printing.json import echo_document
+from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_replay.cli.printing.run import percent
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.text import shown, shown_lines
@@ -27,7 +28,7 @@ def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None
     from wmr_replay.api.batch import fleet_json, totals
 
     if as_json:
-        say(fleet_json(result.fleet))
+        echo_document(fleet_json(result.fleet))
         return
     console = console_of(width=_WIDTH)
     done = result.fleet.filter(result.fleet["state"] == "done")

@@ -9,7 +9,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.printing.plain import console_of, say, styled
+from wmr_replay.cli.printing.json import echo_document
+from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_replay.cli.printing.words import modes_in_words, next_steps, numbers, p_in_words, unit_of
 from wmr_schemas.text import shown
 
@@ -39,7 +40,7 @@ def terminal() -> Console:
 def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
     """Everything from the verdict to the files, or gap.json."""
     if as_json:
-        say(found.as_json(), end="")
+        echo_document(found.as_json().rstrip("\n"))
         return
     gap, console = found.document, terminal()
     console.print(header(found), soft_wrap=True)
