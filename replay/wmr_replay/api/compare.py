@@ -123,7 +123,10 @@ class Comparison:
             files = {"json": folder / f"{self.stem}.compare.json"}
             with whole_file(files["json"]) as part:
                 part.write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
-            recording = self.timeline(folder / f"{self.stem}.compare.rrd") if timeline else None
+            drawn = folder / f"{self.stem}.compare.rrd"
+            recording = self.timeline(drawn) if timeline else None
+            if recording is None:
+                drawn.unlink(missing_ok=True)
         return files if recording is None else files | {"timeline": recording}
 
     def __str__(self) -> str:

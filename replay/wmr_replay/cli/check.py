@@ -76,7 +76,7 @@ def command(  # noqa: PLR0917
     """
     from wmr_replay.api.check import check
     from wmr_replay.cli.printing.check import print_check
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
     references, logs = split_paths(paths, criteria is not None, update)
     whole: dict[str, Any] = {**log_options(options), **settings_from_options(options), "model": model_file}
@@ -91,7 +91,7 @@ def command(  # noqa: PLR0917
         update=update,
         every=every,
         model=own["model_file"],
-        watch=lambda log: byte_progress(f"replaying {log}"),
+        watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
         jobs=jobs,
         unreferenced=whole,
         **log_options(own),

@@ -37,7 +37,7 @@ Examples:
     default=Path("compare.wmr"),
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
 def command(
     a: Path,
@@ -59,14 +59,14 @@ def command(
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
     from wmr_replay.api.compare import compare_all
     from wmr_replay.cli.printing.compare import print_comparisons
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
     comparisons, lonely = compare_all(
         a,
         b,
         settings_a=parse_settings(set_a),
         settings_b=parse_settings(set_b),
-        watch=lambda log: byte_progress(f"replaying {log}"),
+        watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
     files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)

@@ -44,7 +44,8 @@ MODES_OPTION = click.option(
     default="",
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
 @CLOCK_OFFSET
 @blind_options
 def command(  # noqa: PLR0917
@@ -58,6 +59,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
+    force: bool,
     **options: Any,
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
@@ -77,7 +79,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.progress import share_progress
 
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
-    with share_progress() as progress:
+    with share_progress(f"reading {log.name}") as progress:
         found = gap(
             log,
             out or encodable(f"{log.stem}.wmr"),
@@ -88,6 +90,7 @@ def command(  # noqa: PLR0917
             max_effects=max_effects,
             seed=seed,
             timeline=not no_rrd,
+            force=force,
             command=command_line(),
             progress=progress,
             clock_offset_s=options.pop("clock_offset_s"),

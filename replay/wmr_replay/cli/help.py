@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from wmr_replay.cli.activity import activity
 from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
 from wmr_replay.cli.verbosity import is_quiet
@@ -34,7 +35,8 @@ class GroupedCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Do the work; under --quiet with nobody to hear it but for errors and JSON."""
         if not is_quiet():
-            return super().invoke(ctx)
+            with activity():
+                return super().invoke(ctx)
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, contextlib.redirect_stderr(nowhere):
             if ctx.params.get("as_json"):
                 return super().invoke(ctx)

@@ -169,9 +169,11 @@ def command(  # noqa: PLR0917
             "--noise-variance already sets the noise of x, y and yaw; leave out --noise and the …-sd ones"
         )
     from wmr_replay.api.synthesise import check_scenario, synthesise
+    from wmr_replay.cli import activity
     from wmr_replay.cli.printing.progress import message_progress
     from wmr_replay.cli.printing.synth import print_written
 
+    activity.tell(f"simulating {scenario}")
     check_scenario(scenario)
     if out is None:
         raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
@@ -190,7 +192,7 @@ def command(  # noqa: PLR0917
         wrong_modes=wrong_modes,
         **cast("SensorArguments", sensor_options),
     )
-    with message_progress(made.n_messages) as progress:
+    with message_progress(f"writing {out.name}") as progress:
         paths = made.save(
             out,
             encoding=encoding,

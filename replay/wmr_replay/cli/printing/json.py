@@ -3,6 +3,7 @@
 import json
 import sys
 
+from wmr_replay.cli import activity
 from wmr_schemas.text import json_text
 
 
@@ -13,6 +14,7 @@ def echo_json(content: object) -> None:
 
 def echo_document(document: str) -> None:
     """Print a JSON document; what standard output cannot encode as ``\\uXXXX``, so that it reads back."""
+    activity.stop()
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     try:
         document.encode(encoding)

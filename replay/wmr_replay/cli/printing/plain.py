@@ -11,16 +11,19 @@ from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook,
 from rich.segment import Segment
 from rich.text import Text
 
+from wmr_replay.cli import activity
 from wmr_schemas.text import shown, shown_lines
 
 
 def say(text: object, *, err: bool = False, end: str = "\n") -> None:
     """Print text in its own lines, control codes escaped."""
+    activity.stop()
     print(shown_lines(text), end=end, file=sys.stderr if err else sys.stdout, flush=True)
 
 
 def console_of(**options: Any) -> Console:
     """A console that takes text as it is, and escapes control codes."""
+    activity.stop()
     console = _Console(highlight=False, markup=False, emoji=False, **options)
     console.push_render_hook(_Escaping())
     return console
