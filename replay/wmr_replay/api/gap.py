@@ -29,6 +29,7 @@ from wmr_schemas.signals import Log
 from wmr_schemas.text import shown
 
 TOPIC = "topic:"
+MODES = ("identified", "ideal")
 EFFECT_COLUMNS = {
     "effect": pl.String,
     "parameter": pl.String,
@@ -183,8 +184,11 @@ def options_of(
 ) -> tuple[GapOptions, str | None]:
     """The options, checked, and the topic of ``topic:T``. Raises InvalidSetting."""
     topic = modes.removeprefix(TOPIC) if modes.startswith(TOPIC) else None
-    if topic == "" or modes == "given":
-        raise InvalidSetting("modes: a topic is named as topic:/its/name")
+    if topic == "" or (topic is None and modes not in MODES):
+        meant = f"; did you mean {TOPIC}{modes}?" if modes.startswith("/") else ""
+        raise InvalidSetting(
+            f"modes are {', '.join(MODES)}, or {TOPIC}T with the topic T of the modes; not {modes!r}{meant}"
+        )
     source = modes if topic is None else "given"
     return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed), topic
 
