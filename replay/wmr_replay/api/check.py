@@ -23,7 +23,7 @@ from wmr_replay.api.request import (
 from wmr_replay.fleet.pool import Pool
 from wmr_replay.jobs.replay import Progress
 from wmr_replay.regress.check import Checker, LogCheck, Refused, check_alone
-from wmr_replay.regress.criteria import read_criteria
+from wmr_replay.regress.criteria import read_criteria, required
 from wmr_replay.regress.files import write_diff, write_text
 from wmr_replay.regress.logs import find_logs
 from wmr_replay.regress.replayed import Changes
@@ -106,6 +106,7 @@ def check(
     logs: LocalPlace | Sequence[LocalPlace],
     *,
     criteria: LocalPlace | None = None,
+    require: Sequence[str] = (),
     update: bool = False,
     every: int | None = None,
     model: ModelLike | None = None,
@@ -127,6 +128,7 @@ def check(
         references: Directory of references, each named after its log; None: criteria alone.
         logs: Logs, bags, or directories of them.
         criteria: TOML file with bounds on columns of the summary.
+        require: Bounds on columns of the summary as texts, ``accuracy >= .93``, besides those of the file.
         update: Store what differs, or has no reference, as the reference.
         every: With ``update``: keep every n-th row of samples; None: as stored, else 1.
         model: Model or model file.
@@ -143,10 +145,11 @@ def check(
         InvalidSetting: Neither references nor criteria, or a directory that is not there.
     """
     folder = None if references is None else local_path(references)
-    check_folder(folder, update=update, has_criteria=criteria is not None)
+    check_folder(folder, update=update, has_criteria=criteria is not None or bool(require))
     places = [logs] if isinstance(logs, str) or not isinstance(logs, Sequence) else list(logs)
     found = find_logs([local_path(place) for place in places])
     bounds = () if criteria is None else read_criteria(local_path(criteria))
+    bounds = (*bounds, *map(required, require))
     asking = changes_of(settings, mapping_of(mapping), start, end, model)
     first = asking if unreferenced is None else changes_by(**unreferenced)
     checker = Checker.of(folder, bounds, asking, first, update=update, every=every)

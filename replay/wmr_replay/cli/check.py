@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_metric
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.settings import NAMES, model_option, settings_from_options, settings_options
 
@@ -31,10 +32,18 @@ Examples:
   wmr-replay check references/ logs/                 has any answer changed?
   wmr-replay check references/ a.mcap --diff a.parquet --junit report.xml
   wmr-replay check --criteria criteria.toml logs/    bounds instead of references
+  wmr-replay check --require 'accuracy >= .9' logs/  the same without a file
 """,
 )
 @click.argument("paths", metavar="[REFERENCE_DIR] LOGS...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--criteria", type=FILE, help='Bounds on summary columns (TOML): accuracy = ">= .93".')
+@click.option(
+    "--require",
+    metavar="'METRIC >= N'",
+    multiple=True,
+    shell_complete=complete_metric,
+    help="A bound on a summary column, as in --criteria; repeatable.",
+)
 @click.option("--update", is_flag=True, help="Store what differs, or has no reference, as the reference.")
 @click.option(
     "--every",
@@ -55,6 +64,7 @@ def command(  # noqa: PLR0917
     /,
     paths: tuple[Path, ...],
     criteria: Path | None,
+    require: tuple[str, ...],
     update: bool,
     every: int | None,
     diff_file: Path | None,
@@ -78,7 +88,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.check import print_check
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
-    references, logs = split_paths(paths, criteria is not None, update)
+    references, logs = split_paths(paths, criteria is not None or bool(require), update)
     whole: dict[str, Any] = {**log_options(options), **settings_from_options(options), "model": model_file}
     own = without_project(ctx, {**options, "model_file": model_file})
     settings = {
@@ -88,6 +98,7 @@ def command(  # noqa: PLR0917
         references,
         logs,
         criteria=criteria,
+        require=require,
         update=update,
         every=every,
         model=own["model_file"],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import click
 
 from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_setting
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -29,8 +30,20 @@ Examples:
 )
 @click.argument("a", type=click.Path(path_type=Path, exists=True))
 @click.argument("b", type=click.Path(path_type=Path, exists=True), required=False)
-@click.option("--set-a", metavar="NAME=VALUE", multiple=True, help="A setting of A's replay; repeatable.")
-@click.option("--set-b", metavar="NAME=VALUE", multiple=True, help="The same of B's.")
+@click.option(
+    "--set-a",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="A setting of A's replay; repeatable.",
+)
+@click.option(
+    "--set-b",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="The same of B's.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),

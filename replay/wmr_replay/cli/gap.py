@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_modes, list_of
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_schemas.text import encodable
@@ -17,6 +18,7 @@ EXIT_CHECK_FAILED = 1
 MODES_OPTION = click.option(
     "--modes",
     metavar="identified|ideal|topic:T",
+    shell_complete=complete_modes,
     default="identified",
     help="Contact modes: estimated, ideal throughout, or those on topic T.",
 )
@@ -41,6 +43,7 @@ MODES_OPTION = click.option(
 @click.option(
     "--fail-on",
     metavar="VERDICT,…",
+    shell_complete=list_of(VERDICTS),
     default="",
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )

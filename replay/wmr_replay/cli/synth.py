@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_effect, complete_scenario
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -47,12 +48,13 @@ Examples:
   wmr-replay synth patrol --model drag.model.toml --out extended.mcap
 """,
 )
-@click.argument("scenario", required=False)
+@click.argument("scenario", required=False, shell_complete=complete_scenario)
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
 @click.option("--list-effects", "effect_listing", is_flag=True, help="List what --hide can hide and leave.")
 @click.option(
     "--hide",
     multiple=True,
+    shell_complete=complete_effect,
     metavar="NAME[:PARAM=VALUE,...]",
     help="An effect that stands in the side files only; a bare name draws its size. Repeatable.",
 )

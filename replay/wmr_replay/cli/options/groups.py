@@ -15,6 +15,7 @@ GROUPS = {
         "--full",
         "--log",
         "--criteria",
+        "--require",
         "--set-a",
         "--set-b",
     ),

@@ -56,7 +56,7 @@ def print_design(design: "Design", on_log: "PoseDerivatives | None", *, as_json:
             at_root,
         )
         table.add_row(str(row.order), *(figure(cell) for cell in cells))
-    print_table(console, table)
+    print_table(console, table, n_titles=0)
     for line in () if on_log is None else log_lines(on_log):
         console.print(line)
 

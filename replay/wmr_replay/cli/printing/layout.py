@@ -33,7 +33,7 @@ def output_width() -> int:
 def print_table(console: Console, table: Table, n_titles: int = 1) -> None:
     """A table, or its rows one by one where it is wider than the console.
 
-    ``n_titles``: first cells that stand together in the first line of such a row.
+    ``n_titles``: first cells that stand together in the first line of such a row; 0: it has no such line.
     """
     headings = [plain(column.header) for column in table.columns]
     rows = [[plain(cell) for cell in row] for row in zip(*(c.cells for c in table.columns), strict=True)]
@@ -63,7 +63,7 @@ def record_lines(title: str, headings: list[str], cells: list[str], width: int) 
     """
     lines, line = [title] if title else [], ""
     for heading, cell in zip(headings, cells, strict=True):
-        pieces = wrapped(f"{heading} {cell}".strip(), width - INDENT) if cell else []
+        pieces = wrapped(f"{heading}: {cell}" if heading else cell, width - INDENT) if cell else []
         for piece in pieces:
             fits = line and len(pieces) == 1 and len(line) + len(piece) + 2 <= width - INDENT
             if line and not fits:
