@@ -18,7 +18,7 @@ from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
-from wmr_replay.ingest.channels.stamp_unit import stamp_unit_findings
+from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_findings
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
@@ -173,7 +173,8 @@ class LogReader:
         self.clocks, apart = choose_clocks(self.plan.uses)
         reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
         before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
-        self.findings = [*before, *apart, *stamp_unit_findings(reasons)]
+        units = {self.plan.uses[role].channel.topic: clock.log_unit for role, clock in self.clocks.items()}
+        self.findings = [*before, *apart, *stamp_unit_findings(reasons), *log_time_findings(units)]
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
