@@ -65,8 +65,8 @@ def changing(rng: np.random.Generator) -> tuple[F64, float]:
 
 
 def waking(rng: np.random.Generator) -> tuple[F64, float]:
-    """Some steps of 2 s, and 60 ms from then on."""
-    at_s = 2.0 * rng.integers(1, 6)
+    """1 to 20 steps of 2 s, and 60 ms from then on. The first ones alone need no finding."""
+    at_s = 2.0 * rng.integers(1, 21)
     return np.concatenate([np.arange(0, at_s, 2.0), uneven(0.06, at_s, LENGTH_S, rng)]), at_s + 41 * 0.06
 
 
