@@ -22,6 +22,7 @@ extensions = [
 ]
 exclude_patterns = ["examples/**", "_build/**", "__pycache__"]
 default_role = "code"
+smartquotes = False
 
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4

@@ -171,15 +171,15 @@ def shell(commands: str, here: Path, environment: dict[str, str]) -> subprocess.
 
 
 def environment_in(folder: Path) -> dict[str, str]:
-    """A terminal of 120 columns without colour, in which this environment is active and no window opens."""
+    """No terminal and no colour: this environment is active, a row of a table is one line, no window opens."""
     shims = folder / "shims"
     shims.mkdir()
     for name, script in SHIMS.items():
         (shims / name).write_text(script.replace("/usr/bin/env make", real("make")), encoding="utf-8")
         (shims / name).chmod(0o755)
     path = os.pathsep.join([str(shims), str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    ours = {"PATH": path, "COLUMNS": "120", "NO_COLOR": "1", "WMR_REPLAY_PROGRESS": "never"}
-    return {**os.environ, **ours, "ROOT": str(ROOT)}
+    ours = {"PATH": path, "NO_COLOR": "1", "WMR_REPLAY_PROGRESS": "never", "ROOT": str(ROOT)}
+    return {name: value for name, value in os.environ.items() if name != "COLUMNS"} | ours
 
 
 def real(name: str) -> str:
