@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import quality_logs
+
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
@@ -58,7 +59,8 @@ def path_of(family: Callable[..., object]) -> Callable[[float, Rng], Waypoints]:
 
     def path(duration_s: float, rng: Rng) -> Waypoints:
         driver = family(duration_s, rng).driver  # type: ignore[attr-defined]
-        assert isinstance(driver, ClosedLoop) and isinstance(driver.references, Waypoints)
+        assert isinstance(driver, ClosedLoop)
+        assert isinstance(driver.references, Waypoints)
         return driver.references
 
     return path
