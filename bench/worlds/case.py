@@ -119,9 +119,9 @@ def check_stable(case: Case, v_long_mps: F64, yaw_rate_radps: F64) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """The noise-free motion at ``t_s`` (n,) since the start; commanded torques and modes in force from then on.
+    """The noise-free motion at ``t_s`` (n,) since the start; torques and modes as in force from then on.
 
-    Pose and speeds are the robot's, before any error of the pose's measurement.
+    Torques are the commanded ones. Pose and speeds are the robot's, before any error of their measurement.
     """
 
     t_s: F64

@@ -77,7 +77,7 @@ VECTORS = {
 }
 LOCAL = ("load_step", "slip_interval", "low_friction_patch")
 EFFECTS = (*SIZES, *VECTORS, *LOCAL)
-"""All declared effects of the torque base but ``undeclared_skid``: a skid that no label misses is no effect."""
+"""All declared effects of the torque base but ``undeclared_skid``, which needs labels that miss a skid."""
 SAME_FORM = frozenset(name for name, size in SIZES.items() if size.same_form) | {"pose_lever_arm"}
 
 

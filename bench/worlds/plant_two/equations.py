@@ -221,7 +221,9 @@ def rates(state, t, mode, torques, disturbance, robot, hidden, out):
 
 
 @njit(cache=True, error_model="numpy")
-def step(state, t, h, mode, torques, disturbance, robot, hidden, work):
+def step(  # noqa: PLR0913, PLR0917 – one compiled step
+    state, t, h, mode, torques, disturbance, robot, hidden, work
+):
     """One step of the classical fourth-order method of Runge and Kutta; ``work`` (5, states).
 
     ``disturbance`` (2, 3) at both ends of the step is joined by a straight line.
