@@ -47,7 +47,8 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
         plant, family = cells[cell]
         seed = first + k
         chosen.check(plant, family, seed)
-        yield Case(plant, family, noises[lap % len(noises)], effect_of(lap, cell, options.effect), seed)
+        noise = noises[(lap + lap // len(noises)) % len(noises)]
+        yield Case(plant, family, noise, effect_of(lap, cell, options.effect), seed)
 
 
 def wanted(cell: tuple[int, str], options: argparse.Namespace) -> bool:
