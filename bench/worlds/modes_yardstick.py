@@ -15,7 +15,7 @@ from worlds.yardstick_kernels import backward, forward
 from worlds.yardstick_model import Linear, linear_of
 
 HINDSIGHT_BIN_S, CAUSAL_BIN_S = 0.05, 0.02
-HYPOTHESES, DRAWS = 60, 150
+HYPOTHESES, DRAWS = 100, 200
 WARM_UP_S = 1.0
 ECE_BINS = 10
 
@@ -43,6 +43,7 @@ def filtered(linear: Linear, hypotheses: int) -> tuple[np.ndarray, ...]:
         linear.flow,
         linear.offset,
         linear.process,
+        linear.mixing,
         linear.measured,
         linear.variance,
         linear.start,
@@ -63,7 +64,7 @@ def hindsight(world: World, hypotheses: int = HYPOTHESES, draws: int = DRAWS, se
     linear = linear_of(world, HINDSIGHT_BIN_S)
     found = filtered(linear, hypotheses)
     posterior = backward(
-        linear.flow, linear.offset, linear.process, linear.switching, *found[:-1], draws, seed
+        linear.flow, linear.offset, linear.process, linear.mixing, linear.switching, *found[:-1], draws, seed
     )
     return at_rows(world, posterior, np.searchsorted(linear.edges_s, world.truth.t_s, side="right") - 1)
 

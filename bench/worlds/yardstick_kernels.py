@@ -3,8 +3,9 @@
 Forward, every hypothesis is a mode since a bin, with a Kalman filter. Each bin it goes on, and it may change
 into the other modes; those that change from one mode into the same other mode in one bin are merged (first
 and second moments), so that hypotheses differ in when the last mode began. The best ``most`` stay, and take
-up the others: each goes into the one of its mode that began next to it. Where the mode changes, the switch lies anywhere in the bin: the
-difference of both modes' predictions, uniform between 0 and 1, widens the covariance.
+up the others: each goes into the one of its mode that began next to it. In the bin of a change the new mode
+has the share ``mixing`` of the prediction, a half where the change lies anywhere in the bin; the difference
+of both modes' predictions, uniform over the bin, widens the covariance.
 
 Backward, histories are drawn from the joint posterior of modes and states (forward filtering, backward
 simulation; Lindsten and Schön 2013, algorithm 6): at each bin a hypothesis in proportion to its weight times
@@ -25,7 +26,7 @@ NO_VARIANCE = 1e-15
 
 
 @njit(cache=True, error_model="numpy")
-def predicted(mean, covariance, mode, last, k, flow, offset, process):
+def predicted(mean, covariance, mode, last, k, flow, offset, process, mixing):  # noqa: PLR0913, PLR0917
     """Mean and covariance of a hypothesis one bin later under ``mode``, which follows ``last``."""
     F = flow[k, mode]
     ahead = F @ mean + offset[k, mode]
@@ -35,7 +36,7 @@ def predicted(mean, covariance, mode, last, k, flow, offset, process):
         for a in range(len(mean)):
             for b in range(len(mean)):
                 wide[a, b] += (ahead[a] - other[a]) * (ahead[b] - other[b]) / 12
-        ahead = 0.5 * (ahead + other)
+        ahead = other + mixing[last, mode] * (ahead - other)
     return ahead, wide
 
 
@@ -60,7 +61,7 @@ def updated(mean, covariance, measured, variance):
 
 @njit(cache=True, error_model="numpy")
 def merged_switch(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they are
-    modes, weights, means, covariances, last, mode, k, flow, offset, process
+    modes, weights, means, covariances, last, mode, k, flow, offset, process, mixing
 ):
     """Weight, mean and covariance of all hypotheses of mode ``last`` that change into ``mode`` in bin k."""
     d = means.shape[1]
@@ -69,7 +70,7 @@ def merged_switch(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they ar
         if modes[h] != last or weights[h] < -HOPELESS:
             continue
         share = math.exp(weights[h])
-        ahead, spread = predicted(means[h], covariances[h], mode, last, k, flow, offset, process)
+        ahead, spread = predicted(means[h], covariances[h], mode, last, k, flow, offset, process, mixing)
         total += share
         for a in range(d):
             mean[a] += share * ahead[a]
@@ -86,7 +87,7 @@ def merged_switch(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they ar
 
 @njit(cache=True, error_model="numpy")
 def merge_into_next(kept, lost, modes, born, weights, means, covariances):
-    """Hypothesis ``lost`` into the kept one of its mode that began next to it; dropped where there is none."""
+    """Hypothesis ``lost`` into the kept one of its mode that began next to it; dropped without one."""
     into, least = -1, 0
     for h in kept:
         apart = abs(born[h] - born[lost])
@@ -107,7 +108,9 @@ def merge_into_next(kept, lost, modes, born, weights, means, covariances):
 
 
 @njit(cache=True, error_model="numpy")
-def forward(flow, offset, process, measured, variance, start, switching, most):
+def forward(  # noqa: PLR0913, PLR0917 – the model's arrays, as they are
+    flow, offset, process, mixing, measured, variance, start, switching, most
+):
     """Hypotheses behind each bin: how many, modes, log weights, means, covariances; posterior (n, 3)."""
     n, d = len(flow), flow.shape[2]
     count = np.zeros(n, np.int64)
@@ -126,7 +129,7 @@ def forward(flow, offset, process, measured, variance, start, switching, most):
             new_modes[found], new_born[found] = mode, old_born[h]
             new_weights[found] = old_weights[h] + math.log(switching[mode, mode])
             new_means[found], new_covariances[found] = predicted(
-                old_means[h], old_covariances[h], mode, mode, k, flow, offset, process
+                old_means[h], old_covariances[h], mode, mode, k, flow, offset, process, mixing
             )
             found += 1
         for last in range(N_MODES):
@@ -134,7 +137,17 @@ def forward(flow, offset, process, measured, variance, start, switching, most):
                 if mode == last:
                     continue
                 weight, mean, wide = merged_switch(
-                    old_modes, old_weights, old_means, old_covariances, last, mode, k, flow, offset, process
+                    old_modes,
+                    old_weights,
+                    old_means,
+                    old_covariances,
+                    last,
+                    mode,
+                    k,
+                    flow,
+                    offset,
+                    process,
+                    mixing,
                 )
                 if weight > 0.0:
                     new_modes[found], new_born[found] = mode, k
@@ -207,7 +220,7 @@ def drawn_index(weights, uniform):
 
 @njit(cache=True, error_model="numpy")
 def backward(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they are
-    flow, offset, process, switching, count, modes, weights, means, covariances, draws, seed
+    flow, offset, process, mixing, switching, count, modes, weights, means, covariances, draws, seed
 ):
     """Posterior (n, 3) of the mode given all data, from ``draws`` histories."""
     np.random.seed(seed)  # noqa: NPY002 – numba's own generator
@@ -233,7 +246,15 @@ def backward(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they are
             for i in range(kept):
                 if not ready[i, mode]:
                     mean, wide = predicted(
-                        means[k, i], covariances[k, i], mode, modes[k, i], k + 1, flow, offset, process
+                        means[k, i],
+                        covariances[k, i],
+                        mode,
+                        modes[k, i],
+                        k + 1,
+                        flow,
+                        offset,
+                        process,
+                        mixing,
                     )
                     ahead[i, mode], roots[i, mode] = mean, root_of(wide)
                     ready[i, mode] = True
@@ -249,9 +270,7 @@ def backward(  # noqa: PLR0913, PLR0917 – the filter's arrays, as they are
                 posterior[k, modes[k, i]] += share[i] / draws
             i = drawn_index(share[:kept], np.random.random())  # noqa: NPY002
             if not known[i, mode]:
-                F, last = flow[k + 1, mode], modes[k, i]
-                if last != mode:
-                    F = 0.5 * (F + flow[k + 1, last])
+                F = flow[k + 1, mode]
                 wide = roots[i, mode] @ roots[i, mode].T
                 gains[i, mode] = np.linalg.solve(wide, F @ covariances[k, i]).T
                 inner[i, mode] = root_of(covariances[k, i] - gains[i, mode] @ F @ covariances[k, i])

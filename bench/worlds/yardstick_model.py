@@ -15,7 +15,7 @@ from wmr_schemas.arrays import F64, I64
 from wmr_schemas.modes import ContactMode
 from worlds.case import World
 from worlds.drivers import FAMILIES
-from worlds.plant_two.equations import SIDESLIP_S
+from worlds.plant_two.equations import SIDESLIP_S, SLIP_ONSET_S
 from worlds.plant_two.world import COMPLIANCE_S
 
 STATES, DISTURBANCES, POSE = 6, 3, 3
@@ -33,8 +33,9 @@ SKID_SHARE = 0.55
 class Linear:
     """The model of a log with d states: flow (n, 3, d, d) and offset (n, 3, d) of each bin and mode.
 
-    ``measured`` (n, 3) and its variances (n, 3) at the edge behind each bin, ``switching`` (3, 3) the
-    probabilities of the next mode, ``edges_s`` (n + 1) the bins' edges.
+    ``measured`` (n, 3) and its variances (n, 3) at the edge behind each bin; ``switching`` (3, 3) the
+    probabilities of the next mode; ``mixing`` (3, 3) the share of the new mode in the bin of a change;
+    ``edges_s`` (n + 1) the bins' edges.
     """
 
     flow: F64
@@ -44,6 +45,7 @@ class Linear:
     variance: F64
     start: F64
     switching: F64
+    mixing: F64
     edges_s: F64
 
 
@@ -119,6 +121,17 @@ def switching_of(world: World, bin_s: float) -> F64:
     return out
 
 
+def mixing_of(world: World, bin_s: float) -> F64:
+    """Share of the new mode in the bin of a change: a half, less by the onset of slipping on plant two.
+
+    An onset of time constant T moves the change by T, beyond the bin's end where T is long.
+    """
+    out = np.full((N_MODES, N_MODES), 0.5)
+    if world.case.plant == 2:
+        out[ContactMode.SLIPPING, :] = out[:, ContactMode.SLIPPING] = 0.5 - SLIP_ONSET_S / bin_s
+    return out
+
+
 def measured_at(world: World, edges_s: F64, bin_s: float) -> tuple[F64, I64]:
     """Mean error (n, 3) of the poses about each edge but the first, and how many they are."""
     pose, t_s = world.log.pose, world.truth.t_s
@@ -159,4 +172,14 @@ def linear_of(world: World, bin_s: float) -> Linear:
     white = (1 - around.wobble_share) * sd**2 / np.maximum(count, 1)[:, None]
     variance = np.where(count[:, None] > 0, white + 1e-12, 1e6)
     start = np.diag(np.concatenate([START_SD**2, lasting]))
-    return Linear(flow, offset, process, error, variance, start, switching_of(world, bin_s), edges_s)
+    return Linear(
+        flow,
+        offset,
+        process,
+        error,
+        variance,
+        start,
+        switching_of(world, bin_s),
+        mixing_of(world, bin_s),
+        edges_s,
+    )
