@@ -25,7 +25,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import EFFECTS
 from worlds.case import World
 from worlds.oracle_filter import moved_m, steps_of, whitened
-from worlds.oracle_forms import Signals, Trace, losing, own_slipping, signals_of, trace
+from worlds.oracle_forms import STEP_S, Signals, Trace, losing, own_slipping, signals_of, trace
 
 SEPARATED = 33.0
 SEEN = 31.0
@@ -34,11 +34,14 @@ SLIPPING = "slipping"
 NO_NAME = ("undeclared_skid",)
 """Never right where modes are identified: the true modes hold every skid."""
 LOCAL_LOSS = ("slip_interval", "low_friction_patch")
+LOCAL = (*LOCAL_LOSS, "load_step")
 NONNEGATIVE = (0.0, np.inf)
 NEAR = (0.8, 1.25)
 """A curve at a grid value stands for its neighbours: its size may be that of the next value."""
 FREE = (-np.inf, np.inf)
-STRETCH_S, DISC_EVERY_S, RADII_M = 3.0, 2.0, (0.5, 0.8, 1.2, 2.0)
+COARSE_S, FINE_S = 3.0, 0.5
+"""Spacing of a rival's times and places, fine where the hidden effect is itself of one time or place."""
+RADII_M = (0.5, 0.8, 1.2, 2.0, 3.5)
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,8 @@ SHARES = (0.03, 0.06, 0.1, 0.16, 0.24, 0.35, 0.5, 0.7, 0.85, 0.95)
 TIMES_S = (0.015, 0.025, 0.04, 0.06, 0.09, 0.13, 0.19, 0.27, 0.38)
 
 
-def blocks(s: Signals) -> Iterator[Block]:
-    """All rivals but traction lost in time and place."""
+def blocks(s: Signals, every_s: float) -> Iterator[Block]:
+    """All rivals but traction lost in a stretch of time; times and places are ``every_s`` apart."""
     for name, (parameter, bounds) in LINEAR.items():
         yield Block(name, ({parameter: UNIT},), bounds)
     yield Block(
@@ -93,18 +96,18 @@ def blocks(s: Signals) -> Iterator[Block]:
         yield Block("actuator_lag", ({"time_constant_s": time_s},), NEAR)
         yield Block("input_delay", ({"delay_s": time_s},), NEAR)
         yield Block("input_delay", ({"delay_s": -time_s},), NEAR)
-    for t0_s in np.arange(STRETCH_S, s.t_s[-1], STRETCH_S):
+    for t0_s in np.arange(every_s, s.t_s[-1], every_s):
         yield Block("load_step", ({"mass_ratio": UNIT, "t0_s": float(t0_s)},))
-    for k in range(0, len(s.t_s), round(DISC_EVERY_S / (s.t_s[1] - s.t_s[0]))):
+    for k in range(0, len(s.t_s), round(every_s / STEP_S)):
         for radius_m in RADII_M:
             place = {"x_m": float(s.x[k]), "y_m": float(s.y[k]), "radius_m": radius_m}
             yield Block("low_friction_patch", (place | {"loss": 1.0},), (0.0, 1.0))
 
 
-def stretches(s: Signals) -> list[Trace]:
-    """All traction lost in one stretch of 3 s, for each stretch: neighbours add up to an interval."""
-    starts = np.arange(0.0, s.t_s[-1], STRETCH_S)
-    return [losing(s, ((s.t_s >= a) & (s.t_s < a + STRETCH_S)).astype(float)) for a in starts]
+def stretches(s: Signals, every_s: float) -> list[Trace]:
+    """All traction lost in one stretch of time, for each stretch: neighbours add up to an interval."""
+    starts = np.arange(0.0, s.t_s[-1], every_s)
+    return [losing(s, ((s.t_s >= a) & (s.t_s < a + every_s)).astype(float)) for a in starts]
 
 
 @dataclass(frozen=True)
@@ -139,14 +142,16 @@ def left_over(g: F64, columns: F64, bounds: tuple[float, float]) -> float:
 
 def nearest_interval(g: F64, pieces: F64) -> float:
     """The least that is left of ``g`` behind an interval of whole stretches, its loss in [0, 1]."""
-    least, power = float(g @ g), float(g @ g)
-    along, gram = pieces.T @ g, pieces.T @ pieces
-    for a in range(len(along)):
-        for b in range(a + 1, len(along) + 1):
-            own, shared = float(gram[a:b, a:b].sum()), float(along[a:b].sum())
-            size = min(max(shared / own, 0.0), 1.0) if own > 1e-12 else 0.0
-            least = min(least, power - 2 * size * shared + size**2 * own)
-    return max(least, 0.0)
+    power, n = float(g @ g), pieces.shape[1]
+    along = np.concatenate([[0.0], np.cumsum(pieces.T @ g)])
+    gram = np.zeros((n + 1, n + 1))
+    gram[1:, 1:] = np.cumsum(np.cumsum(pieces.T @ pieces, axis=0), axis=1)
+    diagonal = np.diag(gram)
+    own = np.maximum(diagonal[:, None] + diagonal - gram - gram.T, 1e-12)
+    shared = along - along[:, None]
+    size = np.clip(shared / own, 0.0, 1.0)
+    left = power - 2 * size * shared + size**2 * own
+    return max(float(left[np.triu_indices(n + 1, 1)].min()), 0.0)
 
 
 def exact_class(name: str) -> frozenset[str]:
@@ -165,9 +170,10 @@ def judged(world: World) -> Judgement:
     """The oracle's word on a world with a hidden effect."""
     name, s = world.case.effect, signals_of(world)
     hidden = trace(name, world.sizes, s)
-    others = [block for block in blocks(s) if block.name != name]
+    every_s = FINE_S if name in LOCAL else COARSE_S
+    others = [block for block in blocks(s, every_s) if block.name != name]
     traces = [hidden, *(trace(block.name, p, s) for block in others for p in block.parameters)]
-    pieces, last = stretches(s), []
+    pieces, last = stretches(s, every_s), []
     if name in LOCAL_LOSS:
         last = [slipping_like(s, name, world.sizes)]
     steps = steps_of(s, world.conditions, world.case.noise_sd)

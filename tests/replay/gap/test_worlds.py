@@ -307,3 +307,35 @@ def test_marks_of_a_sure_and_of_an_unsure_posterior(worlds):
     assert (sure.accuracy, sure.ece) == (1.0, 0.0)
     wrong = marks(np.eye(3)[(mode + 1) % 3], mode)
     assert (wrong.accuracy, wrong.ece) == (0.0, 1.0)
+
+
+def test_the_nearest_interval_is_the_best_of_all(worlds):
+    rng = np.random.default_rng(0)
+    pieces = rng.normal(size=(50, 7))
+    g = 0.6 * pieces[:, 2:5].sum(axis=1) + 0.5 * rng.normal(size=50)
+    left = []
+    for first in range(7):
+        for end in range(first + 1, 8):
+            column = pieces[:, first:end].sum(axis=1)
+            size = np.clip(column @ g / (column @ column), 0.0, 1.0)
+            left.append(np.sum((g - size * column) ** 2))
+    assert worlds("oracle").nearest_interval(g, pieces) == pytest.approx(min(left))
+
+
+def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
+    import argparse
+
+    worlds("case")
+    run = importlib.import_module("gap_worlds")
+    options = argparse.Namespace(
+        split="report", n=900, first_seed=None, effect="all", family=None, plant=None, noise=None
+    )
+    cases = list(run.cases(options))
+    assert len({case.seed for case in cases}) == 900
+    assert min(case.seed for case in cases) >= 100_000
+    nothing = [case.noise for case in cases if not case.effect]
+    assert len(nothing) == 297
+    assert {nothing.count(noise) for noise in ("mocap", "rtk", "poor")} == {99}
+    families = [case.family for case in cases if case.effect]
+    assert min(families.count(family) for family in set(families)) >= 60
+    assert {case.effect for case in cases} == {"", *worlds("plant_two.effects").EFFECTS}
