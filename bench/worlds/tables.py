@@ -88,7 +88,8 @@ def times(rows: Sequence[Row]) -> str:
 
 
 def report(rows: Sequence[Row]) -> str:
-    """All tables."""
+    """All tables; a log that could not be driven is no case."""
+    rows = [row for row in rows if row["outcome"] != "not driven"]
     hidden = [row for row in rows if row["effect"]]
     nothing = [row for row in rows if not row["effect"]]
     parts = []
