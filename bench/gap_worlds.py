@@ -21,6 +21,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
 from worlds import runs, tables  # noqa: E402
+from worlds.best_fit import fitted_sizes  # noqa: E402
 from worlds.case import Case, RanAway, World  # noqa: E402
 from worlds.oracle import judged  # noqa: E402
 from worlds.plant_two.effects import EFFECTS  # noqa: E402
@@ -81,7 +82,7 @@ def row_of(case: Case) -> Row:
     if judgement is not None:
         row |= {"inseparable": sorted(judgement.inseparable), "own": judgement.own}
         row |= {"may_refuse": judgement.may_refuse, "rivals": judgement.rivals}
-    row |= world.facts() | analysed(world)
+    row |= world.facts() | {"fitted": fitted_sizes(world)} | analysed(world)
     return row | {"outcome": outcome(row, judgement), "holds": holds(row)}
 
 

@@ -53,8 +53,10 @@ def outcome(row: Row, judgement: Judgement | None) -> str:
 
 
 def holds(row: Row) -> dict[str, bool]:
-    """Whether each interval holds the hidden parameter, where the hidden effect is named first."""
+    """Whether each interval holds the parameter in ``fitted``, where the hidden effect is named first."""
     if not row.get("effects") or row["effects"][0]["name"] != row["effect"]:
         return {}
     found = row["effects"][0]["parameters"]
-    return {key: found[key][1] <= row["sizes"][key] <= found[key][2] for key in row["sizes"] if key in found}
+    return {
+        key: found[key][1] <= size <= found[key][2] for key, size in row["fitted"].items() if key in found
+    }

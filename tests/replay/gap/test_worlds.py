@@ -339,3 +339,14 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
     families = [case.family for case in cases if case.effect]
     assert min(families.count(family) for family in set(families)) >= 60
     assert {case.effect for case in cases} == {"", *worlds("plant_two.effects").EFFECTS}
+
+
+def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds):
+    fit, simulated = worlds("best_fit"), worlds("simulate").simulated
+    for effect in ("rolling_resistance", "payload", "torque_deadzone"):
+        world = simulated(case_of(worlds, effect=effect))
+        (drawn,), (fitted,) = world.sizes.values(), fit.fitted_sizes(world).values()
+        assert fitted == pytest.approx(drawn, rel=0.25), effect
+    same = simulated(case_of(worlds, effect="yaw_damping"))
+    assert fit.fitted_sizes(same) == same.sizes
+    assert fit.least_at(np.array([0.0, 1.0, 2.0, 3.0]), np.array([4.0, 1.0, 0.0, 1.0])) == pytest.approx(2.0)
