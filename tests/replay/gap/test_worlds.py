@@ -281,34 +281,6 @@ def test_outcomes(worlds):
     assert score.outcome(hint, clear) == "refused"
 
 
-def test_the_yardsticks_model_follows_the_true_motion(worlds):
-    """Under the true mode a bin ends where the truth does, but for the disturbance."""
-    model = worlds("yardstick_model")
-    for plant in (1, 2):
-        world = worlds("simulate").simulated(case_of(worlds, plant=plant))
-        linear = model.linear_of(world, 0.05)
-        middle_s = 0.5 * (linear.edges_s[1:] + linear.edges_s[:-1])
-        mode = world.truth.mode[np.searchsorted(world.truth.t_s, middle_s, side="right") - 1]
-        offset = linear.offset[np.arange(len(mode)), mode]
-        wrong = linear.offset[np.arange(len(mode)), (mode + 2) % 3]
-        largest = 3 * world.conditions.disturbance_mps2 * 0.05
-        assert np.median(np.abs(offset[:, 3])) < largest
-        assert np.abs(np.median(offset, axis=0)).max() < 1e-3
-        assert np.quantile(np.abs(wrong[:, 3]), 0.9) > 5 * np.quantile(np.abs(offset[:, 3]), 0.5)
-        assert np.allclose(linear.switching.sum(axis=1), 1.0)
-        sd = np.sqrt(linear.variance[:, 0])
-        assert np.std(linear.measured[:, 0] / sd) == pytest.approx(1.0, abs=0.15)
-
-
-def test_marks_of_a_sure_and_of_an_unsure_posterior(worlds):
-    marks = worlds("modes_yardstick").marks
-    mode = np.array([0, 1, 2, 0], np.int8)
-    sure = marks(np.eye(3)[mode], mode)
-    assert (sure.accuracy, sure.ece) == (1.0, 0.0)
-    wrong = marks(np.eye(3)[(mode + 1) % 3], mode)
-    assert (wrong.accuracy, wrong.ece) == (0.0, 1.0)
-
-
 def test_the_nearest_interval_is_the_best_of_all(worlds):
     rng = np.random.default_rng(0)
     pieces = rng.normal(size=(50, 7))
