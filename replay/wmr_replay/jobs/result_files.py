@@ -134,13 +134,15 @@ def summary_json(row: Mapping[str, Any]) -> str:
     return json_text({**row, **unfolded})
 
 
-def open_timeline(path: Path, facts: TimelineFacts) -> Timeline:
-    """A timeline that grows into ``path``."""
+def open_timeline(path: Path, facts: TimelineFacts, live: str | None = None) -> Timeline:
+    """A timeline that grows into ``path``, and into the viewer at ``live``."""
     return Timeline(
         path,
         log_name=facts.log_name,
         alpha_nominal=facts.alpha_nominal,
         rate_hz=facts.rate_hz,
         truth=facts.truth,
+        torque=facts.torque,
+        live=live,
         recording_id=facts.recording_id,
     )

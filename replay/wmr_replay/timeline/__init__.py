@@ -22,7 +22,16 @@ A comparison of two results (``comparison``) has the same entities below ``/a`` 
 """
 
 from wmr_replay.timeline.comparison import Side, write_comparison
+from wmr_replay.timeline.comparison_text import comparison_text
 from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
 from wmr_replay.timeline.writer import Timeline
 
-__all__ = ["Side", "Timeline", "ViewerUnavailable", "open_viewer", "viewer_command", "write_comparison"]
+__all__ = [
+    "Side",
+    "Timeline",
+    "ViewerUnavailable",
+    "comparison_text",
+    "open_viewer",
+    "viewer_command",
+    "write_comparison",
+]
