@@ -16,6 +16,7 @@ from wmr_replay.api.request import (
 from wmr_replay.api.result import Result
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
+from wmr_replay.jobs.result_files import Live
 from wmr_replay.jobs.run import replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
@@ -34,6 +35,7 @@ def run(
     timeline: bool = True,
     strict: bool = False,
     progress: Progress | None = None,
+    live: Live | None = None,
     **settings: Unpack[SettingsArguments],
 ) -> Result:
     """Identify contact modes and α in a log.
@@ -51,6 +53,8 @@ def run(
         timeline: Whether ``out`` receives a Rerun timeline too.
         strict: Raise when something in the file was damaged.
         progress: Called with bytes read and bytes in all.
+        live: Address of a viewer (``view()``, ``serve().address``) that shows the timeline while the log is
+            read, or what opens one and gives its address; with ``out`` alone.
         **settings: Fields of ``wmr_replay.Settings``, such as ``identifier="paper"`` or ``window_s=0.4``.
 
     Raises:
@@ -67,7 +71,9 @@ def run(
     )
     if out is None:
         return held_result(replayed, progress, strict=strict)
-    found = run_into(replayed, local_path(out), timeline=timeline, strict=strict, progress=progress)
+    found = run_into(
+        replayed, local_path(out), timeline=timeline, strict=strict, progress=progress, live=live
+    )
     store, later = SampleStore.of_file(found.files["samples"]), None
     if "hindsight" in found.files:
         later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)

@@ -9,6 +9,7 @@ import click
 
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
@@ -46,6 +47,7 @@ MODES_OPTION = click.option(
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
 @CLOCK_OFFSET
 @blind_options
+@viewing_options
 def command(  # noqa: PLR0917
     log: Path,
     model_file: Path | None,
@@ -75,6 +77,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.gap import print_gap
     from wmr_replay.cli.printing.progress import share_progress
 
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
     with share_progress() as progress:
         found = gap(
@@ -93,6 +96,8 @@ def command(  # noqa: PLR0917
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)
+    if "timeline" in found.files:
+        viewing.show(found.files["timeline"])
     if found.verdict in failing:
         sys.exit(EXIT_CHECK_FAILED)
 

@@ -29,4 +29,8 @@ class TorqueRecord:
         """``t_ns, left_nm, right_nm`` of the rows so far, NaN where unknown."""
         if len(self._held) > 1:
             self._held = [pl.concat(self._held)]
-        return self._held[0] if self._held else pl.DataFrame(schema={"t_ns": pl.Int64} | dict.fromkeys(EFFORTS, pl.Float32))
+        return (
+            self._held[0]
+            if self._held
+            else pl.DataFrame(schema={"t_ns": pl.Int64} | dict.fromkeys(EFFORTS, pl.Float32))
+        )

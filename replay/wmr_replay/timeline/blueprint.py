@@ -79,7 +79,7 @@ def layout(held: Contents, play_state: PlayState = PlayState.Paused) -> rrb.Blue
     if right is None:
         return window(rrb.Vertical(texts), None)
     name = "Path [m] by mode, true in white" if held.true_path else "Path [m] by mode"
-    left: list[rrb.View | rrb.Container | None] = [path_view(held.frame, name), texts]
+    left: list[rrb.View | rrb.Container] = [path_view(held.frame, name), texts]
     if held.found:
         left.insert(1, findings_view())
     shares = [54, 20, 26] if held.found else [68, 32]
@@ -98,9 +98,7 @@ def lanes_and_pages(
 
 
 def _pages(held: Contents) -> list[Page]:
-    """The pages for a recording: α in its range, and not the nominal value alone."""
+    """The pages for a recording, α in its range."""
     alpha = replace(ALPHA, range_y=held.alpha_range)
-    if alpha.shown(held.written) == ["/alpha/nominal"]:
-        alpha = replace(alpha, entities=())
     modes = replace(MODES, plots=tuple(alpha if plot is ALPHA else plot for plot in MODES.plots))
     return [modes, MOTION, POSE]

@@ -13,8 +13,8 @@ heading{velocity}.
 **Lanes**, **probabilities** and **α**: at the time t at which they were known{lanes}.{hindsight}
 
 **Velocities**, **C_k** = −v_lat and **C_d** = dv_long/dt − α·Σeffort: at the instant that they describe, \
-t − delay{true_lines}. Skidding drives C_k, slipping C_d, out of the thresholds about zero. **α** in 1/(kg·m), \
-which is (m/s²)/(N·m), with its 95 % band and the nominal value. **τ**: wheel torques, mean over a sample.
+t − delay{true_lines}. Skidding drives C_k, slipping C_d, out of the thresholds about zero. \
+**α** in 1/(kg·m), which is (m/s²)/(N·m), with its 95 % band and the nominal value. **τ**: wheel torques.
 
 x forward, y left, yaw counter-clockwise. Drawn at {drawn_hz:.4g} Hz of the pose's {rate_hz:.4g} Hz; \
 changes of mode and status are exact.
@@ -27,7 +27,9 @@ def verdict_text(log_name: str, verdict: str | None, findings: Sequence[Mapping[
     if findings:
         barred = sum(found["severity"] == "bars" for found in findings)
         told = f"{len(findings)} finding{'s' * (len(findings) > 1)} on the data's quality"
-        lines.append(f"**{told}**" + (f", {barred} of which bar{'s' * (barred == 1)} an answer." if barred else "."))
+        lines.append(
+            f"**{told}**" + (f", {barred} of which bar{'s' * (barred == 1)} an answer." if barred else ".")
+        )
     return "\n\n".join(line for line in lines if line)
 
 
@@ -41,9 +43,13 @@ def how_to_read(
     """Markdown; ``arrow_s`` is the length in m of the arrow of a velocity of 1 m/s."""
     return _HOW_TO_READ.format(
         true_path="; the true path thin and white over it" if has_truth else "",
-        velocity="" if arrow_s is None else f", the blue one the velocity: {arrow_s:g} m on the plane for 1 m/s",
+        velocity=""
+        if arrow_s is None
+        else f", the blue one the velocity: {arrow_s:g} m on the plane for 1 m/s",
         lanes="; the true mode leads by the detection delay" if has_truth else "",
-        hindsight=" Lane **hindsight**: the mode at t as the whole recording shows it." if has_hindsight else "",
+        hindsight=" Lane **hindsight**: the mode at t as the whole recording shows it."
+        if has_hindsight
+        else "",
         true_lines=", with the true value in red over the estimate" if has_truth else "",
         rate_hz=rate_hz,
         drawn_hz=drawn_hz,

@@ -46,7 +46,8 @@ class Frame:
         """Width and height; at least 1 m, and neither less than a quarter of the other."""
         size = self.high - self.low
         longer = max(1.0, float(size.max()))
-        return np.maximum(size, longer / 4)
+        sides: F64 = np.maximum(size, longer / 4)
+        return sides
 
     def with_margin(self, share: float = 0.06) -> tuple[F64, F64]:
         """Lower and upper corner, widened by a share of the longer side."""

@@ -3,7 +3,6 @@
 import io
 import os
 import signal
-import socket
 import subprocess
 import tempfile
 import time
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wmr_replay.timeline.viewer import LOOPBACK, RERUN, ViewerUnavailable
+from wmr_replay.timeline.viewer import LOOPBACK, RERUN, ViewerUnavailable, free_port
 from wmr_schemas.files import whole_file
 
 if TYPE_CHECKING:
@@ -70,7 +69,7 @@ def headless_viewer(width: int = WIDTH, height: int = HEIGHT) -> Iterator["Viewe
     Raises ViewerUnavailable where it does not start.
     """
     with tempfile.TemporaryDirectory() as folder:
-        home, port = Path(folder), _free_port()
+        home, port = Path(folder), free_port()
         log = home / "viewer.log"
         process = _start(home, log, port, width, height)
         try:
@@ -116,9 +115,3 @@ def _why_not(process: "subprocess.Popen[bytes]", log: Path) -> str:
     if process.returncode == _NO_GRAPHICS:
         return "no Vulkan driver found; a software one is enough (Debian: mesa-vulkan-drivers)"
     return f"the headless viewer does not answer (exit code {process.returncode}): {log.read_text()[-500:]}"
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind((LOOPBACK, 0))
-        return int(probe.getsockname()[1])

@@ -19,7 +19,7 @@ POSE_HZ, VELOCITY_HZ = 20.0, 10.0
 BODY = ((-0.5, -0.36), (0.26, -0.36), (0.56, 0.0), (0.26, 0.36), (-0.5, 0.36), (-0.5, -0.36))
 WHEELS = (((-0.24, -0.46), (0.24, -0.46)), ((-0.24, 0.46), (0.24, 0.46)))
 """Outlines in body lengths, x forward, y left."""
-BODY_SHARE, ARROW_SHARE = 0.06, 0.16
+BODY_SHARE, ARROW_SHARE = 0.05, 0.16
 """Body length, and arrow of the highest speed, as shares of the frame's longer side."""
 ORDER = 30.0
 POSE = ("x_m", "y_m", "yaw_rad")

@@ -50,7 +50,9 @@ def _measured(column: str, name: str, colour: Colour = colours.ESTIMATE) -> Seri
 
 def _estimate(folder: str, column: str, name: str, width: float) -> Series:
     estimate = (colours.ESTIMATE,)
-    return Series(f"{folder}/{column}/estimate", (pl.col(column),), (name,), estimate, width, at_described=True)
+    return Series(
+        f"{folder}/{column}/estimate", (pl.col(column),), (name,), estimate, width, at_described=True
+    )
 
 
 def _velocity(column: str, name: str) -> Series:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import polars as pl
@@ -21,13 +22,10 @@ from wmr_replay.timeline.path import (
     true_strip_columns,
 )
 from wmr_replay.timeline.robot import (
-    POSE_HZ,
-    VELOCITY_HZ,
     Scales,
     log_robot,
     log_scales,
     pose_columns,
-    velocities,
     velocity_columns,
 )
 from wmr_replay.timeline.series import Series
@@ -44,13 +42,14 @@ LEVELS = {
     Severity.BARS: rr.TextLogLevel.ERROR,
 }
 """The viewer's levels of log entries."""
+LINE = 44
 XY = ("x_m", "y_m")
 DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).round().cast(pl.Int64)
 """The instant that the derivative columns of a row describe."""
 
 
 def recording_into(path: Path, recording_id: str | None, live: str | None = None) -> rr.RecordingStream:
-    """A recording that streams into ``path``, and to the viewer that listens at ``live`` where there is one."""
+    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one."""
     recording = rr.RecordingStream(
         APPLICATION,
         recording_id=None if recording_id is None else shown(recording_id),
@@ -61,6 +60,11 @@ def recording_into(path: Path, recording_id: str | None, live: str | None = None
     else:
         recording.set_sinks(rr.FileSink(path), rr.GrpcSink(live))
     return recording
+
+
+def entry(*sentences: str) -> str:
+    """A log entry in short lines: the viewer breaks none, and cuts them off in a small window."""
+    return "\n".join(line for text in sentences for line in wrap(shown(text), LINE))
 
 
 class Sink:
@@ -112,7 +116,7 @@ class Sink:
         self._path_end = rows.tail(1)
         strips = strips_by_mode(joined.select(XY).to_numpy(), joined["mode"].to_numpy())
         if strips.points:
-            self._pen_of("/path/estimated", pen(None, 1.5, 10.0))
+            self._pen_of("/path/estimated", pen(None, 2.0, 10.0))
             self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
 
     def add_robot(self, rows: pl.DataFrame) -> None:
@@ -139,7 +143,7 @@ class Sink:
     def add_true_path(self, truth: pl.DataFrame) -> None:
         """The true path as a whole."""
         if len(truth) > 1 and set(XY) <= set(truth.columns):
-            self._pen_of("/path/true", pen(colours.TRUE_PATH, 0.5, 15.0))
+            self._pen_of("/path/true", pen(colours.TRUE_PATH, 0.35, 15.0))
             self._send("/path/true", truth["t_ns"][:1], true_strip_columns(truth.select(XY).to_numpy()))
 
     def add_grid(self, frame: Frame) -> None:
@@ -160,7 +164,7 @@ class Sink:
             return
         at_s = [found["where"][0][0] if found["where"] else 0.0 for found in findings]
         t_ns = pl.Series([self.start_ns + round(t_s * NS_PER_S) for t_s in at_s])
-        texts = [shown(f"{found['code']}: {found['text']}. {found['advice']}") for found in findings]
+        texts = [entry(f"{found['code']}: {found['text']}", found["advice"]) for found in findings]
         levels = [LEVELS[found["severity"]] for found in findings]
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 
@@ -176,7 +180,6 @@ class Sink:
         self.recording.disconnect()
 
     def _style(self, series: Series) -> None:
-        n = len(series.lines)
         style = rr.SeriesLines(
             colors=series.line_colours,
             widths=series.line_widths,
@@ -192,6 +195,4 @@ class Sink:
             self.recording.log(entity, drawn, static=True)
 
     def _send(self, entity: str, t_ns: pl.Series, columns: rr.ComponentColumnList) -> None:
-        self.recording.send_columns(
-            entity, time_columns(t_ns.to_numpy(), self.start_ns), columns
-        )
+        self.recording.send_columns(entity, time_columns(t_ns.to_numpy(), self.start_ns), columns)

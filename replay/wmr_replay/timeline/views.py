@@ -10,7 +10,7 @@ from rerun.blueprint.components import LinkAxis, PlayState
 from wmr_replay.timeline.columns import DURATION
 from wmr_replay.timeline.path import Frame
 
-KEY_SHARE = 0.18
+KEY_SHARE = 0.2
 """Room in front of the log, as a share of its length, where the key of a plot hides no line."""
 TAIL_SHARE = 0.025
 
@@ -38,7 +38,10 @@ class Span:
 
 @dataclass(frozen=True)
 class Plot:
-    """One plot: its quantity with the unit, the entities in it, and the range of its axis where one is set."""
+    """One plot: its quantity with the unit, the entities in it, and the range of its axis where one is set.
+
+    Without its first entity there is nothing to show: thresholds or a truth alone say little.
+    """
 
     quantity: str
     entities: tuple[str, ...]
@@ -48,7 +51,8 @@ class Plot:
 
     def shown(self, written: Collection[str]) -> list[str]:
         """What the plot can show."""
-        return [entity for entity in self.entities if entity in written]
+        main, *others = self.entities
+        return [main, *(entity for entity in others if entity in written)] if main in written else []
 
     def view(self, written: Collection[str], span: Span) -> rrb.TimeSeriesView:
         """The plot. Its key stands inside, since a title is cut off in a small window."""
@@ -73,7 +77,8 @@ class Page:
 
 def pages_view(pages: Iterable[Page], written: Collection[str], span: Span) -> rrb.Container | None:
     """The pages as tabs, the first in front; plots without a line and pages without a plot are left out."""
-    return tabs_of(list(_columns(pages, written, span)))
+    columns = list(_columns(pages, written, span))
+    return tabs_of(columns) if columns else None
 
 
 def _columns(pages: Iterable[Page], written: Collection[str], span: Span) -> Iterator[rrb.Container]:
@@ -83,9 +88,9 @@ def _columns(pages: Iterable[Page], written: Collection[str], span: Span) -> Ite
             yield rrb.Vertical(*views, name=page.name)
 
 
-def tabs_of(parts: Sequence[rrb.Container | rrb.View]) -> rrb.Container | None:
-    """The parts as tabs, the first in front; None without any."""
-    return rrb.Tabs(*parts, active_tab=0) if parts else None
+def tabs_of(parts: Sequence[rrb.Container | rrb.View]) -> rrb.Container:
+    """The parts as tabs, the first in front."""
+    return rrb.Tabs(*parts, active_tab=0)
 
 
 def lanes_view(contents: Sequence[str], name: str, span: Span) -> rrb.StateTimelineView:
@@ -133,7 +138,9 @@ def window(
     play_state: PlayState = PlayState.Paused,
 ) -> rrb.Blueprint:
     """The whole window: two columns and the time panel, the others folded."""
-    content = left if right is None else rrb.Horizontal(left, right, column_shares=[left_share, 100 - left_share])
+    content = (
+        left if right is None else rrb.Horizontal(left, right, column_shares=[left_share, 100 - left_share])
+    )
     return rrb.Blueprint(
         content,
         rrb.TimePanel(state="collapsed", timeline=DURATION, play_state=play_state),

@@ -43,7 +43,7 @@ class Timeline:
     rows as they come.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 – keyword arguments
         self,
         path: Path,
         *,

@@ -43,7 +43,7 @@ def gap_layout(
     names = {"base": f"Base model, error × {factor:g}", "extended": f"Extended model, error × {factor:g}"}
     models = ("base", "extended") if extended else ("base",)
     paths = [path_view(frame, names[model], (*COMMON, f"/path/{model}/**"), always=()) for model in models]
-    texts = [text_view("/description", "Verdict"), text_view("/how_to_read", "How to read")]
+    texts: list[rrb.View] = [text_view("/description", "Verdict"), text_view("/how_to_read", "How to read")]
     if found:
         texts.insert(1, findings_view())
     shares = [37, 37, 26] if extended else [64, 36]

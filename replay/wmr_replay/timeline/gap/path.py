@@ -116,7 +116,9 @@ def add_vectors(sink: Sink, entity: str, traces: "Traces", errors: Errors, model
     """Vectors from the measured to the simulated position, magnified: the largest of each window."""
     sizes = np.nan_to_num(np.hypot(*errors.by_model[model].T))
     windows = cut(traces)
-    rows = np.array([a + int(sizes[a:b].argmax()) for a, b in windows[:: len(windows) // MOST_VECTORS + 1]], int)
+    rows = np.array(
+        [a + int(sizes[a:b].argmax()) for a, b in windows[:: len(windows) // MOST_VECTORS + 1]], int
+    )
     vectors = errors.factor * errors.by_model[model][rows]
     known = np.hypot(*vectors.T) >= errors.shortest_m
     arrows = rr.Arrows2D(

@@ -8,10 +8,11 @@ if TYPE_CHECKING:
     from wmr_replay.gap.result.result import FoundEffect, GapMetric, GapResult
 
 HOW_TO_READ = """\
-**Path**: as measured, in the colour of the position's error (key above it; grey: not simulated), with the \
-largest error of each window as a vector from the measured to the simulated position, magnified {factor:g} times. Above with the base model, below with \
-the extended one, in the same colours and scale. Simulated from the log's own torques over windows of 4 s, \
-each from its own fitted start. Broad grey beneath: held out. Yellow circles: where most of the gap lies.
+**Path**: as measured, in the colour of the position's error (key above it; grey: not simulated). White \
+vectors: the largest error of each window, from the measured to the simulated position, magnified {factor:g} \
+times. Above with the base model, below with the extended one, in the same colours and scale. Simulated from \
+the log's own torques over windows of 4 s, each from its own fitted start. Broad grey beneath: held out. \
+Yellow circles: where most of the gap lies.
 
 **Gap**: measured minus simulated. **Speed**: along the heading, mean over {speed_s:g} s. **Residual**: the \
 acceleration (sideways: the velocity) that a model leaves unexplained, as a filter sees it. Base model red, \

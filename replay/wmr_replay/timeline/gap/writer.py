@@ -47,7 +47,9 @@ LANES = (
     Lane("/part", pl.when("held_out").then(pl.lit("held out")).otherwise(pl.lit("fitted")), PARTS),
 )
 MODELS = colours.MODELS
-MEASURED_SPEED = Series("/speed/actual", (pl.col("speed_measured"),), ("measured",), (colours.TRUE_PATH,), 2.0)
+MEASURED_SPEED = Series(
+    "/speed/actual", (pl.col("speed_measured"),), ("measured",), (colours.TRUE_PATH,), 2.0
+)
 
 
 def write_gap_timeline(
@@ -92,7 +94,9 @@ def lines_of(model: str, colour: colours.Colour) -> list[Series]:
     width = 2.0 if model == "base" else 1.0
     folders = [f"residual/{channel}" for channel in CHANNELS] + ["gap/position", "gap/yaw", "speed"]
     return [
-        Series(f"/{folder}/{model}", (pl.col(f"{folder.replace('/', '_')}_{model}"),), (model,), (colour,), width)
+        Series(
+            f"/{folder}/{model}", (pl.col(f"{folder.replace('/', '_')}_{model}"),), (model,), (colour,), width
+        )
         for folder in folders
     ]
 

@@ -1,22 +1,32 @@
 """The text panel of a comparison."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import polars as pl
 
 from wmr_schemas.text import markdown
 
 MOST_ROWS = 40
+WARNING = "warning:"
 
 
 def comparison_text(a: str, b: str, told: list[str], summary: pl.DataFrame) -> str:
     """Markdown: the names of both, what is told of them, and the fields of the summary that differ."""
-    blocks = [f"**a**: {markdown(a)}  \n**b**: {markdown(b)}", *told]
+    blocks = [
+        f"**a**: {markdown(a)}  \n**b**: {markdown(b)}",
+        *(f"**{line}**" if line.startswith(WARNING) else line for line in told),
+    ]
     if len(summary):
-        rows = [
-            f"| {row['field'].replace('_', ' ')} | {figure(row['a'])} | {figure(row['b'])} | {figure(row['delta'], '+')} |"
-            for row in summary.head(MOST_ROWS).iter_rows(named=True)
-        ]
+        rows = map(table_row, summary.head(MOST_ROWS).iter_rows(named=True))
         blocks.append("\n".join(["| summary | a | b | b − a |", "| --- | --- | --- | --- |", *rows]))
     return "\n\n".join(blocks)
+
+
+def table_row(row: Mapping[str, Any]) -> str:
+    """A field of the summary."""
+    cells = row["field"].replace("_", " "), figure(row["a"]), figure(row["b"]), figure(row["delta"], "+")
+    return f"| {' | '.join(cells)} |"
 
 
 def figure(value: float | None, sign: str = "") -> str:
