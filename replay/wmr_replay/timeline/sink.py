@@ -49,12 +49,14 @@ DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).ro
 
 
 def recording_into(path: Path, recording_id: str | None, live: str | None = None) -> rr.RecordingStream:
-    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one."""
-    recording = rr.RecordingStream(
-        APPLICATION,
-        recording_id=None if recording_id is None else shown(recording_id),
-        send_properties=False,
-    )
+    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one.
+
+    A viewer keeps one layout for each application: every recording is one of its own, since its layout holds
+    its length and its kind.
+    """
+    identity = None if recording_id is None else shown(recording_id)
+    application = APPLICATION if identity is None else f"{APPLICATION}: {identity}"
+    recording = rr.RecordingStream(application, recording_id=identity, send_properties=False)
     if live is None:
         recording.save(path)
     else:
@@ -71,14 +73,19 @@ class Sink:
     """Rows on their way into a recording; ``start_ns`` is the zero of the timeline ``log_t``."""
 
     def __init__(
-        self, recording: rr.RecordingStream, lanes: Sequence[Lane] = LANES, *, robot: bool = True
+        self,
+        recording: rr.RecordingStream,
+        lanes: Sequence[Lane] = LANES,
+        *,
+        robot: bool = True,
+        live: bool = False,
     ) -> None:
         self.start_ns = 0
         self.written: dict[str, bool] = {}
         """Series that hold anything, and whether the last row of each was finite."""
         self._path_end: pl.DataFrame | None = None
         self._penned: set[str] = set()
-        self.recording = recording
+        self.recording, self._live = recording, live
         log_scene(recording)
         if robot:
             log_robot(recording)
@@ -116,7 +123,7 @@ class Sink:
         self._path_end = rows.tail(1)
         strips = strips_by_mode(joined.select(XY).to_numpy(), joined["mode"].to_numpy())
         if strips.points:
-            self._pen_of("/path/estimated", pen(None, 2.0, 10.0))
+            self._pen_of("/path/estimated", pen(None, 2.75, 10.0))
             self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
 
     def add_robot(self, rows: pl.DataFrame) -> None:
@@ -169,14 +176,21 @@ class Sink:
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 
     def flush(self) -> None:
-        """Wait until everything is in the file; else rows logged faster than written fill the memory."""
-        self.recording.flush()
+        """Wait until everything is in the file; else rows logged faster than written fill the memory.
+
+        A viewer that looks on may be closed at any time; the file goes on.
+        """
+        try:
+            self.recording.flush()
+        except RuntimeError:
+            if not self._live:
+                raise
 
     def close(self, layout: rrb.Blueprint | None = None) -> None:
         """Embed the layout, write everything out and close the file."""
         if layout is not None:
             self.show(layout)
-        self.recording.flush()
+        self.flush()
         self.recording.disconnect()
 
     def _style(self, series: Series) -> None:

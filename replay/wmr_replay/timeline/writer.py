@@ -26,6 +26,7 @@ BLOCK_ROWS, LIVE_BLOCK_ROWS = 65_536, 4_096
 """Rows that are written at one time; fewer where somebody looks on."""
 SLOW_HZ = 20.0
 """Most rows a second of lines that change little from row to row."""
+READING = "The log is being read."
 GROWTH = 2.0
 """A viewer that looks on gets a new layout when the log has grown by this factor."""
 
@@ -62,7 +63,7 @@ class Timeline:
         self._stride, self._live = self._strides[max_rate_hz], live is not None
         self._block_rows = LIVE_BLOCK_ROWS if self._live else BLOCK_ROWS
         self._truth, self._torque = truth, torque
-        self._sink = Sink(recording_into(self._file.path, recording_id, live))
+        self._sink = Sink(recording_into(self._file.path, recording_id, live), live=self._live)
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
         self._later: Changes | None = None
         self._frame = Frame()
@@ -138,7 +139,7 @@ class Timeline:
             self._fastest_mps = max(self._fastest_mps, float(np.hypot(*velocities(moving).T).max()))
         self._sink.add_robot(poses)
         self._sink.add_velocity(moving)
-        self._write_torque()
+        self._write_torque(int(self._last["t_ns"][0]))
         self._sink.flush()
         self._show_growth()
 
@@ -164,11 +165,11 @@ class Timeline:
             self._sink.add_true_path(pl.concat(path))
             self._true_path = True
 
-    def _write_torque(self) -> None:
-        """Append the torques that have become known."""
+    def _write_torque(self, until_ns: int) -> None:
+        """Append the torques up to a stamp, whatever is known beyond it."""
         if self._torque is None:
             return
-        rows = self._torque()
+        rows = self._torque().filter(pl.col("t_ns") <= until_ns)
         if self._torque_until_ns is not None:
             rows = rows.filter(pl.col("t_ns") > self._torque_until_ns)
         if len(rows):
@@ -185,6 +186,8 @@ class Timeline:
         span = self._span()
         if not self._live or span is None or span.end_s < GROWTH * self._shown_until_s:
             return
+        if self._shown_until_s == 0.0:
+            self._sink.add_text(verdict_text(self._log_name, READING))
         self._shown_until_s = span.end_s
         self._sink.add_grid(self._frame)
         self._sink.size_robot(self._scales())

@@ -47,6 +47,8 @@ LANES = (
     Lane("/part", pl.when("held_out").then(pl.lit("held out")).otherwise(pl.lit("fitted")), PARTS),
 )
 MODELS = colours.MODELS
+EVERY = 2
+"""Of speeds and poses of the robot every second row is drawn."""
 MEASURED_SPEED = Series(
     "/speed/actual", (pl.col("speed_measured"),), ("measured",), (colours.TRUE_PATH,), 2.0
 )
@@ -67,15 +69,16 @@ def write_gap_timeline(
         rows = frame_rows(traces)
         for lane in LANES:
             sink.add_changes(lane, Changes(lane).push(rows))
-        sink.add_lines(MEASURED_SPEED, rows)
+        fewer = rows.gather_every(EVERY)
+        sink.add_lines(MEASURED_SPEED, fewer)
         for model in ("base", "extended") if extended else ("base",):
             for series in lines_of(model, MODELS[model]):
-                sink.add_lines(series, rows)
+                sink.add_lines(series, fewer if series.slow else rows)
         frame = frame_of(traces)
         errors = Errors.of(traces, frame)
         sink.add_grid(frame)
         sink.size_robot(Scales.of(frame, 1.0))
-        sink.add_robot(rows)
+        sink.add_robot(fewer)
         add_paths(sink, traces, errors.without_extended() if not extended else errors, result.where.regions)
         add_key(sink, frame, errors)
         sink.add_text(gap_text(result, log_name))
@@ -95,7 +98,12 @@ def lines_of(model: str, colour: colours.Colour) -> list[Series]:
     folders = [f"residual/{channel}" for channel in CHANNELS] + ["gap/position", "gap/yaw", "speed"]
     return [
         Series(
-            f"/{folder}/{model}", (pl.col(f"{folder.replace('/', '_')}_{model}"),), (model,), (colour,), width
+            f"/{folder}/{model}",
+            (pl.col(f"{folder.replace('/', '_')}_{model}"),),
+            (model,),
+            (colour,),
+            width,
+            slow=folder == "speed",
         )
         for folder in folders
     ]
