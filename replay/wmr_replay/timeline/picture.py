@@ -1,8 +1,6 @@
 """Pictures of a recording without a screen, for the documentation, the command line and the tests."""
 
 import io
-import os
-import signal
 import subprocess
 import tempfile
 import time
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wmr_replay.timeline.viewer import LOOPBACK, RERUN, ViewerUnavailable, free_port
+from wmr_replay.timeline.viewer import LOOPBACK, RERUN, ViewerUnavailable, begin, end, free_port
 from wmr_schemas.files import whole_file
 
 if TYPE_CHECKING:
@@ -75,21 +73,16 @@ def headless_viewer(width: int = WIDTH, height: int = HEIGHT) -> Iterator["Viewe
         try:
             yield _connected(process, port, log)
         finally:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGTERM)
-                process.wait()
+            end(process)
 
 
 def _start(home: Path, log: Path, port: int, width: int, height: int) -> "subprocess.Popen[bytes]":
     command = [*RERUN, "--headless", "--bind", LOOPBACK, "--port", str(port)]
     command += ["--window-size", f"{width}x{height + _MENU_BAR}", "--hide-welcome-screen"]
-    environment = os.environ | {"HOME": str(home), "XDG_RUNTIME_DIR": str(home), "RUST_LOG": "error"}
-    for name in ("XDG_CONFIG_HOME", "XDG_DATA_HOME"):
-        environment.pop(name, None)
+    settings = {"HOME": str(home), "XDG_RUNTIME_DIR": str(home), "RUST_LOG": "error"}
+    settings |= {"XDG_CONFIG_HOME": str(home), "XDG_DATA_HOME": str(home)}
     with log.open("wb") as output:
-        return subprocess.Popen(
-            command, env=environment, start_new_session=True, stdout=output, stderr=subprocess.STDOUT
-        )
+        return begin(command, output, settings)
 
 
 def _connected(process: "subprocess.Popen[bytes]", port: int, log: Path) -> "ViewerClient":

@@ -3,15 +3,18 @@
 import os
 import shlex
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 from urllib.parse import quote
 
 from wmr_schemas.errors import WmrError
@@ -74,8 +77,7 @@ class Server:
 
     def stop(self) -> None:
         """End the server."""
-        self.process.terminate()
-        self.process.wait()
+        end(self.process)
 
 
 def start_server(paths: Sequence[Path] = (), bind: str = LOOPBACK) -> Server:
@@ -85,16 +87,42 @@ def start_server(paths: Sequence[Path] = (), bind: str = LOOPBACK) -> Server:
     grpc_port, web_port = free_port(bind), free_port(bind)
     command = [*RERUN, *map(str, paths), "--serve-web", "--bind", bind]
     command += ["--port", str(grpc_port), "--web-viewer-port", str(web_port)]
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    process = subprocess.Popen(command, **quiet, env=os.environ | {"RUST_LOG": "error"})  # type: ignore[call-overload]
     host = socket.gethostname() if bind in EVERYWHERE else bind
     near = LOOPBACK if bind in EVERYWHERE else bind
-    if not (answers(near, web_port, process) and answers(near, grpc_port, process)):
-        process.terminate()
-        _, said = process.communicate()
-        raise ViewerUnavailable(f"the server did not start at {bind}: {said.decode(errors='replace')[-500:]}")
+    with tempfile.TemporaryFile() as output:
+        process = begin(command, output, {"RUST_LOG": "error"})
+        if not (answers(near, web_port, process) and answers(near, grpc_port, process)):
+            end(process)
+            output.seek(0)
+            said = output.read().decode(errors="replace")[-500:]
+            raise ViewerUnavailable(f"the server did not start at {bind}: {said}")
     shown = quote(grpc_address(host, grpc_port), safe="")
     return Server(f"http://{in_url(host)}:{web_port}/?url={shown}", grpc_address(near, grpc_port), process)
+
+
+def begin(
+    command: Sequence[str], output: IO[bytes], settings: Mapping[str, str]
+) -> "subprocess.Popen[bytes]":
+    """Start a program with further environment variables; in a session of its own, since Rerun's is two
+    processes, of which ending the first leaves the second.
+    """
+    return subprocess.Popen(
+        command,
+        env=os.environ | settings,
+        start_new_session=True,
+        stdout=output,
+        stderr=subprocess.STDOUT,
+    )
+
+
+def end(process: "subprocess.Popen[bytes]") -> None:
+    """End a program that was begun, with all its processes."""
+    if process.poll() is None:
+        if sys.platform == "win32":
+            process.terminate()
+        else:
+            os.killpg(process.pid, signal.SIGTERM)
+    process.wait()
 
 
 def grpc_address(host: str, port: int) -> str:
