@@ -82,7 +82,7 @@ def layout(held: Contents, play_state: PlayState = PlayState.Paused) -> rrb.Blue
     left: list[rrb.View | rrb.Container] = [path_view(held.frame, name), texts]
     if held.found:
         left.insert(1, findings_view())
-    shares = [54, 20, 26] if held.found else [68, 32]
+    shares = [54, 17, 29] if held.found else [68, 32]
     return window(rrb.Vertical(*left, row_shares=shares), right, play_state=play_state)
 
 

@@ -22,15 +22,17 @@ changes of mode and status are exact.
 
 
 def verdict_text(log_name: str, verdict: str | None, findings: Sequence[Mapping[str, Any]] = ()) -> str:
-    """Markdown: the log, the verdict, and how many findings there are on the data."""
+    """Markdown: the log, the verdict, and the findings on the data, which their log may cut off."""
     lines = [f"## {markdown(log_name)}", markdown((verdict or "").strip())]
     if findings:
-        barred = sum(found["severity"] == "bars" for found in findings)
-        told = f"{len(findings)} finding{'s' * (len(findings) > 1)} on the data's quality"
-        lines.append(
-            f"**{told}**" + (f", {barred} of which bar{'s' * (barred == 1)} an answer." if barred else ".")
-        )
+        lines.append("\n".join(["**Data quality**", "", *map(finding_line, findings)]))
     return "\n\n".join(line for line in lines if line)
+
+
+def finding_line(found: Mapping[str, Any]) -> str:
+    """A finding as an entry of a list."""
+    text, advice = markdown(found["text"]), markdown(found["advice"])
+    return f"- **{markdown(found['code'])}** ({found['severity']}): {text}. {advice}"
 
 
 def how_to_read(

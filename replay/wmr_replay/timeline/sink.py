@@ -1,8 +1,9 @@
 """One Rerun recording on its way into a file: how each kind of data is put into it."""
 
+import re
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
-from textwrap import wrap
 from typing import Any
 
 import polars as pl
@@ -42,20 +43,16 @@ LEVELS = {
     Severity.BARS: rr.TextLogLevel.ERROR,
 }
 """The viewer's levels of log entries."""
-LINE = 44
+LONGEST = 100
 XY = ("x_m", "y_m")
 DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).round().cast(pl.Int64)
 """The instant that the derivative columns of a row describe."""
 
 
 def recording_into(path: Path, recording_id: str | None, live: str | None = None) -> rr.RecordingStream:
-    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one.
-
-    A viewer keeps one layout for each application: every recording is one of its own, since its layout holds
-    its length and its kind.
-    """
+    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one."""
     identity = None if recording_id is None else shown(recording_id)
-    application = APPLICATION if identity is None else f"{APPLICATION}: {identity}"
+    application = application_of(identity)
     recording = rr.RecordingStream(application, recording_id=identity, send_properties=False)
     if live is None:
         recording.save(path)
@@ -64,9 +61,16 @@ def recording_into(path: Path, recording_id: str | None, live: str | None = None
     return recording
 
 
-def entry(*sentences: str) -> str:
-    """A log entry in short lines: the viewer breaks none, and cuts them off in a small window."""
-    return "\n".join(line for text in sentences for line in wrap(shown(text), LINE))
+def application_of(identity: str | None) -> str:
+    """A name of the recording's own among a viewer's applications, in the characters that these may have.
+
+    A viewer keeps one layout for each application, and a layout holds the length and the kind of a recording.
+    """
+    if identity is None:
+        return APPLICATION
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", identity)
+    told = name if name == identity else f"{name[:LONGEST]}-{sha256(identity.encode()).hexdigest()[:8]}"
+    return f"{APPLICATION}-{told}"
 
 
 class Sink:
@@ -171,7 +175,7 @@ class Sink:
             return
         at_s = [found["where"][0][0] if found["where"] else 0.0 for found in findings]
         t_ns = pl.Series([self.start_ns + round(t_s * NS_PER_S) for t_s in at_s])
-        texts = [entry(f"{found['code']}: {found['text']}", found["advice"]) for found in findings]
+        texts = [shown(f"{found['code']}: {found['text']}. {found['advice']}") for found in findings]
         levels = [LEVELS[found["severity"]] for found in findings]
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 

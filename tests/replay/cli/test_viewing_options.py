@@ -46,7 +46,7 @@ def test_a_server_shows_a_page_to_this_machine_alone(tmp_path):
             assert listening_at(port) == {"127.0.0.1"}
     finally:
         server.stop()
-    with pytest.raises(OSError, match="refused|reset"):
+    with pytest.raises(OSError, match=r"refused|reset"):
         urllib.request.urlopen(address, timeout=10)
 
 
