@@ -15,6 +15,7 @@ from wmr_replay.api.request import (
 )
 from wmr_replay.api.result import Result
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
+from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.result_files import Live
 from wmr_replay.jobs.run import replay_of, run_into
@@ -34,6 +35,7 @@ def run(
     end: Instant | None = None,
     timeline: bool = True,
     strict: bool = False,
+    force: bool = False,
     progress: Progress | None = None,
     live: Live | None = None,
     **settings: Unpack[SettingsArguments],
@@ -52,6 +54,7 @@ def run(
         end: Leave out what was logged after.
         timeline: Whether ``out`` receives a Rerun timeline too.
         strict: Raise when something in the file was damaged.
+        force: Replace results of another log of the same name in ``out``.
         progress: Called with bytes read and bytes in all.
         live: Address of a viewer (``view()``, ``serve().address``) that shows the timeline while the log is
             read, or what opens one and gives its address; with ``out`` alone.
@@ -59,21 +62,27 @@ def run(
 
     Raises:
         LogUnusable: The log cannot be analysed; the message says what to try.
-        InvalidSetting: A setting or model that makes no sense.
+        InvalidSetting: A setting or model that makes no sense, or ``out`` holds results of another log.
         InvalidFile: A model or mapping file with a mistake in it.
     """
+    place, claim, replaces = place_of(log), None, False
+    if out is not None:
+        claim = Claim.of(local_path(out), place)
+        replaces = claim.settled(force=force)
     replayed = replay_of(
-        place_of(log),
+        place,
         settings=settings_of(settings),
         mapping=mapping_of(mapping),
         between=between_of(start, end),
         model=model_of(model),
     )
-    if out is None:
+    if claim is None:
         return held_result(replayed, progress, strict=strict)
     found = run_into(
-        replayed, local_path(out), timeline=timeline, strict=strict, progress=progress, live=live
+        replayed, claim.directory, timeline=timeline, strict=strict, progress=progress, live=live
     )
+    if replaces:
+        claim.remove_others(found.files.values())
     store, later = SampleStore.of_file(found.files["samples"]), None
     if "hindsight" in found.files:
         later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)

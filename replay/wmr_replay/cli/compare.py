@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_setting
 from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.errors import InvalidSetting
 
@@ -18,6 +20,7 @@ WHOLE = ("degree", "kappa", "mu")
 
 @click.command(
     "compare",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay compare before/ after/                        two directories of results
@@ -28,15 +31,27 @@ Examples:
 )
 @click.argument("a", type=click.Path(path_type=Path, exists=True))
 @click.argument("b", type=click.Path(path_type=Path, exists=True), required=False)
-@click.option("--set-a", metavar="NAME=VALUE", multiple=True, help="A setting of A's replay; repeatable.")
-@click.option("--set-b", metavar="NAME=VALUE", multiple=True, help="The same of B's.")
+@click.option(
+    "--set-a",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="A setting of A's replay; repeatable.",
+)
+@click.option(
+    "--set-b",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="The same of B's.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("compare.wmr"),
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
 @viewing_options
 def command(
@@ -61,14 +76,14 @@ def command(
     viewing = Viewing.of(options, no_rrd=no_rrd)
     from wmr_replay.api.compare import compare_all
     from wmr_replay.cli.printing.compare import print_comparisons
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
     comparisons, lonely = compare_all(
         a,
         b,
         settings_a=parse_settings(set_a),
         settings_b=parse_settings(set_b),
-        watch=lambda log: byte_progress(f"replaying {log}"),
+        watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
     files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_modes, list_of
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_replay.cli.options.viewing import Viewing, viewing_options
@@ -17,12 +19,13 @@ EXIT_CHECK_FAILED = 1
 MODES_OPTION = click.option(
     "--modes",
     metavar="identified|ideal|topic:T",
+    shell_complete=complete_modes,
     default="identified",
     help="Contact modes: estimated, ideal throughout, or those on topic T.",
 )
 
 
-@click.command(name="gap")
+@click.command("gap", cls=GroupedCommand)
 @click.argument("log", type=click.Path(path_type=Path))
 @model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
 @MODES_OPTION
@@ -41,10 +44,12 @@ MODES_OPTION = click.option(
 @click.option(
     "--fail-on",
     metavar="VERDICT,…",
+    shell_complete=list_of(VERDICTS),
     default="",
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
 @CLOCK_OFFSET
 @blind_options
 @viewing_options
@@ -59,6 +64,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
+    force: bool,
     **options: Any,
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
@@ -79,7 +85,7 @@ def command(  # noqa: PLR0917
 
     viewing = Viewing.of(options, no_rrd=no_rrd)
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
-    with share_progress() as progress:
+    with share_progress(f"reading {log.name}") as progress:
         found = gap(
             log,
             out or encodable(f"{log.stem}.wmr"),
@@ -90,6 +96,7 @@ def command(  # noqa: PLR0917
             max_effects=max_effects,
             seed=seed,
             timeline=not no_rrd,
+            force=force,
             command=command_line(),
             progress=progress,
             clock_offset_s=options.pop("clock_offset_s"),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import FOLDER, LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
@@ -15,11 +16,12 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="run")
+@click.command("run", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--out", type=FOLDER, help="Results go here, not to ./<stem>.wmr/.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier run goes.")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
@@ -30,6 +32,7 @@ def command(
     out: Path | None,
     as_json: bool,
     no_rrd: bool,
+    force: bool,
     strict: bool,
     model_file: Path | None,
     **options: Any,
@@ -47,22 +50,26 @@ def command(
       wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
     """
     from wmr_replay.api.run import run
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.plain import say
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
     from wmr_replay.cli.printing.run import print_result
 
     viewing = Viewing.of(options, no_rrd=no_rrd)
-    with byte_progress(f"replaying {log.name}") as progress:
+    with byte_progress(f"reading {log.name} and identifying modes", AGAIN) as progress:
         result = run(
             log,
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             timeline=not no_rrd,
             strict=strict,
+            force=force,
             progress=progress,
             live=viewing.live,
             **log_options(options),
             **settings_from_options(options),
         )
     print_result(result, as_json=as_json)
+    for file in result.outdated():
+        say(f"note: {file} was made of an earlier content of this log", err=True)
     if "timeline" in result.files:
         viewing.show(result.files["timeline"])

@@ -28,7 +28,7 @@ ENDINGS = {
     "timeline": "rrd",
 }
 """What follows ``<stem>.`` in the name of each kind of file."""
-OPTIONAL = ("confusion", "hindsight", "hindsight_segments")
+OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline")
 """Kinds that not every run has. Where a run has none, that of an earlier run goes."""
 
 

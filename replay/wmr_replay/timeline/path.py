@@ -9,6 +9,9 @@ import rerun as rr
 from wmr_replay.timeline import colours
 from wmr_schemas.arrays import F64, I8, I64
 
+LABEL_ROOM, LABEL_INSET = (0.13, 0.1), (0.085, 0.075)
+"""Room for the grid's labels on the left and below, and their distance from the edges: shares of the side."""
+
 
 @dataclass(frozen=True, eq=False)
 class Strips:
@@ -50,13 +53,15 @@ class Frame:
         return sides
 
     def with_margin(self, share: float = 0.06) -> tuple[F64, F64]:
-        """Lower and upper corner, widened by a share of the longer side."""
+        """Lower and upper corner, widened by a share of the longer side, and by room for the grid's labels on
+        the left and below.
+        """
         sides, middle = self.sides(), (self.low + self.high) / 2
-        half = sides / 2 + share * sides.max()
-        return middle - half, middle + half
+        half, room = sides / 2 + share * sides.max(), sides.max() * np.array(LABEL_ROOM)
+        return middle - half - room, middle + half
 
 
-def grid_step_m(side_m: float, lines: int = 5) -> float:
+def grid_step_m(side_m: float, lines: int = 4) -> float:
     """A step of 1, 2 or 5 times a power of ten that puts about ``lines`` lines across ``side_m``."""
     raw = side_m / lines
     power = 10.0 ** math.floor(math.log10(raw))
@@ -66,7 +71,7 @@ def grid_step_m(side_m: float, lines: int = 5) -> float:
 def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
     """Lines of constant x and y inside the rectangle, and for each the place and text of its label."""
     step = grid_step_m(float((high - low).max()))
-    inset = 0.05 * (high - low).max() * np.eye(2)
+    inset = (high - low).max() * np.diag(LABEL_INSET)
     lines, places, texts = [], [], []
     for axis, name in enumerate("xy"):
         for k in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):

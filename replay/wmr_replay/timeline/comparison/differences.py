@@ -12,7 +12,8 @@ REACH = 2.5
 
 
 def differences(a: pl.DataFrame, b: pl.DataFrame) -> pl.DataFrame:
-    """B − a at a's rows (``t_ns``, ``delay_s``, the quantities, ``position_m``), NaN where either is unknown.
+    """Differences b − a at a's rows, NaN where either is unknown: ``t_ns``, ``delay_s``, the quantities,
+    ``position_m``.
 
     What describes an instant is compared at that instant: b's values are interpolated to it, since the two
     may have other delays.
@@ -25,7 +26,7 @@ def differences(a: pl.DataFrame, b: pl.DataFrame) -> pl.DataFrame:
 
 
 def difference(a: pl.DataFrame, b: pl.DataFrame, column: str, *, described: bool) -> F64:
-    """B − a of one column at the instants of a."""
+    """Difference b − a of one column at the instants of a."""
     start_ns = int(a["t_ns"][0])
     at, values = instants(a, start_ns, described=described), a[column].cast(pl.Float64).to_numpy()
     there, others = instants(b, start_ns, described=described), b[column].cast(pl.Float64).to_numpy()

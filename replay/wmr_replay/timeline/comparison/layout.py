@@ -34,23 +34,29 @@ def comparison_layout(
 
 
 def pages_of(rows: pl.DataFrame, alpha: tuple[float, float] | None) -> Iterator[Page]:
-    """The first page holds what differs; where nothing does, the lines of zeros."""
-    both, deltas = list(plots_of_both({"alpha": alpha})), plots_of_differences(rows)
-    differing = [plot for column, plot in deltas.items() if differs(rows, column)]
-    yield Page("b − a", tuple(differing[:MOST_PLOTS] or deltas.values()))
-    yield Page("a and b", tuple(both[:MOST_PLOTS]))
-    yield Page("Further", (*differing[MOST_PLOTS:], *both[MOST_PLOTS:]))
+    """The first page holds what differs, and where there is room, a and b of the same; where nothing does,
+    the lines of zeros.
+    """
+    both, deltas = plots_of_both({"alpha": alpha}), plots_of_differences(rows)
+    columns = [column for column in deltas if differs(rows, column)]
+    first = [*(deltas[column] for column in columns), *(both[column] for column in columns if column in both)]
+    yield Page("b − a", tuple(first[:MOST_PLOTS] or deltas.values()))
+    every = list(both.values())
+    yield Page("a and b", tuple(every[:MOST_PLOTS]))
+    further = [deltas[column] for column in columns[MOST_PLOTS:]]
+    yield Page("Further", (*further, *every[MOST_PLOTS:]))
 
 
-def plots_of_both(ranges: Ranges) -> Iterator[Plot]:
-    """A and b over one another."""
-    for quantity in QUANTITIES:
-        column = quantity.column
-        yield Plot(quantity.name, (f"/both/{column}/a", f"/both/{column}/b"), ranges.get(column))
+def plots_of_both(ranges: Ranges) -> dict[str, Plot]:
+    """Lines of both over one another, by column."""
+    return {
+        q.column: Plot(q.name, (f"/both/{q.column}/a", f"/both/{q.column}/b"), ranges.get(q.column))
+        for q in QUANTITIES
+    }
 
 
 def plots_of_differences(rows: pl.DataFrame) -> dict[str, Plot]:
-    """B − a by column."""
+    """Lines of the differences, by column."""
     ranges: Ranges = {"alpha": outer_range(rows["alpha"].to_numpy())}
     plots = {
         q.column: Plot(f"Δ {q.name}", (f"/difference/{q.column}",), ranges.get(q.column)) for q in QUANTITIES

@@ -5,9 +5,9 @@ from typing import Any
 
 import polars as pl
 
-from wmr_schemas.text import markdown
+from wmr_schemas.text import figure, markdown
 
-MOST_ROWS = 40
+MOST_ROWS, DIGITS = 40, 3
 WARNING = "warning:"
 
 
@@ -25,10 +25,9 @@ def comparison_text(a: str, b: str, told: list[str], summary: pl.DataFrame) -> s
 
 def table_row(row: Mapping[str, Any]) -> str:
     """A field of the summary."""
-    cells = row["field"].replace("_", " "), figure(row["a"]), figure(row["b"]), figure(row["delta"], "+")
+    cells = (
+        row["field"].replace("_", " "),
+        *(figure(row[key], DIGITS) for key in "ab"),
+        figure(row["delta"], DIGITS, "+"),
+    )
     return f"| {' | '.join(cells)} |"
-
-
-def figure(value: float | None, sign: str = "") -> str:
-    """A number of three digits, or a dash."""
-    return "–" if value is None else f"{value:{sign}.3g}"
