@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.run import replay, run
     from wmr_replay.api.suite import suite, suites, verify_suite
     from wmr_replay.api.synthesise import Synthetic, hidden_effects, scenarios, synthesise
+    from wmr_replay.api.viewer import screenshot, serve, view
     from wmr_replay.pipeline.settings import Settings
     from wmr_schemas.mapping_file import LogMapping
     from wmr_schemas.model_file import Model
@@ -90,10 +91,13 @@ __all__ = [
     "replay",
     "run",
     "scenarios",
+    "screenshot",
+    "serve",
     "suite",
     "suites",
     "synthesise",
     "verify_suite",
+    "view",
 ]
 
 _HOMES = {
@@ -114,6 +118,7 @@ _HOMES = {
     "wmr_replay.api.run": "replay run",
     "wmr_replay.api.suite": "suite suites verify_suite",
     "wmr_replay.api.synthesise": "Synthetic hidden_effects scenarios synthesise",
+    "wmr_replay.api.viewer": "screenshot serve view",
     "wmr_replay.pipeline.settings": "Settings",
     "wmr_schemas.mapping_file": "LogMapping",
     "wmr_schemas.model_file": "Model",

@@ -9,6 +9,7 @@ import click
 
 from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.completion import complete_setting
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ Examples:
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
+@viewing_options
 def command(
     a: Path,
     b: Path | None,
@@ -60,6 +62,7 @@ def command(
     out: Path,
     no_rrd: bool,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Show what differs between A and B.
 
@@ -70,6 +73,7 @@ def command(
     """
     if b is None and set_a == set_b:
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     from wmr_replay.api.compare import compare_all
     from wmr_replay.cli.printing.compare import print_comparisons
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
@@ -83,6 +87,7 @@ def command(
     )
     files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)
+    viewing.show(*(written["timeline"] for written in files if "timeline" in written))
 
 
 def parse_settings(texts: Sequence[str]) -> "SettingsArguments":

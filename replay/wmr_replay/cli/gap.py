@@ -11,6 +11,7 @@ from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.completion import complete_modes, list_of
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
@@ -51,6 +52,7 @@ MODES_OPTION = click.option(
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
 @CLOCK_OFFSET
 @blind_options
+@viewing_options
 def command(  # noqa: PLR0917
     log: Path,
     model_file: Path | None,
@@ -81,6 +83,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.gap import print_gap
     from wmr_replay.cli.printing.progress import share_progress
 
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
     with share_progress(f"reading {log.name}") as progress:
         found = gap(
@@ -100,6 +103,8 @@ def command(  # noqa: PLR0917
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)
+    if "timeline" in found.files:
+        viewing.show(found.files["timeline"])
     if found.verdict in failing:
         sys.exit(EXIT_CHECK_FAILED)
 

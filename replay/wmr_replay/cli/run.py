@@ -9,6 +9,7 @@ from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import FOLDER, LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.text import encodable
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 @click.command("run", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--out", type=FOLDER, help="Results go here, not to ./<stem>.wmr/.")
-@click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier run goes.")
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
 @settings_options
+@viewing_options
 def command(
     log: "LogPath",
     out: Path | None,
-    view: bool,
     as_json: bool,
     no_rrd: bool,
     force: bool,
@@ -45,6 +45,7 @@ def command(
     Examples:
       wmr-replay run log.mcap
       wmr-replay run log.mcap --out results/ --view
+      wmr-replay run log.mcap --serve
       wmr-replay run https://example.org/log.mcap --start 10 --end 20
       wmr-replay run log.mcap --pose /amcl_pose --torque '/joint_states{left=wheel_left,right=wheel_right}'
     """
@@ -52,10 +53,8 @@ def command(
     from wmr_replay.cli.printing.plain import say
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
     from wmr_replay.cli.printing.run import print_result
-    from wmr_replay.timeline import ViewerUnavailable, open_viewer
 
-    if view and no_rrd:
-        raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     with byte_progress(f"reading {log.name} and identifying modes", AGAIN) as progress:
         result = run(
             log,
@@ -65,14 +64,12 @@ def command(
             strict=strict,
             force=force,
             progress=progress,
+            live=viewing.live,
             **log_options(options),
             **settings_from_options(options),
         )
     print_result(result, as_json=as_json)
     for file in result.outdated():
         say(f"note: {file} was made of an earlier content of this log", err=True)
-    if view and "timeline" in result.files:
-        try:
-            open_viewer(result.files["timeline"])
-        except ViewerUnavailable as error:
-            say(f"warning: {error}", err=True)
+    if "timeline" in result.files:
+        viewing.show(result.files["timeline"])

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
+
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
@@ -101,7 +103,9 @@ def write_gap(run: GapRun, out: Path, *, timeline: bool = True) -> dict[str, Pat
         parts["json"].write_text(gap_to_json(run.document), encoding="utf-8")
         parts["model"].write_text(model_to_toml(run.result.model), encoding="utf-8")
         if timeline:
-            write_gap_timeline(parts["timeline"], run.result, path.name, f"{path.stem}-{run.sha256[:16]}-gap")
+            identity = f"{path.stem}-{run.sha256[:16]}-gap"
+            found = [msgspec.to_builtins(finding) for finding in run.document.findings]
+            write_gap_timeline(parts["timeline"], run.result, path.name, identity, found)
     if not timeline:
         names(path, out, timeline=True)["timeline"].unlink(missing_ok=True)
     return files

@@ -8,7 +8,7 @@ import polars as pl
 
 from wmr_replay.ingest import Between, LogPath, open_log
 from wmr_replay.jobs.replay import FileSource, Progress, Replay, RunTables
-from wmr_replay.jobs.result_files import write_results
+from wmr_replay.jobs.result_files import Live, write_results
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
 from wmr_replay.pipeline.settings import Settings
@@ -96,6 +96,7 @@ def run_into(
     timeline: bool = True,
     strict: bool = False,
     progress: Progress | None = None,
+    live: Live | None = None,
 ) -> RunResult:
     """Run a replay to its end and write its results to ``out``."""
     files, tables = write_results(
@@ -105,6 +106,7 @@ def run_into(
         replay.hindsight(),
         replay.tables,
         replay.timeline_facts if timeline else None,
+        live,
     )
     return RunResult(files, tables)
 
