@@ -183,6 +183,16 @@ def finding_list(findings: Sequence[Mapping[str, Any]]) -> str:
     return f'<ul class="plain">{"".join(items)}</ul>' if items else ""
 
 
+NOTHING_FOUND = (
+    '<p><span class="badge good">nothing found</span> No check of the data found anything wrong.</p>'
+)
+
+
+def lines(text: str) -> str:
+    """A text of several lines, escaped line by line."""
+    return "\n".join(escape(line) for line in text.split("\n"))
+
+
 def footer(lines: Iterable[str]) -> str:
     """What made the page, and out of what."""
     return "<footer>" + "<br>".join(map(escape, lines)) + "</footer>"

@@ -149,10 +149,7 @@ def quality(row: Mapping[str, Any], findings: list[Mapping[str, Any]]) -> str:
     if row["truncated"]:
         notes.append("the file ends before its end")
     listed = "".join(f"<li>{page.escape(note)}</li>" for note in notes)
-    said = (
-        page.finding_list(findings)
-        or '<p><span class="badge good">nothing found</span> No check of the data found anything wrong.</p>'
-    )
+    said = page.finding_list(findings) or page.NOTHING_FOUND
     return said + (f"<ul class=soft>{listed}</ul>" if listed else "")
 
 
@@ -400,7 +397,7 @@ def confusion(frame: pl.DataFrame | None) -> str:
 def settings(row: Mapping[str, Any]) -> str:
     """Settings and differentiator, closed."""
     text = json.dumps(json.loads(row["settings"]), indent=1, ensure_ascii=False)
-    lines = "\n".join(page.escape(line) for line in text.split("\n"))
+    lines = page.lines(text)
     return (
         f"<h2>How it was made</h2>{page.details('Settings, robot, channels, kernel', f'<pre>{lines}</pre>')}"
     )
