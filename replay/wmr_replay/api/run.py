@@ -32,6 +32,7 @@ def run(
     start: Instant | None = None,
     end: Instant | None = None,
     timeline: bool = True,
+    report: bool = False,
     strict: bool = False,
     progress: Progress | None = None,
     **settings: Unpack[SettingsArguments],
@@ -49,6 +50,7 @@ def run(
         start: Leave out what was logged before: seconds from the first message, or an absolute time.
         end: Leave out what was logged after.
         timeline: Whether ``out`` receives a Rerun timeline too.
+        report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         strict: Raise when something in the file was damaged.
         progress: Called with bytes read and bytes in all.
         **settings: Fields of ``wmr_replay.Settings``, such as ``identifier="paper"`` or ``window_s=0.4``.
@@ -67,7 +69,9 @@ def run(
     )
     if out is None:
         return held_result(replayed, progress, strict=strict)
-    found = run_into(replayed, local_path(out), timeline=timeline, strict=strict, progress=progress)
+    found = run_into(
+        replayed, local_path(out), timeline=timeline, report=report, strict=strict, progress=progress
+    )
     store, later = SampleStore.of_file(found.files["samples"]), None
     if "hindsight" in found.files:
         later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)

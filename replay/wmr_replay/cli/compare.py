@@ -36,6 +36,9 @@ Examples:
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option(
+    "--report", is_flag=True, help="Write <name>.compare.html too: one HTML file to mail (extra report)."
+)
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
 def command(
     a: Path,
@@ -44,6 +47,7 @@ def command(
     set_b: tuple[str, ...],
     out: Path,
     no_rrd: bool,
+    report: bool,
     as_json: bool,
 ) -> None:
     """Show what differs between A and B.
@@ -66,7 +70,7 @@ def command(
         settings_b=parse_settings(set_b),
         watch=lambda log: byte_progress(f"replaying {log}"),
     )
-    files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
+    files = [comparison.save(out, timeline=not no_rrd, report=report) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)
 
 

@@ -44,6 +44,7 @@ MODES_OPTION = click.option(
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @CLOCK_OFFSET
 @blind_options
 def command(  # noqa: PLR0917
@@ -57,6 +58,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
+    report: bool,
     **options: Any,
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
@@ -87,6 +89,7 @@ def command(  # noqa: PLR0917
             max_effects=max_effects,
             seed=seed,
             timeline=not no_rrd,
+            report=report,
             command=command_line(),
             progress=progress,
             clock_offset_s=options.pop("clock_offset_s"),

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
@@ -30,6 +31,7 @@ def command(
     view: bool,
     as_json: bool,
     no_rrd: bool,
+    report: bool,
     strict: bool,
     model_file: Path | None,
     **options: Any,
@@ -59,6 +61,7 @@ def command(
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             timeline=not no_rrd,
+            report=report,
             strict=strict,
             progress=progress,
             **log_options(options),

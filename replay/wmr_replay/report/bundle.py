@@ -1,5 +1,6 @@
-"""The JavaScript that draws a page's figures: Vega, Vega-Lite and Vega-Embed in one piece, out of vl-convert (extra
-``report``), which has them inside and needs no network.
+"""The JavaScript that draws a page's figures: Vega, Vega-Lite and Vega-Embed in one piece.
+
+It comes out of vl-convert (extra ``report``), which has it inside and needs no network.
 
 Packing the piece takes some seconds; it is kept in the cache directory, below the library's version.
 """
@@ -7,6 +8,7 @@ Packing the piece takes some seconds; it is kept in the cache directory, below t
 import contextlib
 import hashlib
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 
 from wmr_schemas.compiled.state import base_directory
@@ -47,10 +49,8 @@ def figure_script() -> str:
 
 def kept_file() -> Path:
     """Where the code is kept: the name holds all that it depends on."""
-    import vl_convert  # noqa: PLC0415 – an extra
-
-    version = f"{vl_convert.__version__} {VEGA_LITE} {ENTRY}"
-    return base_directory() / f"report-{hashlib.sha256(version.encode()).hexdigest()[:16]}.js"
+    text = f"{version('vl-convert-python')} {VEGA_LITE} {ENTRY}"
+    return base_directory() / f"report-{hashlib.sha256(text.encode()).hexdigest()[:16]}.js"
 
 
 def packed() -> str:

@@ -26,16 +26,24 @@ CONFIG: Spec = {
     "font": FONT,
     "view": {"stroke": None},
     "axis": {
-        "labelColor": INK, "titleColor": INK, "labelFontSize": 11, "titleFontSize": 11.5, "titleFontWeight": "normal",
-        "gridColor": GRID, "domainColor": "#aab1bc", "tickColor": "#aab1bc", "tickSize": 4, "labelFlush": False,
+        "labelColor": INK,
+        "titleColor": INK,
+        "labelFontSize": 11,
+        "titleFontSize": 11.5,
+        "titleFontWeight": "normal",
+        "gridColor": GRID,
+        "domainColor": "#aab1bc",
+        "tickColor": "#aab1bc",
+        "tickSize": 4,
+        "labelFlush": False,
     },
-}  # fmt: skip
+}
 NEVER_S = -1e12
 
 
 @dataclass(frozen=True)
 class Key:
-    """An entry of a figure's key: colour, name, and how it is drawn: ``box``, ``line``, ``dash`` or ``dot``."""
+    """An entry of a figure's key: colour, name, and form: ``box``, ``line``, ``dash`` or ``dot``."""
 
     colour: str
     name: str

@@ -38,7 +38,8 @@ def extremes(t_s: F64, value: F64, columns: int = COLUMNS) -> I64:
 def column_of(t_s: F64, columns: int = COLUMNS) -> I64:
     """The column of each row, 0 to ``columns`` − 1."""
     span = float(t_s[-1] - t_s[0]) or 1.0
-    return np.minimum((columns * (t_s - t_s[0]) / span).astype(np.int64), columns - 1)
+    found: I64 = np.minimum((columns * (t_s - t_s[0]) / span).astype(np.int64), columns - 1)
+    return found
 
 
 def hole_rows(t_s: F64, unknown: Bool, width_s: float) -> I64:
@@ -46,7 +47,7 @@ def hole_rows(t_s: F64, unknown: Bool, width_s: float) -> I64:
     edges = np.flatnonzero(np.diff(np.concatenate([[0], unknown.astype(np.int8), [0]])))
     runs = edges.reshape(-1, 2)
     lasts = t_s[np.minimum(runs[:, 1], len(t_s) - 1)] - t_s[runs[:, 0]] >= width_s
-    found: I64 = runs[lasts, 0]
+    found: I64 = runs[lasts, 0].astype(np.int64)
     return found
 
 

@@ -11,6 +11,7 @@ import polars as pl
 
 from wmr_replay.report import gap_figures as figures
 from wmr_replay.report import page
+from wmr_replay.report.charts import Figure
 from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, YawGap, read_gap
 from wmr_schemas.text import json_text
 
@@ -60,9 +61,16 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
             "The extended model", f"<pre>{page.lines(json_text(msgspec.to_builtins(gap.model)))}</pre>"
         )
     )
-    asked = f"tolerance {1e3 * gap.settings.tolerance_m:.3g} mm in {gap.settings.tolerance_s:g} s, at most {gap.settings.max_effects} effects, seed {gap.seed}"
-    sheet.add(page.footer([gap.log, f"SHA-256 {gap.log_sha256}", f"wmr-replay {gap.version}; {asked}"]))
+    sheet.add(page.footer(origin(gap)))
     return sheet.text()
+
+
+def origin(gap: GapFile) -> list[str]:
+    """Log, hash, version and what was asked for."""
+    asked = gap.settings
+    limits = f"tolerance {1e3 * asked.tolerance_m:.3g} mm in {asked.tolerance_s:g} s"
+    most = f"at most {asked.max_effects} effects, seed {gap.seed}"
+    return [gap.log, f"SHA-256 {gap.log_sha256}", f"wmr-replay {gap.version}; {limits}, {most}"]
 
 
 def fact_list(gap: GapFile) -> Iterator[tuple[str, str, str]]:
@@ -139,7 +147,7 @@ def quality(gap: GapFile) -> str:
     return (found or page.NOTHING_FOUND) + (f"<ul class=soft>{notes}</ul>" if notes else "")
 
 
-def proof(gap: GapFile, traces: pl.DataFrame) -> list[list[figures.Figure | None]]:
+def proof(gap: GapFile, traces: pl.DataFrame) -> list[list[Figure | None]]:
     """The scatter of each effect beside its residual over time; without an effect the residuals alone."""
     if not gap.effects:
         return [[figures.residual_figure(channel, traces, extended=False) for channel in figures.RESIDUALS]]
@@ -208,7 +216,9 @@ def candidate_tables(candidates: tuple[Candidate, ...]) -> Iterator[str]:
         title = "first effect" if stage == 0 else f"beside {stage} effect{'s' if stage > 1 else ''}"
         rows = "".join(candidate_row(one, most, best=k == 0) for k, one in enumerate(ranked))
         head = "<tr><th>candidate</th><th class=n>score</th><th></th><th class=n>p</th><th></th></tr>"
-        yield f'<h3>{page.escape(title)}</h3><div class="scroll"><table class="scores"><thead>{head}</thead><tbody>{rows}</tbody></table></div>'
+        inside = f"<thead>{head}</thead><tbody>{rows}</tbody>"
+        made = f'<div class="scroll"><table class="scores">{inside}</table></div>'
+        yield f"<h3>{page.escape(title)}</h3>{made}"
 
 
 def candidate_row(one: Candidate, most: float, *, best: bool) -> str:
@@ -217,7 +227,8 @@ def candidate_row(one: Candidate, most: float, *, best: bool) -> str:
     colour = "#1f7a4d" if best and not one.failed else "#9aa1ac"
     bar = f'<div class="gauge"><i style="width:{width:.1f}%;background:{colour}"></i></div>'
     name = f"<b>{page.escape(one.name)}</b>" if best and not one.failed else page.escape(one.name)
-    return f"<tr><td>{name}</td><td class=n>{number(one.score)}</td><td>{bar}</td><td class=n>{p_words(one.p_value)}</td><td class=soft>{page.escape(one.failed)}</td></tr>"
+    score = f"<td class=n>{number(one.score)}</td><td>{bar}</td><td class=n>{p_words(one.p_value)}</td>"
+    return f"<tr><td>{name}</td>{score}<td class=soft>{page.escape(one.failed)}</td></tr>"
 
 
 def alternatives(sheet: page.Page, gap: GapFile) -> None:

@@ -1,6 +1,7 @@
 """The figures of a gap analysis: paths by error, the residual over its variable and over time, errors."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import polars as pl
@@ -8,6 +9,7 @@ import polars as pl
 from wmr_replay.report import charts
 from wmr_replay.report.charts import Columns, Figure, Key, Read, Spec, numbers
 from wmr_replay.report.decimate import extremes, path_rows
+from wmr_replay.report.paths import box_of, pieces_of
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.gap_file import Effect, GapFile, Interval, Region
 
@@ -65,7 +67,7 @@ def round_edges(largest: float) -> F64:
     step = largest / 5
     digits = 10.0 ** np.floor(np.log10(step)) if step > 0 else 1e-3
     step = float(np.ceil(2 * step / digits) / 2 * digits)
-    return step * np.arange(1, 5)
+    return step * np.arange(1.0, 5.0)
 
 
 def level_words(edges: F64) -> list[str]:
@@ -73,7 +75,7 @@ def level_words(edges: F64) -> list[str]:
     mm = [f"{1e3 * edge:.3g}" for edge in edges]
     return [
         f"below {mm[0]} mm",
-        *(f"{a}–{b}" for a, b in zip(mm, mm[1:], strict=False)),
+        *(f"{a}–{b}" for a, b in pairwise(mm)),
         f"above {mm[-1]} mm",
     ]
 
@@ -99,30 +101,22 @@ def path_figure(
         layers += [charts.stroke("discs", MARK, width=1.6), charts.labels("said", bold=True)]
         if len(key) == len(HEAT) and data["stretches"]["x"]:
             key = [*key, Key("#d9dade", "where most of the error arises")]
-    box = (np.nanmin(x), np.nanmax(x), np.nanmin(y), np.nanmax(y))
     data = {one: columns for one, columns in data.items() if columns["x"]}
     layers = [layer for layer in layers if layer["data"]["name"] in data]
-    spec = charts.in_plane(layers, box, list(data), place=f"path_{name}")
+    spec = charts.in_plane(layers, box_of(x, y), list(data), place=f"path_{name}")
     return Figure(f"path-{name}", title, spec, data, key)
 
 
 def coloured(x: F64, y: F64, t_s: F64, level: I64, error: F64, rows: I64) -> Columns:
     """A path in pieces of one level; each piece ends where the next begins."""
-    order = rows
-    piece = np.cumsum(np.diff(level[order], prepend=level[order[0]]) != 0)
-    again = np.flatnonzero(np.diff(piece)) + 1
-    at = np.sort(np.concatenate([np.arange(len(order)), again]), kind="stable")
-    of_piece = piece[at]
-    of_piece[np.append(np.diff(at) == 0, False)] -= 1
-    levels = level[order][np.searchsorted(piece, of_piece)]
-    at = order[at]
-    colours = [HEAT[k] if k >= 0 else UNKNOWN for k in levels]
+    pieces = pieces_of(level, rows)
+    at = pieces.rows
     return {
         "t": numbers(t_s[at]),
         "x": numbers(x[at]),
         "y": numbers(y[at]),
-        "k": of_piece.tolist(),
-        "c": colours,
+        "k": pieces.piece.tolist(),
+        "c": [HEAT[k] if k >= 0 else UNKNOWN for k in pieces.state.tolist()],
         "e": numbers(1e3 * error[at]),
     }
 

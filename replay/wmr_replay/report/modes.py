@@ -118,7 +118,7 @@ def lane_rows(lane: Lane, top: float, row: int) -> list[tuple[float, float, floa
 
 
 def band_columns(posterior: Posterior, top: float) -> Columns:
-    """The edges between the stacked probabilities, in the figure's heights, from the first mode at the top."""
+    """The edges between the stacked probabilities, in the figure's heights, the first mode at the top."""
     t_s, p = means(posterior.t_s, posterior.p)
     edges = top - BAND * np.clip(np.cumsum(np.column_stack([np.zeros(len(p)), p]), axis=1), 0, 1)
     columns = {"t": numbers(t_s)} | {f"y{k}": numbers(edges[:, k]) for k in range(len(MODES) + 1)}

@@ -65,7 +65,7 @@ class Page:
             self.add(*drawn)
 
     def _placed(self, figure: Figure) -> str:
-        """The element of a figure; its specification and data go to the end of the page, each data set once."""
+        """The element of a figure; specification and data go to the page's end, each data set once."""
         name = f"figure-{len(self._specs)}-{figure.name}"
         self._specs[name] = figure.spec
         for data, columns in figure.data.items():
@@ -73,7 +73,8 @@ class Page:
         note = f"<figcaption>{escape(figure.note)}</figcaption>" if figure.note else ""
         return (
             f'<figure><div class="title">{escape(figure.title)}</div>{key_line(figure.key)}'
-            f'<div class="chart" id="{escape(name)}" data-label="{escape(figure.title)}"></div>{note}</figure>'
+            f'<div class="chart" id="{escape(name)}" data-label="{escape(figure.title)}"></div>'
+            f"{note}</figure>"
         )
 
     def text(self) -> str:
@@ -114,7 +115,8 @@ def paragraph(text: object, kind: str = "") -> str:
 def key_line(key: Sequence[Key]) -> str:
     """The key of a figure in a line that wraps."""
     entries = "".join(
-        f'<span><i class="{one.form}" style="background:{one.colour};border-color:{one.colour}"></i>{escape(one.name)}</span>'
+        f'<span><i class="{one.form}" style="background:{one.colour};border-color:{one.colour}"></i>'
+        f"{escape(one.name)}</span>"
         for one in key
     )
     return f'<div class="key">{entries}</div>' if entries else ""
@@ -174,8 +176,9 @@ def finding_list(findings: Sequence[Mapping[str, Any]]) -> str:
     for found in sorted(findings, key=lambda f: order.index(f["severity"]) if f["severity"] in order else 9):
         where = ", ".join(f"{start:.1f}–{end:.1f} s" for start, end in found["where"][:3])
         rest = " …" if len(found["where"]) > 3 else ""
+        word = escape(words.get(found["severity"], "note"))
         items.append(
-            f'<li><span class="badge {escape(found["severity"])}">{escape(words.get(found["severity"], "note"))}</span> '
+            f'<li><span class="badge {escape(found["severity"])}">{word}</span> '
             f"<code>{escape(found['code'])}</code> {escape(found['text'])}"
             f"{f' <span class=soft>({escape(where + rest)})</span>' if where else ''}<br>"
             f'<span class="soft">{escape(found["meaning"])}; {escape(found["advice"])}</span></li>'

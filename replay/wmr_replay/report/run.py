@@ -23,9 +23,10 @@ from wmr_replay.report.modes import (
     posterior_of,
     shading,
 )
+from wmr_replay.report.paths import box_of, pieces_of
 from wmr_replay.timeline.colours import mode_name
-from wmr_schemas.arrays import F64
-from wmr_schemas.modes import MODES, ContactMode
+from wmr_schemas.arrays import F64, I64
+from wmr_schemas.modes import MODES
 from wmr_schemas.tables import ANOMALIES
 
 BLUE, RED, GREY, DARK = "#23638a", "#c8500a", "#8b93a1", "#3a424f"
@@ -170,7 +171,8 @@ def draw(sheet: page.Page, tables: RunTables, samples: pl.DataFrame, row: Mappin
     sheet.figures([path_figure(samples, best, how)], velocity_figures(samples, span, hue, how))
     sheet.figures([lanes_figure(samples, later, span)])
     sheet.add(
-        '<p class="note screen">Point at a plot: the values there, the same time in the others, and the place on the path.</p>'
+        '<p class="note screen">Point at a plot: the values there, the same time in the other plots, '
+        "and the place on the path.</p>"
     )
     sheet.section(
         "Constraints and their thresholds",
@@ -205,28 +207,14 @@ def described_s(samples: pl.DataFrame) -> F64:
     return column(samples, "t_s") - np.nan_to_num(column(samples, "delay_s"))
 
 
-def path_figure(samples: pl.DataFrame, mode: np.ndarray, how: str) -> Figure | None:
+def path_figure(samples: pl.DataFrame, mode: I64, how: str) -> Figure | None:
     """The measured path in the colours of the modes, its start marked."""
     x, y, t_s = (column(samples, name) for name in ("x_m", "y_m", "t_s"))
     switch = np.diff(mode, prepend=mode[0]) != 0
     rows = path_rows(x, y, switch if switch.sum() < 2000 else np.zeros(len(x), bool))
     if len(rows) < 2:
         return None
-    pieces = np.cumsum(np.diff(mode[rows], prepend=mode[rows[0]]) != 0)
-    again = np.flatnonzero(np.diff(pieces)) + 1  # each piece begins where the one before ends
-    order = np.sort(np.concatenate([np.arange(len(rows)), again]), kind="stable")
-    of_piece = pieces[order]
-    of_piece[np.append(np.diff(order) == 0, False)] -= 1
-    at = rows[order]
-    first = {int(p): int(mode[rows[np.searchsorted(pieces, p)]]) for p in np.unique(pieces)}
-    path: Columns = {
-        "t": numbers(t_s[at]),
-        "x": numbers(x[at]),
-        "y": numbers(y[at]),
-        "k": of_piece.tolist(),
-        "c": [colour_of(first[int(p)]) for p in of_piece],
-        "m": [name_of(first[int(p)]) for p in of_piece],
-    }
+    path, seen = path_columns(x, y, t_s, mode, rows)
     ends: Columns = {
         "x": numbers(x[rows[[0, -1]]]),
         "y": numbers(y[rows[[0, -1]]]),
@@ -239,10 +227,23 @@ def path_figure(samples: pl.DataFrame, mode: np.ndarray, how: str) -> Figure | N
         charts.dots("path_ends", DARK, size=70, opacity=1),
         charts.labels("path_ends"),
     ]
-    box = (np.nanmin(x), np.nanmax(x), np.nanmin(y), np.nanmax(y))
-    spec = charts.in_plane(layers, box, ["path", "path_ends"], place="path")
-    key = [Key(colour_of(m), name_of(m)) for m in (*map(int, SHOWN),) if m in first.values()]
+    spec = charts.in_plane(layers, box_of(x, y), ["path", "path_ends"], place="path")
+    key = [Key(colour_of(m), name_of(m)) for m in (*map(int, SHOWN),) if m in seen]
     return Figure("path", f"Path by contact mode, {how}", spec, {"path": path, "path_ends": ends}, key)
+
+
+def path_columns(x: F64, y: F64, t_s: F64, mode: I64, rows: I64) -> tuple[Columns, set[int]]:
+    """The path in pieces of one mode, and the modes that occur."""
+    pieces = pieces_of(mode, rows)
+    path: Columns = {
+        "t": numbers(t_s[pieces.rows]),
+        "x": numbers(x[pieces.rows]),
+        "y": numbers(y[pieces.rows]),
+        "k": pieces.piece.tolist(),
+        "c": [colour_of(m) for m in pieces.state.tolist()],
+        "m": [name_of(m) for m in pieces.state.tolist()],
+    }
+    return path, set(pieces.state.tolist())
 
 
 def lanes_figure(samples: pl.DataFrame, later: pl.DataFrame | None, span: tuple[float, float]) -> Figure:
@@ -262,7 +263,7 @@ def lanes_figure(samples: pl.DataFrame, later: pl.DataFrame | None, span: tuple[
 
 
 def velocity_figures(
-    samples: pl.DataFrame, span: tuple[float, float], hue: Mapping[str, Columns], how: str
+    samples: pl.DataFrame, span: tuple[float, float], hue: dict[str, Columns], how: str
 ) -> list[Figure]:
     """Longitudinal velocity; lateral velocity and yaw rate."""
     ahead = (("v_long_mps", BLUE, "longitudinal [m/s]"),)
@@ -280,7 +281,7 @@ def lines_figure(
     samples: pl.DataFrame,
     drawn: Sequence[tuple[str, str, str]],
     span: tuple[float, float],
-    hue: Mapping[str, Columns],
+    hue: dict[str, Columns],
     note: str = "",
 ) -> Figure:
     """Columns of the derivatives as lines: column, colour, name with unit."""
@@ -296,7 +297,7 @@ def lines_figure(
 def constraint_figure(
     samples: pl.DataFrame,
     span: tuple[float, float],
-    hue: Mapping[str, Columns],
+    hue: dict[str, Columns],
     name: str,
     unit: str,
     title: str,
@@ -319,14 +320,14 @@ def constraint_figure(
         charts.line(f"{name}_limit", "low", GREY, width=0.8),
         charts.line(name, "v", BLUE),
     ]
-    read = [Read(title.split(":")[0], name, "v"), Read("threshold ±", f"{name}_limit", "v")]
+    read = [Read(title.partition(":")[0], name, "v"), Read("threshold ±", f"{name}_limit", "v")]
     spec = charts.over_time(layers, span, 170, data=list(data), readout=read)
     key = [Key(BLUE, "from the log", "line"), Key("#cfd4db", "± threshold")]
     return Figure(name, title, spec, data, key)
 
 
 def alpha_figure(
-    samples: pl.DataFrame, span: tuple[float, float], hue: Mapping[str, Columns], nominal: float | None
+    samples: pl.DataFrame, span: tuple[float, float], hue: dict[str, Columns], nominal: float | None
 ) -> Figure:
     """α with its 95 % interval, and the nominal value."""
     t_s, alpha, sd = (column(samples, name) for name in ("t_s", "alpha", "alpha_sd"))
@@ -407,6 +408,3 @@ def origin(row: Mapping[str, Any]) -> list[str]:
     """Log, hash and version."""
     sha = f"SHA-256 {row['log_sha256']}" if row["log_sha256"] else ""
     return [str(row["log"]), *([sha] if sha else []), f"wmr-replay {row['version']}"]
-
-
-__all__ = ["ContactMode", "RunTables", "run_page"]
