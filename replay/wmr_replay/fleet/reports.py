@@ -13,7 +13,8 @@ from wmr_replay.fleet.dataset import part_name, report_name
 from wmr_replay.fleet.job import Outcome
 from wmr_replay.fleet.store import Store
 from wmr_replay.fleet.summary import totals
-from wmr_replay.report.fleet import FleetLog, fleet_page
+from wmr_replay.report.fleet import fleet_page
+from wmr_replay.report.fleet_logs import FleetLog
 from wmr_replay.report.run import RunTables, run_page
 from wmr_schemas.gap_file import GapFile
 

@@ -40,8 +40,8 @@ def asset(name: str) -> str:
 class Page:
     """A page that grows from top to bottom; ``text()`` is the file."""
 
-    def __init__(self, title: str, kind: str) -> None:
-        self._title, self._kind = title, kind
+    def __init__(self, title: str, kind: str, *, wide: bool = False) -> None:
+        self._title, self._kind, self._wide = title, kind, wide
         self._body: list[str] = []
         self._specs: dict[str, Spec] = {}
         self._data: dict[str, Columns] = {}
@@ -92,7 +92,7 @@ class Page:
 <style>
 {asset("page.css")}</style>
 </head>
-<body>
+<body{" class=wide" if self._wide else ""}>
 <main>
 <header><div class="kind">wmr-replay · {escape(self._kind)}</div><h1>{escape(self._title)}</h1></header>
 {body}
@@ -151,7 +151,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]], *, numeric: Ite
     """A table; the columns of ``numeric`` are set flush right."""
     right = set(numeric)
     cells = [
-        "".join(f"<td{' class=n' if k in right else ''}>{escape(cell)}</td>" for k, cell in enumerate(row))
+        "".join(f"<td{' class=n' if k in right else ''}>{lines(cell)}</td>" for k, cell in enumerate(row))
         for row in rows
     ]
     if not cells:
@@ -191,9 +191,9 @@ NOTHING_FOUND = (
 )
 
 
-def lines(text: str) -> str:
+def lines(text: object) -> str:
     """A text of several lines, escaped line by line."""
-    return "\n".join(escape(line) for line in text.split("\n"))
+    return "\n".join(escape(line) for line in str(text).split("\n"))
 
 
 def footer(lines: Iterable[str]) -> str:

@@ -118,7 +118,7 @@
   function sortable(table) {
     const heads = [...table.querySelectorAll("th[data-sort]")], body = table.tBodies[0];
     heads.forEach(head => head.addEventListener("click", () => {
-      const up = head.getAttribute("aria-sort") !== "ascending", k = head.cellIndex, number = head.dataset.sort === "number";
+      const up = head.getAttribute("aria-sort") !== "ascending", k = head.cellIndex, number = head.dataset.sort !== "text";
       heads.forEach(other => other.removeAttribute("aria-sort"));
       head.setAttribute("aria-sort", up ? "ascending" : "descending");
       const value = row => { const v = row.cells[k].dataset.v; return v === undefined || v === "" ? null : number ? +v : v; };
