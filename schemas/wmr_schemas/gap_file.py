@@ -60,7 +60,9 @@ class Effect(Part, frozen=True):
     residual: Annotated[
         str, Meta(description="channel of the residual in which it shows: longitudinal, lateral or yaw")
     ] = ""
-    variable: Annotated[str, Meta(description="column of the traces that this residual follows")] = ""
+    variable: Annotated[
+        str, Meta(description="column of the traces that the residual follows, or `distance_m`")
+    ] = ""
 
 
 class Interval(Part, frozen=True):

@@ -43,7 +43,7 @@ NEVER_S = -1e12
 
 @dataclass(frozen=True)
 class Key:
-    """An entry of a figure's key: colour, name, and form: ``box``, ``line``, ``dash`` or ``dot``."""
+    """An entry of a figure's key: colour, name, and form: ``box, line, dash, dot`` or ``ring``."""
 
     colour: str
     name: str
@@ -261,20 +261,15 @@ def dots(
     return {"data": {"name": data}, "mark": mark, "encoding": drawn}
 
 
-def labels(data: str, *, colour: str = INK, dy: int = -12, bold: bool = False) -> Spec:
-    """Text ``s`` at ``x, y``, with a white edge that keeps it readable on a line."""
-    mark = {
-        "type": "text",
-        "color": colour,
-        "dy": dy,
-        "fontSize": 11.5,
-        "fontWeight": "bold" if bold else "normal",
-    }
-    return {
-        "data": {"name": data},
-        "mark": mark,
-        "encoding": {"x": quantity("x"), "y": quantity("y"), "text": {"field": "s"}},
-    }
+def labels(data: str, *, colour: str = INK, dy: int = -12, bold: bool = False) -> list[Spec]:
+    """Text ``s`` at ``x, y``: white and broad below, so that it stays readable on a line."""
+    place = {"x": quantity("x"), "y": quantity("y"), "text": {"field": "s"}}
+    mark = {"type": "text", "dy": dy, "fontSize": 11.5, "fontWeight": "bold" if bold else "normal"}
+    edge = {"stroke": "white", "strokeWidth": 4, "strokeJoin": "round", "opacity": 0.85, "color": "white"}
+    return [
+        {"data": {"name": data}, "mark": mark | ink, "encoding": dict(place)}
+        for ink in (edge, {"color": colour})
+    ]
 
 
 def in_plane(

@@ -10,7 +10,7 @@ from wmr_replay.report.charts import Columns, Figure, Key, Read, numbers
 from wmr_replay.report.decimate import extremes, path_rows
 from wmr_replay.report.modes import Lane, mode_figure, modes_of
 from wmr_replay.report.paths import box_of, pieces_of
-from wmr_replay.report.run import BLUE, GREY, RED, column, curve
+from wmr_replay.report.run_figures import BLUE, GREY, RED, column, curve
 from wmr_schemas import __version__
 from wmr_schemas.arrays import F64, Bool
 

@@ -22,6 +22,14 @@ VERDICTS = {
     "nothing_missing": ("Nothing missing.", "#1d6f8f"),
     "not_enough_excitation": ("Not enough excitation.", "#8a3d8f"),
 }
+WHERE = {
+    "longitudinal": "the longitudinal acceleration",
+    "lateral": "the lateral motion",
+    "yaw": "the yaw acceleration",
+    "both": "the longitudinal and the yaw acceleration",
+    "input": "the torques",
+    "measurement": "the measured pose",
+}
 MOST_CANDIDATES = 10
 SMALLEST_P = 1e-12
 
@@ -38,6 +46,10 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
     sheet.add(page.verdict(word, gap.sentence.strip(), tone), page.facts(fact_list(gap)))
     if gap.effects:
         sheet.section("What is missing")
+        for effect in gap.effects:
+            place = page.escape(WHERE.get(effect.channel, effect.channel))
+            formula = f"<code>{page.escape(effect.formula)}</code>"
+            sheet.add(f"<p><b>{page.escape(effect.name)}</b> acts on {place}: {formula}</p>")
         sheet.add(effect_table(gap.effects))
     sheet.section("Data quality")
     sheet.add(quality(gap))
@@ -95,7 +107,7 @@ def metric_fact(name: str, held: HeldOut, unit: str, windows: int) -> tuple[str,
     value = before if held.after == held.before else f"{before} → {after}"
     low, high = held.reduction_ci95
     less = (
-        f"{100 * low:.0f} to {100 * high:.0f} % less; "
+        f"reduced by {100 * low:.0f} to {100 * high:.0f} %; "
         if low is not None and high is not None and held.after != held.before
         else ""
     )
@@ -103,24 +115,15 @@ def metric_fact(name: str, held: HeldOut, unit: str, windows: int) -> tuple[str,
 
 
 def effect_table(effects: tuple[Effect, ...]) -> str:
-    """A line for each parameter: value, interval, formula, significance."""
+    """A line for each parameter: value, interval, significance."""
     rows = []
     for effect in effects:
         for k, (key, p) in enumerate(effect.parameters.items()):
-            first = (effect.name, effect.formula, p_words(effect.p_value)) if k == 0 else ("", "", "")
-            rows.append(
-                (
-                    first[0],
-                    key,
-                    number(p.value),
-                    interval(p),
-                    "" if p.unit == "1" else p.unit,
-                    first[1],
-                    first[2],
-                )
-            )
-    head = ("effect", "parameter", "value", "95 % interval", "unit", "formula", "p")
-    return page.table(head, rows, numeric=(2, 3, 6))
+            first = (effect.name, p_words(effect.p_value)) if k == 0 else ("", "")
+            unit = "" if p.unit == "1" else p.unit
+            rows.append((first[0], key, number(p.value), interval(p), unit, first[1]))
+    head = ("effect", "parameter", "value", "95 % interval", "unit", "p")
+    return page.table(head, rows, numeric=(2, 3, 5))
 
 
 def number(value: float | None) -> str:

@@ -24,6 +24,7 @@ RESIDUALS = {
 }
 QUANTITIES = {
     "t_s": "time [s]",
+    "distance_m": "distance from the disc's centre [m]",
     "v_mps": "longitudinal velocity [m/s]",
     "v_lat_mps": "lateral velocity [m/s]",
     "yaw_rate_radps": "yaw rate [rad/s]",
@@ -98,9 +99,14 @@ def path_figure(
     layers.append(charts.stroke(f"path_{name}", None, width=3.2, tip=tip))
     if marks is not None:
         data["discs"], data["said"] = discs(marks), stretch_labels(marks, x, y, t_s)
-        layers += [charts.stroke("discs", MARK, width=1.6), charts.labels("said", bold=True)]
+        below = bool(found_discs(marks))
+        data["disc_names"] = disc_labels(marks)
+        layers += [charts.stroke("discs", MARK, width=1.6), *charts.labels("disc_names", bold=True)]
+        layers += charts.labels("said", bold=True, dy=24 if below else -12)
         if len(key) == len(HEAT) and data["stretches"]["x"]:
-            key = [*key, Key("#d9dade", "where most of the error arises")]
+            key = [*key, Key("#d9dade", "when most of the error arises")]
+        if data["discs"]["x"]:
+            key = [*key, Key(MARK, "where most of it arises", "ring")]
     data = {one: columns for one, columns in data.items() if columns["x"]}
     layers = [layer for layer in layers if layer["data"]["name"] in data]
     spec = charts.in_plane(layers, box_of(x, y), list(data), place=f"path_{name}")
@@ -134,7 +140,7 @@ def stretches(intervals: Sequence[Interval], x: F64, y: F64, t_s: F64) -> Column
 
 
 def stretch_labels(gap: GapFile, x: F64, y: F64, t_s: F64) -> Columns:
-    """What is written at the middle of each marked stretch, and above each disc."""
+    """What is written at the middle of each marked stretch."""
     out: Columns = {"x": [], "y": [], "s": []}
     for one in gap.where.intervals[:MOST_MARKED]:
         at = int(np.argmin(np.abs(t_s - (one.start_s + one.end_s) / 2)))
@@ -142,11 +148,17 @@ def stretch_labels(gap: GapFile, x: F64, y: F64, t_s: F64) -> Columns:
         out["x"].append(float(x[at]))
         out["y"].append(float(y[at]))
         out["s"].append(f"{one.start_s:.0f}–{one.end_s:.0f} s{share}")
-    for name, (x_m, y_m, radius_m) in found_discs(gap):
-        out["x"].append(x_m)
-        out["y"].append(y_m + radius_m)
-        out["s"].append(name)
     return out
+
+
+def disc_labels(gap: GapFile) -> Columns:
+    """The names of the effects that act in a disc, at its upper edge."""
+    found = found_discs(gap)
+    return {
+        "x": [x_m for _, (x_m, _, _) in found],
+        "y": [y_m + radius_m for _, (_, y_m, radius_m) in found],
+        "s": [name for name, _ in found],
+    }
 
 
 def found_discs(gap: GapFile) -> list[tuple[str, tuple[float, float, float]]]:
@@ -174,11 +186,20 @@ def discs(gap: GapFile) -> Columns:
     return out
 
 
+def variable_of(effect: Effect, traces: pl.DataFrame) -> F64:
+    """The quantity that the effect's residual follows, at each row."""
+    if effect.variable != "distance_m":
+        return values(traces, effect.variable)
+    centre = [effect.parameters[key].value if key in effect.parameters else None for key in ("x_m", "y_m")]
+    x_m, y_m = (np.nan if one is None else one for one in centre)
+    return np.hypot(values(traces, "x_m") - x_m, values(traces, "y_m") - y_m)
+
+
 def scatter_figure(effect: Effect, traces: pl.DataFrame) -> Figure | None:
     """The residual over the quantity that it follows, before and after: clouds and the median of each bin."""
     if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
         return None
-    x = values(traces, effect.variable)
+    x = variable_of(effect, traces)
     before, after = (values(traces, f"{model}_residual_{effect.residual}") for model in ("base", "extended"))
     known = np.isfinite(x) & np.isfinite(before) & np.isfinite(after)
     if known.sum() < BINS:
@@ -206,14 +227,15 @@ def scatter_figure(effect: Effect, traces: pl.DataFrame) -> Figure | None:
         Key(AFTER, f"with {effect.name}", "dot"),
         Key(INK, "median of a bin", "line"),
     ]
+    return Figure(name, scatter_title(effect, before, after), spec, data, key)
+
+
+def scatter_title(effect: Effect, before: F64, after: F64) -> str:
+    """What is drawn, and the residual's root mean square before and after."""
     quantity = QUANTITIES[effect.variable].partition(" [")[0]
-    return Figure(
-        name,
-        f"What the base model leaves follows the {quantity}; with {effect.name} it does not",
-        spec,
-        data,
-        key,
-    )
+    sizes = " → ".join(f"{np.sqrt(np.mean(one**2)):.2g}" for one in (before, after))
+    unit = RESIDUALS[effect.residual].partition(" [")[2].rstrip("]")
+    return f"Residual against the {quantity}: {sizes} {unit} rms"
 
 
 def median_line(data: str, colour: str) -> Spec:

@@ -20,6 +20,7 @@ from wmr_replay.report.gap_figures import (
     level_words,
     round_edges,
     values,
+    variable_of,
 )
 from wmr_schemas.gap_file import Effect, GapFile
 from wmr_schemas.text import shown
@@ -75,7 +76,7 @@ def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame) -> bool:
     """The residual over the quantity that it follows, and the medians of bins; False without such columns."""
     if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
         return False
-    x = values(traces, effect.variable)
+    x = variable_of(effect, traces)
     for model in ("base", "extended"):
         y = values(traces, f"{model}_residual_{effect.residual}")
         known = np.isfinite(x) & np.isfinite(y)
@@ -121,15 +122,10 @@ def draw_over_time(
         name = column if column.startswith(model) else f"{model}_{column}"
         axes.plot(t_s, values(traces, name), color=COLOURS[model], linewidth=1.1, label=WORDS[model])
     axes.set(xlabel="time [s]", title=title, xlim=(t_s[0], t_s[-1]))
-    handles = [*axes.get_legend_handles_labels()[0], Patch(color="#e9ebef", label="held out")]
-    axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 0.97),
-        ncols=3,
-        borderaxespad=0.0,
-        columnspacing=1.2,
-    )
+    handles = axes.get_legend_handles_labels()[0]
+    if column == "error_m":
+        handles = [*handles, Patch(color="#e9ebef", label="held out: not fitted")]
+    key_above(axes, handles)
 
 
 def draw_paths(

@@ -5,10 +5,12 @@ What describes an instant (velocities, C_k, C_d) is drawn at that instant, t −
 """
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Patch
@@ -233,7 +235,7 @@ def draw_alpha(axes: Axes, samples: pl.DataFrame, nominal: float | None) -> None
     finish(axes, "α [(m/s²)/(N·m)] with its 95 % interval")
 
 
-def key_above(axes: Axes, handles: list[Patch] | None = None, handlelength: float = 1.5) -> None:
+def key_above(axes: Axes, handles: Sequence[Artist] | None = None, handlelength: float = 1.5) -> None:
     """The key in one line above the axes, at the right."""
     entries = handles or axes.get_legend_handles_labels()[0]
     axes.legend(

@@ -11,13 +11,15 @@ from wmr_schemas.terms import FACTORS, parse_term
 
 
 class ShownBy(NamedTuple):
-    """``residual``: longitudinal, lateral or yaw; ``variable``: a column of the traces."""
+    """``residual``: longitudinal, lateral or yaw; ``variable``: a column of the traces, or ``distance_m``."""
 
     residual: str
     variable: str
 
 
 SPEED, TURNING, SUM, DIFFERENCE = "v_mps", "yaw_rate_radps", "effort_sum_nm", "effort_diff_nm"
+DISTANCE = "distance_m"
+"""Distance from the centre of the disc in which the effect acts: of the traces and its parameters."""
 TIME, HEADING, SIDEWAYS, RATE = "t_s", "yaw_rad", "v_lat_mps", "effort_sum_rate_nmps"
 AHEAD, ASIDE, YAW = "longitudinal", "lateral", "yaw"
 EFFECTS = {
@@ -42,7 +44,7 @@ EFFECTS = {
     "undeclared_skid": ShownBy(ASIDE, TURNING),
     "load_step": ShownBy(AHEAD, TIME),
     "slip_interval": ShownBy(AHEAD, TIME),
-    "low_friction_patch": ShownBy(AHEAD, TIME),
+    "low_friction_patch": ShownBy(AHEAD, DISTANCE),
 }
 """What differs from :data:`BY_CHANNEL`."""
 BY_CHANNEL = {
