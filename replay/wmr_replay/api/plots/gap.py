@@ -26,6 +26,11 @@ from wmr_schemas.gap_file import Effect, GapFile
 from wmr_schemas.text import shown
 
 WORDS = {"base": "base model", "extended": "extended model"}
+SHORT = {
+    "longitudinal": "Residual ahead [m/s²]",
+    "lateral": "Residual sideways [m/s]",
+    "yaw": "Residual in yaw [m/s²]",
+}
 COLOURS = {"base": BEFORE, "extended": AFTER}
 WRAP = 92
 """Characters of a line of the title."""
@@ -41,15 +46,13 @@ def gap_figure(gap: GapFile, traces: pl.DataFrame, name: str = "") -> Figure:
         top = figure.add_subplot(grid[0, 0])
         channel = effect.residual if effect and effect.residual else "longitudinal"
         if effect is None or not draw_scatter(top, effect, traces):
-            draw_over_time(top, traces, "base_residual_lateral", "residual sideways [m/s]", ("base",))
-        draw_over_time(
-            figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", RESIDUALS[channel], models
-        )
+            draw_over_time(top, traces, "base_residual_lateral", SHORT["lateral"], ("base",))
+        draw_over_time(figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", SHORT[channel], models)
         draw_over_time(
             figure.add_subplot(grid[1, :]),
             traces,
             "error_m",
-            "error of the position [m], windows of 4 s",
+            "Error of the position [m], windows of 4 s",
             models,
         )
         draw_paths(figure, grid, gap, traces, models)
@@ -94,7 +97,6 @@ def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame) -> bool:
         where = np.clip(np.searchsorted(edges, x[known], side="right") - 1, 0, max(len(edges) - 2, 0))
         bins = np.unique(where)
         middle = [[float(np.median(v[known][where == k])) for k in bins] for v in (x, y)]
-        label = WORDS[model] if model == "base" else f"with {shown(effect.name)}"
         axes.plot(
             *middle,
             "o-",
@@ -102,10 +104,10 @@ def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame) -> bool:
             markersize=4.5,
             markeredgecolor="white",
             linewidth=1.8,
-            label=label,
+            label=WORDS[model],
         )
     axes.axhline(0, color=DARK, linewidth=0.6)
-    axes.set(xlabel=QUANTITIES[effect.variable], title=RESIDUALS[effect.residual])
+    axes.set(xlabel=QUANTITIES[effect.variable], title=SHORT[effect.residual])
     key_above(axes)
     return True
 
