@@ -28,11 +28,23 @@ def extremes(t_s: F64, value: F64, columns: int = COLUMNS) -> I64:
     if not len(known):
         return np.unique(np.append(holes, [0, n - 1]))
     column = column_of(t_s, columns)[known]
-    order = np.lexsort((value[known], column))
-    first = np.flatnonzero(np.diff(column[order], prepend=-1))
-    last = np.append(first[1:], len(order)) - 1
-    ends = known[[0, -1]]
-    return np.unique(np.concatenate([known[order[first]], known[order[last]], ends, holes]))
+    if np.any(np.diff(column) < 0):
+        order = np.argsort(column, kind="stable")
+        known, column = known[order], column[order]
+    starts = np.flatnonzero(np.diff(column, prepend=-1))
+    kept = [first_equal(value[known], starts, best) for best in (np.minimum, np.maximum)]
+    ends = [known.min(), known.max()]
+    return np.unique(np.concatenate([*(known[rows] for rows in kept), ends, holes]))
+
+
+def first_equal(value: F64, starts: I64, best: np.ufunc) -> I64:
+    """The first row of each group that holds its least or largest value; groups begin at ``starts``."""
+    group = np.zeros(len(value), np.int64)
+    group[starts[1:]] = 1
+    group = np.cumsum(group)
+    rows = np.flatnonzero(value == best.reduceat(value, starts)[group])
+    first: I64 = rows[np.diff(group[rows], prepend=-1) > 0]
+    return first
 
 
 def column_of(t_s: F64, columns: int = COLUMNS) -> I64:
@@ -52,23 +64,37 @@ def hole_rows(t_s: F64, unknown: Bool, width_s: float) -> I64:
 
 
 def path_rows(x_m: F64, y_m: F64, keep: Bool) -> I64:
-    """Rows, ascending, that draw a path: each a pixel or more from the one before; those of ``keep`` stay."""
-    known = np.isfinite(x_m) & np.isfinite(y_m)
-    rows = np.flatnonzero(known)
-    if not len(rows):
-        return rows
-    extent = float(max(np.ptp(x_m[rows]), np.ptp(y_m[rows]))) or 1.0
+    """Rows, ascending, that draw a path: each a pixel or more from the one before; those of ``keep`` stay.
+
+    Where noise alone moves the path by pixels, the distance grows until MOST_POINTS are left.
+    """
+    known = np.flatnonzero(np.isfinite(x_m) & np.isfinite(y_m))
+    if not len(known):
+        return known
+    if len(known) > 20 * MOST_POINTS:
+        at = known.astype(np.float64)
+        parts = [known[extremes(at, one[known], 5 * MOST_POINTS)] for one in (x_m, y_m)]
+        known = np.union1d(np.concatenate(parts), np.flatnonzero(keep))
+    x, y, stay = x_m[known].tolist(), y_m[known].tolist(), keep[known].tolist()
+    extent = max(max(x) - min(x), max(y) - min(y)) or 1.0
     apart = extent / FINEST
-    while True:
-        travelled = np.cumsum(
-            np.hypot(np.diff(x_m[rows], prepend=x_m[rows[0]]), np.diff(y_m[rows], prepend=y_m[rows[0]]))
-        )
-        chosen = np.diff((travelled / apart).astype(np.int64), prepend=-1) > 0
-        chosen[-1] = True
-        chosen |= keep[rows]
-        if chosen.sum() <= MOST_POINTS + keep.sum() or apart > extent:
-            return rows[chosen]
+    most = MOST_POINTS + sum(stay)
+    while len(rows := spaced(x, y, stay, apart)) > most and apart < extent:
         apart *= 1.5
+    return known[rows]
+
+
+def spaced(x: list[float], y: list[float], stay: list[bool], apart: float) -> list[int]:
+    """Rows at least ``apart`` from the one kept before, those that stay, the first and the last."""
+    rows, square, last_x, last_y = [0], apart * apart, x[0], y[0]
+    for k in range(1, len(x)):
+        dx, dy = x[k] - last_x, y[k] - last_y
+        if stay[k] or dx * dx + dy * dy >= square:
+            rows.append(k)
+            last_x, last_y = x[k], y[k]
+    if rows[-1] != len(x) - 1:
+        rows.append(len(x) - 1)
+    return rows
 
 
 def shares(t_s: F64, code: I64, codes: list[int], columns: int = COLUMNS) -> tuple[F64, F64]:

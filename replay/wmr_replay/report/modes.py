@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -58,13 +59,20 @@ def posterior_of(name: str, samples: pl.DataFrame) -> Posterior | None:
     return Posterior(name, samples["t_s"].to_numpy(), p)
 
 
-def spans_of(t_s: F64, mode: I64) -> list[tuple[float, float, int]]:
-    """Start, end and mode of each stretch of one mode."""
+class Spans(NamedTuple):
+    """Start, end and mode of each stretch of one mode, (m,)."""
+
+    start_s: F64
+    end_s: F64
+    mode: I64
+
+
+def spans_of(t_s: F64, mode: I64) -> Spans:
+    """The stretches of one mode."""
     if not len(t_s):
-        return []
+        return Spans(t_s, t_s, mode)
     starts = np.flatnonzero(np.diff(mode, prepend=mode[0] - 1))
-    ends = np.append(t_s[starts[1:]], t_s[-1])
-    return [(float(a), float(b), int(m)) for a, b, m in zip(t_s[starts], ends, mode[starts], strict=True)]
+    return Spans(t_s[starts], np.append(t_s[starts[1:]], t_s[-1]), mode[starts])
 
 
 def colour_of(mode: int) -> str:
@@ -82,17 +90,14 @@ def shading(t_s: F64, mode: I64) -> Columns:
 
     Of very many only the longest are shaded; the lanes show all of them.
     """
-    spans = [span for span in spans_of(t_s, mode) if span[2] > ContactMode.IDEAL]
-    longest = sorted(spans, key=lambda span: span[0] - span[1])[:MOST_SPANS]
-    return span_columns(sorted(longest))
-
-
-def span_columns(spans: Sequence[tuple[float, float, int]]) -> Columns:
-    """Spans as columns."""
+    start_s, end_s, said = spans_of(t_s, mode)
+    chosen = np.flatnonzero(said > ContactMode.IDEAL)
+    longest = chosen[np.argsort(start_s[chosen] - end_s[chosen], kind="stable")[:MOST_SPANS]]
+    shown = np.sort(longest)
     return {
-        "t": [round(a, 3) for a, _, _ in spans],
-        "t2": [round(b, 3) for _, b, _ in spans],
-        "c": [colour_of(mode) for _, _, mode in spans],
+        "t": np.round(start_s[shown], 3).tolist(),
+        "t2": np.round(end_s[shown], 3).tolist(),
+        "c": [colour_of(m) for m in said[shown].tolist()],
     }
 
 
@@ -102,8 +107,9 @@ def lane_rows(lane: Lane, top: float, row: int) -> list[tuple[float, float, floa
     Where there are more spans than pixels, a column holds the shares of its modes one above the other.
     """
     spans = spans_of(lane.t_s, lane.mode)
-    if len(spans) <= MOST_SPANS:
-        return [(a, b, top, top - LANE, colour_of(m), row, name_of(m)) for a, b, m in spans if m >= -1]
+    if len(spans.mode) <= MOST_SPANS:
+        each = zip(*(column.tolist() for column in spans), strict=True)
+        return [(a, b, top, top - LANE, colour_of(m), row, name_of(m)) for a, b, m in each if m >= -1]
     codes = [int(mode) for mode in SHOWN]
     edges, part = shares(lane.t_s, lane.mode, codes)
     reach = np.cumsum(part, axis=1)

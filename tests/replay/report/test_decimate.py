@@ -48,6 +48,24 @@ def test_a_path_keeps_its_shape_and_its_switches():
     assert np.hypot(*(between - [x, y])).max() < np.ptp(x) / 100
 
 
+def test_noise_does_not_eat_the_points_of_a_path():
+    rng = np.random.default_rng(1)
+    angle = np.linspace(0, 2 * np.pi, 300_000)
+    x, y = 10 * np.cos(angle), 10 * np.sin(angle)
+    noisy = [c + 0.05 * rng.standard_normal(len(x)) for c in (x, y)]
+    rows = path_rows(*noisy, np.zeros(len(x), bool))
+    assert 100 < len(rows) <= 3001
+    between = np.array([np.interp(np.arange(len(x)), rows, c[rows]) for c in noisy])
+    assert np.hypot(*(between - [x, y])).max() < 0.5
+
+
+def test_times_need_not_ascend():
+    t = np.array([0.0, 2.0, 1.0, 3.0] * 500) + np.repeat(np.arange(500.0), 4)
+    value = np.arange(2000.0)[::-1].copy()
+    value[777] = 1e6
+    assert 777 in extremes(t, value, 20)
+
+
 def test_shares_count_the_rows_of_each_column():
     t = np.arange(1000.0)
     code = np.repeat([0, 1, 0, 2], 250)

@@ -1,15 +1,18 @@
 """The page of a batch: rows that sort, odd logs by the stated rule, links, dates."""
 
-import json
 import re
 
 import numpy as np
+import polars as pl
 import pytest
 
+from wmr_replay.fleet.reports import write_reports
+from wmr_replay.fleet.stores import store_at
 from wmr_replay.gap import GapOptions
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.report.fleet import fleet_page
 from wmr_replay.report.fleet_logs import JUDGED, FleetLog, odd_ones, robust_scores
+from wmr_schemas.gap_file import gap_to_json
 
 pytest.importorskip("vl_convert")
 BAD = "</td><script>alert(1)</script>\"'"
@@ -96,17 +99,13 @@ def test_a_batch_writes_its_pages_and_takes_gap_analyses_up(command, log, tmp_pa
     (page,) = (out / "reports").glob("*.html")
     page_reader.checked(page.read_text(encoding="utf-8"))
     before, stamp = (out / "report.html").read_text(encoding="utf-8"), page.stat().st_mtime_ns
-    sha = json.loads((out / "fleet.json").read_text(encoding="utf-8"))["logs"][0]["log_sha256"]
-    gap = document_of(made_up_gap.gap_result(), GapOptions(), "a", sha)
+    fleet = pl.read_parquet(out / "fleet.parquet")
+    gap = document_of(made_up_gap.gap_result(), GapOptions(), "a", fleet["log_sha256"][0])
     (out / "gap").mkdir()
-    from wmr_schemas.gap_file import gap_to_json
-
     (out / "gap" / "drive.gap.json").write_text(gap_to_json(gap), encoding="utf-8")
     (out / "gap" / "other.gap.json").write_text("{", encoding="utf-8")
-    command("batch", log, "--out", out, "--jobs", "1", "--report")
+    write_reports(store_at(out), fleet, [])
     after = (out / "report.html").read_text(encoding="utf-8")
     assert "viscous_drag" in page_reader.checked(after).text
     assert "viscous_drag" not in page_reader.checked(before).text
     assert page.stat().st_mtime_ns == stamp
-    command("batch", log, "--out", out, "--jobs", "1")
-    assert not (out / "report.html").exists()

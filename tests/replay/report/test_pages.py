@@ -140,7 +140,7 @@ def long_tables(result, n):
 
 def test_an_hour_is_hardly_larger_than_five_minutes_and_below_3_mb(result, page_reader):
     sizes = []
-    for n in (30_000, 360_000):
+    for n in (20_000, 360_000):
         page = run_page(long_tables(result, n), "long")
         assert len(page.encode()) < 3e6
         sizes.append(len(page) - len(bundle.figure_script()))
@@ -209,17 +209,18 @@ def test_a_gap_analysis_writes_its_traces_and_its_page(gap_run, tmp_path, page_r
     assert not files["report"].exists()
 
 
-@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
-def test_stored_results_as_pictures(command, gap_run, result, tmp_path, ending):
+def test_stored_results_as_pictures(command, gap_run, result, tmp_path):
     pytest.importorskip("matplotlib")
     result.save(tmp_path / "run", timeline=False)
     write_gap(gap_run, tmp_path / "gap", timeline=False)
-    heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
-    for kind in ("run", "gap"):
+    heads = {"png": b"\x89PNG", "svg": b"<?xml"}
+    for kind, ending in (("run", "png"), ("gap", "svg")):
         target = tmp_path / f"{kind}.{ending}"
         assert "wrote" in command("plot", tmp_path / kind, "-o", target).stdout
         assert target.read_bytes().startswith(heads[ending])
-    assert Gap(gap_run).plot().axes
+    drawn = Gap(gap_run).plot()
+    assert len(drawn.axes) == 5
+    assert all(axes.has_data() for axes in drawn.axes)
 
 
 def test_what_is_no_result_is_said(command, result, tmp_path):
