@@ -17,6 +17,7 @@ SHOWN = (*MODES, ContactMode.UNDECIDED)
 COLOURS = {mode: "#{:02x}{:02x}{:02x}".format(*colour) for mode, colour in MODE_COLOURS.items()}
 COLOURS[ContactMode.UNDECIDED] = "#b9bfc8"
 """On white paper a lighter grey than in the viewer."""
+WORTH_SAYING = 0.01
 POSTERIORS = tuple(f"p_{mode.label}" for mode in MODES)
 MOST_SPANS = 1200
 """Spans of a lane that are drawn each; of more, every pixel column shows the shares of its modes."""
@@ -41,6 +42,11 @@ class Posterior:
     name: str
     t_s: F64
     p: F64
+
+    @property
+    def modes(self) -> list[ContactMode]:
+        """The modes that are ever worth a percent."""
+        return [mode for k, mode in enumerate(MODES) if np.nanmax(self.p[:, k], initial=0) > WORTH_SAYING]
 
 
 def modes_of(samples: pl.DataFrame, column: str = "mode") -> I64:
@@ -156,7 +162,9 @@ def mode_figure(
         layers += posterior_layers(name)
         heights[round(top - BAND / 2, 3)] = one.name
         readout += [
-            Read(f"{one.name} {mode_name(mode)}", name, p) for mode, p in zip(MODES, POSTERIORS, strict=True)
+            Read(f"{one.name} {mode_name(mode)}", name, p)
+            for mode, p in zip(MODES, POSTERIORS, strict=True)
+            if mode in one.modes
         ]
         top -= BAND + SPACE
     spec = over_time(
@@ -169,9 +177,7 @@ def mode_figure(
         rows=heights,
     )
     seen = {code for lane in lanes for code in np.unique(lane.mode).tolist()}
-    seen |= {
-        int(mode) for one in bands for k, mode in enumerate(MODES) if np.nanmax(one.p[:, k], initial=0) > 0.01
-    }
+    seen |= {int(mode) for one in bands for mode in one.modes}
     key = [Key(COLOURS[mode], mode_name(mode)) for mode in SHOWN if int(mode) in seen]
     return Figure(
         "modes", "Contact mode" + (" and its probability (stacked)" if bands else ""), spec, data, key
