@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 import sys
 from collections.abc import Callable
 from typing import NamedTuple
@@ -10,6 +11,7 @@ from unittest import mock
 import pytest
 from hypothesis import settings
 
+os.environ.setdefault("WMR_REPLAY_PROGRESS", "never")  # a slow machine writes no further lines
 settings.register_profile("compiled", deadline=None)  # a first call may compile
 settings.load_profile("compiled")
 

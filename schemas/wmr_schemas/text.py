@@ -14,6 +14,8 @@ import re
 from typing import Any
 
 _BMP = 0xFFFF
+MOST_IN_FULL = 1e15
+"""Larger numbers are no counts, and longer than a line should hold."""
 _MARKDOWN = re.compile(r"([\\`*\[\]<>#|~$&]|(?<![^\W_])_|_(?![^\W_]))")
 """An underscore inside a word means nothing; without brackets there is no link."""
 
@@ -47,6 +49,14 @@ def json_shown(document: str) -> str:
 def toml_shown(document: str) -> str:
     r"""A TOML document of basic strings with all that is not printable as ``\uXXXX``, in lines as before."""
     return _lines_with(document, _toml_escaped)
+
+
+def figure(value: float | None, digits: int = 4, sign: str = "") -> str:
+    """A number of so many digits, or a dash. What is whole or large is written in full, never as 1.2e+04."""
+    if value is None:
+        return "–"
+    large = abs(value) < MOST_IN_FULL and (float(value).is_integer() or abs(value) >= 10**digits)
+    return f"{value:{sign}.0f}" if large else f"{value:{sign}.{digits}g}"
 
 
 def encodable(text: object) -> str:

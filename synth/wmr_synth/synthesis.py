@@ -151,7 +151,7 @@ def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
     n_messages = duration_s * (sensors.rate_hz + sensors.torque_rate_hz)
     if n_messages > MAX_MESSAGES:
         raise InvalidSetting(
-            f"{n_messages:.2g} messages are more than the {MAX_MESSAGES:.0e} that one log may have; "
+            f"{n_messages:.0f} messages are more than the {MAX_MESSAGES:.0f} that one log may have; "
             "shorten the duration or lower the rates"
         )
 

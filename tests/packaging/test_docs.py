@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from wmr_replay.cli import COMMANDS
+from wmr_replay.cli.commands import COMMANDS
 
 COMMAND_LINE = re.compile(r"^\s*(?:\.venv/bin/)?(wmr-replay [^\n#`|]+)", re.MULTILINE)
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-HEAVY = {"numba", "polars", "rerun", "scipy", "pyarrow", "matplotlib", "rosbags", "mcap", "rich"}
+HEAVY = {"numpy", "numba", "polars", "rerun", "scipy", "pyarrow", "matplotlib", "rosbags", "mcap", "rich"}
 PROBE = """
 import json, sys
 from wmr_replay.cli import main

@@ -18,13 +18,15 @@ from wmr_replay.api.request import (
     mapping_of,
     model_of,
     settings_of,
+    untuned,
 )
+from wmr_replay.fleet.pool import Pool
 from wmr_replay.jobs.replay import Progress
-from wmr_replay.regress.check import Checker, LogCheck
-from wmr_replay.regress.criteria import read_criteria
+from wmr_replay.regress.check import Checker, LogCheck, Refused, check_alone
+from wmr_replay.regress.criteria import read_criteria, required
 from wmr_replay.regress.files import write_diff, write_text
 from wmr_replay.regress.logs import find_logs
-from wmr_replay.regress.replayed import Asked
+from wmr_replay.regress.replayed import Changes
 from wmr_replay.regress.report import check_json, check_lines, junit_xml
 from wmr_replay.regress.results import stems
 from wmr_schemas.errors import InvalidSetting
@@ -104,6 +106,7 @@ def check(
     logs: LocalPlace | Sequence[LocalPlace],
     *,
     criteria: LocalPlace | None = None,
+    require: Sequence[str] = (),
     update: bool = False,
     every: int | None = None,
     model: ModelLike | None = None,
@@ -111,6 +114,8 @@ def check(
     start: Instant | None = None,
     end: Instant | None = None,
     watch: Watch | None = None,
+    jobs: int = 1,
+    unreferenced: Mapping[str, Any] | None = None,
     **settings: Unpack[SettingsArguments],
 ) -> Check:
     """Replay logs and compare the tables with stored references, or hold the summaries to criteria.
@@ -123,6 +128,7 @@ def check(
         references: Directory of references, each named after its log; None: criteria alone.
         logs: Logs, bags, or directories of them.
         criteria: TOML file with bounds on columns of the summary.
+        require: Bounds on columns of the summary as texts, ``accuracy >= .93``, besides those of the file.
         update: Store what differs, or has no reference, as the reference.
         every: With ``update``: keep every n-th row of samples; None: as stored, else 1.
         model: Model or model file.
@@ -130,19 +136,28 @@ def check(
         start: Leave out what was logged before.
         end: Leave out what was logged after.
         watch: Called with the name of each log; a context that yields a progress callback.
+        jobs: Logs replayed at the same time, each in a process of its own.
+        unreferenced: ``mapping``, ``start``, ``end``, ``model`` and settings for logs without a reference,
+            where they differ from those given here; None: the same.
         **settings: Fields of ``wmr_replay.Settings`` that stand above those of the references.
 
     Raises:
         InvalidSetting: Neither references nor criteria, or a directory that is not there.
     """
     folder = None if references is None else local_path(references)
-    check_folder(folder, update=update, has_criteria=criteria is not None)
+    check_folder(folder, update=update, has_criteria=criteria is not None or bool(require))
     places = [logs] if isinstance(logs, str) or not isinstance(logs, Sequence) else list(logs)
     found = find_logs([local_path(place) for place in places])
     bounds = () if criteria is None else read_criteria(local_path(criteria))
+    bounds = (*bounds, *map(required, require))
     asking = changes_of(settings, mapping_of(mapping), start, end, model)
-    checker = Checker.of(folder, bounds, asking, update=update, every=every)
-    return Check(tuple(check_log(checker, log, watch) for log in found), tuple(checker.missing(found)))
+    first = asking if unreferenced is None else changes_by(**unreferenced)
+    checker = Checker.of(folder, bounds, asking, first, update=update, every=every)
+    if jobs > 1:
+        checked = check_in_processes(checker, found, jobs, watch)
+    else:
+        checked = tuple(check_log(checker, log, watch) for log in found)
+    return Check(checked, tuple(checker.missing(found)))
 
 
 def check_folder(folder: Path | None, *, update: bool, has_criteria: bool) -> None:
@@ -167,12 +182,39 @@ def changes_of(
     start: Instant | None,
     end: Instant | None,
     model: ModelLike | None,
-) -> Callable[[Asked], Asked]:
+) -> Changes:
     """What the caller changes of a reference's request."""
     settings_of(settings)
     between, read = between_of(start, end), model_of(model)
     chosen = None if mapping == LogMapping() else mapping
-    return lambda asked: asked.changed(settings, chosen, between or None, read)
+    return Changes(untuned(settings), chosen, between or None, read)
+
+
+def check_in_processes(
+    checker: Checker, logs: Sequence[Path], jobs: int, watch: Watch | None
+) -> tuple[LogCheck, ...]:
+    """Every log, ``jobs`` at a time. Raises InvalidSetting with the first error that is no outcome."""
+    found: dict[int, LogCheck] = {}
+    with nullcontext() if watch is None else watch(f"{len(logs)} logs"), Pool[Any](jobs) as workers:
+        for index, outcome in workers.map(check_alone, [(checker, log) for log in logs]):
+            if isinstance(outcome, Refused):
+                raise InvalidSetting(outcome.problem)
+            if isinstance(outcome, LogCheck):
+                found[index] = outcome
+            else:
+                found[index] = LogCheck(logs[index], problem=str(outcome))
+    return tuple(found[index] for index in range(len(logs)))
+
+
+def changes_by(
+    mapping: MappingLike | None = None,
+    start: Instant | None = None,
+    end: Instant | None = None,
+    model: ModelLike | None = None,
+    **settings: Any,
+) -> Changes:
+    """The same from keyword arguments."""
+    return changes_of(settings, mapping_of(mapping), start, end, model)
 
 
 def check_log(checker: Checker, log: Path, watch: Watch | None) -> LogCheck:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import polars as pl
 
 from wmr_replay.api.places import LocalPlace, home_of, local_path
-from wmr_replay.api.request import SettingsArguments, settings_of
+from wmr_replay.api.request import SettingsArguments, settings_of, untuned
 from wmr_replay.api.result import Result
 from wmr_replay.jobs.replay import Progress
 from wmr_replay.regress.logs import find_logs
@@ -23,7 +23,7 @@ from wmr_replay.timeline import Side as TimelineSide
 from wmr_replay.timeline import write_comparison
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import made_folder, whole_file
-from wmr_schemas.text import json_text, markdown, shown
+from wmr_schemas.text import figure, json_text, markdown, shown
 
 Compared: TypeAlias = LocalPlace | Result
 """A directory of results, a log or a directory of logs, or a result in memory."""
@@ -86,21 +86,17 @@ class Comparison:
         matched = "" if found.by_stamp else ", matched by the time since the start"
         lines.append(f"{found.n_a} and {found.n_b} rows, {found.n_common} in common{matched}")
         lines.append("no row in common" if share is None else f"another mode in {share:.2%} of them")
-        if len(found.summary):
-            lines += ["", f"{'summary':28} {'a':>12} {'b':>12} {'b − a':>12}"]
-            lines += [
-                f"{row['field']:28} {figure(row['a']):>12} {figure(row['b']):>12} "
-                f"{figure(row['delta'], '+'):>12}"
-                for row in found.summary.iter_rows(named=True)
-            ]
+        rows = found.summary.iter_rows(named=True)
+        cells = [(r["field"], *map(figure, (r["a"], r["b"])), figure(r["delta"], sign="+")) for r in rows]
+        if cells:
+            lines += ["", *text_table(("summary", "a", "b", "b − a"), cells)]
         changed = found.columns.filter(found.columns["rms"] > 0)
-        if len(changed):
-            lines += ["", f"{'samples':28} {'largest':>12} {'at s':>12} {'rms':>12}"]
-            lines += [
-                f"{row['column']:28} {figure(row['max'], '+'):>12} {row['at_s']:12.3f} "
-                f"{figure(row['rms']):>12}"
-                for row in changed.iter_rows(named=True)
-            ]
+        rows = changed.iter_rows(named=True)
+        cells = [
+            (r["column"], figure(r["max"], sign="+"), f"{r['at_s']:.3f}", figure(r["rms"])) for r in rows
+        ]
+        if cells:
+            lines += ["", *text_table(("samples", "largest", "at s", "rms"), cells)]
         return lines if len(found.summary) or len(changed) or share else [*lines, "no difference"]
 
     def timeline(self, path: LocalPlace) -> Path | None:
@@ -142,7 +138,10 @@ class Comparison:
             files = {"json": folder / f"{self.stem}.compare.json"}
             with whole_file(files["json"]) as part:
                 part.write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
-            recording = self.timeline(folder / f"{self.stem}.compare.rrd") if timeline else None
+            drawn = folder / f"{self.stem}.compare.rrd"
+            recording = self.timeline(drawn) if timeline else None
+            if recording is None:
+                drawn.unlink(missing_ok=True)
             page = folder / f"{self.stem}.compare.html"
             page.unlink(missing_ok=True)
             if report:
@@ -253,7 +252,7 @@ def replayed_side(log: Path, settings: Mapping[str, Any], watch: Watch | None) -
 
     def replayed() -> Results:
         with nullcontext() if watch is None else watch(log.name) as progress:
-            return replay(log, Asked().changed(settings), progress)
+            return replay(log, Asked().changed(untuned(settings)), progress)
 
     return Side(log.stem, str(log), f"{log} {changes}".strip(), replayed)
 
@@ -264,6 +263,10 @@ def tables_of(result: Result) -> Results:
     return Results(pl.concat(parts), result.stored_segments, result.summary)
 
 
-def figure(value: float | None, sign: str = "") -> str:
-    """A number of four digits, or a dash."""
-    return "–" if value is None else f"{value:{sign}.4g}"
+def text_table(headings: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """Lines of a table as narrow as its cells: names to the left, figures to the right."""
+    widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
+    return [
+        "  ".join([f"{row[0]:{widths[0]}}", *(f"{c:>{w}}" for c, w in zip(row[1:], widths[1:], strict=True))])
+        for row in (headings, *rows)
+    ]

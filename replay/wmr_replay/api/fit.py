@@ -8,6 +8,7 @@ from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
 from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of, settings_of
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import FitRun, calibrate_log, write_model
+from wmr_replay.jobs.owner import Claim
 from wmr_schemas.model_file import Model, model_tables
 from wmr_schemas.signals import Log
 from wmr_schemas.text import shown
@@ -65,6 +66,7 @@ def fit(
     end: Instant | None = None,
     clock_offset_s: float = 0.0,
     command: str = "",
+    force: bool = False,
     progress: Progress | None = None,
 ) -> Fit:
     """Calibrate the base model of a robot on a log: α, yaw gain, noise, stiffness where it is excited.
@@ -78,15 +80,20 @@ def fit(
         end: Leave out what was logged after.
         clock_offset_s: Added to the stamps of torques and wheel speeds.
         command: What the model states as its origin.
+        force: Replace the results of another log of the same name in ``out``.
         progress: Called with what is being done and the share that is done.
 
     Raises:
         LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
-        InvalidSetting: An option that makes no sense.
+        InvalidSetting: An option that makes no sense, or ``out`` holds results of another log.
     """
     options, topic = options_of(modes)
+    place, claim, replaces = place_of(log), None, False
+    if out is not None:
+        claim = Claim.of(local_path(out), place, models=True)
+        replaces = claim.settled(force=force)
     run = calibrate_log(
-        place_of(log),
+        place,
         options=options,
         mode_topic=topic,
         mapping=mapping_of(mapping),
@@ -95,4 +102,9 @@ def fit(
         command=command,
         progress=progress,
     )
-    return Fit(run, None if out is None else write_model(run, local_path(out)))
+    if claim is None:
+        return Fit(run)
+    file = write_model(run, claim.directory)
+    if replaces:
+        claim.remove_others([file])
+    return Fit(run, file)

@@ -22,6 +22,7 @@ from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
+from wmr_replay.jobs.owner import Claim
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
 from wmr_schemas.errors import InvalidSetting
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
 
 TOPIC = "topic:"
+MODES = ("identified", "ideal")
 EFFECT_COLUMNS = {
     "effect": pl.String,
     "parameter": pl.String,
@@ -156,6 +158,7 @@ def gap(
     timeline: bool = True,
     report: bool = False,
     command: str = "",
+    force: bool = False,
     progress: Progress | None = None,
 ) -> Gap:
     """Say where simulation and measurement of a log disagree, and what the model lacks.
@@ -176,11 +179,12 @@ def gap(
         timeline: Whether ``out`` receives a Rerun timeline too.
         report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         command: What the extended model states as its origin.
+        force: Replace results of another log of the same name in ``out``.
         progress: Called with what is being done and the share that is done.
 
     Raises:
         LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
-        InvalidSetting: An option that makes no sense.
+        InvalidSetting: An option that makes no sense, or ``out`` holds results of another log.
     """
     if report:
         check_extra()
@@ -188,6 +192,8 @@ def gap(
     options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects, seed)
     if directory is not None and model is not None and not isinstance(model, Model):
         check_base_kept(place, directory, local_path(model))
+    claim = None if directory is None else Claim.of(directory, place, models=True)
+    replaces = claim is not None and claim.settled(force=force)
     run = analyse_log(
         place,
         base=model_of(model),
@@ -199,9 +205,12 @@ def gap(
         command=command,
         progress=progress,
     )
-    return Gap(
-        run, None if directory is None else write_gap(run, directory, timeline=timeline, report=report)
-    )
+    if claim is None:
+        return Gap(run)
+    files = write_gap(run, claim.directory, timeline=timeline, report=report)
+    if replaces:
+        claim.remove_others(files.values())
+    return Gap(run, files)
 
 
 def options_of(
@@ -209,8 +218,11 @@ def options_of(
 ) -> tuple[GapOptions, str | None]:
     """The options, checked, and the topic of ``topic:T``. Raises InvalidSetting."""
     topic = modes.removeprefix(TOPIC) if modes.startswith(TOPIC) else None
-    if topic == "" or modes == "given":
-        raise InvalidSetting("modes: a topic is named as topic:/its/name")
+    if topic == "" or (topic is None and modes not in MODES):
+        meant = f"; did you mean {TOPIC}{modes}?" if modes.startswith("/") else ""
+        raise InvalidSetting(
+            f"modes are {', '.join(MODES)}, or {TOPIC}T with the topic T of the modes; not {modes!r}{meant}"
+        )
     source = modes if topic is None else "given"
     return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed), topic
 

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias, TypedDict
 
 from wmr_replay.api.places import LocalPlace, local_path
 from wmr_replay.ingest import Between
-from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.settings import DEFAULT_SHAPE, Settings
 from wmr_schemas import mapping_file, model_file
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.mapping_file import LogMapping
@@ -18,6 +18,9 @@ MappingLike: TypeAlias = LogMapping | LocalPlace
 """A mapping, or the path of a mapping file (``robot.toml``)."""
 Instant: TypeAlias = str | float
 """Seconds from the log's first message, seconds or nanoseconds since 1970, or a time of ISO 8601."""
+
+
+KERNEL_SHAPE = ("degree", "kappa", "mu", "theta")
 
 
 class SettingsArguments(TypedDict, total=False):
@@ -54,7 +57,17 @@ def settings_of(given: Mapping[str, Any]) -> Settings:
     for name in given:
         if name not in known:
             raise InvalidSetting(f"no setting {name!r}; the settings are {', '.join(known)}")
-    return Settings(**given)
+    return Settings(**untuned(given))
+
+
+def untuned(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The same without tuning, where the default's shape of a kernel is given and nothing is said of tuning.
+
+    Another shape is never tuned; that of the default, given on purpose, is as much a choice.
+    """
+    shape = tuple(given.get(name, value) for name, value in zip(KERNEL_SHAPE, DEFAULT_SHAPE, strict=True))
+    chosen = any(name in given for name in KERNEL_SHAPE) and shape == DEFAULT_SHAPE
+    return {**given, "tune": False} if chosen and "tune" not in given else dict(given)
 
 
 def read_model(path: LocalPlace) -> Model:

@@ -10,6 +10,7 @@ import polars as pl
 from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
 from wmr_replay.api.places import LocalPlace, home_of, local_path
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
+from wmr_replay.jobs.owner import Claim, outdated
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
 from wmr_replay.jobs.result_files import open_timeline, write_results
 from wmr_replay.jobs.run import write_report
@@ -113,22 +114,40 @@ class Result:
         """
         return tuple(json.loads(self._tables.summary["findings"]))
 
-    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
+    def save(self, directory: LocalPlace, *, timeline: bool = True, force: bool = False) -> dict[str, Path]:
         """Write the files that ``wmr-replay run --out DIRECTORY`` writes; the files by kind.
 
-        They appear together or not at all. ``directory`` is made where it is missing.
+        They appear together or not at all. ``directory`` is made where it is missing. Results of another log
+        of the same name are replaced with ``force`` alone. Raises InvalidSetting without.
         """
+        claim = self._claim(local_path(directory))
+        replaces = claim.settled(force=force)
         facts = (lambda: self._facts) if timeline else None
         tables = self._tables
         files, _ = write_results(
-            local_path(directory),
+            claim.directory,
             self.stem,
             self._store.batches(),
             self._later.batches(),
             lambda: tables,
             facts,
         )
+        if replaces:
+            claim.remove_others(files.values())
         return files
+
+    def outdated(self) -> list[Path]:
+        """Results beside this one's files that were made of an earlier content of the log."""
+        folders = {path.parent for path in self.files.values()}
+        return [file for folder in folders for file in outdated(folder, self.stem, self._sha256)]
+
+    @property
+    def _sha256(self) -> str | None:
+        sha256: str | None = self._tables.summary["log_sha256"]
+        return sha256
+
+    def _claim(self, directory: Path) -> Claim:
+        return Claim(directory, self.stem, self._tables.summary["log"], lambda: self._sha256)
 
     def timeline(self, path: LocalPlace) -> Path:
         """Write the Rerun timeline to ``path`` (``.rrd``); open it with ``rerun FILE``."""

@@ -15,6 +15,7 @@ from wmr_replay.api.request import (
 )
 from wmr_replay.api.result import Result
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
+from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.run import replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
@@ -34,6 +35,7 @@ def run(
     timeline: bool = True,
     report: bool = False,
     strict: bool = False,
+    force: bool = False,
     progress: Progress | None = None,
     **settings: Unpack[SettingsArguments],
 ) -> Result:
@@ -52,26 +54,33 @@ def run(
         timeline: Whether ``out`` receives a Rerun timeline too.
         report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         strict: Raise when something in the file was damaged.
+        force: Replace results of another log of the same name in ``out``.
         progress: Called with bytes read and bytes in all.
         **settings: Fields of ``wmr_replay.Settings``, such as ``identifier="paper"`` or ``window_s=0.4``.
 
     Raises:
         LogUnusable: The log cannot be analysed; the message says what to try.
-        InvalidSetting: A setting or model that makes no sense.
+        InvalidSetting: A setting or model that makes no sense, or ``out`` holds results of another log.
         InvalidFile: A model or mapping file with a mistake in it.
     """
+    place, claim, replaces = place_of(log), None, False
+    if out is not None:
+        claim = Claim.of(local_path(out), place)
+        replaces = claim.settled(force=force)
     replayed = replay_of(
-        place_of(log),
+        place,
         settings=settings_of(settings),
         mapping=mapping_of(mapping),
         between=between_of(start, end),
         model=model_of(model),
     )
-    if out is None:
+    if claim is None:
         return held_result(replayed, progress, strict=strict)
     found = run_into(
-        replayed, local_path(out), timeline=timeline, report=report, strict=strict, progress=progress
+        replayed, claim.directory, timeline=timeline, report=report, strict=strict, progress=progress
     )
+    if replaces:
+        claim.remove_others(found.files.values())
     store, later = SampleStore.of_file(found.files["samples"]), None
     if "hindsight" in found.files:
         later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)

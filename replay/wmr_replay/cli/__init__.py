@@ -1,62 +1,35 @@
 """The command line: where errors become text and exit codes.
 
-Exit codes: 0 done; 1 a check failed; 2 usage; 3 the log cannot be used; 70 internal error; 130 interrupted.
+Exit codes: 0 done; 1 a check failed; 2 usage; 3 the log cannot be used; 70 internal error; 130 interrupted;
+141 the reader of the output left.
 """
 
-import importlib
-import io
 import os
 import sys
-from typing import NoReturn
+import traceback
 
 import click
 
+from wmr_replay.cli.commands import LazyGroup
 from wmr_replay.cli.compiling import say_when_compiling
+from wmr_replay.cli.help import MOST_COLUMNS
+from wmr_replay.cli.streams import ReaderLeft, drop_output, flush, prepare_streams, reader_watched
+from wmr_replay.cli.verbosity import is_verbose, speak_normally
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidFile, InvalidSetting, LogUnusable, WmrError
 from wmr_schemas.text import shown_lines
 
 EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTED = 1, 2, 3, 70, 130
-
-COMMANDS = {
-    "run": "Identify contact modes and alpha in a log.",
-    "batch": "Replay many logs into one dataset.",
-    "info": "What a log holds, and what would be used of it.",
-    "synth": "Write a synthetic log.",
-    "gap": "Where simulation and measurement disagree, and what the model lacks.",
-    "fit": "Calibrate the base model of a robot on a log.",
-    "convert": "Turn a CSV file into a log.",
-    "suite": "Write a named, versioned set of synthetic logs.",
-    "check": "Replay logs and compare with stored references, or hold them to criteria.",
-    "compare": "Two results, logs or settings side by side.",
-    "plot": "Draw a stored result for papers and slides.",
-    "diff": "Design a differentiator, see its kernel and what it does to a log.",
-}
+EXIT_READER_LEFT = 141
+"""As of a program that the signal SIGPIPE ends."""
+HELP_OPTIONS = ["-h", "--help"]
+CONTEXT = {"help_option_names": HELP_OPTIONS, "show_default": True, "max_content_width": MOST_COLUMNS}
 
 
-class LazyGroup(click.Group):
-    """Imports a command's module only when that command is asked for, so that --help stays quick."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """The commands in the order in which they are usually needed."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """The command ``wmr_replay.cli.<name>.command``."""
-        if cmd_name not in COMMANDS:
-            return None
-        command: click.Command = importlib.import_module(f"wmr_replay.cli.{cmd_name}").command
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The list under --help, without importing any command."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
-
-
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "show_default": True})
+@click.group(cls=LazyGroup, context_settings=CONTEXT, invoke_without_command=True)
 @click.version_option(__version__, prog_name="wmr-replay")
-def cli() -> None:
+@click.pass_context
+def cli(ctx: click.Context) -> None:
     """Contact modes of wheeled robots, and the parameter alpha, out of MCAP logs and ROS bags.
 
     \b
@@ -65,42 +38,85 @@ def cli() -> None:
       wmr-replay info demo.mcap
       wmr-replay run demo.mcap --view
     """
-
-
-def fail(message: str, code: int) -> NoReturn:
-    """Print an error message and exit with ``code``."""
-    click.echo(f"error: {shown_lines(message)}", err=True)
-    sys.exit(code)
+    if ctx.invoked_subcommand is None:
+        click.echo(ctx.get_help(), err=True)
+        ctx.exit(EXIT_USAGE)
 
 
 def main() -> None:
     """Entry point of ``wmr-replay``."""
+    prepare_streams()
+    speak_normally()
     say_when_compiling()
     try:
-        cli.main(standalone_mode=False)
-    except click.exceptions.Exit as done:
-        sys.exit(done.exit_code)
-    except click.ClickException as error:
-        said = io.StringIO()
-        error.show(file=said)
-        click.echo(shown_lines(said.getvalue()), err=True, nl=False)
-        sys.exit(error.exit_code)
+        with reader_watched():
+            code = exit_code_of_call()
+            flush()
+    except ReaderLeft:
+        drop_output()
+        code = EXIT_READER_LEFT
+    if code:
+        sys.exit(code)
+
+
+def exit_code_of_call() -> int:
+    """Do what the command line says; its exit code, and any error as text on standard error."""
+    try:
+        code = cli.main(prog_name="wmr-replay", standalone_mode=False)
+    except SystemExit as done:
+        return done.code if isinstance(done.code, int) else int(bool(done.code))
+    except ReaderLeft:
+        raise
     except (click.Abort, KeyboardInterrupt):
-        fail("interrupted; nothing half-written was left", EXIT_INTERRUPTED)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(EXIT_CHECK_FAILED)
-    except LogUnusable as error:
-        fail(str(error), EXIT_LOG_UNUSABLE)
-    except (InvalidFile, InvalidSetting) as error:
-        fail(str(error), EXIT_USAGE)
-    except WmrError as error:
-        fail(str(error), EXIT_LOG_UNUSABLE)
+        return told("interrupted; nothing half-written was left", EXIT_INTERRUPTED)
     except Exception as error:
-        if os.environ.get("WMR_REPLAY_TRACEBACK"):
+        if unexpected(error) and os.environ.get("WMR_REPLAY_TRACEBACK"):
             raise
-        fail(
-            f"internal error: {type(error).__name__}: {error}\nset WMR_REPLAY_TRACEBACK=1 for the traceback, "
-            "and please report it with the log's `wmr-replay info`",
-            EXIT_INTERNAL,
-        )
+        if unexpected(error) and is_verbose():
+            traceback.print_exc()
+        return told(*text_and_code(error))
+    return code if isinstance(code, int) else 0
+
+
+def told(message: str, code: int) -> int:
+    """Print an error message; its exit code."""
+    print(f"error: {shown_lines(message)}", file=sys.stderr)
+    return code
+
+
+def unexpected(error: Exception) -> bool:
+    """Whether an error is a mistake of this program."""
+    return not isinstance(error, click.ClickException | WmrError | OSError)
+
+
+def text_and_code(error: Exception) -> tuple[str, int]:
+    """What is said of an error, and the exit code."""
+    if isinstance(error, click.ClickException):
+        return usage_text(error), error.exit_code
+    if isinstance(error, InvalidFile | InvalidSetting):
+        return str(error), EXIT_USAGE
+    if isinstance(error, LogUnusable | WmrError):
+        return str(error), EXIT_LOG_UNUSABLE
+    if isinstance(error, OSError):
+        return file_text(error), EXIT_USAGE
+    return (
+        f"internal error: {type(error).__name__}: {error}\nset WMR_REPLAY_TRACEBACK=1 for the traceback, "
+        "and please report it with the log's `wmr-replay info`",
+        EXIT_INTERNAL,
+    )
+
+
+def usage_text(error: click.ClickException) -> str:
+    """A mistake in the call, spelled as all errors are, and where the options are listed."""
+    context = getattr(error, "ctx", None)
+    message = error.format_message().rstrip(".")
+    said = message[:1].lower() + message[1:]
+    return said if context is None else f"{said}\n`{context.command_path} --help` lists arguments and options"
+
+
+def file_text(error: OSError) -> str:
+    """A file or directory that the system refuses, or a full disk."""
+    reason = error.strerror or str(error)
+    if error.filename is None:
+        return f"the results cannot be written ({reason}); nothing half-written was left"
+    return f"{os.fsdecode(error.filename)}: cannot be read or written ({reason})"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="batch")
+@click.command("batch", cls=GroupedCommand)
 @click.argument("logs", type=LOG, nargs=-1, required=True)
 @click.option(
     "--out", type=LOG, required=True, help="Directory or URL of the dataset; it grows with each batch."

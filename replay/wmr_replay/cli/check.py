@@ -2,15 +2,17 @@
 
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_metric
 from wmr_replay.cli.options.mapping import log_options, mapping_options
-from wmr_replay.cli.options.settings import NAMES, model_option, settings_options
+from wmr_replay.cli.options.settings import NAMES, model_option, settings_from_options, settings_options
 
 if TYPE_CHECKING:
     from wmr_replay.api.check import Check
@@ -23,16 +25,25 @@ REPLAY_OPTIONS = (*NAMES, "model_file", "pose", "torque", "truth", "map", "clock
 
 @click.command(
     "check",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay check references/ logs/ --update        store the references
   wmr-replay check references/ logs/                 has any answer changed?
   wmr-replay check references/ a.mcap --diff a.parquet --junit report.xml
   wmr-replay check --criteria criteria.toml logs/    bounds instead of references
+  wmr-replay check --require 'accuracy >= .9' logs/  the same without a file
 """,
 )
 @click.argument("paths", metavar="[REFERENCE_DIR] LOGS...", nargs=-1, type=click.Path(path_type=Path))
 @click.option("--criteria", type=FILE, help='Bounds on summary columns (TOML): accuracy = ">= .93".')
+@click.option(
+    "--require",
+    metavar="'METRIC >= N'",
+    multiple=True,
+    shell_complete=complete_metric,
+    help="A bound on a summary column, as in --criteria; repeatable.",
+)
 @click.option("--update", is_flag=True, help="Store what differs, or has no reference, as the reference.")
 @click.option(
     "--every",
@@ -42,6 +53,7 @@ Examples:
 )
 @click.option("--diff", "diff_file", type=FILE, help="Every value beyond tolerance: .parquet, else text.")
 @click.option("--junit", "junit_file", type=FILE, help="The outcome as JUnit XML.")
+@click.option("--jobs", type=click.IntRange(min=1), default=1, help="Logs replayed at the same time.")
 @click.option("--json", "as_json", is_flag=True, help="The outcome as JSON on standard output.")
 @model_option("Model file, instead of the reference's.")
 @mapping_options
@@ -52,10 +64,12 @@ def command(  # noqa: PLR0917
     /,
     paths: tuple[Path, ...],
     criteria: Path | None,
+    require: tuple[str, ...],
     update: bool,
     every: int | None,
     diff_file: Path | None,
     junit_file: Path | None,
+    jobs: int,
     as_json: bool,
     model_file: Path | None,
     **options: Any,
@@ -72,20 +86,27 @@ def command(  # noqa: PLR0917
     """
     from wmr_replay.api.check import check
     from wmr_replay.cli.printing.check import print_check
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
-    references, logs = split_paths(paths, criteria is not None, update)
-    given = cast("SettingsArguments", {name: options[name] for name in NAMES if is_given(ctx, name)})
+    references, logs = split_paths(paths, criteria is not None or bool(require), update)
+    whole: dict[str, Any] = {**log_options(options), **settings_from_options(options), "model": model_file}
+    own = without_project(ctx, {**options, "model_file": model_file})
+    settings = {
+        name: value for name, value in settings_from_options(options).items() if name not in project(ctx)
+    }
     found = check(
         references,
         logs,
         criteria=criteria,
+        require=require,
         update=update,
         every=every,
-        model=model_file,
-        watch=lambda log: byte_progress(f"replaying {log}"),
-        **log_options(options),
-        **given,
+        model=own["model_file"],
+        watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
+        jobs=jobs,
+        unreferenced=whole,
+        **log_options(own),
+        **cast("SettingsArguments", settings),
     )
     found = replace(found, accept=accepting_command(ctx, references, found))
     if diff_file is not None:
@@ -113,6 +134,20 @@ def split_paths(
         raise click.UsageError(f"{first} is no directory of references; name that first, then the logs")
     check_folder(first, update=update, has_criteria=has_criteria)
     return first, rest
+
+
+def project(ctx: click.Context) -> set[str]:
+    """Parameters whose value comes from the project's file. A reference's own settings stand above those."""
+    from wmr_replay.cli.config.apply import FROM_PROJECT
+
+    named: set[str] = ctx.meta.get(FROM_PROJECT, set())
+    return {name for name in named if not is_given(ctx, name)}
+
+
+def without_project(ctx: click.Context, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options without what the project's file says."""
+    left_out = project(ctx)
+    return {name: None if name in left_out else value for name, value in options.items()}
 
 
 def is_given(ctx: click.Context, name: str) -> bool:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_setting
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ WHOLE = ("degree", "kappa", "mu")
 
 @click.command(
     "compare",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay compare before/ after/                        two directories of results
@@ -27,15 +30,27 @@ Examples:
 )
 @click.argument("a", type=click.Path(path_type=Path, exists=True))
 @click.argument("b", type=click.Path(path_type=Path, exists=True), required=False)
-@click.option("--set-a", metavar="NAME=VALUE", multiple=True, help="A setting of A's replay; repeatable.")
-@click.option("--set-b", metavar="NAME=VALUE", multiple=True, help="The same of B's.")
+@click.option(
+    "--set-a",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="A setting of A's replay; repeatable.",
+)
+@click.option(
+    "--set-b",
+    metavar="NAME=VALUE",
+    multiple=True,
+    shell_complete=complete_setting,
+    help="The same of B's.",
+)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("compare.wmr"),
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
 @click.option(
     "--report", is_flag=True, help="Write <name>.compare.html too: one HTML file to mail (extra report)."
 )
@@ -61,14 +76,14 @@ def command(
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
     from wmr_replay.api.compare import compare_all
     from wmr_replay.cli.printing.compare import print_comparisons
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
     comparisons, lonely = compare_all(
         a,
         b,
         settings_a=parse_settings(set_a),
         settings_b=parse_settings(set_b),
-        watch=lambda log: byte_progress(f"replaying {log}"),
+        watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
     files = [comparison.save(out, timeline=not no_rrd, report=report) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)

@@ -3,9 +3,12 @@
 import sys
 import warnings
 
+from wmr_replay.cli import activity
+from wmr_replay.cli.verbosity import is_verbose
 from wmr_schemas.compiled import on_compiling
 from wmr_schemas.text import shown_lines
 
+STAGE = "compiling for the first use of this version, about 15 s"
 LINE = "compiling for the first use of this version (about 15 s, kept for later) …"
 
 _listening = False
@@ -17,10 +20,13 @@ def say_when_compiling() -> None:
     if _listening:
         return
     _listening = True
-    warnings.formatwarning = lambda message, *_, **__: f"warning: {shown_lines(message)}\n"
+    warnings.formatwarning = lambda message, *_, **__: f"{activity.erased()}warning: {shown_lines(message)}\n"
 
     def say(name: str) -> None:
-        print(LINE, file=sys.stderr, flush=True)
+        if sys.stderr.isatty() and not is_verbose():
+            activity.tell(STAGE)
+        else:
+            print(LINE, file=sys.stderr, flush=True)
         stop()
 
     stop = on_compiling(say)

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 
-@click.command("convert")
+
+@click.command("convert", cls=GroupedCommand)
 @click.argument("source", type=click.Path(path_type=Path))
 @click.option(
     "--map",

@@ -6,12 +6,13 @@ from typing import Any
 import click
 
 from wmr_replay.cli.gap import MODES_OPTION, command_line
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET
 from wmr_schemas.text import encodable
 
 
-@click.command(name="fit")
+@click.command("fit", cls=GroupedCommand)
 @click.argument("log", type=click.Path(path_type=Path))
 @MODES_OPTION
 @click.option(
@@ -19,10 +20,11 @@ from wmr_schemas.text import encodable
     type=click.Path(file_okay=False, path_type=Path),
     help="The model goes here, not to ./<stem>.wmr/.",
 )
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as JSON.")
 @CLOCK_OFFSET
 @blind_options
-def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: Any) -> None:
+def command(log: Path, modes: str, out: Path | None, force: bool, as_json: bool, **options: Any) -> None:
     """Calibrate the base model of a robot on LOG: alpha, yaw gain, noise, stiffness where it is excited.
 
     Writes <stem>.model.toml, with a standard deviation beside every value that was fitted.
@@ -37,12 +39,13 @@ def command(log: Path, modes: str, out: Path | None, as_json: bool, **options: A
     from wmr_replay.cli.printing.fit import print_fit
     from wmr_replay.cli.printing.progress import share_progress
 
-    with share_progress() as progress:
+    with share_progress(f"reading {log.name}") as progress:
         fitted = fit(
             log,
             out or encodable(f"{log.stem}.wmr"),
             modes=modes,
             command=command_line(),
+            force=force,
             progress=progress,
             clock_offset_s=options.pop("clock_offset_s"),
             **log_options(options),

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_modes, list_of
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_schemas.text import encodable
@@ -16,12 +18,13 @@ EXIT_CHECK_FAILED = 1
 MODES_OPTION = click.option(
     "--modes",
     metavar="identified|ideal|topic:T",
+    shell_complete=complete_modes,
     default="identified",
     help="Contact modes: estimated, ideal throughout, or those on topic T.",
 )
 
 
-@click.command(name="gap")
+@click.command("gap", cls=GroupedCommand)
 @click.argument("log", type=click.Path(path_type=Path))
 @model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
 @MODES_OPTION
@@ -40,10 +43,12 @@ MODES_OPTION = click.option(
 @click.option(
     "--fail-on",
     metavar="VERDICT,…",
+    shell_complete=list_of(VERDICTS),
     default="",
     help=f"Exit with 1 on these verdicts, of {', '.join(VERDICTS)}.",
 )
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
 @click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @CLOCK_OFFSET
 @blind_options
@@ -59,6 +64,7 @@ def command(  # noqa: PLR0917
     fail_on: str,
     no_rrd: bool,
     report: bool,
+    force: bool,
     **options: Any,
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
@@ -78,7 +84,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.progress import share_progress
 
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
-    with share_progress() as progress:
+    with share_progress(f"reading {log.name}") as progress:
         found = gap(
             log,
             out or encodable(f"{log.stem}.wmr"),
@@ -90,6 +96,7 @@ def command(  # noqa: PLR0917
             seed=seed,
             timeline=not no_rrd,
             report=report,
+            force=force,
             command=command_line(),
             progress=progress,
             clock_offset_s=options.pop("clock_offset_s"),

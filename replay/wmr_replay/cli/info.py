@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import LOG
 
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="info")
+@click.command("info", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--json", "as_json", is_flag=True, help="Print everything as JSON.")
 @click.option(
@@ -43,6 +44,7 @@ def command(
     """
     from wmr_replay.api.log import open_log
     from wmr_replay.cli.printing.info import mapping_line, print_info
+    from wmr_replay.cli.printing.plain import say
     from wmr_replay.cli.printing.progress import byte_progress
 
     if write_map is not None and not force and write_map.exists():
@@ -53,4 +55,4 @@ def command(
     print_info(info, as_json=as_json)
     if write_map is not None:
         opened.write_mapping(write_map, overwrite=force)
-        click.echo(mapping_line(write_map, opened.mapping()), err=as_json)
+        say(mapping_line(write_map, opened.mapping()), err=as_json)

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 
-@click.command(name="plot")
+
+@click.command("plot", cls=GroupedCommand)
 @click.argument("result", type=click.Path(path_type=Path, exists=True))
 @click.option(
     "-o",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 from wmr_replay.cli.options.places import FOLDER, LOG
 from wmr_replay.cli.options.settings import model_option, settings_from_options, settings_options
@@ -14,24 +15,26 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 
-@click.command(name="run")
+@click.command("run", cls=GroupedCommand)
 @click.argument("log", type=LOG)
 @click.option("--out", type=FOLDER, help="Results go here, not to ./<stem>.wmr/.")
 @click.option("--view", is_flag=True, help="Open the timeline in the Rerun viewer afterwards.")
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
-@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline.")
+@click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
+@click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier run goes.")
 @click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
 @settings_options
-def command(
+def command(  # noqa: PLR0917
     log: "LogPath",
     out: Path | None,
     view: bool,
     as_json: bool,
     no_rrd: bool,
     report: bool,
+    force: bool,
     strict: bool,
     model_file: Path | None,
     **options: Any,
@@ -49,13 +52,13 @@ def command(
     """
     from wmr_replay.api.run import run
     from wmr_replay.cli.printing.plain import say
-    from wmr_replay.cli.printing.progress import byte_progress
+    from wmr_replay.cli.printing.progress import AGAIN, byte_progress
     from wmr_replay.cli.printing.run import print_result
     from wmr_replay.timeline import ViewerUnavailable, open_viewer
 
     if view and no_rrd:
         raise click.UsageError("--view needs the timeline that --no-rrd leaves out")
-    with byte_progress(f"replaying {log.name}") as progress:
+    with byte_progress(f"reading {log.name} and identifying modes", AGAIN) as progress:
         result = run(
             log,
             out or encodable(f"{log.stem}.wmr"),
@@ -63,11 +66,14 @@ def command(
             timeline=not no_rrd,
             report=report,
             strict=strict,
+            force=force,
             progress=progress,
             **log_options(options),
             **settings_from_options(options),
         )
     print_result(result, as_json=as_json)
+    for file in result.outdated():
+        say(f"note: {file} was made of an earlier content of this log", err=True)
     if view and "timeline" in result.files:
         try:
             open_viewer(result.files["timeline"])

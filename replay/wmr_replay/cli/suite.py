@@ -5,9 +5,13 @@ from pathlib import Path
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_suite
+
 
 @click.command(
     "suite",
+    cls=GroupedCommand,
     epilog="""\b
 Examples:
   wmr-replay suite --list
@@ -17,7 +21,7 @@ Examples:
   wmr-replay suite --verify logs/paper
 """,
 )
-@click.argument("name", metavar="[NAME|FILE.toml]", required=False)
+@click.argument("name", metavar="[NAME|FILE.toml]", required=False, shell_complete=complete_suite)
 @click.option("--list", "listing", is_flag=True, help="List the suites and leave.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Directory of the logs.")
 @click.option(

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, cast
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
+from wmr_replay.cli.options.completion import complete_effect, complete_scenario
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -18,6 +20,23 @@ NOT_NEGATIVE = click.FloatRange(min=0)
 
 @click.command(
     "synth",
+    cls=GroupedCommand,
+    groups={
+        "Sensors": (
+            "--rate",
+            "--torque-rate",
+            "--noise",
+            "--noise-variance",
+            "--noise-xy-sd",
+            "--noise-yaw-sd",
+            "--noise-effort-sd",
+            "--noise-wheel-speed-sd",
+            "--jitter",
+            "--dropout",
+            "--clock-offset",
+            "--wrong-modes",
+        )
+    },
     epilog="""\b
 Examples:
   wmr-replay synth --list
@@ -29,12 +48,13 @@ Examples:
   wmr-replay synth patrol --model drag.model.toml --out extended.mcap
 """,
 )
-@click.argument("scenario", required=False)
+@click.argument("scenario", required=False, shell_complete=complete_scenario)
 @click.option("--list", "listing", is_flag=True, help="List the scenarios and leave.")
 @click.option("--list-effects", "effect_listing", is_flag=True, help="List what --hide can hide and leave.")
 @click.option(
     "--hide",
     multiple=True,
+    shell_complete=complete_effect,
     metavar="NAME[:PARAM=VALUE,...]",
     help="An effect that stands in the side files only; a bare name draws its size. Repeatable.",
 )
@@ -151,9 +171,11 @@ def command(  # noqa: PLR0917
             "--noise-variance already sets the noise of x, y and yaw; leave out --noise and the …-sd ones"
         )
     from wmr_replay.api.synthesise import check_scenario, synthesise
+    from wmr_replay.cli import activity
     from wmr_replay.cli.printing.progress import message_progress
     from wmr_replay.cli.printing.synth import print_written
 
+    activity.tell(f"simulating {scenario}")
     check_scenario(scenario)
     if out is None:
         raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
@@ -172,7 +194,7 @@ def command(  # noqa: PLR0917
         wrong_modes=wrong_modes,
         **cast("SensorArguments", sensor_options),
     )
-    with message_progress(made.n_messages) as progress:
+    with message_progress(f"writing {out.name}") as progress:
         paths = made.save(
             out,
             encoding=encoding,

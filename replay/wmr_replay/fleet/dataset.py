@@ -5,7 +5,7 @@ from pathlib import Path
 import polars as pl
 
 from wmr_replay.fleet.job import Job, as_record, file_sha256
-from wmr_replay.fleet.store import PARTITION, Store, record_name
+from wmr_replay.fleet.store import PARTITION, Store, record_name, timeline_name
 from wmr_replay.jobs.run import RunResult, run_log
 from wmr_replay.tables import write_parquet
 
@@ -16,11 +16,6 @@ TABLES = ("samples", "segments", "summary", "confusion", "hindsight", "hindsight
 def part_name(table: str, key: str) -> str:
     """Where a log's part of a table lies: hive style, so that readers make a column ``log`` of it."""
     return f"{table}/{PARTITION}{key}/part.parquet"
-
-
-def timeline_name(key: str) -> str:
-    """Where a log's timeline lies."""
-    return f"timelines/{key}.rrd"
 
 
 def report_name(key: str) -> str:

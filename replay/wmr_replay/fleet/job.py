@@ -32,8 +32,9 @@ class Orders:
     strict: bool = False
 
     def as_text(self) -> str:
-        """Everything that decides the results, besides the log, as one text."""
-        return json.dumps(asdict(self) | {"version": __version__}, sort_keys=True, default=str)
+        """Everything that decides the tables, besides the log, as one text. A timeline decides none."""
+        decides = asdict(self) | {"timeline": False, "version": __version__}
+        return json.dumps(decides, sort_keys=True, default=str)
 
 
 @dataclass(frozen=True)

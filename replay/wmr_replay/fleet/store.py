@@ -83,3 +83,8 @@ class Store(ABC):
 def record_name(key: str) -> str:
     """Where a completion record lies."""
     return f"{RECORDS}/{key}.json"
+
+
+def timeline_name(key: str) -> str:
+    """Where a log's timeline lies."""
+    return f"timelines/{key}.rrd"

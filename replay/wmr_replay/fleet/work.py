@@ -2,8 +2,10 @@
 
 import os
 from collections.abc import Callable
+from typing import Any
 
 from wmr_replay.fleet.job import Job, Orders, Outcome, make_job
+from wmr_replay.fleet.store import timeline_name
 from wmr_replay.fleet.stores import store_at
 from wmr_replay.ingest import LogPath
 from wmr_schemas import __version__
@@ -31,11 +33,20 @@ def _replay(job: Job, out: LogPath) -> bool:
     from wmr_replay.fleet.dataset import replay_into  # noqa: PLC0415 – a job that is done needs none of it
 
     store = store_at(out)
-    record = store.record(job.key)
-    if record is not None and record["task"] == job.task:
+    if is_done(job, store.record(job.key)):
         return True
     replay_into(store, job)
     return False
+
+
+def is_done(job: Job, record: dict[str, Any] | None) -> bool:
+    """Whether a completion record is that of this job, with a timeline where one is wanted.
+
+    A timeline that is there stays with a batch that wants none: it is of the same rows.
+    """
+    if record is None or record["task"] != job.task:
+        return False
+    return not job.orders.timeline or timeline_name(job.key) in record["files"]
 
 
 def problem_of(work: Callable[[], object]) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 
 from wmr_replay.ingest import Between, LogPath, LogReader, Rows, open_log, sha256_of
 from wmr_replay.ingest.channels.detect import not_found
+from wmr_replay.ingest.channels.named import near_topics
 from wmr_replay.ingest.reading import joined
 from wmr_schemas.absurd import without_absurd
 from wmr_schemas.arrays import I64, NS_PER_S, Bool
@@ -80,7 +81,9 @@ def open_with_modes(
     except ChannelNotFound as error:
         if mode_topic is None or mode_topic not in error.wanted:
             raise
+        near = near_topics(mode_topic, (topic for topic, *_ in error.available))
         advice = "Name the topic of a contact mode with --modes topic:TOPIC, or leave --modes out."
+        advice = f"{near}\n{advice}" if near else advice
         raise ChannelNotFound(error.wanted, path, error.available, advice) from None
     if mode_topic is None:
         reader.plan.uses.pop("truth", None)

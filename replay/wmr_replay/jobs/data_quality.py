@@ -9,7 +9,7 @@ from wmr_replay.ingest.tracks import WholeLog
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
 from wmr_schemas.arrays import I8
 from wmr_schemas.errors import LogUnusable
 from wmr_schemas.findings import KINDS, Finding, Severity
@@ -45,8 +45,8 @@ def checked_findings(path: LogPath, whole: WholeLog, robot: RobotParameters) -> 
 def replayed_status(log: Log) -> tuple[I8, list[Finding]]:
     """The status (n,) of each row of a replay of a log in memory, and what its monitors found.
 
-    The settings are those with which modes are identified, so that nothing else is compiled.
+    No modes are identified.
     """
-    engine = Engine(Settings(hindsight=False), ReplayModel(log.robot))
+    engine = Engine(Settings(identifier=NO_IDENTIFIER, hindsight=False), ReplayModel(log.robot))
     batches = [*engine.push(as_batch(log)), *engine.finish()]
     return np.concatenate([columns["status"] for columns in batches]), engine.findings

@@ -27,7 +27,7 @@ ENDINGS = {
     "report": "report.html",
 }
 """What follows ``<stem>.`` in the name of each kind of file."""
-OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "report")
+OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline", "report")
 """Kinds that not every run has. Where a run has none, that of an earlier run goes."""
 
 

@@ -1,11 +1,9 @@
 """The stages behind the initial stretch: repair, differentiate, track the noise, identify."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from wmr_replay.align import PoseRepair, SampleBatch, concatenate
-from wmr_replay.differentiate import Derivatives, NoiseTracker
+from wmr_replay.align import SampleBatch
+from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.filter_bank import BankIdentifier
 from wmr_replay.identify.independence import fresh_independence, track_independence
@@ -22,7 +20,7 @@ from wmr_replay.pipeline.identifiers import (
 from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
-from wmr_replay.pipeline.rate_watch import MOST, WATCHED, RateWatch
+from wmr_replay.pipeline.repairing import Repairing
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
@@ -50,16 +48,9 @@ class Chain:
     ) -> None:
         levels = initial_levels(stretch.without_outliers())
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
-        self._repair = PoseRepair(
-            step_s=levels.step_s, position_sd_m=levels.position_sd_m, yaw_sd_rad=levels.yaw_sd_rad
-        )
+        self._repairing = Repairing(levels, stretch, settings.noise_time_constant_s)
         self._derivation = Derivation(settings, levels)
-        self._rate, self._changes = RateWatch(levels.step_s), list[RateChange]()
-        self._slow = SlowPose()
-        self._recent, self._noise_s = stretch.part(slice(0)), settings.noise_time_constant_s
-        self._noise = NoiseTracker(
-            levels.sigma, step_s=levels.step_s, time_constant_s=settings.noise_time_constant_s
-        )
+        self._changes, self._slow = list[RateChange](), SlowPose()
         self._independence = fresh_independence()
         self._identifier = make_identifier(
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
@@ -93,12 +84,12 @@ class Chain:
     @property
     def n_pose_jumps(self) -> int:
         """Jumps of the pose so far, those that the repair took out and those that the identifier found."""
-        return self._repair.n_jumps + self._jumps_told.n
+        return self._repairing.n_jumps + self._jumps_told.n
 
     @property
     def n_outliers(self) -> int:
         """Outliers among the poses so far."""
-        return self._repair.n_outliers
+        return self._repairing.n_outliers
 
     def second_pass(self) -> SecondPass | None:
         """The log once more, with what the first pass has learned; None where it was not recorded."""
@@ -130,32 +121,24 @@ class Chain:
         """How many rows the present design and rate serve; at a change of the rate, both are chosen again."""
         n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
         piece = rows.part(slice(n))
-        if not n or (left := self._rate.rows_left(piece.t_ns, piece.kept)):
+        if not n or (left := self._repairing.rows_left(piece)):
             return left if n else 0
         self._change_rate(int(rows.t_ns[0]))
         return self._rows_left(rows)
 
     def _change_rate(self, t_ns: int) -> None:
         """The row at ``t_ns`` shows another rate: step and noise come from the rows just before it."""
-        before_s, window_s = self._rate.step_s, self._derivation.window_s
-        step_s = self._rate.restart(t_ns)
-        recent = self._recent.part(slice(-MOST, None))
-        levels = replace(initial_levels(recent), step_s=step_s, start_ns=self._start_ns)
-        self._derivation.change_rate(levels, t_ns, self._recent)
-        self._repair.change_rate(step_s, levels.position_sd_m, levels.yaw_sd_rad)
-        self._noise = NoiseTracker(levels.sigma, step_s=step_s, time_constant_s=self._noise_s)
-        follow_rate(self._identifier, step_s)
+        before_s, window_s = self._repairing.step_s, self._derivation.window_s
+        levels = self._repairing.change_rate(t_ns)
+        self._derivation.change_rate(levels, t_ns, self._repairing.recent)
+        follow_rate(self._identifier, levels.step_s)
         at_s = (t_ns - self._start_ns) / NS_PER_S
-        self._changes.append(RateChange(at_s, before_s, step_s, window_s, self._derivation.window_s))
+        self._changes.append(RateChange(at_s, before_s, levels.step_s, window_s, self._derivation.window_s))
 
     def _advance(self, rows: SampleBatch) -> Columns:
         """Repair rows, estimate the kept ones, and fill in the others, under one design."""
-        self._rate.push(rows.t_ns[rows.kept])
-        rows = self._repair.push(rows)
+        rows = self._repairing.push(rows)
         kept = rows.without_outliers()
-        self._recent = concatenate([self._recent, kept.part(slice(-WATCHED, None))]).part(
-            slice(-WATCHED, None)
-        )
         estimates = self._outliers.push(rows, self._estimate(kept), self._derivation.bridged_ns)
         if self._record is not None:
             self._record.push_rows(rows, estimates)
@@ -173,7 +156,7 @@ class Chain:
             self._record.push_bins(self._identifier.new_bins)
         verdict = undecided_while_filling(answer, derivatives.state == Status.WARMING_UP, self._all_modes)
         observed = self._observed(rows, derivatives, evidence, verdict)
-        slow = self._slow.push(observed.t_s, self._rate.step_s)
+        slow = self._slow.push(observed.t_s, self._repairing.step_s)
         barred = np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
@@ -182,8 +165,7 @@ class Chain:
 
     def _evidence(self, rows: SampleBatch, derivatives: Derivatives) -> Evidence:
         """What the identifier is given of each row."""
-        x, y, yaw = self._noise.push(rows.t_ns, rows.pose) ** 2
-        variances = np.stack([(x + y) / 2, yaw])
+        variances = self._repairing.variances(rows)
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
         known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]

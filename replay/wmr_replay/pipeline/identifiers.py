@@ -5,8 +5,9 @@ import numpy as np
 from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
+from wmr_replay.identify.undecided import Undecided
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import Status
@@ -26,6 +27,8 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
         min_c_d_mps2=settings.min_c_d_mps2,
         min_sideslip=settings.min_sideslip_of(model.robot),
     )
+    if settings.identifier == NO_IDENTIFIER:
+        return Undecided()
     if settings.identifier == "paper":
         return PaperIdentifier(rules)
     if settings.identifier == "algebraic":

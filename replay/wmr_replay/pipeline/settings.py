@@ -8,6 +8,8 @@ from wmr_schemas.modes import ModeSet
 from wmr_schemas.robot import RobotParameters
 
 IDENTIFIERS = ("paper", "algebraic", "bank")
+NO_IDENTIFIER = "none"
+"""For a replay that is asked for the data's quality alone; no choice of a user's."""
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
 """8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
@@ -71,7 +73,7 @@ class Settings:
         self._check_differentiator()
 
     def _check_identifier(self) -> None:
-        if self.identifier not in IDENTIFIERS:
+        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER):
             raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
         if not 0 <= self.min_confidence < 1:
             raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")

@@ -5,6 +5,7 @@ import numpy as np
 from wmr_replay.quality import explain, factor_words
 from wmr_replay.quality.plausibility_limits import LIMITS
 from wmr_replay.quality.snapshot import Snapshot
+from wmr_schemas.text import figure
 
 Told = tuple[str, str]
 """What was found, and advice in place of the kind's; empty: the kind's own."""
@@ -13,7 +14,7 @@ Told = tuple[str, str]
 def by(decades: float) -> str:
     """A factor in words."""
     size = 10 ** abs(decades)
-    shown = f"{size:.3g}" if size < 1000 else f"{size:.0f}"
+    shown = figure(size, 3)
     return f"{shown} times too {'large' if decades > 0 else 'small'}"
 
 
@@ -28,7 +29,7 @@ def yaw_unit(s: Snapshot) -> Told:
         text = "the yaw turns clockwise where the path turns counter-clockwise"
         return text, "give yaw_sign = -1 in the pose section of --map, or publish a yaw from x to y (REP 103)"
     words = likely(factor_words.yaw_words(s.size))
-    return f"the yaw turns {10**s.size:.3g} times as fast as the path{words}", ""
+    return f"the yaw turns {figure(10**s.size, 3)} times as fast as the path{words}", ""
 
 
 def position_unit(s: Snapshot) -> Told:
@@ -54,7 +55,11 @@ def wheel_speed_unit(s: Snapshot) -> Told:
     """Wheel speeds in rpm or the like, or a wrong radius."""
     if s.fault == explain.UNEXPLAINED:
         compared = zip(("speed", "yaw rate"), s.decades[:2], strict=True)
-        told = [f"{what} is {10**d:.3g} times what the wheels say" for what, d in compared if np.isfinite(d)]
+        told = [
+            f"{what} is {figure(10**d, 3)} times what the wheels say"
+            for what, d in compared
+            if np.isfinite(d)
+        ]
         return "; ".join(told), ""
     text = f"wheel speed × wheel_radius_m is {by(s.size)}{likely(factor_words.wheel_words(s.size, s.robot))}"
     other = factor_words.position_words(-s.size)

@@ -8,10 +8,10 @@ import polars as pl
 
 from wmr_replay.regress.criteria import Criterion, Judged, judge
 from wmr_replay.regress.differences import DIFFERENCES, TableComparison, compare_tables
-from wmr_replay.regress.replayed import Asked, replay, stored_request
+from wmr_replay.regress.replayed import Asked, Changes, replay, stored_request
 from wmr_replay.regress.results import Results, read_results, rows_of_reference, stems, write_reference
 from wmr_replay.regress.tolerance import TABLES, Tolerances, read_tolerances
-from wmr_schemas.errors import LogUnusable
+from wmr_schemas.errors import LogUnusable, WmrError
 
 DIFF = pl.Schema([("log", pl.String), ("table", pl.String), *DIFFERENCES.items()])
 """The diff file's columns."""
@@ -63,14 +63,15 @@ class LogCheck:
 class Checker:
     """Compares logs with references in a directory, with criteria, or both.
 
-    ``asking`` changes what a replay is asked for, from what the reference says (or the defaults, without
-    one). With ``update`` what differs becomes the new reference, every ``every``-th row of its samples; None:
-    as thin as the one before.
+    ``asking`` changes what a replay is asked for, from what the reference says; ``first_asking`` from the
+    defaults, for a log without one. With ``update`` what differs becomes the new reference, with every N-th
+    row of its samples, N = ``every``; None: as many as before.
     """
 
     references: Path | None
     criteria: tuple[Criterion, ...] = ()
-    asking: Asking = lambda asked: asked
+    asking: Asking = field(default_factory=Changes)
+    first_asking: Asking = field(default_factory=Changes)
     update: bool = False
     every: int | None = None
     tolerances: Tolerances = field(default_factory=Tolerances)
@@ -81,20 +82,20 @@ class Checker:
         references: Path | None,
         criteria: Sequence[Criterion],
         asking: Asking,
+        first_asking: Asking,
         *,
         update: bool = False,
         every: int | None = None,
     ) -> "Checker":
         """A checker with the tolerances that lie beside the references."""
         tolerances = read_tolerances(references) if references else Tolerances()
-        return cls(references, tuple(criteria), asking, update, every, tolerances)
+        return cls(references, tuple(criteria), asking, first_asking, update, every, tolerances)
 
     def check(self, log: Path, progress: Progress | None = None) -> LogCheck:
         """Replay one log and compare."""
         reference = self._reference(log)
-        stored = Asked() if reference is None else stored_request(reference, self.references or log)
         try:
-            new = replay(log, self.asking(stored), progress)
+            new = replay(log, self._asked(log, reference), progress)
         except LogUnusable as error:
             return LogCheck(log, problem=str(error), unusable=True)
         criteria = tuple(judge(log.stem, new.summary.row(0, named=True), self.criteria))
@@ -119,10 +120,30 @@ class Checker:
             [] if self.references is None else [stem for stem in stems(self.references) if stem not in given]
         )
 
+    def _asked(self, log: Path, reference: Results | None) -> Asked:
+        if reference is None:
+            return self.first_asking(Asked())
+        return self.asking(stored_request(reference, self.references or log))
+
     def _reference(self, log: Path) -> Results | None:
         if self.references is None or log.stem not in stems(self.references):
             return None
         return read_results(self.references, log.stem)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """The error that ended a check before it had an outcome, as text."""
+
+    problem: str
+
+
+def check_alone(checker: Checker, log: Path) -> LogCheck | Refused:
+    """One log, as the task of a process: errors come back as text."""
+    try:
+        return checker.check(log)
+    except WmrError as error:
+        return Refused(str(error))
 
 
 def compare_results(reference: Results, new: Results, tolerances: Tolerances) -> tuple[TableComparison, ...]:

@@ -7,6 +7,7 @@ median_detection_delay_s = ["> 0", "<= .5"]
 accuracy = ">= .6"
 """
 
+import difflib
 import operator
 import re
 from collections.abc import Callable, Mapping
@@ -30,6 +31,7 @@ COMPARISONS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
 }
 BOUND = re.compile(r"\s*(>=|<=|==|!=|>|<)\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*")
+REQUIRED = re.compile(r"\s*(\w+)\s*([<>=!].*)")
 COLUMNS = tuple(column.name for column in SUMMARY if column.dtype in {pl.Float64, pl.Int64, pl.Boolean})
 """Columns of the summary that a bound can hold; true counts as 1."""
 
@@ -77,14 +79,25 @@ def read_criteria(path: Path) -> tuple[Criterion, ...]:
     return tuple(found)
 
 
-def section(path: Path, place: str, pattern: str, table: Mapping[str, Any]) -> list[Criterion]:
+def required(text: str) -> Criterion:
+    """A criterion for all logs out of ``accuracy >= .93``. Raises InvalidFile naming ``--require``."""
+    match = REQUIRED.fullmatch(text)
+    if match is None:
+        raise InvalidFile(
+            "--require", "", f"expected a comparison, such as 'accuracy >= .93', found {text!r}"
+        )
+    (found,) = section("--require", "", "*", {match[1]: match[2]})
+    return found
+
+
+def section(path: Path | str, place: str, pattern: str, table: Mapping[str, Any]) -> list[Criterion]:
     """The criteria of one table."""
     for column in table:
         if column not in COLUMNS:
-            known = ", ".join(COLUMNS)
-            raise InvalidFile(
-                path, f"{place} {column}".strip(), f"is no number of the summary; these are: {known}"
-            )
+            near = difflib.get_close_matches(column, COLUMNS, n=2)
+            meant = f"did you mean {' or '.join(near)}? " if near else ""
+            known = f"is no number of the summary; {meant}these are: {', '.join(COLUMNS)}"
+            raise InvalidFile(path, f"{place} {column}".strip(), known)
     return [
         bound(path, f"{place} {column}".strip(), column, pattern, text)
         for column, texts in table.items()
@@ -92,7 +105,7 @@ def section(path: Path, place: str, pattern: str, table: Mapping[str, Any]) -> l
     ]
 
 
-def bound(path: Path, key: str, column: str, pattern: str, text: object) -> Criterion:
+def bound(path: Path | str, key: str, column: str, pattern: str, text: object) -> Criterion:
     """One criterion out of its text."""
     match = BOUND.fullmatch(text) if isinstance(text, str) else None
     if match is None:

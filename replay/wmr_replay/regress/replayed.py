@@ -47,6 +47,20 @@ class Asked:
         )
 
 
+@dataclass(frozen=True)
+class Changes:
+    """Called with a request: the same with these settings, and this mapping, limits or model where given."""
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    mapping: LogMapping | None = None
+    between: Between | None = None
+    model: Model | None = None
+
+    def __call__(self, asked: Asked) -> Asked:
+        """The changed request."""
+        return asked.changed(self.settings, self.mapping, self.between, self.model)
+
+
 def stored_request(results: Results, source: Path) -> Asked:
     """The request that a stored result was made with. Raises InvalidFile for unreadable settings."""
     try:

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from wmr_replay.regress.check import LogCheck
 from wmr_replay.regress.differences import ColumnDifference, TableComparison
-from wmr_schemas.text import shown, shown_lines
+from wmr_schemas.text import figure, shown, shown_lines
 
 COLUMNS_SHOWN = 6
 
@@ -28,7 +28,7 @@ def check_lines(check: LogCheck) -> Iterator[str]:
     for table in check.tables:
         yield from (f"  {table.table}: {line}" for line in table_lines(table))
     for judged in check.criteria:
-        value = "unknown" if judged.value is None else f"{judged.value:.6g}"
+        value = "unknown" if judged.value is None else figure(judged.value, 6)
         yield f"  {'met' if judged.passed else 'NOT MET'}: {judged.criterion} (is {value})"
     yield from (f"  note: {shown(note)}" for note in check.notes)
 
@@ -44,7 +44,7 @@ def table_lines(table: TableComparison) -> Iterator[str]:
 
 def column_line(column: ColumnDifference, n_rows: int) -> str:
     """How many values of a column lie beyond its tolerance, and how far."""
-    worst = "" if column.worst is None else f", worst {column.worst:+.3g}"
+    worst = "" if column.worst is None else f", worst {figure(column.worst, 3, '+')}"
     may = f" ({column.allowed} may)" if column.allowed else ""
     return f"{column.column}: {column.n} of {n_rows} values{may}, first in row {column.first_row}{worst}"
 

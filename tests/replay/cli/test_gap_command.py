@@ -215,7 +215,7 @@ def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, 
 
 
 @pytest.mark.parametrize("failing", ["gap_to_json", "model_to_toml", "write_gap_timeline"])
-@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt, 130), (OSError, 70)])
+@pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt, 130), (OSError, 2), (ZeroDivisionError, 70)])
 def test_whatever_stops_the_writing_leaves_nothing(
     run, log, analysed, tmp_path, monkeypatch, failing, error, code
 ):

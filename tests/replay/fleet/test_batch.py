@@ -292,9 +292,10 @@ def test_totals_weigh_by_time():
 
 
 def test_orders_differ_by_everything_that_decides_results():
-    some = [Orders(), Orders(Settings(degree=3)), Orders(strict=True), Orders(timeline=True)]
+    some = [Orders(), Orders(Settings(degree=3)), Orders(strict=True)]
     texts = {orders.as_text() for orders in some}
     assert len(texts) == len(some)
+    assert Orders(timeline=True).as_text() == Orders().as_text()
     assert Orders(model=Model()).as_text() == Orders().as_text()
 
 
@@ -302,3 +303,29 @@ def test_timelines_are_written_when_asked_for(logs, tmp_path):
     (outcome,) = batch_here([logs / "a.mcap"], tmp_path, Orders(timeline=True))
     assert (tmp_path / "timelines" / f"{outcome.key}.rrd").stat().st_size > 1000
     assert assert_whole(tmp_path) == 1
+
+
+def test_a_later_batch_without_timelines_neither_redoes_nor_removes_them(logs, tmp_path):
+    one = [logs / "a.mcap"]
+    (first,) = batch_here(one, tmp_path, Orders(timeline=True))
+    before = content(tmp_path)
+    (again,) = batch_here(one, tmp_path, Orders())
+    assert (first.skipped, again.skipped) == (False, True)
+    assert content(tmp_path) == before
+
+
+def test_a_later_batch_with_timelines_makes_those_that_are_missing(logs, tmp_path):
+    one = [logs / "a.mcap"]
+    (first,) = batch_here(one, tmp_path)
+    (again,) = batch_here(one, tmp_path, Orders(timeline=True))
+    (last,) = batch_here(one, tmp_path, Orders(timeline=True))
+    assert [outcome.skipped for outcome in (first, again, last)] == [False, False, True]
+    assert (tmp_path / "timelines" / f"{first.key}.rrd").is_file()
+
+
+def test_other_settings_leave_no_timeline_of_the_old_ones(logs, tmp_path):
+    one = [logs / "a.mcap"]
+    batch_here(one, tmp_path, Orders(timeline=True))
+    (other,) = batch_here(one, tmp_path, Orders(Settings(identifier="paper")))
+    assert not other.skipped
+    assert list((tmp_path / "timelines").iterdir()) == []

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from wmr_replay.identify.filter_bank.bins import fill_bins, open_bin
+from wmr_replay.identify.filter_bank.bins import into_bins, open_bin
 from wmr_replay.identify.filter_bank.hypotheses import (
     change_load,
     make_hypotheses,
@@ -243,11 +243,11 @@ def test_bins_are_means_of_consecutive_rows_whatever_the_batches(n, per, cuts, s
     edges = [0, *sorted(min(c, n) for c in cuts), n]
     kept, values, stamps = open_bin(), [], []
     for a, b in pairwise(edges):
-        v, s, done = fill_bins(
+        bins, done = into_bins(
             t_ns[a:b], pose[:, a:b], efforts[:, a:b], variances[:, a:b], restarts[a:b], per, kept
         )
-        values.append(v)
-        stamps.append(s)
+        values.append(bins.values)
+        stamps.append(bins.stamps)
         assert len(done) == b - a
     values, stamps = np.concatenate(values, axis=1), np.concatenate(stamps)
     m = n // per

@@ -470,3 +470,37 @@ def outcome(log: Path, directory: Path, strict: bool) -> dict | None:
         return run_log(log, directory, timeline=False, strict=strict).summary
     except LogUnusable:
         return None
+
+
+def test_processes_give_what_one_after_another_gives(tmp_path, command, command_line):
+    for seed in (1, 2):
+        log = tmp_path / "logs" / f"drive{seed}.mcap"
+        log.parent.mkdir(exist_ok=True)
+        command("synth", "patrol", "--duration", 4, "--rate", 50, "--seed", seed, "--out", log)
+    options = ("--identifier", "paper", "--no-hindsight", "--jobs", 2)
+    refs, logs = tmp_path / "refs", tmp_path / "logs"
+    assert "2 of 2 logs passed" in command("check", refs, logs, "--update", *options).stdout
+    required = ("--require", "n_pose >= 2", "--require", "share_undecided>1")
+    (logs / "drive3.mcap").write_bytes(b"no log")
+    one, two = (
+        command_line("check", refs, logs, *required, *options[:3], *jobs) for jobs in ((), ("--jobs", 2))
+    )
+    assert one == two
+    assert one.code == 1
+    assert "share_undecided > 1" in one.stdout
+    assert "drive3" in one.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("acuracy >= .9", "acuracy: is no number of the summary; did you mean accuracy or"),
+        ("accuracy", "expected a comparison"),
+        ("accuracy >= much", "expected a comparison and a number"),
+    ],
+)
+def test_a_requirement_with_a_mistake_is_named(command_line, tmp_path, text, said):
+    (tmp_path / "a.mcap").write_bytes(b"")
+    done = command_line("check", "--require", text, tmp_path / "a.mcap")
+    assert done.code == 2
+    assert said in done.stderr

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
@@ -22,6 +23,12 @@ class LogPlace(click.ParamType["LogPath"]):
         from wmr_replay.api.places import place_of
 
         return place_of(value)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Files and directories."""
+        return [CompletionItem(incomplete, type="file")]
 
 
 class LocalFolder(click.Path):

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
+from click.core import ParameterSource
 
 if TYPE_CHECKING:
     from wmr_replay.api.request import SettingsArguments
@@ -84,6 +85,8 @@ NAMES = (
     "mu",
     "theta",
 )
+SHAPE = ("degree", "kappa", "mu", "theta")
+"""Settings that choose a kernel."""
 MODEL_FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
@@ -100,5 +103,19 @@ def model_option(help_text: str) -> Callable[[F], F]:
 
 
 def settings_from_options(options: Mapping[str, Any]) -> "SettingsArguments":
-    """The settings that the options state, as keyword arguments."""
-    return cast("SettingsArguments", {name: options[name] for name in NAMES})
+    """The settings that the command line and its files state, as keyword arguments; no default is among them.
+
+    A kernel's shape that is given on the command line is one that no tuning replaces, unless --tune is given
+    there too.
+    """
+    from wmr_replay.cli.config.apply import SETTINGS
+
+    ctx = click.get_current_context()
+    source = {name: ctx.get_parameter_source(name) for name in NAMES}
+    given = ctx.meta.get(SETTINGS, {}) | {
+        name: options[name] for name in NAMES if source[name] is not ParameterSource.DEFAULT
+    }
+    on_line = {name for name in NAMES if source[name] is ParameterSource.COMMANDLINE}
+    if on_line & set(SHAPE) and "tune" not in on_line:
+        given.pop("tune", None)
+    return cast("SettingsArguments", given)

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.printing.plain import console_of, say, styled
+from wmr_replay.cli.printing.json import echo_document
+from wmr_replay.cli.printing.layout import output_width, print_table
+from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_replay.cli.printing.run import percent
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.text import shown, shown_lines
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     from wmr_replay.api.places import LogPath
 
 _MAX_ROWS = 60
-_WIDTH = 1000
-"""Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
 _MODES = (*MODES, ContactMode.UNDECIDED)
 
 
@@ -27,20 +27,20 @@ def print_batch(result: "BatchResult", out: "LogPath", *, as_json: bool) -> None
     from wmr_replay.api.batch import fleet_json, totals
 
     if as_json:
-        say(fleet_json(result.fleet))
+        echo_document(fleet_json(result.fleet))
         return
-    console = console_of(width=_WIDTH)
+    console = console_of(width=output_width())
     done = result.fleet.filter(result.fleet["state"] == "done")
     with console.capture() as capture:
         if len(done):
-            console.print(fleet_table(done.head(_MAX_ROWS).to_dicts()))
+            print_table(console, fleet_table(done.head(_MAX_ROWS).to_dicts()))
         if len(done) > _MAX_ROWS:
             console.print(f"… and {len(done) - _MAX_ROWS} more in fleet.parquet")
         if result.failed:
-            console.print(failure_table(result))
+            print_table(console, failure_table(result))
         for line in total_lines(totals(result.fleet), result):
             console.print(line)
-        console.print(styled(f"results   {out}"))
+        console.print(styled(f"results   {out}"), soft_wrap=True)
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 

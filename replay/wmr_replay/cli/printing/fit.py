@@ -8,6 +8,7 @@ from rich.table import Table
 
 from wmr_replay.cli.printing.gap import terminal
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import print_table
 from wmr_replay.cli.printing.plain import styled
 from wmr_replay.cli.printing.words import numbers, unit_of
 
@@ -28,7 +29,7 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
     console.print(
         styled(("base model", "bold"), f" fitted to {seconds:.1f} s, {len(pose)} poses"), end="\n\n"
     )
-    console.print(parameter_table(fitted.model))
+    print_table(console, parameter_table(fitted.model))
     console.print()
     for note in fitted.notes:
         console.print(styled(("note", "dim"), f"      {note}"))

@@ -9,9 +9,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.printing.plain import console_of, say, styled
+from wmr_replay.cli.printing.json import echo_document
+from wmr_replay.cli.printing.layout import print_table
+from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_replay.cli.printing.words import modes_in_words, next_steps, numbers, p_in_words, unit_of
-from wmr_schemas.text import shown
+from wmr_schemas.text import figure, shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.gap import Gap as GapAnswer
@@ -27,6 +29,7 @@ STYLES = {
 }
 MARKS = {"named": "●", "ambiguous": "◐", "unnamed": "◌", "nothing_missing": "○", "not_enough_excitation": "×"}
 BAR = 20
+BAR_KEY = "bar: █ what is left, ░ what the model now explains, ╋ the floor"
 NEAR_BIC = 10.0
 """Alternatives that are worse than this are not worth a word."""
 
@@ -39,7 +42,7 @@ def terminal() -> Console:
 def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
     """Everything from the verdict to the files, or gap.json."""
     if as_json:
-        say(found.as_json(), end="")
+        echo_document(found.as_json().rstrip("\n"))
         return
     gap, console = found.document, terminal()
     console.print(header(found), soft_wrap=True)
@@ -47,9 +50,11 @@ def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
     console.print(verdict_line(gap))
     console.print()
     if gap.effects:
-        console.print(effect_table(gap))
+        print_table(console, effect_table(gap))
         console.print()
-    console.print(gap_table(gap.gap))
+    print_table(console, gap_table(gap.gap))
+    if bar(gap.gap.held_out) or bar(gap.gap.yaw.held_out):
+        console.print(BAR_KEY, style="dim")
     console.print()
     listed = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     listed.add_column(style="dim", no_wrap=True)
@@ -145,7 +150,7 @@ def gap_table(gap: "Gap") -> Table:
 def held_out_cells(held: "HeldOut", shown_unit: str) -> list[str]:
     """The gap in thousandths of its unit, and the reduction with its interval."""
     sizes = (held.before, held.after, held.floor)
-    cells = ["–" if size is None else f"{1e3 * size:.3g} {shown_unit}" for size in sizes]
+    cells = ["–" if size is None else f"{figure(1e3 * size, 3)} {shown_unit}" for size in sizes]
     low, high = held.reduction_ci95
     same = held.before is None or held.after is None or held.before == held.after
     reduced = "–" if same or low is None or high is None else f"{100 * low:.0f} … {100 * high:.0f} %"
@@ -153,11 +158,11 @@ def held_out_cells(held: "HeldOut", shown_unit: str) -> list[str]:
 
 
 def bar(held: "HeldOut") -> Text:
-    """``before`` as a full bar: what is left of it bright, what was explained dim, the floor a mark in it."""
+    """``before`` as a full bar: what is left full, what was explained light, the floor a mark in it."""
     if not held.before or held.after is None or held.after == held.before:
         return Text("")
     left = min(round(BAR * held.after / held.before), BAR)
-    drawn = Text("━" * left, style="cyan") + Text("━" * (BAR - left), style="bright_black")
+    drawn = Text("█" * left, style="cyan") + Text("░" * (BAR - left), style="bright_black")
     if held.floor is not None and held.floor < held.before:
         mark = min(round(BAR * held.floor / held.before), BAR - 1)
         drawn = drawn[:mark] + Text("╋", style="white") + drawn[mark + 1 :]
@@ -167,7 +172,7 @@ def bar(held: "HeldOut") -> Text:
 def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
     if gap.where.channels and gap.effects:
-        factors = (f"{name} ×{q:.3g}" for name, q in gap.where.channels.items() if q is not None)
+        factors = (f"{name} ×{figure(q, 3)}" for name, q in gap.where.channels.items() if q is not None)
         yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)
     if gap.where.intervals:
         pieces = (f"{i.start_s:.1f} … {i.end_s:.1f} s{share(i.share)}" for i in gap.where.intervals[:3])

@@ -7,8 +7,9 @@ from rich.table import Table
 from rich.text import Text
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import labelled, output_width, print_table
 from wmr_replay.cli.printing.plain import console_of, styled
-from wmr_schemas.text import shown
+from wmr_schemas.text import figure, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,8 +17,8 @@ if TYPE_CHECKING:
     from wmr_replay.api.info import LogInfo
     from wmr_schemas.mapping_file import LogMapping
 
-_WIDTH = 1000
-"""Wide enough for every table: a terminal wraps a long line, while a cut one is lost."""
+_LABEL = 8
+"""Columns of the labels."""
 _ROLES = ("pose", "torque", "truth")
 _IN_USE = ("pose", "torque", "wheel_speed", "truth")
 
@@ -27,24 +28,27 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
     if as_json:
         echo_json(info.as_dict())
         return
-    console = console_of(soft_wrap=True)
-    console.width = _WIDTH
+    width = output_width()
+    console = console_of(width=width)
     with console.capture() as capture:
-        console.print(styled((info.log, "bold"), "  ", (overview(info), "dim")), end="\n\n")
+        console.print(styled((info.log, "bold"), "  ", (overview(info), "dim")), end="\n\n", soft_wrap=True)
         if info.channels:
-            console.print(channel_table(info))
+            print_table(console, channel_table(info), n_titles=2)
             console.print()
         for name, text in lines(info):
-            console.print(styled((f"{name:<8}", "bold"), text))
+            first, *rest = labelled(name, text, _LABEL, width)
+            console.print(styled((first[:_LABEL], "bold"), first[_LABEL:]), soft_wrap=True)
+            for line in rest:
+                console.print(styled(line), soft_wrap=True)
     sys.stdout.write("".join(f"{line.rstrip()}\n" for line in capture.get().splitlines()))
 
 
 def overview(info: "LogInfo") -> str:
     """Size, writer, length and number of messages in a line."""
-    parts = [f"{info.size_bytes / 1e6:.3g} MB"]
+    parts = [f"{figure(info.size_bytes / 1e6, 3)} MB"]
     parts += [text for text in (info.profile, info.library) if text]
     if info.n_messages:
-        parts.append(f"{info.duration_s:.4g} s")
+        parts.append(f"{figure(info.duration_s)} s")
     return " · ".join([*parts, f"{info.n_messages} messages"])
 
 
@@ -64,13 +68,14 @@ def channel_table(info: "LogInfo") -> Table:
             if row["role"]
             else Text(shown(row["why_not"] or ""), style="dim")
         )
-        rate = "–" if row["rate_hz"] is None else f"{row['rate_hz']:.4g}"
+        rate = "–" if row["rate_hz"] is None else figure(row["rate_hz"])
         span = [
             "–" if row[k] is None else f"{(row[k] - info.start_ns) / 1e9:.2f}"
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, shown(serves_as(row)), use)
+        number = f"{'~' if info.counts_estimated else ''}{row['messages']}"
+        table.add_row(*map(shown, texts), number, rate, *span, shown(serves_as(row)), use)
     return table
 
 
@@ -98,11 +103,16 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
     found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
     if not info.complete:
-        part = (
-            f"{info.n_chunks_read} of {info.n_chunks} chunks, so clocks, stamps and losses are of these alone"
-        )
-        found.append(("read", f"{part}; --full reads all"))
+        found.append(("read", f"{part_read(info)}; --full reads all"))
     return found
+
+
+def part_read(info: "LogInfo") -> str:
+    """How much of the log was read, and what that means for what is shown."""
+    part, rest = f"{info.n_chunks_read} of {info.n_chunks}", "clocks, stamps and losses are of these alone"
+    if info.counts_estimated:
+        return f"{part} ranges of rows, so {rest}, and numbers of messages are estimates"
+    return f"{part} chunks, so {rest}"
 
 
 def quality_lines(info: "LogInfo") -> list[str]:
@@ -113,7 +123,7 @@ def quality_lines(info: "LogInfo") -> list[str]:
         found += map(shown, said)
     if not info.n_poses_looked_at:
         return found or ["no poses to look at"]
-    rows = f"{info.n_poses_looked_at} poses over {info.looked_at_s:.4g} s"
+    rows = f"{info.n_poses_looked_at} poses over {figure(info.looked_at_s)} s"
     return found or [f"nothing found in {rows}; run looks at every pose"]
 
 

@@ -4,24 +4,27 @@ Names and texts of a file are never read as markup: a topic may be called ``[/bo
 are given beside the text, as in :func:`styled`.
 """
 
+import sys
 from typing import Any
 
-import click
 from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
 from rich.segment import Segment
 from rich.text import Text
 
+from wmr_replay.cli import activity
 from wmr_schemas.text import shown, shown_lines
 
 
 def say(text: object, *, err: bool = False, end: str = "\n") -> None:
     """Print text in its own lines, control codes escaped."""
-    click.echo(shown_lines(text) + end, nl=False, err=err)
+    activity.stop()
+    print(shown_lines(text), end=end, file=sys.stderr if err else sys.stdout, flush=True)
 
 
 def console_of(**options: Any) -> Console:
     """A console that takes text as it is, and escapes control codes."""
-    console = Console(highlight=False, markup=False, emoji=False, **options)
+    activity.stop()
+    console = _Console(highlight=False, markup=False, emoji=False, **options)
     console.push_render_hook(_Escaping())
     return console
 
@@ -29,6 +32,14 @@ def console_of(**options: Any) -> Console:
 def styled(*parts: str | tuple[str, str]) -> Text:
     """A line of parts, each a text or (text, style), with line ends escaped too."""
     return Text.assemble(*(shown(p) if isinstance(p, str) else (shown(p[0]), p[1]) for p in parts))
+
+
+class _Console(Console):
+    """A console that leaves a reader that has gone to the caller."""
+
+    def on_broken_pipe(self) -> None:
+        """Raises BrokenPipeError."""
+        raise BrokenPipeError
 
 
 class _Escaping(RenderHook):

@@ -1,4 +1,4 @@
-"""Progress bars for long work on standard error; without a terminal there is none."""
+"""How far a command is, for :mod:`wmr_replay.cli.activity`: callbacks that the public functions call."""
 
 import contextlib
 import sys
@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from wmr_replay.cli import activity
+from wmr_replay.cli.verbosity import is_quiet
 from wmr_schemas.text import shown
 
 if TYPE_CHECKING:
@@ -13,127 +15,119 @@ if TYPE_CHECKING:
     from wmr_replay.api.batch import Progress as BatchProgress
 
 
-@contextlib.contextmanager
-def byte_progress(description: str) -> Iterator[Callable[[int, int], None] | None]:
-    """Yields a callback (bytes done, bytes in all), or None when stderr is not a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from wmr_replay.cli.printing.plain import console_of
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        DownloadColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
-        task = bar.add_task(shown(description), total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+AGAIN = "going over the log again with hindsight, writing the results"
 
 
 @contextlib.contextmanager
-def share_progress() -> Iterator[Callable[[str, float], None] | None]:
-    """Yields a callback (what is being done, share done), or None when stderr is not a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+def byte_progress(description: str, then: str = "") -> Iterator[Callable[[int, int], None]]:
+    """Yields a callback (bytes done, bytes in all). ``then``: what follows when all bytes are read."""
+    activity.tell(description)
 
-    from wmr_replay.cli.printing.plain import console_of
+    def tell(done: int, total: int) -> None:
+        if then and done >= total:
+            activity.tell(then)
+        else:
+            activity.tell(description, done, total)
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-        yield lambda doing, share: bar.update(task, description=shown(doing), completed=share)
+    try:
+        yield tell
+    finally:
+        activity.stop()
+
+
+@contextlib.contextmanager
+def share_progress(begin: str) -> Iterator[Callable[[str, float], None]]:
+    """Yields a callback (what is being done, share done)."""
+    activity.tell(begin)
+    try:
+        yield lambda doing, share: activity.tell(doing, share, 1.0)
+    finally:
+        activity.stop()
+
+
+@contextlib.contextmanager
+def message_progress(description: str) -> Iterator[Callable[[int, int], None]]:
+    """Yields a callback (messages done, messages in all)."""
+    with byte_progress(description) as tell:
+        yield tell
+
+
+@contextlib.contextmanager
+def suite_progress(n_logs: int) -> Iterator[tuple[Callable[[str], Any], Callable[[int, int], None]]]:
+    """Yields a callback for each log that is done, and one (messages done, messages in all)."""
+    n_done, so_far, in_all = 0, 0, 0
+
+    def show() -> None:
+        activity.tell("writing logs", so_far, in_all)
+
+    def announce(_: str) -> None:
+        nonlocal n_done
+        n_done += 1
+        if n_done == n_logs:
+            activity.tell("writing the manifest")
+
+    def tell(done: int, total: int) -> None:
+        nonlocal so_far, in_all
+        so_far, in_all = done, total
+        show()
+
+    show()
+    try:
+        yield announce, tell
+    finally:
+        activity.stop()
+
+
+class TimeLeft:
+    """The time that a batch still takes, by the bytes of the logs that were replayed.
+
+    A log that failed, or was done before, took no time that says anything of those to come: its bytes leave
+    both what is done and what is to do.
+    """
+
+    def __init__(self, now_s: Callable[[], float] = time.monotonic) -> None:
+        self._now_s, self._start_s = now_s, now_s()
+        self._done = self._worked = 0
+
+    def ended(self, done: int, *, replayed: bool) -> None:
+        """A log has ended; ``done`` bytes of all logs have."""
+        self._worked += done - self._done if replayed else 0
+        self._done = done
+
+    def left_s(self, total: int) -> float | None:
+        """Time left for what remains of ``total`` bytes; None before any log was replayed."""
+        if not self._worked:
+            return None
+        return (self._now_s() - self._start_s) * (total - self._done) / self._worked
 
 
 @contextlib.contextmanager
 def batch_progress() -> Iterator["BatchProgress"]:
-    """Yields a callback for each log that has ended: a bar at a terminal, else a line per log, both with the
-    time that is left by the bytes that were done.
+    """Yields a callback for each log that has ended: at a terminal the line of the activity, elsewhere a line
+    per log; both with the time that is left.
     """
-    if not sys.stderr.isatty():
-        yield log_lines()
-        return
-    from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from wmr_replay.cli.printing.plain import console_of
-
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        DownloadColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console_of(stderr=True), transient=True) as bar:
-        task = bar.add_task("looking at the logs", total=None)
-        counts = {"done": 0, "failed": 0}
-
-        def tell(outcome: "Outcome | None", done: int, total: int) -> None:
-            if outcome is not None:
-                counts["failed" if outcome.problem else "done"] += 1
-            text = ", ".join(f"{n} {what}" for what, n in counts.items() if n)
-            bar.update(task, description=text or "replaying", completed=done, total=total)
-
-        yield tell
-
-
-def log_lines() -> "BatchProgress":
-    """A line on standard error for each log that has ended."""
-    start_s = time.monotonic()
+    activity.tell("looking at the logs")
+    at_terminal, left, counts = sys.stderr.isatty(), TimeLeft(), {"done": 0, "done before": 0, "failed": 0}
 
     def tell(outcome: "Outcome | None", done: int, total: int) -> None:
+        nonlocal left
         if outcome is None:
+            left = TimeLeft()
+            activity.tell("replaying", 0, total)
             return
         what = "failed" if outcome.problem else "done before" if outcome.skipped else "done"
-        left_s = (time.monotonic() - start_s) * (total - done) / done if done else None
-        eta = "" if left_s is None else f"  (about {left_s:.0f} s left)"
-        share = done / total if total else 1.0
-        print(f"{share:4.0%}  {what}: {shown(outcome.log)}{eta}", file=sys.stderr, flush=True)
+        counts[what] += 1
+        left.ended(done, replayed=what == "done")
+        left_s = left.left_s(total)
+        eta = "" if left_s is None or done >= total else f"  (about {activity.clock(left_s)} left)"
+        if at_terminal:
+            said = ", ".join(f"{n} {name}" for name, n in counts.items() if n)
+            activity.tell(said + eta, done, total, estimates=False)
+        elif not is_quiet():
+            share = done / total if total else 1.0
+            print(f"{share:4.0%}  {what}: {shown(outcome.log)}{eta}", file=sys.stderr, flush=True)
 
-    return tell
-
-
-LONG_LOG_MESSAGES = 200_000
-
-
-@contextlib.contextmanager
-def message_progress(n_messages: int) -> Iterator[Callable[[int, int], None] | None]:
-    """Yields a callback (messages done, messages in all) for a long log at a terminal, else None."""
-    if n_messages < LONG_LOG_MESSAGES or not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import Progress
-
-    from wmr_replay.cli.printing.plain import console_of
-
-    with Progress(console=console_of(stderr=True), transient=True) as bar:
-        task = bar.add_task("writing", total=n_messages)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-@contextlib.contextmanager
-def suite_progress(
-    n_logs: int,
-) -> Iterator[tuple[Callable[[str], Any], Callable[[int, int], None] | None]]:
-    """Yields a callback for each log that is done, and one (messages done, messages in all)."""
-    if not sys.stderr.isatty():
-        yield (lambda _: None), None
-        return
-    from rich.progress import Progress
-
-    from wmr_replay.cli.printing.plain import console_of
-
-    n_done = 0
-    with Progress(console=console_of(stderr=True), transient=True) as bar:
-        task = bar.add_task(f"0 of {n_logs} logs", total=None)
-
-        def announce(_: str) -> None:
-            nonlocal n_done
-            n_done += 1
-            bar.update(task, description=f"{n_done} of {n_logs} logs")
-
-        yield announce, lambda done, total: bar.update(task, completed=done, total=total)
+    try:
+        yield tell
+    finally:
+        activity.stop()

@@ -1,15 +1,20 @@
 """What ``run`` prints: the summary as text or as JSON."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import labelled, output_width, wrapped
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import ANOMALIES
+from wmr_schemas.text import figure
+
+LABEL = 10
+"""Columns of the labels."""
 
 if TYPE_CHECKING:
     from wmr_replay.api.result import Result
@@ -22,29 +27,42 @@ def print_result(result: "Result", *, as_json: bool) -> None:
     from wmr_replay.timeline import viewer_command
 
     row, console = result.summary.row(0, named=True), console_of(soft_wrap=True)
+    width = output_width()
     if as_json:
         echo_json(
             row | {"settings": result.settings, "notes": result.notes, "findings": list(result.findings)}
         )
         return
     console.print(styled((row["log"], "bold"), f"  {overview(row)}"))
-    for line in design_lines(row):
+    for line in hung(design_lines(row), width):
         console.print(styled(line))
     console.print(mode_table(row))
-    for line in score_lines(row) + anomaly_lines(row) + [f"note: {note}" for note in result.notes]:
+    notes = [f"note      {note}" for note in result.notes]
+    for line in hung(
+        [*score_lines(row), *anomaly_lines(row), *notes, *finding_lines(result.findings)], width
+    ):
         console.print(styled(line))
-    for line in finding_lines(result.findings):
-        console.print(styled(line))
-    console.print("", styled((row["verdict"], "bold")), "", sep="\n")
+    console.print()
+    for line in wrapped(row["verdict"], width):
+        console.print(styled((line, "bold")))
+    console.print()
     console.print(styled(f"results   {result.files['samples'].parent}/"))
+    if "report" in result.files:
+        console.print(styled(f"report    {result.files['report']}"))
     if "timeline" in result.files:
         console.print(styled(f"viewer    {viewer_command(result.files['timeline'])}"))
+
+
+def hung(lines: Iterable[str], width: int) -> Iterator[str]:
+    """Lines that begin with a label, wrapped behind it."""
+    for line in lines:
+        yield from labelled(line[:LABEL].rstrip(), line[LABEL:], LABEL, width)
 
 
 def overview(row: Mapping[str, Any]) -> str:
     """Length, rate and window in a line."""
     tuning = json.loads(row["settings"])["tuning"]
-    rate = "" if row["rate_hz"] is None else f" at {row['rate_hz']:.4g} Hz"
+    rate = "" if row["rate_hz"] is None else f" at {figure(row['rate_hz'])} Hz"
     window = f", window {tuning['window_s']:.3g} s, delay {tuning['delay_s']:.3g} s" if tuning else ""
     return f"{row['duration_s']:.1f} s, {row['n_pose']} poses{rate}, {row['n_torque']} torques{window}"
 
@@ -90,7 +108,8 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
         lines.append(
             f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed"
         )
-    lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
+    if row["false_alarms_per_hour"] is not None:
+        lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
     if row["brier"] is not None:
         lines.append(f"posterior Brier score {row['brier']:.3f}, calibration error {row['ece']:.3f}")
     if row["alpha_error"] is not None:

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import say_labelled
 from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def print_suites(*, as_json: bool) -> None:
     width = max(len(row["name"]) for row in rows)
     for row in rows:
         n_logs = len(row["logs"])
-        say(f"{row['name']:{width}}  v{row['version']}  {n_logs:2} logs  {row['description']}")
+        say_labelled(row["name"], f"v{row['version']}  {n_logs:2} logs  {row['description']}", width + 2)
 
 
 def print_suite(written: "WrittenSuite", *, as_json: bool) -> None:

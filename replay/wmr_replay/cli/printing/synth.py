@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import say_labelled
 from wmr_replay.cli.printing.plain import say
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def print_scenarios(*, as_json: bool) -> None:
         return
     width = max(len(row["name"]) for row in rows)
     for row in rows:
-        say(f"{row['name']:{width}}  {row['duration_s']:4.0f} s  {row['description']}")
+        say_labelled(row["name"], f"{row['duration_s']:4.0f} s  {row['description']}", width + 2)
 
 
 def print_effects(*, as_json: bool) -> None:
@@ -49,4 +50,5 @@ def print_effects(*, as_json: bool) -> None:
     width = max(len(row["name"]) for row in rows)
     for row in rows:
         drawn = ", ".join(f"{key} {text}" for key, text in row["ranges"].items())
-        say(f"{row['name']:{width}}  {drawn}\n{'':{width}}  {row['candidate']}; here: {row['hidden']}")
+        say_labelled(row["name"], drawn, width + 2)
+        say_labelled("", f"{row['candidate']}; here: {row['hidden']}", width + 2)

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import linregress
 
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
@@ -16,6 +15,7 @@ from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Model
 from wmr_schemas.modes import ContactMode
@@ -116,10 +116,16 @@ def with_rough_alpha(log: Log, settings: GateSettings) -> RobotParameters:
     speed = moved[:, 0] * np.cos(middle) + moved[:, 1] * np.sin(middle)
     between = (effort[:, 1:-1] + effort[:, 2:]) / 2
     step_s = np.diff((t_s[1:] + t_s[:-1]) / 2)
-    ahead = linregress(between.sum(axis=0), np.diff(speed) / step_s).slope
-    turning = linregress(between[1] - between[0], robot.half_track_m * np.diff(moved[:, 2]) / step_s).slope
+    ahead = slope(between.sum(axis=0), np.diff(speed) / step_s)
+    turning = slope(between[1] - between[0], robot.half_track_m * np.diff(moved[:, 2]) / step_s)
     if not ahead > 0:
         raise InvalidSignal(
             "torque", "does not move the robot as a driven wheel would: check signs and --map"
         )
-    return replace(robot, alpha=float(ahead), alpha_yaw=float(turning) if turning > 0 else float(ahead))
+    return replace(robot, alpha=ahead, alpha_yaw=turning if turning > 0 else ahead)
+
+
+def slope(x: F64, y: F64) -> float:
+    """Slope of the line of least squares through (x, y), (n,) each; 0 where x does not vary."""
+    varied = x - x.mean()
+    return float(varied @ y / max(float(varied @ varied), np.finfo(float).tiny))

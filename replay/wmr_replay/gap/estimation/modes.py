@@ -8,23 +8,34 @@ from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.extension import WEIGHTS, Extension, weight
 from wmr_replay.gap.settings import GateSettings
+from wmr_replay.pipeline.bank_alone import modes_in_hindsight
 from wmr_replay.pipeline.memory import hindsight_columns
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
+from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, ModeTrack
+
+LEAST_CONFIDENCE = Settings().min_confidence
 
 
 def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> ModeTrack:
     """The modes that the filter bank sees in hindsight with the extended model; undecided rows count as
     ideal.
     """
-    log = with_acting_torques(log, extension, settings)
+    log = replace(with_acting_torques(log, extension, settings), mode=None)
     model = replay_model(Model(effects=lasting_effects(extension)), log.robot)
-    batches = hindsight_columns(Log(log.pose, log.torque, None, log.robot), model=model)
-    t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
-    return ModeTrack(t_ns, np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode).astype(np.int8))
+    if model.accelerates:
+        batches = hindsight_columns(log, model=model)
+        t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
+        mode = np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode)
+        return ModeTrack(t_ns, mode.astype(np.int8))
+    start_ns, posterior = modes_in_hindsight(log, model)
+    if not len(start_ns):
+        return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))
+    sure = posterior.max(axis=0) >= LEAST_CONFIDENCE
+    return ModeTrack(start_ns, np.where(sure, posterior.argmax(axis=0), ContactMode.IDEAL).astype(np.int8))
 
 
 def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
@@ -38,9 +49,16 @@ def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
     return tuple(Effect(name, parameters) for name, parameters in found.items())
 
 
-def bin_identified(log: Log, track: ModeTrack, settings: GateSettings) -> BinnedLog:
-    """The log in bins, with modes from an identifier, which knows their changes to 0.3 s only."""
-    return bin_log(log, settings, track, margin_s=settings.bins.identified_switch_s)
+def bin_identified(
+    log: Log, track: ModeTrack, settings: GateSettings, *, names_skid: bool = False
+) -> BinnedLog:
+    """The log in bins, with modes from an identifier, which knows their changes to 0.3 s only.
+
+    A skid that it missed is no effect, but a mode. With ``names_skid`` one is tried all the same, where the
+    identifier's skidding was taken out to see what else may look like it.
+    """
+    margin_s = settings.bins.identified_switch_s
+    return bin_log(log, settings, track, margin_s=margin_s, names_skid=names_skid)
 
 
 def with_acting_torques(log: Log, extension: Extension, settings: GateSettings) -> Log:

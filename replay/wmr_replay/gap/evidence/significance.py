@@ -1,8 +1,7 @@
 """Significance gate: block-robust Wald test of an effect's size, and its correlation with other effects."""
 
 import numpy as np
-from scipy.stats import chi2
-from scipy.stats import f as fisher
+from scipy.special import chdtrc, fdtrc
 
 from wmr_replay.gap.estimation.covariance import inverse_information, robust_covariance
 from wmr_replay.gap.estimation.problem import Problem
@@ -45,8 +44,8 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
         V = inverse_information(fit.psi[problem.train])
     wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
     if name in LOCAL:
-        return float(chi2.sf(wald * len(size), len(size)))
-    return float(fisher.sf(wald, len(size), n_blocks - len(size)))
+        return float(chdtrc(len(size), wald * len(size)))
+    return float(fdtrc(len(size), n_blocks - len(size), wald))
 
 
 def rows_that_show(problem: Problem, fit: Fit, name: str) -> Bool:

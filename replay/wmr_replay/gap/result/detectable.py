@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.result.result import Detectable
@@ -19,7 +19,7 @@ def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Ma
     that is seen best. Effects whose size is no distance from the base model are left out.
     """
     n_tried = sum(one.n_tried for one in scanned.scored)
-    z = float(norm.isf(settings.level / n_tried / 2) + norm.isf(1 - settings.power))
+    z = float(-ndtri(settings.level / n_tried / 2) - ndtri(1 - settings.power))
     found = {}
     for name, (value, information) in scanned.unit_information.items():
         effect = candidate_of(name).declaration

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.estimation.covariance import robust_covariance
@@ -30,7 +30,7 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     fit, own = selection.fit, problem.settings.report
     V, n_blocks = robust_covariance(problem, fit)
     V = V + np.diag([place_variance(name, key, own) for name, key in fit.keys])
-    width = student.isf(own.interval_tail, max(n_blocks - len(V), own.least_blocks)) * np.sqrt(np.diag(V))
+    width = -stdtrit(max(n_blocks - len(V), own.least_blocks), own.interval_tail) * np.sqrt(np.diag(V))
     names = tuple(effect.name for effect in selection.found)
     estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):

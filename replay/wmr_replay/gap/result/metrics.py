@@ -1,7 +1,6 @@
 """The gap in numbers, before and after, with the interval of its reduction."""
 
 import numpy as np
-from scipy.stats import bootstrap, wilcoxon
 
 from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.options import GapOptions
@@ -43,6 +42,8 @@ def paired_reduction(before: F64, after: F64, options: GapOptions) -> tuple[tupl
     own = options.gates.report
     if len(before) < own.least_windows or np.all(before == after):
         return (0.0, 0.0), 1.0
+
+    from scipy.stats import bootstrap, wilcoxon  # noqa: PLC0415 – half a second of start-up
 
     def reduction(b: F64, a: F64, axis: int = -1) -> F64:
         return np.asarray(1 - np.sqrt(np.mean(a**2, axis=axis) / np.mean(b**2, axis=axis)))

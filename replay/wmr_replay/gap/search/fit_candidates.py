@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
@@ -127,7 +127,7 @@ def assessed(
     the ``n_names`` has an equal share of the level, and within it each time and place (weighted Bonferroni).
     """
     gain = current.deviance - fit.deviance
-    by_ratio = chi2.sf(max(gain, 0.0), len(scored.parameters))
+    by_ratio = float(chdtrc(len(scored.parameters), max(gain, 0.0)))
     p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_names * scored.n_tried
     score = gain - price_of(problem, scored, fit)
     return FittedCandidate(scored, fit, gain, score, float(min(p_value, 1.0)))

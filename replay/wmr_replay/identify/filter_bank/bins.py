@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
-from wmr_replay.identify.interface import Evidence
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.compiled.lean import lean
 
@@ -28,7 +27,9 @@ class Bin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Complete bins: ``values`` (9, m), see :func:`fill_bins`, and mean stamps (m,) in ns."""
+    """m complete bins: ``values`` (9, m) – mean pose, variance of that mean, mean effort sum and difference,
+    1 where the pose has jumped –, and mean stamps (m,) in ns.
+    """
 
     values: F64
     stamps: I64
@@ -49,34 +50,19 @@ class Bins:
         )
 
 
-def into_bins(evidence: Evidence, rows_per_bin: int, state: Bin) -> tuple[Bins, I64]:
-    """Rows into bins; with each row goes the number of bins that were complete with it (n,)."""
-    values, stamps, done = fill_bins(
-        evidence.t_ns,
-        evidence.pose,
-        evidence.efforts,
-        evidence.variances,
-        evidence.restarts,
-        rows_per_bin,
-        state,
-    )
-    return Bins(values, stamps), done
-
-
 def open_bin() -> Bin:
     """An empty bin."""
     return Bin(np.zeros(N_VALUES), np.zeros(2), np.zeros(3, np.int64))
 
 
-def fill_bins(
+def into_bins(
     t_ns: I64, pose: F64, efforts: F64, variances: F64, restarts: Bool, rows_per_bin: int, state: Bin
-) -> tuple[F64, I64, I64]:
-    """Rows into bins of ``rows_per_bin`` rows. Where the pose has jumped, what a bin held of it before is
-    forgotten.
+) -> tuple[Bins, I64]:
+    """Rows into bins of ``rows_per_bin`` rows; with each row goes the number of bins that were complete with
+    it (n,). Where the pose has jumped, what a bin held of it before is forgotten.
 
-    Returns the values of the bins that were completed (9, m) – mean pose, variance of that mean, mean effort
-    sum and difference, 1 where the pose has jumped –, their mean stamps (m,),
-    and for each row how many bins were complete with it (n,). ``state`` is carried on.
+    ``pose`` (3, n), ``efforts`` (2, n), ``variances`` (2, n) of position and yaw; ``restarts`` (n,) marks
+    jumps. The open bin, ``state``, is carried on.
     """
     n = len(t_ns)
     values, stamps, done = np.empty((N_VALUES, n + 1)), np.empty(n + 1, np.int64), np.empty(n, np.int64)
@@ -88,7 +74,7 @@ def fill_bins(
         restarts,
     )
     n_bins = bin_rows(rows, rows_per_bin, state, (values, stamps), done)
-    return values[:, :n_bins].copy(), stamps[:n_bins], done
+    return Bins(values[:, :n_bins].copy(), stamps[:n_bins]), done
 
 
 @lean
@@ -124,7 +110,7 @@ def close_bin(state: Bin, values: F64, stamps: I64, place: int) -> None:
 def bin_rows(
     rows: tuple[I64, F64, F64, F64, Bool], rows_per_bin: int, state: Bin, bins: tuple[F64, I64], done: I64
 ) -> int:
-    """:func:`fill_bins` into arrays that it is given; the number of bins completed."""
+    """:func:`into_bins` into arrays that it is given; the number of bins completed."""
     t_ns, pose, efforts, variances, restarts = rows
     values, stamps = bins
     n_bins = 0

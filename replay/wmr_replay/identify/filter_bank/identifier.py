@@ -1,59 +1,16 @@
-"""The bank as a stage: rows go into bins, every bin advances all hypotheses, rows report the last bin."""
-
-import math
-from dataclasses import dataclass
+"""The bank as an identifier: rows go into bins, and rows report the last bin."""
 
 import numpy as np
 
-from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
-from wmr_replay.identify.filter_bank.hindsight import LookingBack, Pass, learned_prior
-from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses, restore, snapshot
-from wmr_replay.identify.filter_bank.long_steps import LongSteps
+from wmr_replay.identify.filter_bank.bank import N_OUTPUTS, Bank, BankSettings
+from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
+from wmr_replay.identify.filter_bank.hindsight import LookingBack
 from wmr_replay.identify.filter_bank.priors import PRIORS
-from wmr_replay.identify.filter_bank.start import start_hypotheses
-from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
-from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
-from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
-
-N_OUTPUTS = 7
-MOST_BLOCK = 1 << 20
-"""Bins of one pass. There are fewer only near a bin at which the bank diverges, to find it quickly."""
-JUMP_PROBABLE, ALPHA_KNOWN_WITHIN = PRIORS.jump_probable, PRIORS.alpha_known_within
-
-
-@dataclass(frozen=True)
-class BankSettings:
-    """Size and time steps of the filter bank, rates of change, and the least confidence; with reasons."""
-
-    most_hypotheses: int = 40
-    """Hypotheses that are kept. A compromise with speed."""
-    bin_s: float = 0.02
-    """Length of a bin. Numerics: motion changes little in it."""
-    split_s: float = 0.1
-    """Time between two branchings. Numerics: a switch is dated to about this interval."""
-    hindsight_split_s: float = 0.06
-    """The same in the second pass, which has no delay of its own to hide a coarser grid."""
-    switch_rate_per_s: float = 0.15
-    """Switches of the mode a second. The rate of the benchmark, not evidence about robots."""
-    start_bins: int = 30
-    """Bins of the first fit, .6 s. Judgement: long enough for a velocity, short against a phase."""
-    velocity_diffusions: tuple[float, ...] = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-    """Levels of disturbance, (m/s)²/s for v_long and v_lat, (rad/s)²/s for ω; part of the hypothesis."""
-    disturbances_mps2: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.03, 0.1, 0.3)
-    """Coloured disturbances by the same levels, standard deviations of dv_long/dt (l dω/dt alike)."""
-    alpha_diffusion_share: float = 0.01
-    """Diffusion of ln α in 1/s over that of the velocities. Judgement."""
-    rho_diffusion_per_s: float = 1e-3
-    """Diffusion of ρ. Judgement: .03 within a second."""
-    cap_diffusion_per_s: float = 1e-2
-    """Diffusion of the logarithm of a cap. Judgement: a tenth within a second."""
-    min_confidence: float = 0.5
-    """Least posterior of a named mode."""
 
 
 class BankIdentifier:
@@ -74,139 +31,37 @@ class BankIdentifier:
         terms: Terms = Terms(),  # noqa: B008 – immutable
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
-        self._terms = terms
-        self._first_prior, self._n_modes = make_prior(robot), 4 if both else 3
-        self._prior = self._first_prior
-        self._hypotheses = make_hypotheses(settings.most_hypotheses * (self._n_modes + 2) + 4)
-        self._rows_per_bin, self._step_s = max(1, round(settings.bin_s / step_s)), step_s
-        self._bin, self._last = open_bin(), np.zeros(4)
-        self._waiting: Bins | None = None
+        self._n_modes = 4 if both else 3
+        self._bank = Bank(robot, step_s, settings, self._n_modes, terms)
+        self._bin, self._said = open_bin(), np.full(N_OUTPUTS, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
-        self._origin_ns, self._long_steps = 0, LongSteps()
-        self._block = MOST_BLOCK
-        self._said = np.full(N_OUTPUTS, np.nan)
 
     def change_rate(self, step_s: float) -> None:
         """The pose comes every ``step_s`` from the next row on."""
-        self._rows_per_bin = max(1, round(self.settings.bin_s / step_s))
+        self._bank.change_rate(step_s)
 
     def push(self, evidence: Evidence) -> Verdict:
         """Rows in strictly increasing time; NaN until the bank has started."""
         paper = self._paper.push(evidence)
-        bins, done = into_bins(evidence, self._rows_per_bin, self._bin)
+        bins, done = into_bins(
+            evidence.t_ns,
+            evidence.pose,
+            evidence.efforts,
+            evidence.variances,
+            evidence.restarts,
+            self._bank.rows_per_bin,
+            self._bin,
+        )
         self.new_bins = bins
-        said = np.concatenate([self._said[:, None], self._run(bins, paper, done)], axis=1)
+        found = self._bank.push(bins, paper.alpha, paper.alpha_sd, done)
+        said = np.concatenate([self._said[:, None], found], axis=1)
         self._said = said[:, -1]
         alpha = np.exp(said[4])
-        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), said[6] >= JUMP_PROBABLE, done)
+        jumped = said[6] >= PRIORS.jump_probable
+        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), jumped, done)
         return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
-
-    def _run(self, bins: Bins, paper: Verdict, done: I64) -> F64:
-        """What the bank says after each bin: posterior, mean and variance of ln α, whether the pose has just
-        jumped; NaN before its start.
-        """
-        said, n = [np.full((N_OUTPUTS, 0), np.nan)], 0
-        while n < len(bins.stamps):
-            rows = done >= n
-            found = self._advance(bins.part(n, None), paper.alpha[rows], paper.alpha_sd[rows], done[rows] - n)
-            said.append(found)
-            n += found.shape[1]
-        return np.concatenate(said, axis=1)
-
-    def _advance(self, bins: Bins, alpha: F64, alpha_sd: F64, done: I64) -> F64:
-        """What the bank says after each of the first of these bins."""
-        if self._hypotheses.size[0]:
-            return self._step(bins)
-        held = 0 if self._waiting is None else len(self._waiting.stamps)
-        waiting = bins if self._waiting is None else self._waiting.then(bins)
-        begin = self._first_start(held, len(waiting.stamps), alpha, alpha_sd, done)
-        if begin is None:
-            self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
-            return np.full((N_OUTPUTS, len(bins.stamps)), np.nan)
-        first = waiting.part(max(0, begin - self.settings.start_bins), begin)
-        self._waiting, self._origin_ns = None, int(first.stamps[-1])
-        self._long_steps = self._long_steps.from_origin()
-        start_hypotheses(
-            self._hypotheses, first, self._prior, self._n_modes, np.array(self.settings.disturbances_mps2)
-        )
-        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
-        return np.full((N_OUTPUTS, begin - held), np.nan)
-
-    def _first_start(self, held: int, total: int, alpha: F64, alpha_sd: F64, done: I64) -> int | None:
-        """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
-        least = self.settings.start_bins
-        if not np.isnan(self._prior.ln_alpha):
-            return least if total >= least else None
-        known = alpha_sd <= ALPHA_KNOWN_WITHIN * alpha
-        ready = known & (held + done >= least)
-        if not ready.any():
-            return None
-        row = int(np.argmax(ready))
-        self._prior = with_alpha(self._prior, float(alpha[row]))
-        return held + int(done[row])
-
-    def _step(self, bins: Bins) -> F64:
-        """What the bank says after each of the first of these bins, perhaps of none.
-
-        Where a bin lies too far from the one before, or cannot be followed, the bank starts again behind it.
-        """
-        bins = bins.part(0, self._block)
-        seconds, long_steps = self._long_steps.shorten((bins.stamps - self._origin_ns) / NS_PER_S)
-        n = len(seconds)
-        if not n:
-            self._start_again()
-            return np.full((N_OUTPUTS, 0), np.nan)
-        before = snapshot(self._hypotheses), self._last.copy()
-        said = self._filtered(bins.part(0, n), seconds)
-        if said is not None:
-            self._long_steps, self._block = long_steps, min(2 * self._block, MOST_BLOCK)
-            return said
-        restore(before[0], self._hypotheses)
-        self._last[:] = before[1]
-        if n > 1:
-            self._block = n // 2
-            return np.full((N_OUTPUTS, 0), np.nan)
-        self._start_again()
-        return np.full((N_OUTPUTS, 1), np.nan)
-
-    def _start_again(self) -> None:
-        """As before the first bin."""
-        self._hypotheses.size[0] = 0
-        self._last[:] = 0.0
-        self._prior, self._waiting = self._first_prior, None
-        self._long_steps = self._long_steps.from_origin()
-
-    def _filtered(self, bins: Bins, seconds: F64) -> F64 | None:
-        """The bank's answers after each bin, or None where some are no numbers: it has diverged."""
-        drift, rhythm = self._drift(), self._rhythm(self.settings.split_s)
-        try:
-            said = run_bins(
-                self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
-            )
-        except (ZeroDivisionError, ValueError):
-            return None
-        return np.concatenate(said[:3]) if np.isfinite(said.posterior).all() else None
-
-    def _drift(self) -> Drift:
-        """Diffusions as the settings have them."""
-        s = self.settings
-        velocity, disturbance = np.array(s.velocity_diffusions), np.array(s.disturbances_mps2)
-        return Drift(
-            velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s
-        )
-
-    def _rhythm(self, split_s: float) -> Rhythm:
-        """The bank's time steps with branchings ``split_s`` apart."""
-        s, newer = self.settings, 0.5 * (1 + 1 / self._rows_per_bin)
-        return Rhythm(self._n_modes, s.most_hypotheses, split_s, s.switch_rate_per_s, newer)
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
         """A second pass over the same bins with the parameters learned; None before the bank starts."""
-        if not self._hypotheses.size[0]:
-            return None
-        prior, s = learned_prior(self._hypotheses, self._prior), self.settings
-        rhythm, bin_s = self._rhythm(s.hindsight_split_s), self._rows_per_bin * self._step_s
-        interval_s = bin_s * max(1, math.ceil(rhythm.split_s / bin_s - 1e-6))
-        second = Pass(prior, self._terms, self._n_modes, self._drift(), rhythm, interval_s, s.start_bins)
-        return LookingBack(second, lag_s)
+        return self._bank.looking_back(lag_s)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.first_rows import first_rows, has_efforts, has_speeds
 from wmr_replay.ingest.channels.frames import Frames
+from wmr_replay.ingest.channels.named import kinds, near_topics
 from wmr_replay.ingest.channels.roles import (
     POSE_SCHEMAS,
     UNRELATED,
@@ -102,9 +103,7 @@ def detect(path: LogPath, found: list[Candidate], mapping: LogMapping) -> Plan:
         if ranked:
             _choose(plan, role, ranked, mapping)
         elif topic or (joints and role == "torque"):
-            raise not_found(
-                path, role, found, plan, f" on topic {topic}" if topic else f" with joints {joints}"
-            )
+            raise not_found(path, role, found, plan, topic, "" if topic else f" with joints {joints}")
     return plan
 
 
@@ -160,11 +159,35 @@ def signals_in(role: str, candidate: Candidate, binding: Binding) -> tuple[str, 
 
 
 def not_found(
-    path: LogPath, role: str, found: list[Candidate], plan: Plan, named: str = ""
+    path: LogPath,
+    role: str,
+    found: list[Candidate],
+    plan: Plan,
+    topic: str | None = None,
+    joints: str = "",
 ) -> ChannelNotFound:
-    """The error that says what was looked for, what there is instead, and what to do."""
-    ids = [candidate.channel.id for candidate in found]
-    reasons = [plan.why_not.get(k) or f"in use as {plan.role(k)}" for k in ids]
-    available = [(c.channel.topic, c.schema_name, why) for c, why in zip(found, reasons, strict=True)]
+    """The error that says what was looked for, what there is instead, and what to do.
+
+    ``topic``: the one that was named, if any; ``joints``: those that were named, in words.
+    """
+    available = [(c.channel.topic, c.schema_name, reason(c, role, plan)) for c in found]
+    wanted = WANTED[role] + (f" on topic {topic}" if topic else joints)
     advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
-    return ChannelNotFound(WANTED[role] + named, path, available, advice)
+    near = near_topics(topic, (c.channel.topic for c in found)) if topic else ""
+    return ChannelNotFound(wanted, path, available, f"{near}\n{advice}" if near else advice)
+
+
+def reason(candidate: Candidate, role: str, plan: Plan) -> str:
+    """Why a channel does not serve in a role: what it is instead, else what it lacks."""
+    serves_as, lacks = {}, []
+    for name, test in ROLES.items():
+        try:
+            binding, _ = test(candidate, LogMapping(), plan.frames)
+            serves_as[name] = signals_in(name, candidate, binding)
+        except DoesNotServe as why:
+            lacks += [str(why)] if str(why) != UNRELATED else []
+    used_as = plan.role(candidate.channel.id)
+    if used_as is not None and used_as != role:
+        return f"in use as {used_as}"
+    noted = plan.why_not.get(candidate.channel.id, UNRELATED)
+    return kinds(role, serves_as) or (lacks[0] if lacks and noted == UNRELATED else noted)

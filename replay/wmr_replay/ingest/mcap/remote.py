@@ -7,6 +7,7 @@ from pathlib import Path
 from wmr_replay.ingest.mcap.index_survey import indexed_survey, read_summary
 from wmr_replay.ingest.storage.file_check import MCAP_MAGIC, ZSTD_MAGIC, check_log_file, magic_of
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, download, gives_ranges, size_of
+from wmr_schemas.text import figure
 
 _VALIDATORS = ("ETag", "etag", "Last-Modified", "mtime", "LastModified", "Content-MD5", "Digest")
 _PIECE_BYTES = 8 << 20
@@ -28,7 +29,10 @@ def readable_file(path: LogPath, folder: Callable[[], Path]) -> tuple[LogPath, s
     download(path, copy)
     if not is_packed(copy):
         check_log_file(copy, shown=path)
-    return copy, f"{path.name}: {why}, so the whole file ({copy.stat().st_size / 1e6:.3g} MB) was fetched"
+    return (
+        copy,
+        f"{path.name}: {why}, so the whole file ({figure(copy.stat().st_size / 1e6, 3)} MB) was fetched",
+    )
 
 
 def range_obstacle(path: RemotePath) -> str:

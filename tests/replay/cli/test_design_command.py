@@ -1,4 +1,4 @@
-"""``wmr-replay diff``: table, JSON, plots, a log's pose, and its error messages."""
+"""``wmr-replay design``: table, JSON, plots, a log's pose, and its error messages."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from wmr_replay.cli.diff import command
+from wmr_replay.cli.design import command
 from wmr_schemas.errors import InvalidSetting
 
 

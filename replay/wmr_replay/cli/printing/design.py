@@ -1,4 +1,4 @@
-"""What ``diff`` prints: the figures of a differentiator, and what it makes of a log."""
+"""What ``design`` prints: the figures of a differentiator, and what it makes of a log."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from wmr_replay.cli.printing.json import echo_json
+from wmr_replay.cli.printing.layout import output_width, print_table
 from wmr_replay.cli.printing.plain import console_of, styled
+from wmr_schemas.text import figure
 
 if TYPE_CHECKING:
     from wmr_replay.api.design import Design
@@ -18,7 +20,7 @@ def print_design(design: "Design", on_log: "PoseDerivatives | None", *, as_json:
     if as_json:
         echo_json(design.as_dict() | ({} if on_log is None else {"log": on_log.as_dict()}))
         return
-    console, spec = console_of(soft_wrap=True, width=160), design.spec
+    console, spec = console_of(width=output_width()), design.spec
     shares = "".join(f", share {share:g}" for share in spec.shares)
     console.print(
         styled(
@@ -26,7 +28,8 @@ def print_design(design: "Design", on_log: "PoseDerivatives | None", *, as_json:
                 f"N = {spec.degree}, kappa = {spec.kappa}, mu = {spec.mu}, theta = {spec.theta:g}{shares}",
                 "bold",
             ),
-            f"  window {design.window_s:.4g} s, {design.taps.shape[1]} taps at {design.rate_hz:.5g} Hz",
+            f"  window {design.window_s:.4g} s, {design.taps.shape[1]} taps",
+            f" at {figure(design.rate_hz, 5)} Hz",
             ", delay ",
             (f"{design.delay_s:.4g} s", "bold"),
         )
@@ -52,8 +55,8 @@ def print_design(design: "Design", on_log: "PoseDerivatives | None", *, as_json:
             row.bandwidth_hz,
             at_root,
         )
-        table.add_row(str(row.order), *(f"{cell:.4g}" for cell in cells))
-    console.print(table)
+        table.add_row(str(row.order), *(figure(cell) for cell in cells))
+    print_table(console, table, n_titles=0)
     for line in () if on_log is None else log_lines(on_log):
         console.print(line)
 

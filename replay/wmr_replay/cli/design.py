@@ -1,10 +1,11 @@
-"""``wmr-replay diff``."""
+"""``wmr-replay design``."""
 
 from pathlib import Path
 from typing import TypedDict
 
 import click
 
+from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.mapping import log_options, mapping_options
 
 POSITIVE = click.FloatRange(min=0, min_open=True)
@@ -20,7 +21,23 @@ class Kernel(TypedDict):
     shares: tuple[float, ...]
 
 
-@click.command(name="diff")
+@click.command(
+    "design",
+    cls=GroupedCommand,
+    groups={
+        "Kernel": (
+            "--window",
+            "--rate",
+            "--degree",
+            "--kappa",
+            "--mu",
+            "--theta",
+            "--share",
+            "--noise",
+            "--max-delay",
+        )
+    },
+)
 @click.option("--window", "window_s", type=POSITIVE, default=0.5, show_default=True, help="Window T in s.")
 @click.option("--rate", "rate_hz", type=POSITIVE, help="Sampling rate in Hz.  [default: the log's, or 100]")
 @click.option("--degree", type=int, default=2, show_default=True, help="Degree N of the local polynomial.")
@@ -88,13 +105,13 @@ def command(  # noqa: PLR0917
 
     \b
     Examples:
-      wmr-replay diff --window 0.5 --degree 3 --rate 1000
-      wmr-replay diff --kappa 1 --mu 1 --plot kernel.png
-      wmr-replay diff --log log.mcap --window 0.4 --max-delay 0.15
+      wmr-replay design --window 0.5 --degree 3 --rate 1000
+      wmr-replay design --kappa 1 --mu 1 --plot kernel.png
+      wmr-replay design --log log.mcap --window 0.4 --max-delay 0.15
     """
     from wmr_replay.api.design import design
     from wmr_replay.api.pose_derivatives import differentiate_pose
-    from wmr_replay.cli.printing.diff import print_design
+    from wmr_replay.cli.printing.design import print_design
     from wmr_replay.cli.printing.progress import byte_progress
 
     if max_delay_s is not None and log is None:

@@ -1,0 +1,1 @@
+"""Options from files: --config FILE, a result's own settings, and the project's file."""

@@ -1,0 +1,58 @@
+"""The options that a result was made with, out of its JSON file: the same call again."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from wmr_schemas.errors import InvalidFile
+
+TEXTS = {"mapping": "map", "model": "model"}
+"""What a result states as the text of a file, and the option that names such a file."""
+
+
+class FileText(str):
+    """The text of a file that an option names: it is written to a temporary file for the call."""
+
+    __slots__ = ()
+
+
+def stored_options(path: Path, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Options by key, of ``<stem>.summary.json`` or ``<stem>.gap.json``. Raises InvalidFile for others."""
+    settings = content.get("settings")
+    if not isinstance(settings, dict):
+        raise InvalidFile(
+            path, "settings", "is missing: this is neither <stem>.summary.json nor <stem>.gap.json"
+        )
+    return (
+        gap_options(content, settings)
+        if "verdict" in content and "effects" in content
+        else run_options(settings)
+    )
+
+
+def run_options(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a run: its settings, and what else it was given."""
+    from wmr_replay.api.request import SettingsArguments
+
+    known = {name: settings[name] for name in SettingsArguments.__annotations__ if name in settings}
+    return {name: value for name, value in known.items() if value is not None} | given_options(settings)
+
+
+def gap_options(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a gap analysis."""
+    options = {
+        "tolerance": f"{1e3 * settings['tolerance_m']:.10g}:{settings['tolerance_s']:.10g}",
+        "max-effects": settings["max_effects"],
+        "seed": content["seed"],
+        "modes": content["modes"],
+    }
+    if settings.get("clock_offset_s"):
+        options["clock-offset"] = settings["clock_offset_s"]
+    return options | given_options(settings)
+
+
+def given_options(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Mapping, model and limits."""
+    given = settings.get("given") or {}
+    options: dict[str, Any] = {name: given[name] for name in ("start", "end") if given.get(name)}
+    return options | {option: FileText(given[name]) for name, option in TEXTS.items() if given.get(name)}

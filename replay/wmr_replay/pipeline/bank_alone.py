@@ -1,0 +1,68 @@
+"""The contact modes of a whole log in memory, in hindsight, by the filter bank alone.
+
+A replay differentiates the pose too, judges its quality and tells every row. Who asks for the modes only, and
+knows the robot, needs none of that: the same rows, repaired alike, go through the same bank twice.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.align import SampleBatch, concatenate
+from wmr_replay.identify.filter_bank import Bank, BankSettings
+from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
+from wmr_replay.pipeline.intake import Intake, stretch_length
+from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.repairing import Repairing
+from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.stretch import initial_levels
+from wmr_schemas.arrays import F64, I64
+from wmr_schemas.signals import Log
+
+N_MODES = 3
+
+
+class ModesInHindsight(NamedTuple):
+    """m consecutive intervals: their starts in ns (m,), and the posterior by mode (4, m)."""
+
+    start_ns: I64
+    posterior: F64
+
+
+def modes_in_hindsight(log: Log, model: ReplayModel, settings: Settings | None = None) -> ModesInHindsight:
+    """The modes of ``log`` by ``model``, whose α is known and which has no accelerations of users' effects.
+
+    There is no interval where the log is too short for the bank to start.
+    """
+    settings = settings or Settings()
+    intake = Intake(settings, model)
+    rows = concatenate([intake.push(as_batch(log)), intake.finish()])
+    n_stretch = stretch_length(rows, settings) if len(rows) else 0
+    if n_stretch >= len(rows):
+        return ModesInHindsight(np.empty(0, np.int64), np.empty((4, 0)))
+    stretch = rows.part(slice(n_stretch))
+    levels = initial_levels(stretch.without_outliers())
+    bank = Bank(model.robot, levels.step_s, BankSettings(), N_MODES, model.terms)
+    pieces = list(first_pass(bank, rows, Repairing(levels, stretch, settings.noise_time_constant_s)))
+    second = bank.looking_back(settings.hindsight_lag_s)
+    found = [] if second is None else [*(second.push(bins) for bins in pieces), second.finish()]
+    ends = np.concatenate([np.empty(0, np.int64), *(part.end_ns for part in found)])
+    posterior = np.concatenate([np.empty((4, 0)), *(part.posterior for part in found)], axis=1)
+    return ModesInHindsight(np.concatenate([rows.t_ns[:1], ends + 1])[: len(ends)], posterior)
+
+
+def first_pass(bank: Bank, rows: SampleBatch, repairing: Repairing) -> Iterator[Bins]:
+    """Bins of the repaired rows, which the bank has been through."""
+    none, state = np.empty(0), open_bin()
+    while len(rows):
+        n = repairing.rows_left(rows)
+        if not n:
+            bank.change_rate(repairing.change_rate(int(rows.t_ns[0])).step_s)
+            continue
+        kept, rows = repairing.push(rows.part(slice(n))).without_outliers(), rows.part(slice(n, None))
+        known = kept.t_ns, kept.pose, kept.inputs[:2], repairing.variances(kept), kept.restarts
+        bins, _ = into_bins(*known, bank.rows_per_bin, state)
+        bank.push(bins, none, none, np.empty(0, np.int64))
+        yield bins
