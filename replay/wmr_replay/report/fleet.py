@@ -35,7 +35,7 @@ def fleet_page(logs: Sequence[FleetLog], total: Mapping[str, Any], name: str) ->
     sheet.add(verdict(done, failed, n_odd), bar(total), page.facts(fact_list(done, failed, n_odd, total)))
     if failed:
         sheet.section("Failed")
-        sheet.add(page.table(("log", "why"), [(short_name(log), log.row["problem"]) for log in failed]))
+        sheet.add(failures(failed))
     sheet.section("Logs", "Click a heading to sort.")
     sheet.add(page.paragraph(RULE, "note"), log_table(done, shown, odd))
     drawn = trends(done, shown)
@@ -49,6 +49,15 @@ def fleet_page(logs: Sequence[FleetLog], total: Mapping[str, Any], name: str) ->
         sheet.figures(drawn[0::2], drawn[1::2])
     sheet.add(page.footer([f"wmr-replay {__version__}"]))
     return sheet.text()
+
+
+def failures(failed: Sequence[FleetLog]) -> str:
+    """Each log that failed, and the message that ``run`` gives."""
+    items = (
+        f"<li><b>{page.escape(short_name(log))}</b><br>{page.lines(log.row['problem'])}</li>"
+        for log in failed
+    )
+    return f'<ul class="plain problems">{"".join(items)}</ul>'
 
 
 def verdict(done: Sequence[FleetLog], failed: Sequence[FleetLog], n_odd: int) -> str:

@@ -95,6 +95,8 @@ class Page:
 <body{" class=wide" if self._wide else ""}>
 <main>
 <header><div class="kind">wmr-replay · {escape(self._kind)}</div><h1>{escape(self._title)}</h1></header>
+<noscript><p class="soft">The figures are drawn by scripts, which are off here: open the file in a
+browser. Verdict, numbers and tables are complete.</p></noscript>
 {body}
 </main>
 <div id="tip" role="status"></div>
