@@ -11,6 +11,7 @@ import click
 from wmr_replay.cli.activity import activity
 from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
+from wmr_replay.cli.streams import writable
 from wmr_replay.cli.verbosity import is_quiet
 
 MOST_COLUMNS = 100
@@ -42,6 +43,10 @@ class GroupedCommand(click.Command):
                 return super().invoke(ctx)
             with contextlib.redirect_stdout(nowhere):
                 return super().invoke(ctx)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """The page, in characters that standard output has."""
+        return writable(super().get_help(ctx))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, a section for each group that has any."""
