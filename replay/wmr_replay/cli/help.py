@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from wmr_replay.cli.activity import activity
 from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
 from wmr_replay.cli.streams import writable
-from wmr_replay.cli.verbosity import is_quiet
+from wmr_replay.cli.verbosity import is_quiet, is_verbose
 
 MOST_COLUMNS = 100
 """Longer lines are hard to read."""
@@ -36,6 +37,8 @@ class GroupedCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Do the work; under --quiet with nobody to hear it but for errors and JSON."""
         if not is_quiet():
+            if is_verbose():
+                say_files(ctx)
             with activity():
                 return super().invoke(ctx)
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, contextlib.redirect_stderr(nowhere):
@@ -73,6 +76,14 @@ class GroupedCommand(click.Command):
             for heading, rows in found.items()
             if rows
         }
+
+
+def say_files(ctx: click.Context) -> None:
+    """The files that options of this call come from, on standard error."""
+    from wmr_replay.cli.config.apply import files_said
+
+    for line in files_said(ctx):
+        print(line, file=sys.stderr)
 
 
 def place_of(names: Iterable[str], places: dict[str, tuple[str, int]]) -> tuple[str, int]:

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from wmr_replay.api.compare import text_table
 from wmr_replay.cli.printing.gap import bar
-from wmr_replay.cli.printing.layout import labelled, print_table, record_lines
+from wmr_replay.cli.printing.layout import labelled, output_width, print_table, record_lines
 from wmr_replay.cli.printing.plain import console_of
 from wmr_schemas.text import figure
 
@@ -75,7 +75,7 @@ def test_the_channels_of_a_log_at_a_narrow_terminal(columns, command, tmp_path, 
     log = tmp_path / "drive.mcap"
     command("synth", "patrol", "--duration", 2, "--rate", 50, "--out", log)
     facts = json.loads(command("info", log, "--json").stdout)
-    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setattr("wmr_replay.cli.printing.info.output_width", lambda: columns)
     lines = command("info", log).stdout.splitlines()
     words = " ".join(" ".join(lines).split())
     for channel in facts["channels"]:
@@ -105,3 +105,11 @@ def test_a_text_table_is_as_narrow_as_its_cells():
 def test_a_bar_is_read_without_colour():
     held = SimpleNamespace(before=100.0, after=40.0, floor=20.0)
     assert bar(held).plain == "████╋███░░░░░░░░░░░░"
+
+
+def test_a_pipe_has_lines_of_any_length_and_a_terminal_its_own(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "66")
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: False))
+    assert output_width() == 1000
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
+    assert output_width() == 66

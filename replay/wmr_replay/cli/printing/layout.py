@@ -4,7 +4,6 @@ Where a table is too wide, each of its rows becomes a paragraph: the first cell 
 their headings below it.
 """
 
-import os
 import shutil
 import sys
 import textwrap
@@ -24,8 +23,8 @@ INDENT = 4
 
 
 def output_width() -> int:
-    """Columns of standard output: the terminal's, or ``COLUMNS``; without limit in a file or pipe."""
-    if sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit():
+    """Columns of standard output: the terminal's; without limit in a file or pipe, whatever COLUMNS says."""
+    if sys.stdout.isatty():
         return max(shutil.get_terminal_size().columns, LEAST)
     return WIDE
 
