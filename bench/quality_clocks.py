@@ -1,6 +1,6 @@
 """Offsets between the clocks of pose and wheel signals: which are found, and how many clean logs have one.
 
-    python bench/quality_clocks.py [--logs 10] [--family stop-go]
+    python bench/quality_clocks.py [--logs 10] [--family stop-go] [--duration 60] [--signal efforts]
 
 Clean logs of all driver families (bench/quality_logs.py), each with wheel speeds and with efforts alone. The
 torques' stamps are moved by offsets drawn from ±.05 to ±2 s. The table counts per family and signal: clean
@@ -16,7 +16,6 @@ from quality_logs import FAMILIES, clean_log
 
 from wmr_replay.pipeline import chain
 from wmr_replay.pipeline.memory import replay_columns
-from wmr_replay.quality import Quality
 from wmr_replay.quality.clock_offset import ClockOffset
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.signals import Log
@@ -39,12 +38,12 @@ def moved(log: Log, offset_s: float, *, speeds: bool) -> Log:
 def monitor_of(log: Log) -> ClockOffset:
     """The monitor after a replay of the log."""
     monitor = ClockOffset()
-    usual = chain.Quality
-    chain.Quality = lambda: Quality([monitor])  # type: ignore[assignment, misc]
+    usual = chain.default_monitors
+    chain.default_monitors = lambda: [monitor]  # type: ignore[assignment]
     try:
         replay_columns(log)
     finally:
-        chain.Quality = usual  # type: ignore[misc]
+        chain.default_monitors = usual
     return monitor
 
 
@@ -60,15 +59,19 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=10, help="per family, signal and size")
     parser.add_argument("--family", choices=sorted(FAMILIES))
     parser.add_argument("--seed", type=int, default=100)
+    parser.add_argument("--duration", type=float, default=60.0, help="of each log in s")
+    parser.add_argument("--signal", choices=["speeds", "efforts"], help="by default both")
     options = parser.parse_args()
     sizes = [f"{a:g}–{b:g} s" for a, b in pairwise(SIZES_S)]
     print(f"{'family':<16}{'signal':<8}{'clean':>8}" + "".join(f"{size:>12}" for size in sizes))
     for family in [options.family] if options.family else FAMILIES:
         for speeds in (True, False):
+            if options.signal not in (None, "speeds" if speeds else "efforts"):
+                continue
             rng = np.random.default_rng(options.seed)
             counts = np.zeros(len(SIZES_S), int)
             for seed in range(options.seed, options.seed + options.logs):
-                log = clean_log(family, seed)
+                log = clean_log(family, seed, duration_s=options.duration)
                 counts[0] += bool(monitor_of(moved(log, 0.0, speeds=speeds)).findings())
                 for k, (low, high) in enumerate(pairwise(SIZES_S)):
                     offset_s = float(np.exp(rng.uniform(np.log(low), np.log(high))) * rng.choice([-1, 1]))

@@ -7,7 +7,7 @@ robot moves at .2 m/s or more. Of each way in which a live tracker repeats itsel
 """
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -124,13 +124,14 @@ def without_wheels(log: Log) -> Log:
     return replace(log, torque=replace(log.torque, left_radps=nothing, right_radps=nothing))
 
 
-def faults(n_logs: int, *, wheels: bool) -> None:
+def faults(names: Sequence[str], n_logs: int, first: int, *, wheels: bool) -> None:
     """Print a line for each way of freezing and noise."""
     print(f"{'fault':<20}{'noise':<8}{'wheels':<8}{'logs':>5}{'found':>7}{'marked':>8}{'moving':>8}")
-    for name, fault in FAULTS.items():
+    for name in names:
+        fault = FAULTS[name]
         for noise in ("mocap", "rtk", "poor"):
             found, shares, while_moving = 0, [], []
-            for seed in range(n_logs):
+            for seed in range(first, first + n_logs):
                 rng = np.random.default_rng([seed, 7])
                 family, rate = str(rng.choice(list(FAMILIES))), float(rng.choice([20.0, 50.0, 100.0, 200.0]))
                 clean = clean_log(family, seed, noise=noise, rate_hz=rate, duration_s=20.0)
@@ -181,10 +182,13 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--logs", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--fault", choices=FAULTS, nargs="*", help="only these, and nothing of live trackers")
     options = parser.parse_args()
-    legitimate(options.logs)
+    if options.fault is None:
+        legitimate(options.logs)
     for wheels in (True, False):
-        faults(options.logs, wheels=wheels)
+        faults(options.fault or list(FAULTS), options.logs, options.seed, wheels=wheels)
 
 
 if __name__ == "__main__":

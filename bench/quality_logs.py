@@ -1,20 +1,24 @@
 """Clean logs of six driver families: nothing is wrong with them, and no finding may bar their answers.
 
-    python bench/quality_logs.py [--logs 60] [--family stop-go]
+    python bench/quality_logs.py [--logs 60] [--family stop-go] [--compare]
 
 Robots, rates and noises are drawn: 5 to 300 kg, pose at 10 to 1000 Hz, motion capture, satellites and worse,
-with a coloured disturbance. The table counts logs with a barring finding, with any finding, and the accuracy
-lost by the rows that findings bar.
+with a coloured disturbance. The table counts logs with a barring finding and with any finding; accuracy, and
+with --compare the accuracy of the same logs without any test of their quality.
 """
 
 import argparse
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
+from unittest.mock import patch
 
 import numpy as np
 
+from wmr_replay.align import FrozenPose
+from wmr_replay.align.batch import SampleBatch
 from wmr_replay.jobs.replay import MemorySource, Replay
+from wmr_replay.pipeline import chain
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
@@ -175,18 +179,30 @@ def share_barred(replay: Replay) -> float:
     return sum(shares.get(status.label, 0.0) for status in BARRING)
 
 
+def without_monitors(log: Log) -> Replay:
+    """The log replayed with no test of its quality: no monitor, no search for frozen poses."""
+
+    def none_frozen(_: FrozenPose, rows: SampleBatch) -> SampleBatch:
+        return rows
+
+    with patch.object(chain, "default_monitors", list), patch.object(FrozenPose, "push", none_frozen):
+        return replayed(log)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--logs", type=int, default=60, help="per family")
     parser.add_argument("--family", choices=sorted(FAMILIES))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--compare", action="store_true", help="the accuracy without any monitor, too")
     options = parser.parse_args()
-    print(f"{'family':<16}{'logs':>5}{'barred':>8}{'any':>6}  barred rows  accuracy  codes")
+    print(f"{'family':<16}{'logs':>5}{'barred':>8}{'any':>6}  barred rows  accuracy  without  codes")
     for family in [options.family] if options.family else FAMILIES:
-        barred, some, codes, shares, right = 0, 0, Counter(), [], []
+        barred, some, codes, shares, right, without = 0, 0, Counter(), [], [], []
         for seed in range(options.seed, options.seed + options.logs):
-            replay = replayed(clean_log(family, seed))
+            log = clean_log(family, seed)
+            replay = replayed(log)
             row = replay.tables().summary
             found = replay.engine.findings
             codes.update(f.code for f in found)
@@ -194,9 +210,11 @@ def main() -> None:
             some += bool(found)
             shares.append(share_barred(replay))
             right.append(row["accuracy"] or np.nan)
+            other = without_monitors(log).tables().summary if options.compare else row
+            without.append(other["accuracy"] or np.nan)
         print(
             f"{family:<16}{options.logs:>5}{barred:>8}{some:>6}  {np.mean(shares):>10.4f}  "
-            f"{np.nanmean(right):>8.4f}  {dict(codes)}",
+            f"{np.nanmean(right):>8.4f} {np.nanmean(without):>8.4f}  {dict(codes)}",
             flush=True,
         )
 

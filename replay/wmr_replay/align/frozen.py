@@ -55,12 +55,13 @@ class FrozenPose:
             return np.zeros(0, bool)
         position, yaw = self._position.push(t_ns, pose[:2]), self._yaw.push(t_ns, pose[2:])
         whole = position.repeated & yaw.repeated
-        wheels = self._wheels.push(t_ns, wheels_radps, whole)
+        wheels = self._wheels.push(t_ns, wheels_radps, whole, position.repeated)
         by_motion = (position.impossible | yaw.impossible) & ~wheels.rest
         was_moving = (position.step > MOVED * position.grid) | (yaw.step > MOVED * yaw.grid)
         by_wheels = (wheels.turned & (position.grid < FINE_M)) | (wheels.turn & was_moving)
         frozen = whole & (by_motion | by_wheels | position.habitual | yaw.habitual)
-        of_position = ~whole & alone(position)
+        fine = (position.grid < FINE_M) | (position.step > MOVED * position.grid)
+        of_position = ~whole & (alone(position) | (position.repeated & wheels.advanced & fine))
         of_yaw = ~whole & alone(yaw)
         self.n_position += int(np.count_nonzero(of_position))
         self.n_yaw += int(np.count_nonzero(of_yaw))
@@ -79,12 +80,14 @@ def alone(part: Repeats) -> Bool:
 
 class Rolling(NamedTuple):
     """By row (n,), False where unknown: whether the wheels rest, having turned before; whether one of them
-    turns; and whether one of them has turned since the pose stands.
+    turns; whether one of them has turned since the pose stands; and whether both together have advanced
+    since the position stands, which they do not while a robot turns on the spot.
     """
 
     rest: Bool
     turn: Bool
     turned: Bool
+    advanced: Bool
 
 
 class Wheels:
@@ -94,10 +97,11 @@ class Wheels:
         self._last_ns: int | None = None
         self._angle, self._angle_then = np.zeros(2), np.zeros(2)
         self._then_ns = 0
+        self._mean_then, self._mean_then_ns = 0.0, 0
         self._ever_turned = False
 
-    def push(self, t_ns: I64, radps: F64, stands: Bool) -> Rolling:
-        """Rows of wheel speeds (2, n), NaN if unknown, and whether the pose ``stands`` (n,)."""
+    def push(self, t_ns: I64, radps: F64, stands: Bool, position_stands: Bool) -> Rolling:
+        """Rows of wheel speeds (2, n), NaN if unknown, and whether pose and position stand (n,)."""
         last_ns = int(t_ns[0]) if self._last_ns is None else self._last_ns
         step_s = np.diff(t_ns, prepend=last_ns) / NS_PER_S
         known = np.isfinite(radps).all(axis=0)
@@ -109,8 +113,16 @@ class Wheels:
         then_ns = held_ns(t_ns, ~stands, self._then_ns)
         stood_s = (t_ns - then_ns) / NS_PER_S
         turned = stands & (np.abs(angle - then) > TURNED_RAD + TURNED_RADPS * stood_s).any(axis=0)
+        advanced = self._advanced(t_ns, angle.mean(axis=0), position_stands)
         self._last_ns, self._ever_turned = int(t_ns[-1]), bool(ever[-1])
         self._angle, self._angle_then = angle[:, -1], then[:, -1]
         self._then_ns = int(then_ns[-1])
         turn = known & (np.abs(radps) > TURNING_RADPS).any(axis=0)
-        return Rolling(known & ~fast & ever, np.asarray(turn), np.asarray(turned))
+        return Rolling(known & ~fast & ever, np.asarray(turn), np.asarray(turned), advanced)
+
+    def _advanced(self, t_ns: I64, mean_rad: F64, stands: Bool) -> Bool:
+        """Whether the wheels' mean angle (n,) has advanced since the position stands."""
+        then, then_ns = held(mean_rad, ~stands, self._mean_then), held_ns(t_ns, ~stands, self._mean_then_ns)
+        stood_s = (t_ns - then_ns) / NS_PER_S
+        self._mean_then, self._mean_then_ns = float(then[-1]), int(then_ns[-1])
+        return np.asarray(stands & (np.abs(mean_rad - then) > TURNED_RAD + TURNED_RADPS * stood_s))

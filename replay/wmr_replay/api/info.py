@@ -6,7 +6,8 @@ from functools import cached_property
 from typing import Any
 
 from wmr_replay.ingest import LogReader
-from wmr_replay.ingest.mcap.chunk_selection import indexed_counts
+from wmr_replay.ingest.mcap.chunk_selection import estimated_counts, indexed_counts
+from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.message_counts import ChannelCount
 from wmr_replay.pipeline.quick_look import QuickLook
 from wmr_schemas.findings import without_explained
@@ -24,6 +25,8 @@ class LogInfo:
     Attributes:
         complete: Whether the whole file was read. If not, numbers of messages are those of the file's index,
             first and last times are known to a chunk, and clocks, losses and notes are of what was read.
+        counts_estimated: Whether numbers of messages are estimates from the rows that were read, since the
+            file has no index of them (``.db3``).
         n_chunks: Chunks, or other stretches of records, in the file.
         n_chunks_read: How many of them were read.
         channels: One entry per channel: topic, schema, encoding, messages, rate, times, ``serves_as``, role
@@ -58,6 +61,7 @@ class LogInfo:
     n_poses_looked_at: int = 0
     looked_at_s: float = 0.0
     complete: bool = True
+    counts_estimated: bool = False
     n_chunks: int = 0
     n_chunks_read: int = 0
 
@@ -83,6 +87,7 @@ class LogInfo:
             "log": self.log,
             "size_bytes": self.size_bytes,
             "complete": self.complete,
+            "counts_estimated": self.counts_estimated,
             "chunks": self.n_chunks,
             "chunks_read": self.n_chunks_read,
             "profile": self.profile,
@@ -101,19 +106,18 @@ class LogInfo:
 
 
 def info_of(
-    reader: LogReader, look: QuickLook, *, has_efforts: bool, n_chunks_read: int | None = None
+    reader: LogReader,
+    look: QuickLook,
+    *,
+    has_efforts: bool,
+    chosen: list[list[Span]] | None = None,
 ) -> LogInfo:
-    """What is known of a log once it is read, or ``n_chunks_read`` of its chunks are.
+    """What is known of a log once it is read, or once the ``chosen`` stretches of it are.
 
     ``look`` has seen the rows that were read. ``has_efforts``: whether an effort was met.
     """
     plan, survey = reader.plan, reader.survey
-    complete = n_chunks_read is None
-    counts = (
-        reader.message_counts.by_channel
-        if complete
-        else indexed_counts(reader.survey, reader.limits, reader.message_counts.by_channel)
-    )
+    counts, estimated = counts_of(reader, chosen)
     names = {role: role for role in ROLES}
     if not has_efforts:
         names["torque"] = WHEEL_SPEED
@@ -142,10 +146,24 @@ def info_of(
         findings=tuple(f.as_dict() for f in without_explained([*reader.findings, *look.findings()])),
         n_poses_looked_at=look.n_rows,
         looked_at_s=look.span_s,
-        complete=complete,
+        complete=chosen is None,
+        counts_estimated=estimated,
         n_chunks=len(survey.spans),
-        n_chunks_read=len(survey.spans) if n_chunks_read is None else n_chunks_read,
+        n_chunks_read=len(survey.spans) if chosen is None else sum(map(len, chosen)),
     )
+
+
+def counts_of(reader: LogReader, chosen: list[list[Span]] | None) -> tuple[dict[int, ChannelCount], bool]:
+    """Messages by channel: as counted, by the index, or estimated from the rows of the ``chosen`` stretches;
+    and whether they are estimates.
+    """
+    read = reader.message_counts.by_channel
+    if chosen is None:
+        return read, False
+    if not reader.survey.by_rows:
+        return indexed_counts(reader.survey, reader.limits, read), False
+    n_rows_read = sum(span.n_rows for spans in chosen for span in spans)
+    return estimated_counts(reader.survey, n_rows_read, read), True
 
 
 def channel_facts(

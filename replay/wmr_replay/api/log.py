@@ -57,9 +57,9 @@ class LogFile:
     def info(self, progress: Progress | None = None, *, full: bool = False) -> LogInfo:
         """What the log holds, what would be used, and what is damaged.
 
-        A log with an index is read in a few stretches if it is large: that takes less than a second. Any
-        other log, and each one with ``full``, is read as a whole. ``findings`` are of the poses looked at:
-        all of them with ``full``, else the first 20 000 of each stretch.
+        A log with an index, and a ``.db3``, is read in a few stretches if it is large: that takes less than a
+        second. Any other log, and each one with ``full``, is read as a whole. ``findings`` are of the poses
+        looked at: all of them with ``full``, else the first 20 000 of each stretch.
         """
         chosen = None if full else self._reader.stretches()
         if full not in self._infos:
@@ -86,7 +86,7 @@ class LogFile:
             found = found or has_efforts(stretch.torque.values)
             look.push(stretch.without_efforts() if reader.is_steered else stretch)
             look.end_stretch()
-        return info_of(reader, look, has_efforts=found, n_chunks_read=sum(map(len, chosen)))
+        return info_of(reader, look, has_efforts=found, chosen=chosen)
 
     def stretches(self) -> Iterator[Signals]:
         """The signals of a few stretches of a large log, which ``info`` is made of; of a small one, whole.

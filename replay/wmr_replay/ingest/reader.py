@@ -18,12 +18,12 @@ from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
-from wmr_replay.ingest.channels.stamp_unit import stamp_unit_findings
+from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_findings
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
-from wmr_replay.ingest.mcap.chunk_selection import index_adds_up, log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import are_timed, index_adds_up, log_span_ns, wanted_spans
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
@@ -63,6 +63,7 @@ class LogReader:
     ) -> None:
         self.path = path
         self._copies: Path | None = None
+        self._in_part = by_index
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
         files = [plain_file(file, self._folder) for file, _ in nearer]
         self.files = join_files([container_of(file) or file for file, _ in files], by_index=by_index)
@@ -70,7 +71,7 @@ class LogReader:
         self.survey.notes += [problem for _, problem in files if problem]
         self.between, self.span_ns = between, log_span_ns(self.survey)
         self.limits = between.limits_ns(self.span_ns)
-        if self.span_ns[0] < self.span_ns[1] and all(span.times_ns for span in self.survey.spans):
+        if self.span_ns[0] < self.span_ns[1] and are_timed(self.survey.spans):
             check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
@@ -172,7 +173,8 @@ class LogReader:
         self.clocks, apart = choose_clocks(self.plan.uses)
         reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
         before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
-        self.findings = [*before, *apart, *stamp_unit_findings(reasons)]
+        units = {self.plan.uses[role].channel.topic: clock.log_unit for role, clock in self.clocks.items()}
+        self.findings = [*before, *apart, *stamp_unit_findings(reasons), *log_time_findings(units)]
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
@@ -180,15 +182,20 @@ class LogReader:
 
     @property
     def is_by_index(self) -> bool:
-        """Whether the file between the chunks of its index is unseen, though it could be seen."""
-        return isinstance(self.path, Path) and any(span.by_index for span in self.survey.spans)
+        """Whether the file between the chunks of its index, or most of a table's rows, are unseen, though
+        they could be seen.
+        """
+        unseen = self.survey.by_rows and self._in_part
+        return isinstance(self.path, Path) and (unseen or any(span.by_index for span in self.survey.spans))
 
     def stretches(self) -> list[list[Span]] | None:
         """The spans of a few stretches that stand for the log; None where all of it has to be read.
 
-        That is so for a log without an index that adds up, and for one that is small.
+        That is so for a log without an index that adds up or rows that are numbered, and for one that is
+        small.
         """
-        if not index_adds_up(self.survey):
+        by_rows = self.survey.by_rows and self.limits is None
+        if not by_rows and not index_adds_up(self.survey):
             return None
         used = {use.channel.id for use in self.plan.uses.values()}
         spans = wanted_spans(self.survey, used or None, self.limits)

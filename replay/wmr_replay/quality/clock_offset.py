@@ -10,14 +10,16 @@ The offset minimises Σ n log(1 − R²) over both pairs. Nothing is corrected a
 depends on the log as a whole.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from wmr_replay.quality.even_grid import EvenGrid
 from wmr_replay.quality.interface import Observed
 from wmr_replay.quality.lagged_fit import LaggedFit
-from wmr_schemas.arrays import F64, I8
+from wmr_schemas.arrays import F64, I8, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
 
@@ -76,6 +78,8 @@ class Estimate:
 
 class ClockOffset:
     """Monitor: the offset between pose and wheel signals over the whole log. It bars no row."""
+
+    barred: Mapping[str, Bool] = MappingProxyType({})
 
     def __init__(self, settings: OffsetSettings = DEFAULTS) -> None:
         self._settings = settings

@@ -6,6 +6,7 @@ some seconds is none of them: there yaw and path turn together. What was found h
 seen to turn together again.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -149,16 +150,20 @@ class HeadingMonitor:
         self._texts: dict[Found, str] = {}
         self._advice = ""
         self._way_m = np.zeros(4)
+        self.barred: Mapping[str, Bool] = {}
 
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row, ``OK`` where nothing does."""
         still = self._still.push(rows)
         found = self._along_path(rows)
         codes = {found_as: found == found_as for found_as in CODES}
-        self._where["no_heading"].push(rows.t_s, still | codes[Found.STEADY])
-        not_along = (codes[Found.UNRELATED] | codes[Found.TURNED]) & ~still
-        self._where["heading_not_along_path"].push(rows.t_s, not_along)
-        self._where["drives_sideways"].push(rows.t_s, codes[Found.SIDEWAYS] & ~still)
+        self.barred = {
+            "no_heading": still | codes[Found.STEADY],
+            "heading_not_along_path": (codes[Found.UNRELATED] | codes[Found.TURNED]) & ~still,
+            "drives_sideways": codes[Found.SIDEWAYS] & ~still,
+        }
+        for code, marked in self.barred.items():
+            self._where[code].push(rows.t_s, marked)
         return np.where(still, np.int8(Status.NO_HEADING), STATUS[found])
 
     def _along_path(self, rows: Observed) -> I8:

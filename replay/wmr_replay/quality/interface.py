@@ -1,9 +1,10 @@
 """Input and output of every monitor."""
 
+from collections.abc import Mapping
 from typing import NamedTuple, Protocol
 
 from wmr_replay.identify import Motion
-from wmr_schemas.arrays import F64, I8, I64
+from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_schemas.findings import Finding
 from wmr_schemas.robot import RobotParameters
 
@@ -35,7 +36,13 @@ class Observed(NamedTuple):
 
 
 class Monitor(Protocol):
-    """A stage that looks for one fault of the data."""
+    """A stage that looks for one fault of the data.
+
+    ``barred``: by code of a finding which rows of the last push it bars, where another finding may be the
+    cause.
+    """
+
+    barred: Mapping[str, Bool]
 
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row, ``OK`` where nothing does."""

@@ -1,6 +1,6 @@
 """All monitors as one stage."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
 from wmr_replay.quality.noise_colour import NoiseColour
 from wmr_replay.quality.plausibility import PlausibilityMonitor
-from wmr_schemas.arrays import I8
-from wmr_schemas.findings import Finding, without_explained
+from wmr_schemas.arrays import I8, Bool
+from wmr_schemas.findings import KINDS, Finding, without_explained
 from wmr_schemas.status import Status
 
 
@@ -25,7 +25,11 @@ def default_monitors() -> list[Monitor]:
 
 
 class Quality:
-    """Stage: rows → the status that bars each of them, by the first monitor that bars it."""
+    """Stage: rows → the status that bars each of them.
+
+    It is that of the first monitor that bars the row; where the row is barred by the cause of that monitor's
+    finding, too, it is the cause's.
+    """
 
     def __init__(self, monitors: Sequence[Monitor] | None = None) -> None:
         self._monitors = default_monitors() if monitors is None else list(monitors)
@@ -33,11 +37,30 @@ class Quality:
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row, ``OK`` where nothing does."""
         barred = np.full(len(rows.t_ns), Status.OK, np.int8)
+        decided, masks = np.zeros(len(barred), bool), dict[str, Bool]()
         for monitor in self._monitors:
             found = monitor.push(rows)
             barred = np.where(barred == Status.OK, found, barred).astype(np.int8)
-        return barred
+            if not monitor.barred:
+                decided |= barred != Status.OK
+            masks |= monitor.barred
+        return with_causes(barred, masks, ~decided)
 
     def findings(self) -> list[Finding]:
         """What was found so far, without what another finding explains."""
         return without_explained(found for monitor in self._monitors for found in monitor.findings())
+
+
+def with_causes(barred: I8, masks: Mapping[str, Bool], open_rows: Bool) -> I8:
+    """Statuses (n,) with that of the cause in place of what it explains, among the ``open_rows`` (n,).
+
+    ``masks``: by code which rows its finding bars.
+    """
+    for code, marked in masks.items():
+        for cause in KINDS[code].explained_by:
+            status = KINDS[cause].bars
+            if cause not in masks or status is None:
+                continue
+            both = open_rows & marked & masks[cause] & (barred == KINDS[code].bars)
+            barred = np.where(both, status, barred).astype(np.int8)
+    return barred

@@ -7,13 +7,15 @@ more too, but by a factor of 8 (velocity in steps) to 64 (smooth) for each doubl
 still no motion disturbs, and longer steps are looked at.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.quality.interface import Observed
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
 
@@ -86,6 +88,8 @@ class Differences:
 
 class NoiseColour:
     """Monitor: bars nothing; finds noise of the pose that is correlated in time."""
+
+    barred: Mapping[str, Bool] = MappingProxyType({})
 
     def __init__(self) -> None:
         self._step_s = np.nan

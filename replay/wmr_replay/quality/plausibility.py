@@ -4,6 +4,8 @@ What is only probable is a warning. A finding bars the rows from its detection o
 wrong: torques against the motion, a pose in other units.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from wmr_replay.quality import sign_text, unit_text
@@ -44,6 +46,7 @@ class PlausibilityMonitor:
         self._found, self._bars = np.zeros(len(CODES), bool), np.zeros(len(CODES), bool)
         self._barred = [Stretches() for _ in CODES]
         self._last: list[Snapshot | None] = [None] * len(CODES)
+        self.barred: Mapping[str, Bool] = {}
 
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row."""
@@ -53,6 +56,7 @@ class PlausibilityMonitor:
         bars = np.concatenate([self._bars[:, None], decided], axis=1)
         self._bars = bars[:, -1]
         at = bars[:, np.searchsorted(begins, np.arange(len(rows.t_ns)), side="right")]
+        self.barred = dict(zip(CODES, at, strict=True))
         for stretches, marked in zip(self._barred, at, strict=True):
             stretches.push(rows.t_s, marked)
         return np.where(at.any(axis=0), Status.IMPLAUSIBLE, Status.OK).astype(np.int8)

@@ -1,9 +1,12 @@
 """Bars that the reader sets: findings in messages and names that no column shows."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from wmr_replay.quality.interface import Observed
-from wmr_schemas.arrays import I8
+from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.batches import Bar
 from wmr_schemas.findings import Finding
 from wmr_schemas.status import Status
@@ -11,6 +14,8 @@ from wmr_schemas.status import Status
 
 class ReaderBars:
     """Monitor: the status that the reader's latest bar gives each row; the reader states the findings."""
+
+    barred: Mapping[str, Bool] = MappingProxyType({})
 
     def __init__(self) -> None:
         self._bars: dict[str, list[Bar]] = {}

@@ -15,7 +15,7 @@ from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import excitation_ratios, too_calm_for
+from wmr_replay.gap.evidence.excitation import answers_disturbance, excitation_ratios, too_calm_for
 from wmr_replay.gap.evidence.holdout import (
     Fold,
     GapChange,
@@ -352,6 +352,23 @@ def test_excitation_is_asked_for_by_channel(drive, ahead, turning):
 
 
 # The selection as a whole
+
+
+@pytest.mark.parametrize(
+    ("name", "times", "answers"),
+    [("torque_deadzone", 2.9, True), ("torque_deadzone", 3.1, False), ("payload", 0.1, False)],
+)
+def test_a_dead_zone_as_narrow_as_the_answer_to_a_disturbance_is_none(drive, name, times, answers):
+    """The zone's ends ask for ``times`` the disturbance, ahead and in turning alike."""
+    base = BASE._replace(alpha_yaw=BASE.alpha)
+    noise = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
+    size = (
+        {"threshold_nm": times * 0.05 / (2 * base.alpha)}
+        if name == "torque_deadzone"
+        else {"mass_ratio": times}
+    )
+    extension = Extension(base).with_effect(name, size)
+    assert answers_disturbance(name, drive, extension, noise) is answers
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.1])

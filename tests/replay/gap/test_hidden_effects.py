@@ -17,6 +17,7 @@ from wmr_replay.ingest.reader import NO_MAPPING, WHOLE
 from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.messages import MODE_TOPIC
 from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 from wmr_synth.hidden import words_of
 
@@ -143,13 +144,23 @@ def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
     ("seed", "hide"),
     [
         (90_023, "heading_misalignment:angle_rad=.06"),
-        (90_024, "undeclared_skid:stiffness_ratio=.6"),
         (90_025, "yaw_drift:rate_radps=-.005"),
     ],
 )
 def test_what_an_identifier_takes_for_skidding_is_named_all_the_same(analysed, seed, hide):
     found = analysed(seed, "rtk", hide, modes="identified", options=("patrol", "--no-truth-topic"))
     assert [effect.name for effect in found.result.effects] == list(found.truth)
+
+
+def test_a_skid_that_an_identifier_sees_is_a_mode_and_its_tyres_are_what_is_missing(analysed):
+    """The tyres hold .6 of the model's force; that they skid is no effect, once the modes say so."""
+    hide, options = "undeclared_skid:stiffness_ratio=.6", ("patrol", "--no-truth-topic")
+    result = analysed(90_024, "rtk", hide, modes="identified", options=options).result
+    assert np.mean(result.traces.mode == ContactMode.SKIDDING) > 0.5
+    (effect,) = result.effects
+    low, high = effect.parameters["ratio"].ci95
+    assert effect.name == "cornering_stiffness"
+    assert low < -0.4 < high
 
 
 def test_labels_are_read_only_when_asked_for(tmp_path):

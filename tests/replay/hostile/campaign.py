@@ -16,7 +16,7 @@ from worker import measured
 
 MOST_S = 60
 """For both commands; a clean log takes .1 s once its code is compiled."""
-FAULT = 70
+LONG_S = 10
 
 
 class TooLong(BaseException):
@@ -26,7 +26,14 @@ class TooLong(BaseException):
 def one(seed: int, folder: Path) -> list[dict]:
     """What the two commands made of the damaged log of a seed."""
     path = write(folder, damaged(seed).content)
-    return [measured(command) for command in (["info", path], ["run", path, "--out", folder / "out"])]
+    commands = (["info", path], ["run", path, "--out", folder / "out"])
+    return [twice(command) for command in commands]
+
+
+def twice(command: list[object]) -> dict:
+    """A command that took long once more: the first time may have compiled what no log before needed."""
+    found = measured(command)
+    return measured(command) if found["cpu_s"] > LONG_S else found
 
 
 def write(folder: Path, content: bytes) -> Path:
@@ -53,7 +60,7 @@ def main() -> int:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
         for command in found:
             codes[command["command"], command["code"]] += 1
-            if command["code"] not in {0, 3} or command["cpu_s"] > 10:
+            if command["code"] not in {0, 3} or command["cpu_s"] > LONG_S:
                 n_faults += 1
                 print(json.dumps({"seed": seed, "story": damaged(seed).story, **command}), flush=True)
     print(f"{n} logs, {n_faults} faults, {time.process_time() - start:.0f} s: {dict(codes)}", flush=True)

@@ -33,8 +33,8 @@ def changed(rng: np.random.Generator, content: bytes, others: list[bytes]) -> by
         cut = int(rng.integers(len(out)))
         out[cut:] = other[int(rng.integers(max(len(other), 1))) :]
     for _ in range(int(rng.integers(1, 7))):
-        DAMAGES[rng.integers(len(DAMAGES))](rng, out)
         out = out or bytearray(b"\0")
+        DAMAGES[rng.integers(len(DAMAGES))](rng, out)
     return bytes(out)
 
 

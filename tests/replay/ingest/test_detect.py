@@ -9,6 +9,7 @@ from mcap.writer import Writer
 
 from wmr_replay.ingest import open_log
 from wmr_replay.ingest.channels.clocks import short_time
+from wmr_replay.ingest.channels.pose_accuracy import decades
 from wmr_replay.ingest.channels.wheel_joints import wheel_joints
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
@@ -232,3 +233,50 @@ def test_a_pose_too_rare_to_follow_motion_is_no_first_choice(tmp_path, channels,
             writer.add_message(channel, t_ns, data, t_ns)
         writer.finish()
     assert topics(open_log(tmp_path / "a.mcap")) == {"pose": expected}
+
+
+def with_covariance(position_sd_m: float, yaw_sd_rad: float) -> dict:
+    covariance = [0.0] * 36
+    covariance[0] = covariance[7] = position_sd_m * abs(position_sd_m)
+    covariance[35] = yaw_sd_rad * abs(yaw_sd_rad)
+    return ODOM | {"pose": {"pose": POSE["pose"], "covariance": covariance}}
+
+
+@pytest.mark.parametrize(
+    ("coarse", "fine", "expected"),
+    [
+        ((0.5, 0.2), (0.02, 0.02), "/fine"),
+        ((0.04, 0.5), (0.03, 0.05), "/fine"),
+        ((0.04, 0.02), (0.005, 0.02), "/coarse"),
+        ((0.0, 0.0), (0.02, 0.02), "/coarse"),
+        ((-1.0, -1.0), (0.02, 0.02), "/coarse"),
+        ((0.5, 0.2), (0.0, 0.0), "/fine"),
+    ],
+    ids=[
+        "position",
+        "yaw",
+        "both fine",
+        "zeros state nothing",
+        "-1 states nothing",
+        "unknown before coarse",
+    ],
+)
+def test_among_poses_of_one_kind_the_one_that_states_less_noise_comes_first(tmp_path, coarse, fine, expected):
+    """Else the one with more messages, which is the coarse one here."""
+    with (tmp_path / "a.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("PoseWithCovarianceStamped", "jsonschema", b"{}")
+        for topic, sd, step_ns in (("/coarse", coarse, 20_000_000), ("/fine", fine, 50_000_000)):
+            channel = writer.register_channel(topic, "json", schema)
+            data = json.dumps(with_covariance(*sd)).encode()
+            for k in range(60):
+                writer.add_message(channel, k * step_ns, data, k * step_ns)
+        writer.finish()
+    assert topics(open_log(tmp_path / "a.mcap")) == {"pose": expected}
+
+
+def test_accuracy_counts_in_decades_from_what_localisers_state_at_best():
+    sd = np.array([0.0001, 0.05, 0.06, 0.5, 0.51, 100.0])
+    assert [decades(np.full(20, s**2), 0.05) for s in sd] == [0, 0, 1, 1, 2, 3]
+    assert decades(np.array([-1.0, np.inf, np.nan, 0.0, 25.0]), 0.05) == 0

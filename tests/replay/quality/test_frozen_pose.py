@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 import wmr_replay as wr
+from wmr_replay.align import FrozenPose
 from wmr_replay.cli import cli
 from wmr_schemas.arrays import Bool
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -57,6 +58,31 @@ def test_repeats_are_holes_and_a_finding_counts_them(seed: int) -> None:
     assert np.isnan(speeds[rows]).mean() > 0.95
     fastest = np.nanmax(np.abs(told(clean)[2]["v_long_mps"].to_numpy()))
     assert np.nanmax(np.abs(speeds)) < fastest + 0.3
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 50.0])
+def test_a_position_that_stands_while_the_wheels_advance_is_frozen_whatever_the_rate(rate_hz: float) -> None:
+    """By the pose alone, noise of 1 mm tells it from 100 Hz on."""
+    clean = drawn(2, rate_hz)
+    rows = bursts(len(clean.pose), 5, 0.3, round(rate_hz), round(2 * rate_hz))
+    p, at = clean.pose, np.maximum.accumulate(np.where(rows, 0, np.arange(len(rows))))
+    _, findings, _ = told(replace(clean, pose=PoseTrack(p.t_ns, p.x_m[at], p.y_m[at], p.yaw_rad)))
+    (found,) = [f for f in findings if f["code"] == "frozen_pose"]
+    assert found["n"] > 0.6 * rows.sum()
+    assert "the position alone" in found["text"]
+
+
+def test_a_simulated_robot_that_turns_on_the_spot_is_not_frozen() -> None:
+    n = 400
+    t_ns, turning = np.arange(n, dtype=np.int64) * 20_000_000, np.arange(n) >= 100
+    x_m = np.cumsum(np.where(turning, 0.0, 1e-6 * np.arange(n) ** 2))
+    yaw = np.cumsum(np.where(turning, 0.02, 0.0))
+    wheels = np.where(turning, np.array([[-2.0], [2.0]]), 5.0)
+    stage = FrozenPose()
+    assert not stage.frozen(t_ns, np.stack([x_m, np.zeros(n), yaw]), wheels)[110:].any()
+    assert stage.frozen(
+        t_ns + t_ns[-1] + 1, np.stack([x_m[-1] + 0 * x_m, 0 * x_m, yaw[-1] + yaw]), 0 * wheels + 5
+    )[50:].all()
 
 
 def test_rows_far_behind_the_last_measured_pose_have_no_verdict() -> None:

@@ -75,7 +75,8 @@ def channel_table(info: "LogInfo") -> Table:
             for k in ("first_ns", "last_ns")
         ]
         texts = [str(row["id"]), row["topic"], (row["schema"] or "–").replace("/msg/", "/"), row["encoding"]]
-        table.add_row(*map(shown, texts), str(row["messages"]), rate, *span, shown(serves_as(row)), use)
+        number = f"{'~' if info.counts_estimated else ''}{row['messages']}"
+        table.add_row(*map(shown, texts), number, rate, *span, shown(serves_as(row)), use)
     return table
 
 
@@ -103,11 +104,16 @@ def lines(info: "LogInfo") -> list[tuple[str, str]]:
         found.append(("note", f"{n_empty} torque messages without an effort"))
     found += [("lost", note) for note in info.losses["notes"]] or [("lost", nothing_lost(info))]
     if not info.complete:
-        part = (
-            f"{info.n_chunks_read} of {info.n_chunks} chunks, so clocks, stamps and losses are of these alone"
-        )
-        found.append(("read", f"{part}; --full reads all"))
+        found.append(("read", f"{part_read(info)}; --full reads all"))
     return found
+
+
+def part_read(info: "LogInfo") -> str:
+    """How much of the log was read, and what that means for what is shown."""
+    part, rest = f"{info.n_chunks_read} of {info.n_chunks}", "clocks, stamps and losses are of these alone"
+    if info.counts_estimated:
+        return f"{part} ranges of rows, so {rest}, and numbers of messages are estimates"
+    return f"{part} chunks, so {rest}"
 
 
 def quality_lines(info: "LogInfo") -> list[str]:

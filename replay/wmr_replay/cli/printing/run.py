@@ -106,7 +106,8 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
         lines.append(
             f"detection {delay:.2f} s median, {p95:.2f} s 95th percentile, {row['missed_switches']} missed"
         )
-    lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
+    if row["false_alarms_per_hour"] is not None:
+        lines.append(f"false     {row['false_alarms_per_hour']:.0f} alarms an hour")
     if row["brier"] is not None:
         lines.append(f"posterior Brier score {row['brier']:.3f}, calibration error {row['ece']:.3f}")
     if row["alpha_error"] is not None:

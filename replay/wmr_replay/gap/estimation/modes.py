@@ -49,9 +49,16 @@ def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
     return tuple(Effect(name, parameters) for name, parameters in found.items())
 
 
-def bin_identified(log: Log, track: ModeTrack, settings: GateSettings) -> BinnedLog:
-    """The log in bins, with modes from an identifier, which knows their changes to 0.3 s only."""
-    return bin_log(log, settings, track, margin_s=settings.bins.identified_switch_s)
+def bin_identified(
+    log: Log, track: ModeTrack, settings: GateSettings, *, names_skid: bool = False
+) -> BinnedLog:
+    """The log in bins, with modes from an identifier, which knows their changes to 0.3 s only.
+
+    A skid that it missed is no effect, but a mode. With ``names_skid`` one is tried all the same, where the
+    identifier's skidding was taken out to see what else may look like it.
+    """
+    margin_s = settings.bins.identified_switch_s
+    return bin_log(log, settings, track, margin_s=margin_s, names_skid=names_skid)
 
 
 def with_acting_torques(log: Log, extension: Extension, settings: GateSettings) -> Log:

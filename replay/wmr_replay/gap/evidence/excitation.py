@@ -12,6 +12,8 @@ from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 
+DEAD_ZONE = "torque_deadzone"
+
 
 def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
     """Standard deviation of α Σu over the disturbance's ahead, and of α_yaw Δu over that in yaw."""
@@ -19,6 +21,20 @@ def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) 
     ahead = base.alpha * float(np.std(rows[:, Row.RIGHT] + rows[:, Row.LEFT]))
     turning = base.alpha_yaw * float(np.std(rows[:, Row.RIGHT] - rows[:, Row.LEFT]))
     return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
+
+
+def answers_disturbance(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> bool:
+    """Whether an effect on small efforts acts on no others than those that answer the disturbance.
+
+    A controller compensates a disturbance by efforts of its size. They move nothing, and so a dead zone of
+    that size seems to hold them back.
+    """
+    width_nm = extension.effects[name].get("threshold_nm") if name == DEAD_ZONE else None
+    if width_nm is None:
+        return False
+    base, least = extension.base, problem.settings.excitation.least_ratio
+    ahead, turning = 2 * base.alpha * width_nm, 2 * base.alpha_yaw * width_nm
+    return max(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
 
 
 def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:

@@ -23,7 +23,8 @@ class BinnedLog:
     Mean stamp ``t_s`` (n,) from the first pose; mean pose (n, 3) x, y [m], yaw [rad] unwrapped; poses per bin
     ``count`` (n,); contact mode (n,) over the step that ends at the bin, as float(ContactMode); the torques.
     ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone. Changes of the
-    mode are known to ``margin`` bins. ``settings`` are those of the analysis that the bins are made for.
+    mode are known to ``margin`` bins. ``names_skid`` says whether a skid that the modes leave out is an
+    effect. ``settings`` are those of the analysis that the bins are made for.
     """
 
     start_ns: int
@@ -36,6 +37,7 @@ class BinnedLog:
     log: Log
     track: ModeTrack | None
     margin: int
+    names_skid: bool
     settings: GateSettings
 
     def __len__(self) -> int:
@@ -77,11 +79,15 @@ class BinnedLog:
     def finer(self) -> "BinnedLog":
         """The same log in bins of half the length."""
         bin_s = self.settings.bins.bin_s
-        return bin_log(self.log, self.settings, self.track, bin_s / 2, margin_s=self.margin * bin_s)
+        margin_s = self.margin * bin_s
+        return bin_log(
+            self.log, self.settings, self.track, bin_s / 2, margin_s=margin_s, names_skid=self.names_skid
+        )
 
     def relabelled(self, track: ModeTrack) -> "BinnedLog":
         """The same bins with other contact modes, known as well as these."""
-        return bin_log(self.log, self.settings, track, margin_s=self.margin * self.settings.bins.bin_s)
+        margin_s = self.margin * self.settings.bins.bin_s
+        return bin_log(self.log, self.settings, track, margin_s=margin_s, names_skid=self.names_skid)
 
 
 def bin_log(
@@ -91,6 +97,7 @@ def bin_log(
     bin_s: float | None = None,
     *,
     margin_s: float | None = None,
+    names_skid: bool = True,
 ) -> BinnedLog:
     """``log`` in bins of ``bin_s`` (default: the settings').
 
@@ -120,6 +127,7 @@ def bin_log(
         log=log,
         track=mode,
         margin=round(margin_s / bin_s),
+        names_skid=names_skid,
         settings=settings,
     )
 

@@ -61,6 +61,8 @@ class Candidate:
 
 LIBRARY = tuple(Candidate(declaration) for declaration in BUILT_IN)
 BY_NAME = {candidate.name: candidate for candidate in LIBRARY}
+SKID = "undeclared_skid"
+"""An effect only where the modes are given as facts: an identifier calls it skidding."""
 LOCAL = tuple(e.name for e in BUILT_IN if e.taken_for == ContactMode.SLIPPING)
 """Losses of traction in a stretch of time or a region, which an identifier may call slipping."""
 

@@ -10,10 +10,10 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.preliminary import SKID, PreliminaryModels, preliminary_models
+from wmr_replay.gap.search.preliminary import PreliminaryModels, preliminary_models
 from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
@@ -35,6 +35,11 @@ class Solution(NamedTuple):
     def deviance(self) -> float:
         """−2 log likelihood; less is more likely."""
         return self.selection.fit.deviance
+
+    @property
+    def is_skidding(self) -> bool:
+        """Whether what is found is skidding that was replaced by ideal."""
+        return SKID in [effect.name for effect in self.selection.found]
 
     @property
     def holds(self) -> bool:
@@ -83,14 +88,16 @@ def find_modes_and_effects(
             break
     refused = (solution for solution in confirmed if solution.selection.refused)
     best = confirmed[-1] if confirmed[-1].holds else next(refused, confirmed[-1])
+    if best.is_skidding:  # a mode, and no effect
+        return first, confirm(first, plain(), options)
     return best.problem, best.selection
 
 
 def solve_with(model: Extension, log: Log, extension: Extension, options: GapOptions) -> Solution:
     """The selection with the modes that the identifier sees with a preliminary model."""
-    track = identified_modes(log, model, options.gates)
-    track = without_skid(track) if SKID in model.effects else track
-    problem = Problem.of(bin_identified(log, track, options.gates))
+    track, skids = identified_modes(log, model, options.gates), SKID in model.effects
+    track = without_skid(track) if skids else track
+    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
     solution = Solution(problem, forward_selection(problem, extension, options), model)
     return with_missed_slipping(solution, extension, options)
 

@@ -14,7 +14,7 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
+from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.relabel import with_mode_at, without_skid
@@ -22,8 +22,6 @@ from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_se
 from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
-
-SKID = "undeclared_skid"
 
 
 class PreliminaryModels(NamedTuple):
@@ -62,7 +60,7 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:
     """Skidding replaced by ideal where it is said most of the time."""
     binned, settings = problem.binned, problem.settings
     if binned.track is not None and np.mean(binned.skids) > settings.modes.much_skid:
-        yield Problem.of(bin_identified(log, without_skid(binned.track), settings))
+        yield Problem.of(bin_identified(log, without_skid(binned.track), settings, names_skid=True))
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:

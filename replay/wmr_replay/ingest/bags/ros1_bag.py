@@ -107,7 +107,8 @@ class Ros1Bag(Container):
 
     def _by_walk(self, found: Survey, file: BinaryIO, position: int) -> None:
         """Fill in the chunks one after another, and the connections that stand in them."""
-        found.truncated = True
+        spans = list[Span]()
+        found.truncated, found.spans = True, spans
         found.notes.append(_NOT_CLOSED)
         while position < found.size_bytes:
             try:
@@ -116,20 +117,18 @@ class Ros1Bag(Container):
                 found.notes.append(f"byte {position}: {error}; {found.size_bytes - position} bytes are left")
                 return
             if record.op == Op.CHUNK:
-                self._enter_chunk(found, file, position, record)
-            elif record.op == Op.INDEX and found.spans:
-                last = found.spans[-1]
+                spans.append(self._chunk(found.size_bytes, file, position, record))
+            elif record.op == Op.INDEX and spans:
+                last = spans[-1]
                 length = record.stop - last.offset
-                found.spans[-1] = Span(
-                    last.offset, last.offset, length, whole=last.whole, times_ns=last.times_ns
-                )
+                spans[-1] = Span(last.offset, last.offset, length, whole=last.whole, times_ns=last.times_ns)
             elif record.op == Op.CONNECTION:
                 self._enter_connection(record, read_bytes(file, record.start, record.stop))
             position = record.stop
 
-    def _enter_chunk(self, found: Survey, file: BinaryIO, position: int, record: Record) -> None:
-        """The span of a chunk, and its connections."""
-        stop = min(record.stop, found.size_bytes)
+    def _chunk(self, size_bytes: int, file: BinaryIO, position: int, record: Record) -> Span:
+        """The span of a chunk; its connections are entered."""
+        stop = min(record.stop, size_bytes)
         data = read_bytes(file, position, stop)
         try:
             content, _ = unpacked_chunk(data, Workspace())
@@ -142,8 +141,8 @@ class Ros1Bag(Container):
             elif inner.op == Op.MESSAGE and first_ns is None:
                 first_ns = inner.time_ns(b"time")
         times_ns = None if first_ns is None else (first_ns, first_ns)
-        whole = record.stop <= found.size_bytes
-        found.spans.append(Span(position, position, stop - position, whole=whole, times_ns=times_ns))
+        whole = record.stop <= size_bytes
+        return Span(position, position, stop - position, whole=whole, times_ns=times_ns)
 
     def _enter_connection(self, record: Record, description: bytes) -> None:
         """Add a connection; a malformed one is left out, and its messages belong to no channel."""

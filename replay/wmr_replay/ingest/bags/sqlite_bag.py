@@ -29,7 +29,7 @@ from wmr_schemas.errors import LogUnusable
 
 Row = tuple[int, int, bytes]
 """Topic id, time of reception in ns, and data of one message."""
-_SPAN_BYTES, _MOST_ROWS, _FEWEST_ROWS = 4 << 20, 1 << 12, 16
+_SPAN_BYTES, _MOST_ROWS, _FEWEST_ROWS = 1 << 20, 1 << 12, 16
 _LONGEST_SAMPLE = 1 << 18
 _LEAST_ROW_BYTES = 8
 """No row of the table takes less room in the file."""
@@ -42,6 +42,8 @@ _ANY = "SELECT name FROM sqlite_master LIMIT 1"
 _TYPED = "CAST(topic_id AS INTEGER), CAST(timestamp AS INTEGER)"
 _ALL = f"SELECT {_TYPED}, CAST({{data}} AS BLOB) FROM messages WHERE rowid BETWEEN ? AND ? ORDER BY rowid"
 _OF_TOPIC = "FROM messages WHERE topic_id = ? AND rowid > ? ORDER BY rowid LIMIT ?"
+_TOPICS = "SELECT CAST(topic_id AS INTEGER), rowid FROM messages WHERE rowid BETWEEN ? AND ? ORDER BY rowid"
+_ENDS = "SELECT (SELECT min(rowid) FROM messages), (SELECT max(rowid) FROM messages)"
 _LATER = f"SELECT {_TYPED}, CAST(data AS BLOB) {_OF_TOPIC}"
 
 
@@ -55,6 +57,11 @@ class RowSpan(Span):
     def rows(self) -> tuple[int, int]:
         """First and last row id."""
         return self.offset, self.last_row
+
+    @property
+    def n_rows(self) -> int:
+        """Row ids from first to last."""
+        return self.last_row - self.offset + 1
 
 
 class SqliteBag(Container):
@@ -70,7 +77,7 @@ class SqliteBag(Container):
         try:
             with closing(connect(self.path)) as connection:
                 _enter_topics(found, connection)
-                found.spans += _spans(found, connection)
+                found.spans = _spans(found, connection)
         except _DAMAGED as error:
             advice = "If it was being recorded, close the recorder first; else copy it again."
             raise LogUnusable(self.path, f"its database cannot be read ({error})", advice) from None
@@ -142,8 +149,8 @@ def _text(value: object) -> str:
 def _spans(found: Survey, connection: sqlite3.Connection) -> list[RowSpan]:
     """Ranges of ids of about equal size in bytes; the first span has the log's times."""
     try:
-        query = "SELECT min(rowid), max(rowid), (SELECT min(timestamp) FROM messages) FROM messages"
-        first, last, first_ns = connection.execute(query).fetchone()
+        first, last = connection.execute(_ENDS).fetchone()  # one aggregate in each: a look-up, and no scan
+        first_ns = None if first is None else _first_ns(connection, first)
     except _DAMAGED as error:
         return _surviving(found, connection, str(error))
     if first is None:
@@ -154,11 +161,25 @@ def _spans(found: Survey, connection: sqlite3.Connection) -> list[RowSpan]:
     n_spans = max(found.size_bytes // _SPAN_BYTES, n_rows // _MOST_ROWS) + 1
     step = max(-(-n_rows // n_spans), _FEWEST_ROWS)
     size = found.size_bytes * step // n_rows
-    times_ns = (int(first_ns), int(first_ns))
+    times_ns = None if first_ns is None else (int(first_ns), int(first_ns))
     return [
         _span(start, min(start + step - 1, last), size * k, size, times_ns if k == 0 else None)
         for k, start in enumerate(range(first, last + 1, step))
     ]
+
+
+def _first_ns(connection: sqlite3.Connection, first: int) -> int | None:
+    """The earliest time of reception: by the index that rosbag2 makes, else of the first rows."""
+    indexes = [name for _, name, *_ in connection.execute("PRAGMA index_list(messages)")]
+    leading = [
+        connection.execute("SELECT name FROM pragma_index_info(?) WHERE seqno = 0", (name,)).fetchone()
+        for name in indexes
+    ]
+    query = "SELECT min(timestamp) FROM messages"
+    if ("timestamp",) not in leading:
+        query += f" WHERE rowid < {first + _MOST_ROWS}"
+    (found,) = connection.execute(query).fetchone()
+    return None if found is None else int(found)
 
 
 def _span(
@@ -214,17 +235,39 @@ class SqliteFile(SampledFile):
         ids = ", ".join(map(str, sorted(self.bag.wanted)))
         return f"CASE WHEN topic_id IN ({ids}) THEN data END"
 
-    def first_messages(self, survey: Survey, n_later: int) -> U8:
+    def first_messages(self, survey: Survey, n_later: int, within: Sequence[Span] | None) -> U8:
         """The messages of the first span, and ``n_later`` of each topic that it lacks."""
         span = next(iter(survey.spans), None)
         if not isinstance(span, RowSpan):
             return _records([])
         rows, _ = self._rows(_ALL.format(data=self._data()), span.rows)
         met = Counter(row[0] for row in rows)
-        for topic_id in survey.catalogue.channels:
-            if met[topic_id] < n_later:
-                rows += self._rows(_LATER, (topic_id, span.last_row, n_later))[0]
+        lacking = {k for k in survey.catalogue.channels if met[k] < n_later}
+        if within is not None:
+            others = [other for other in within if other.offset > span.last_row]
+            return _records(_sound(rows + self._first_within(lacking, n_later, others)))
+        for topic_id in sorted(lacking):
+            rows += self._rows(_LATER, (topic_id, span.last_row, n_later))[0]
         return _records(_sound(rows))
+
+    def _first_within(self, lacking: set[int], n_wanted: int, within: Sequence[Span]) -> list[Row]:
+        """``n_wanted`` messages of each topic that is ``lacking``, as far as these spans hold them."""
+        wanted, met = list[int](), Counter[int]()
+        for span in within:
+            for topic_id, row in self._topics(span):
+                if topic_id in lacking and met[topic_id] < n_wanted:
+                    met[topic_id] += 1
+                    wanted.append(row)
+        query = _ALL.format(data=self._data())
+        return [row for place in wanted for row in self._rows(query, (place, place))[0]]
+
+    def _topics(self, span: Span) -> list[tuple[int, int]]:
+        """Topic and row id of the rows of a span; none where the file is damaged."""
+        bounds = span.offset, span.offset + span.n_rows - 1
+        try:
+            return self.connection.execute(_TOPICS, bounds).fetchall()
+        except _DAMAGED:
+            return []
 
     def _rows(self, query: str, values: tuple[int, ...]) -> tuple[list[Row], str]:
         """The rows of a query, and why there are no more where the file is damaged."""

@@ -35,6 +35,8 @@ class Clock:
     offsets_ns: list[float] = field(default_factory=list)
     """Typical stamp − log time, stretch by stretch."""
     steps: StampSteps = field(default_factory=StampSteps)
+    log_unit: str = ""
+    """What the log time counts in place of nanoseconds, where the stamps show it."""
     zero_is_none: bool = False
     """A stamp of zero means that there is none: the first stamps are far from it."""
     n_unstamped: int = 0
@@ -51,7 +53,9 @@ class Clock:
         stamp_ns = first.stamp_ns
         reason = what_is_wrong(stamp_ns, first.log_ns) if use.binding.stamp else "its messages carry no stamp"
         if not reason:
-            return cls("header stamp", zero_is_none=int(stamp_ns[stamp_ns != 0].min()) > _FAR_FROM_ZERO_NS)
+            far = int(stamp_ns[stamp_ns != 0].min()) > _FAR_FROM_ZERO_NS
+            unit = stamp_unit.log_time_unit(stamp_ns, first.log_ns)
+            return cls("header stamp", log_unit=unit, zero_is_none=far)
         published = any(sample.publish_ns for sample in use.samples[:N_WANTED])
         return cls("publish time" if published else "log time", reason)
 
@@ -133,10 +137,12 @@ def what_is_wrong(stamp_ns: I64, log_ns: I64) -> str:
     """Why stamps do not serve as a clock; nothing when they do."""
     if 2 * np.count_nonzero(stamp_ns) < len(stamp_ns) or not stamp_ns.any():
         return "its first stamps are zero"
+    if unit := stamp_unit.reason(stamp_ns, log_ns):
+        return unit
     steps = np.diff(stamp_ns[np.argsort(log_ns, kind="stable")])
     if len(steps) > 1 and _LEAST_FORWARD * np.count_nonzero(steps > 0) < len(steps):
         return "its first stamps stand still or run backwards"
-    return stamp_unit.reason(stamp_ns, log_ns)
+    return ""
 
 
 def short_time(seconds: float) -> str:

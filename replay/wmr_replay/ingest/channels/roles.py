@@ -4,6 +4,7 @@ import re
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.frames import TRANSFORM_SCHEMAS, Frames
+from wmr_replay.ingest.channels.pose_accuracy import decades_too_coarse
 from wmr_replay.ingest.channels.torque_bindings import (
     FieldTorqueBinding,
     InterfaceBinding,
@@ -66,7 +67,9 @@ def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
 
 
 def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
-    """Position and orientation; not too slow, external before odometry, the canonical topic, the schema."""
+    """Position and orientation; not too slow, external before odometry, not too coarse by its own covariance,
+    the canonical topic, the schema.
+    """
     topic, name, wanted = candidate.channel.topic, candidate.short_name, mapping.pose
     if mapping.pose_topic is None:
         schemaless = candidate.schema is None and candidate.mentions(b"orientation")
@@ -80,6 +83,7 @@ def pose_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tupl
     rank = (
         candidate.is_slow,
         is_odometry(candidate, binding),
+        decades_too_coarse(candidate),
         topic != POSE_TOPIC,
         kind,
         -candidate.n_messages,

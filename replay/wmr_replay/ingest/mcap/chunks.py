@@ -47,6 +47,11 @@ class Span:
     name: str = ""
     """What notes call it, where it is not "the chunk at byte" ``offset``."""
 
+    @property
+    def n_rows(self) -> int:
+        """Rows of a table that it ranges over; 0 where it is none of a table."""
+        return 0
+
 
 @dataclass(frozen=True, eq=False)
 class Block:

@@ -1,9 +1,10 @@
 """What a log file of another format offers in order to be read as an MCAP file is."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from pathlib import Path
 
-from wmr_replay.ingest.mcap.chunks import SpanFile
+from wmr_replay.ingest.mcap.chunks import Span, SpanFile
 from wmr_replay.ingest.mcap.survey import Survey
 from wmr_schemas.arrays import U8
 
@@ -12,8 +13,10 @@ class SampledFile(SpanFile):
     """A file whose spans do not tell how many messages of which channel they hold."""
 
     @abstractmethod
-    def first_messages(self, survey: Survey, n_later: int) -> U8:
-        """Records of the first messages, and of ``n_later`` of each channel that begins later."""
+    def first_messages(self, survey: Survey, n_later: int, within: Sequence[Span] | None) -> U8:
+        """Records of the first messages, and of ``n_later`` of each channel that begins later, where
+        ``within`` is given as far as these spans hold them.
+        """
 
 
 class Container(ABC):

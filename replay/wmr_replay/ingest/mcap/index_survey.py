@@ -6,19 +6,19 @@ Its description of a chunk is checked again when the chunk is read.
 
 import struct
 import zlib
-from itertools import pairwise
+from collections import defaultdict
+from collections.abc import Iterator
 from typing import BinaryIO
 
 import numpy as np
 
 from wmr_replay.ingest.budgets import BUDGETS
+from wmr_replay.ingest.mcap.chunk_index import chunk_index
 from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
-from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.records import (
     HEAD,
     MAGIC,
-    ChunkHead,
     Cursor,
     Malformed,
     Opcode,
@@ -31,12 +31,7 @@ from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
 from wmr_schemas.errors import LogUnusable
 
 FOOTER = struct.Struct("<BQQQI")
-_TIMES_AND_PLACE, _PLACE = struct.Struct("<QQQQ"), struct.Struct("<HQ")
-"""The start of a chunk index record, and one entry of its map: a channel's id and its index's place."""
 _HEADER_BYTES = 1 << 10
-_FIXED_HEAD_BYTES = 40
-"""A chunk's head without the name of its compression."""
-_INDEX_HEAD_BYTES, _INDEX_ENTRY_BYTES = HEAD.size + 6, 16
 
 
 def surveyed(path: LogPath | Container, *, by_index: bool = False) -> Survey:
@@ -71,7 +66,6 @@ def indexed_survey(file: BinaryIO, size_bytes: int) -> Survey | None:
         _enter_summary(found, file, summary)
     except (Malformed, struct.error):
         return None
-    found.spans.sort(key=lambda span: span.offset)
     return found if index_adds_up(found) and not found.catalogue.n_malformed else None
 
 
@@ -106,23 +100,36 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
     """Statistics, chunk indexes, metadata and descriptions out of the summary. Raises Malformed,
     struct.error.
     """
-    position, starts = 0, []
+    places = _record_places(summary)
+
+    def contents(opcode: Opcode) -> Iterator[bytes]:
+        for start, length in places.get(opcode, ()):
+            yield summary[start : start + length]
+
+    for content in contents(Opcode.STATISTICS):
+        found.statistics = parse_channel_counts(content)
+    for content in contents(Opcode.METADATA_INDEX):
+        name, metadata = _metadata(file, content)
+        found.metadata.setdefault(name, metadata)
+    chunks = np.array(places.get(Opcode.CHUNK_INDEX, ()), np.int64).reshape(-1, 2)
+    found.spans = chunk_index(summary, chunks[:, 0], chunks[:, 1], found.size_bytes)
+    described = places.get(Opcode.SCHEMA, []) + places.get(Opcode.CHANNEL, [])
+    starts = np.array(sorted(start - HEAD.size for start, _ in described), np.int64)
+    found.catalogue.enter(np.frombuffer(summary, np.uint8), starts, summary=True)
+
+
+def _record_places(summary: bytes) -> dict[int, list[tuple[int, int]]]:
+    """Start and length of the contents of all records, by opcode. Raises Malformed, struct.error."""
+    found: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    position, unpack = 0, HEAD.unpack_from
     while position < len(summary):
-        opcode, length = HEAD.unpack_from(summary, position)
-        content = summary[position + HEAD.size : position + HEAD.size + length]
-        if len(content) < length:
-            raise Malformed("a record runs over the end of the summary")
-        if opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
-            starts.append(position)
-        elif opcode == Opcode.STATISTICS:
-            found.statistics = parse_channel_counts(content)
-        elif opcode == Opcode.CHUNK_INDEX:
-            found.spans.append(indexed_chunk(content, found.size_bytes))
-        elif opcode == Opcode.METADATA_INDEX:
-            name, metadata = _metadata(file, content)
-            found.metadata.setdefault(name, metadata)
-        position += HEAD.size + length
-    found.catalogue.enter(np.frombuffer(summary, np.uint8), np.array(starts, np.int64), summary=True)
+        opcode, length = unpack(summary, position)
+        position += HEAD.size
+        found[opcode].append((position, length))
+        position += length
+    if position > len(summary):
+        raise Malformed("a record runs over the end of the summary")
+    return found
 
 
 def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
@@ -136,33 +143,3 @@ def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
     if len(record) < HEAD.size or record[0] != Opcode.METADATA:
         raise Malformed("the index points to no metadata")
     return parse_metadata(record[HEAD.size :])
-
-
-def indexed_chunk(content: bytes, size_bytes: int) -> Span:
-    """A chunk by its index record, its checksum still unknown. Raises Malformed."""
-    cursor = Cursor(content)
-    start_ns, end_ns, offset, length = _TIMES_AND_PLACE.unpack(cursor.take(_TIMES_AND_PLACE.size))
-    map_bytes = cursor.uint(4)
-    if map_bytes % _PLACE.size:
-        raise Malformed(f"{map_bytes} bytes of places")
-    places = dict(_PLACE.iter_unpack(cursor.take(map_bytes)))
-    index_bytes, compression = cursor.uint(8), cursor.text()
-    stored, uncompressed = cursor.uint(8), cursor.uint(8)
-    head_bytes = _FIXED_HEAD_BYTES + len(compression.encode())
-    if length != HEAD.size + head_bytes + stored or offset + length + index_bytes > size_bytes:
-        raise Malformed(f"the index does not describe the chunk at byte {offset}")
-    return Span(
-        offset,
-        offset + HEAD.size + head_bytes,
-        stored,
-        ChunkHead(start_ns, end_ns, uncompressed, 0, compression, stored, head_bytes),
-        counts=_counts(places, offset + length + index_bytes),
-        times_ns=(start_ns, end_ns),
-        by_index=True,
-    )
-
-
-def _counts(places: dict[int, int], stop: int) -> dict[int, int]:
-    """Messages by channel: how long each channel's index record is, up to the next one's start."""
-    sizes = {start: end - start for start, end in pairwise([*sorted(places.values()), stop])}
-    return {k: max(sizes[start] - _INDEX_HEAD_BYTES, 0) // _INDEX_ENTRY_BYTES for k, start in places.items()}

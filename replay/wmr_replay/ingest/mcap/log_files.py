@@ -5,11 +5,13 @@ encoding are one channel; within a file they stay apart.
 """
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from wmr_replay.ingest.mcap.catalogue import Catalogue
+from wmr_replay.ingest.mcap.chunk_index import ChunkIndex, joined
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.index_survey import surveyed
@@ -54,7 +56,7 @@ def join_files(paths: list[LogPath | Container], *, by_index: bool = False) -> L
     surveys = [surveyed(path, by_index=by_index) for path in paths]
     samplers = [Sampler(found) for found in surveys]
     for path, sampler in zip(paths, samplers, strict=True):
-        sampler.run(path)
+        sampler.run(path, in_part=by_index)
     if len(paths) == 1:
         samples, counts = samplers[0].samples, samplers[0].known_messages()
         return LogFiles(paths, surveys[0], [None], samples, counts)
@@ -67,6 +69,7 @@ class _Joiner:
     def __init__(self, paths: list[LogPath | Container]) -> None:
         self.known: dict[Identity, int] = {}
         self.files = LogFiles(paths, Survey(0), [])
+        self.spans: list[Sequence[Span]] = []
 
     def run(self, surveys: list[Survey], samplers: list[Sampler]) -> LogFiles:
         """The joined files, in the order of their paths."""
@@ -78,6 +81,7 @@ class _Joiner:
                 common = int(ids[channel_id])
                 self.files.samples.setdefault(common, []).extend(sampler.samples.get(channel_id, ()))
                 self.files.n_messages[common] = self.files.n_messages.get(common, 0) + more
+        self.files.survey.spans = _joined(self.spans)
         return self.files
 
     def _common_ids(self, catalogue: Catalogue) -> I64:
@@ -104,7 +108,7 @@ class _Joiner:
         whole.size_bytes += found.size_bytes
         whole.profile, whole.library = whole.profile or found.profile, whole.library or found.library
         whole.metadata = found.metadata | whole.metadata
-        whole.spans += [_moved(span, k, ids) for span in found.spans]
+        self.spans.append(_moved(found.spans, k, ids))
         whole.truncated |= found.truncated
         whole.n_chunks_damaged += found.n_chunks_damaged
         whole.strays.add(found.strays)
@@ -117,10 +121,18 @@ class _Joiner:
         whole.statistics = dict(Counter(whole.statistics or {}) + counts)
 
 
-def _moved(span: Span, file_index: int, ids: I64) -> Span:
-    """A span with its file's index, and counts by common channel ids."""
-    counts = {int(ids[channel_id]): n for channel_id, n in span.counts.items()}
-    return replace(span, file_index=file_index, counts=counts)
+def _moved(spans: Sequence[Span], file_index: int, ids: I64) -> Sequence[Span]:
+    """The spans of a file with its index, and counts by common channel ids."""
+    if isinstance(spans, ChunkIndex):
+        return spans.moved(file_index, ids)
+    counts = ({int(ids[channel_id]): n for channel_id, n in span.counts.items()} for span in spans)
+    return [replace(span, file_index=file_index, counts=own) for span, own in zip(spans, counts, strict=True)]
+
+
+def _joined(parts: Sequence[Sequence[Span]]) -> Sequence[Span]:
+    """The spans of all files, one file after another; in columns where they are in all of them."""
+    indexes = [part for part in parts if isinstance(part, ChunkIndex)]
+    return joined(indexes) if len(indexes) == len(parts) else [span for part in parts for span in part]
 
 
 def _free(wanted: int, taken: dict[int, Channel]) -> int:

@@ -1,16 +1,18 @@
 """The first messages of every channel, and the descriptions of all, from as few chunks as possible."""
 
-from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from wmr_replay.ingest.mcap.chunk_selection import index_adds_up
+from wmr_replay.ingest.mcap.chunk_index import ChunkIndex
+from wmr_replay.ingest.mcap.chunk_selection import counts_of, index_adds_up
 from wmr_replay.ingest.mcap.chunks import Span, load
 from wmr_replay.ingest.mcap.container import Container, SampledFile
+from wmr_replay.ingest.mcap.stretches import stretches
 from wmr_replay.ingest.mcap.survey import Survey
-from wmr_replay.ingest.mcap.walk import Messages, walk_pieces
+from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, Messages, walk_pieces
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.arrays import I64, U8
@@ -42,19 +44,20 @@ class Sampler:
         self._adds_up = index_adds_up(survey)
         self._lacking = self._all_lacking()
 
-    def run(self, path: LogPath | Container) -> None:
-        """Collect the samples; the survey's catalogue then knows every channel that has a message."""
+    def run(self, path: LogPath | Container, *, in_part: bool = False) -> None:
+        """Collect the samples; the survey's catalogue then knows every channel that has a message.
+
+        ``in_part``: of a large table, messages of channels that begin later are looked for in a few
+        stretches alone.
+        """
         workspace = Workspace()
         with path.open("rb") as file:
-            records = (
-                file.first_messages(self.survey, N_WANTED_LATER) if isinstance(file, SampledFile) else None
-            )
-            if records is not None:
-                self._take(records)
+            if isinstance(file, SampledFile):
+                within = [s for run in stretches(self.survey.spans) for s in run] if in_part else None
+                self._take(file.first_messages(self.survey, N_WANTED_LATER, within))
                 return
-            for span in self.survey.spans:
-                if self._needs(span):
-                    self._take(load(file, span, workspace).data)
+            for span in self._needed():
+                self._take(load(file, span, workspace).data)
 
     def n_messages(self, channel_id: int) -> int:
         """Messages of a channel, as far as known without reading them all."""
@@ -63,6 +66,23 @@ class Sampler:
             return in_file
         indexed = sum(span.counts.get(channel_id, 0) for span in self.survey.spans)
         return max(indexed, in_file, self.seen.get(channel_id, 0))
+
+    def _needed(self) -> Iterator[Span]:
+        """The spans to open, one after another; which one is next depends on what was found in the last."""
+        spans = self.survey.spans
+        if not isinstance(spans, ChunkIndex) or not self._adds_up:
+            yield from (span for span in spans if self._needs(span))
+            return
+        at, lacking = 0, np.zeros(N_CHANNEL_IDS, np.bool_)
+        while self._lacking:
+            lacking[:] = False
+            lacking[list(self._lacking)] = True
+            hits = np.flatnonzero(lacking[spans.ids[at:]])
+            if not len(hits):
+                return
+            k = int(np.searchsorted(spans.first, at + hits[0], side="right")) - 1
+            yield spans[k]
+            at = int(spans.first[k + 1])
 
     def _needs(self, span: Span) -> bool:
         """Whether the span may hold a message or a description that is missing."""
@@ -120,8 +140,7 @@ class Sampler:
 
     def known_messages(self) -> dict[int, int]:
         """:meth:`n_messages` of all channels that are described, in one pass over the spans."""
-        indexed = Counter[int]()
-        for span in self.survey.spans:
-            indexed.update(span.counts)
+        ids, n, _ = counts_of(self.survey.spans)
+        indexed = np.bincount(ids, n, N_CHANNEL_IDS).astype(np.int64)
         in_file, seen = self.survey.statistics or {}, self.seen
-        return {k: max(indexed[k], in_file.get(k, 0), seen.get(k, 0)) for k in self.catalogue.channels}
+        return {k: max(int(indexed[k]), in_file.get(k, 0), seen.get(k, 0)) for k in self.catalogue.channels}

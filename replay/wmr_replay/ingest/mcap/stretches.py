@@ -4,12 +4,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wmr_replay.ingest.mcap.chunk_index import ChunkIndex
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.prefetch import extent
+from wmr_schemas.arrays import I64
 
 WHOLE_BYTES = 64 << 20
 """Logs of so many bytes of records are read as a whole: that takes some tenths of a second."""
 SAMPLED_BYTES = 32 << 20
+LEAST_BYTES = 16 << 10
+"""A span takes as long as so many bytes, however small it is."""
+LARGEST_BYTES = 1 << 40
+"""A damaged head may claim more."""
 _PLACES = (0.0, 1.0, 0.5, 0.25, 0.75)
 """Where a stretch lies in the log, in the order of importance: start, end, middle, quarters."""
 _PACKED_RATIO = 8
@@ -21,7 +27,7 @@ def stretches(spans: Sequence[Span]) -> list[list[Span]]:
 
     The first span is always among them, and the last where it fits into the limit.
     """
-    sizes = np.array([_size(span) for span in spans], np.int64)
+    sizes = np.maximum(_sizes(spans), LEAST_BYTES)
     total = int(sizes.sum())
     if total <= WHOLE_BYTES:
         return [list(spans)] if spans else []
@@ -40,7 +46,9 @@ def stretches(spans: Sequence[Span]) -> list[list[Span]]:
     return [list(spans[start:stop]) for start, stop in breaks.tolist()]
 
 
-def _size(span: Span) -> int:
-    """Bytes of records in a span."""
-    size, _ = extent(span)
-    return size if span.head is not None else _PACKED_RATIO * size
+def _sizes(spans: Sequence[Span]) -> I64:
+    """Bytes of records in each of n spans."""
+    if isinstance(spans, ChunkIndex):
+        return np.minimum(spans.uncompressed, np.uint64(LARGEST_BYTES)).astype(np.int64)
+    sizes = (extent(span)[0] * (1 if span.head is not None else _PACKED_RATIO) for span in spans)
+    return np.fromiter((min(size, LARGEST_BYTES) for size in sizes), np.int64, len(spans))

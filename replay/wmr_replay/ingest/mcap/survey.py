@@ -6,6 +6,7 @@ summary points to, if there is one; what lies between is reported.
 
 import struct
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import BinaryIO
 
@@ -49,7 +50,7 @@ class Survey:
     library: str = ""
     catalogue: Catalogue = field(default_factory=Catalogue)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    spans: list[Span] = field(default_factory=list)
+    spans: Sequence[Span] = ()
     statistics: dict[int, int] | None = None
     truncated: bool = False
     n_chunks_damaged: int = 0
@@ -57,6 +58,13 @@ class Survey:
     data_end: tuple[int, int] | None = None
     """Where the data section ends, and its checksum (0: none)."""
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def by_rows(self) -> bool:
+        """Whether all spans are ranges of numbered rows: some of them tell about how many messages there
+        are in all.
+        """
+        return bool(self.spans) and not self.truncated and all(span.n_rows for span in self.spans)
 
 
 def survey(path: LogPath) -> Survey:
@@ -70,7 +78,8 @@ class Surveyor:
 
     def __init__(self, file: BinaryIO, size_bytes: int) -> None:
         self.file, self.size = file, size_bytes
-        self.result = Survey(size_bytes)
+        self.spans: list[Span] = []
+        self.result = Survey(size_bytes, spans=self.spans)
         self.in_summary = False
         self.claimed = indexed_chunks(file, size_bytes)
         self.landmarks = sorted(
@@ -90,7 +99,7 @@ class Surveyor:
 
     def _check_index(self) -> None:
         """Every chunk of the summary's index was met."""
-        met = {span.offset for span in self.result.spans}
+        met = {span.offset for span in self.spans}
         for mark, _ in self.claimed:
             if mark not in met:
                 self.result.n_chunks_damaged += 1
@@ -99,7 +108,7 @@ class Surveyor:
     def _check_data(self) -> None:
         """The data section has the checksum that is stated behind it, where no other covers the messages."""
         stop, crc = self.result.data_end or (0, 0)
-        if not crc or all(is_covered(span) for span in self.result.spans):
+        if not crc or all(is_covered(span) for span in self.spans):
             return
         if data_section_differs(self.file, stop, crc):
             self.result.notes.append(
@@ -160,7 +169,7 @@ class Surveyor:
 
     def _place(self, opcode: int, position: int) -> None:
         """Count a record that may not stand there."""
-        spans, first = self.result.spans, position == len(MAGIC)
+        spans, first = self.spans, position == len(MAGIC)
         behind_chunk = bool(spans) and spans[-1].head is not None
         in_order = is_in_order(opcode, first=first, in_summary=self.in_summary, behind_chunk=behind_chunk)
         self.result.strays.meet(opcode, in_order=in_order)
@@ -171,7 +180,7 @@ class Surveyor:
         head = parse_chunk_head(self._content(position, min(available, _CHUNK_HEAD_BYTES)))
         start = position + HEAD.size + head.head_bytes
         stored = min(head.stored_bytes, available - head.head_bytes)
-        self.result.spans.append(
+        self.spans.append(
             Span(
                 position,
                 start,
@@ -185,8 +194,8 @@ class Surveyor:
     def _message_index(self, position: int, length: int) -> None:
         """Count the last chunk's messages of one channel, by the length of their index."""
         channel_id = int.from_bytes(self._content(position, min(length, 2)), "little")
-        if self.result.spans and self.result.spans[-1].head is not None:
-            self.result.spans[-1].counts[channel_id] = max(length - 6, 0) // 16
+        if self.spans and self.spans[-1].head is not None:
+            self.spans[-1].counts[channel_id] = max(length - 6, 0) // 16
 
     def _plain(self, position: int, stop: int) -> int:
         """Walk over records outside chunks; return where the walk ended."""
@@ -194,7 +203,7 @@ class Surveyor:
         found = walk(data, plain=True)
         self.result.catalogue.enter(data, found.others, summary=self.in_summary)
         if len(found.messages):
-            self.result.spans.append(
+            self.spans.append(
                 Span(
                     position,
                     position,
