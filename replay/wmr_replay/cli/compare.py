@@ -79,9 +79,11 @@ def command(
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
     viewing = Viewing.of(options, no_rrd=no_rrd)
     from wmr_replay.api.compare import compare_all
+    from wmr_replay.api.places import check_writable
     from wmr_replay.cli.printing.compare import print_comparisons
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
+    check_writable(out)
     comparisons, lonely = compare_all(
         a,
         b,
