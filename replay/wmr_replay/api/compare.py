@@ -16,7 +16,9 @@ from wmr_replay.regress.logs import find_logs
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results, read_results, stems
 from wmr_replay.regress.sides import Comparison as Differences
-from wmr_replay.regress.sides import compare_sides
+from wmr_replay.regress.sides import compare_sides, matched
+from wmr_replay.report.compare import Compared as TwoResults
+from wmr_replay.report.compare import compare_page
 from wmr_replay.timeline import Side as TimelineSide
 from wmr_replay.timeline import comparison_text, write_comparison
 from wmr_schemas.errors import InvalidSetting
@@ -118,8 +120,25 @@ class Comparison:
         write_comparison(target, a, b, found.other_mode, text, by_stamp=found.by_stamp)
         return target
 
-    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
-        """Write ``<stem>.compare.json`` and ``.compare.rrd``; the files by kind."""
+    def report(self, path: LocalPlace) -> Path:
+        """Write the report to ``path`` (``.html``): one file to mail, with everything inside.
+
+        Raises MissingExtra without the extra ``report``.
+        """
+        target = local_path(path)
+        home_of(target)
+        a, b = (results.samples for results in self._sides)
+        joined, by_stamp = matched(a, b)
+        two = TwoResults(self.a, self.b, a, b, joined, by_stamp, self.summary, self.columns)
+        text = compare_page(two, self.stem)
+        with whole_file(target) as part:
+            part.write_text(text, encoding="utf-8")
+        return target
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
+        """Write ``<stem>.compare.json``, ``.compare.rrd`` and, if asked for, ``.compare.html``; the files by
+        kind.
+        """
         folder = local_path(directory)
         with made_folder(folder):
             files = {"json": folder / f"{self.stem}.compare.json"}
@@ -129,6 +148,10 @@ class Comparison:
             recording = self.timeline(drawn) if timeline else None
             if recording is None:
                 drawn.unlink(missing_ok=True)
+            page = folder / f"{self.stem}.compare.html"
+            page.unlink(missing_ok=True)
+            if report:
+                files["report"] = self.report(page)
         return files if recording is None else files | {"timeline": recording}
 
     def __str__(self) -> str:

@@ -34,6 +34,7 @@ def run(
     start: Instant | None = None,
     end: Instant | None = None,
     timeline: bool = True,
+    report: bool = False,
     strict: bool = False,
     force: bool = False,
     progress: Progress | None = None,
@@ -53,6 +54,7 @@ def run(
         start: Leave out what was logged before: seconds from the first message, or an absolute time.
         end: Leave out what was logged after.
         timeline: Whether ``out`` receives a Rerun timeline too.
+        report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         strict: Raise when something in the file was damaged.
         force: Replace results of another log of the same name in ``out``.
         progress: Called with bytes read and bytes in all.
@@ -79,7 +81,13 @@ def run(
     if claim is None:
         return held_result(replayed, progress, strict=strict)
     found = run_into(
-        replayed, claim.directory, timeline=timeline, strict=strict, progress=progress, live=live
+        replayed,
+        claim.directory,
+        timeline=timeline,
+        report=report,
+        strict=strict,
+        progress=progress,
+        live=live,
     )
     if replaces:
         claim.remove_others(found.files.values())

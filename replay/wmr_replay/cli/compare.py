@@ -52,6 +52,9 @@ Examples:
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
+@click.option(
+    "--report", is_flag=True, help="Write <name>.compare.html too: one HTML file to mail (extra report)."
+)
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
 @viewing_options
 def command(
@@ -61,6 +64,7 @@ def command(
     set_b: tuple[str, ...],
     out: Path,
     no_rrd: bool,
+    report: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -85,7 +89,7 @@ def command(
         settings_b=parse_settings(set_b),
         watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
-    files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
+    files = [comparison.save(out, timeline=not no_rrd, report=report) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)
     viewing.show(*(written["timeline"] for written in files if "timeline" in written))
 

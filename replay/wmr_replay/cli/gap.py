@@ -50,6 +50,7 @@ MODES_OPTION = click.option(
 )
 @click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
+@click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @CLOCK_OFFSET
 @blind_options
 @viewing_options
@@ -64,6 +65,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
+    report: bool,
     force: bool,
     **options: Any,
 ) -> None:
@@ -96,6 +98,7 @@ def command(  # noqa: PLR0917
             max_effects=max_effects,
             seed=seed,
             timeline=not no_rrd,
+            report=report,
             force=force,
             command=command_line(),
             progress=progress,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
 @click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier run goes.")
+@click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @click.option("--strict", is_flag=True, help="Exit with 3 when something in the file was damaged.")
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
@@ -32,6 +33,7 @@ def command(
     out: Path | None,
     as_json: bool,
     no_rrd: bool,
+    report: bool,
     force: bool,
     strict: bool,
     model_file: Path | None,
@@ -61,6 +63,7 @@ def command(
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             timeline=not no_rrd,
+            report=report,
             strict=strict,
             force=force,
             progress=progress,

@@ -28,9 +28,9 @@ RUN_ENDINGS = (
     "hindsight.parquet",
     "hindsight_segments.parquet",
     "rrd",
-    "html",
+    "report.html",
 )
-GAP_ENDINGS = ("gap.json", "gap.rrd", "gap.html", MODEL)
+GAP_ENDINGS = ("gap.json", "gap_traces.parquet", "gap.rrd", "gap.html", MODEL)
 
 
 class OtherLog(InvalidSetting):

@@ -26,9 +26,10 @@ ENDINGS = {
     "hindsight": "hindsight.parquet",
     "hindsight_segments": "hindsight_segments.parquet",
     "timeline": "rrd",
+    "report": "report.html",
 }
 """What follows ``<stem>.`` in the name of each kind of file."""
-OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline")
+OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline", "report")
 """Kinds that not every run has. Where a run has none, that of an earlier run goes."""
 
 

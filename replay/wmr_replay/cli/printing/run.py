@@ -47,6 +47,8 @@ def print_result(result: "Result", *, as_json: bool) -> None:
         console.print(styled((line, "bold")))
     console.print()
     console.print(styled(f"results   {result.files['samples'].parent}/"))
+    if "report" in result.files:
+        console.print(styled(f"report    {result.files['report']}"))
     if "timeline" in result.files:
         console.print(styled(f"viewer    {viewer_command(result.files['timeline'])}"))
 
