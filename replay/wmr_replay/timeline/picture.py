@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from wmr_replay.timeline.viewer import LOOPBACK, RERUN, ViewerUnavailable, begin, end, free_port
+from wmr_replay.timeline.viewer import LOOPBACK, RERUN_WITH_US, ViewerUnavailable, begin, end, free_port
 from wmr_schemas.files import whole_file
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def headless_viewer(width: int = WIDTH, height: int = HEIGHT) -> Iterator["Viewe
 
 
 def _start(home: Path, log: Path, port: int, width: int, height: int) -> "subprocess.Popen[bytes]":
-    command = [*RERUN, "--headless", "--bind", LOOPBACK, "--port", str(port)]
+    command = [*RERUN_WITH_US, "--headless", "--bind", LOOPBACK, "--port", str(port)]
     command += ["--window-size", f"{width}x{height + _MENU_BAR}", "--hide-welcome-screen"]
     settings = {"HOME": str(home), "XDG_RUNTIME_DIR": str(home), "RUST_LOG": "error"}
     settings |= {"XDG_CONFIG_HOME": str(home), "XDG_DATA_HOME": str(home)}

@@ -21,6 +21,18 @@ from wmr_schemas.errors import WmrError
 
 RERUN = (sys.executable, "-c", "import sys; from rerun_cli.__main__ import main; sys.exit(main())")
 """The viewer installed for this interpreter, whatever PATH says; ``-m rerun_cli`` loses the exit code."""
+_ENDING_WITH_US = """\
+import os, signal, sys, threading
+from rerun_cli.__main__ import main
+def watch():
+    sys.stdin.buffer.read()
+    os.killpg(0, signal.SIGTERM)
+if sys.platform != "win32":
+    threading.Thread(target=watch, daemon=True).start()
+sys.exit(main())
+"""
+RERUN_WITH_US = (sys.executable, "-c", _ENDING_WITH_US)
+"""The same, to be begun with a pipe: when this program ends, however it does, the pipe ends and Rerun too."""
 LOOPBACK = "127.0.0.1"
 EVERYWHERE = ("0.0.0.0", "::")
 START_LIMIT_S = 30.0
@@ -85,7 +97,7 @@ def start_server(paths: Sequence[Path] = (), bind: str = LOOPBACK) -> Server:
     told otherwise. Raises ViewerUnavailable where the server does not start.
     """
     grpc_port, web_port = free_port(bind), free_port(bind)
-    command = [*RERUN, *map(str, paths), "--serve-web", "--bind", bind]
+    command = [*RERUN_WITH_US, *map(str, paths), "--serve-web", "--bind", bind]
     command += ["--port", str(grpc_port), "--web-viewer-port", str(web_port)]
     host = socket.gethostname() if bind in EVERYWHERE else bind
     near = LOOPBACK if bind in EVERYWHERE else bind
@@ -110,6 +122,7 @@ def begin(
         command,
         env=os.environ | settings,
         start_new_session=True,
+        stdin=subprocess.PIPE,
         stdout=output,
         stderr=subprocess.STDOUT,
     )
@@ -123,6 +136,8 @@ def end(process: "subprocess.Popen[bytes]") -> None:
         else:
             os.killpg(process.pid, signal.SIGTERM)
     process.wait()
+    if process.stdin is not None:
+        process.stdin.close()
 
 
 def grpc_address(host: str, port: int) -> str:

@@ -1,7 +1,9 @@
 """--view, --serve and --screenshot: what they need, and that a server is for this machine alone."""
 
 import socket
+import subprocess
 import sys
+import time
 import urllib.request
 
 import pytest
@@ -48,6 +50,19 @@ def test_a_server_shows_a_page_to_this_machine_alone(tmp_path):
         server.stop()
     with pytest.raises(OSError, match=r"refused|reset"):
         urllib.request.urlopen(address, timeout=10)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes end otherwise there")
+def test_a_server_ends_with_the_program_that_was_killed():
+    code = "import time, wmr_replay as wr; print(wr.serve().page, flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as program:
+        port = int(program.stdout.readline().partition("/?url=")[0].rpartition(":")[2])
+        assert listening_at(port)
+        program.kill()
+    deadline = time.monotonic() + 10
+    while listening_at(port) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not listening_at(port)
 
 
 def listening_at(port):
@@ -115,6 +130,6 @@ def test_a_recording_that_is_not_there_is_named(tmp_path):
 
 def test_a_server_that_ends_at_once_says_why(monkeypatch):
     code = "import sys; sys.exit('no such thing')"
-    monkeypatch.setattr(viewer, "RERUN", (sys.executable, "-c", code))
+    monkeypatch.setattr(viewer, "RERUN_WITH_US", (sys.executable, "-c", code))
     with pytest.raises(ViewerUnavailable, match="no such thing"):
         serve()

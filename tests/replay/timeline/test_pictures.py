@@ -178,6 +178,6 @@ def test_the_command_line_takes_a_picture(viewer, command, log, tmp_path):
 
 
 def test_a_viewer_without_graphics_is_unavailable_and_says_what_helps(tmp_path, monkeypatch):
-    monkeypatch.setattr(picture, "RERUN", (sys.executable, "-c", "raise SystemExit(102)"))
+    monkeypatch.setattr(picture, "RERUN_WITH_US", (sys.executable, "-c", "raise SystemExit(102)"))
     with pytest.raises(ViewerUnavailable, match="mesa-vulkan-drivers"):
         take_picture(tmp_path / "drive.rrd", tmp_path / "drive.png")
