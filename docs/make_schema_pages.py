@@ -22,7 +22,7 @@ from wmr_schemas.model_file import NoiseModel, Provenance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
-from wmr_schemas.tables import CONFUSION, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.tables import CONFUSION, GAP_TRACES, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -146,6 +146,7 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "summary": lambda: columns(SUMMARY),
     "confusion": lambda: columns(CONFUSION),
     "truth": lambda: columns(TRUTH),
+    "gap_traces": lambda: columns(GAP_TRACES),
     "robot": lambda: keys(RobotParameters),
     "pose_fields": lambda: further(PoseFields),
     "torque_fields": lambda: further(TorqueFields),

@@ -7,8 +7,8 @@
     result.plot()
     result.save("results/")
 
-Every name is imported on first use, so that ``import wmr_replay`` costs nothing. ``wr.gap`` and
-``wr.differentiate`` are functions, although packages of these names hold what they call: import from the
+Every name is imported on first use, so that ``import wmr_replay`` costs nothing. ``wr.gap``, ``wr.report``
+and ``wr.differentiate`` are functions, although packages of these names hold what they call: import from the
 packages with ``from wmr_replay.gap import …``.
 """
 
@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     from wmr_replay.api.request import read_mapping, read_model
     from wmr_replay.api.result import Result
     from wmr_replay.api.run import replay, run
+    from wmr_replay.api.stored import plot, report
     from wmr_replay.api.suite import suite, suites, verify_suite
     from wmr_replay.api.synthesise import Synthetic, hidden_effects, scenarios, synthesise
+    from wmr_replay.api.viewer import screenshot, serve, view
     from wmr_replay.pipeline.settings import Settings
     from wmr_schemas.mapping_file import LogMapping
     from wmr_schemas.model_file import Model
@@ -85,15 +87,20 @@ __all__ = [
     "gap",
     "hidden_effects",
     "open_log",
+    "plot",
     "read_mapping",
     "read_model",
     "replay",
+    "report",
     "run",
     "scenarios",
+    "screenshot",
+    "serve",
     "suite",
     "suites",
     "synthesise",
     "verify_suite",
+    "view",
 ]
 
 _HOMES = {
@@ -112,8 +119,10 @@ _HOMES = {
     "wmr_replay.api.request": "read_mapping read_model",
     "wmr_replay.api.result": "Result",
     "wmr_replay.api.run": "replay run",
+    "wmr_replay.api.stored": "plot report",
     "wmr_replay.api.suite": "suite suites verify_suite",
     "wmr_replay.api.synthesise": "Synthetic hidden_effects scenarios synthesise",
+    "wmr_replay.api.viewer": "screenshot serve view",
     "wmr_replay.pipeline.settings": "Settings",
     "wmr_schemas.mapping_file": "LogMapping",
     "wmr_schemas.model_file": "Model",

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TypeVar
 
+from wmr_schemas.errors import InvalidSetting
+
 K = TypeVar("K")
 
 
@@ -49,6 +51,18 @@ def whole_files(targets: Mapping[K, Path]) -> Iterator[dict[K, Path]]:
     finally:
         for part in parts.values():
             part.discard()
+
+
+def check_writable(folder: Path) -> None:
+    """Raises InvalidSetting where nothing can be written to a folder, or the folder cannot be made.
+
+    Called before long work; what fails later all the same is an OSError.
+    """
+    there = next((place for place in (folder, *folder.absolute().parents) if place.exists()), folder)
+    if not there.is_dir():
+        raise InvalidSetting(f"{folder}: cannot be written ({there} is no directory)")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InvalidSetting(f"{folder}: cannot be written ({there} may not be changed by this user)")
 
 
 @contextlib.contextmanager

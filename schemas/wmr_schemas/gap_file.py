@@ -57,6 +57,12 @@ class Effect(Part, frozen=True):
     ]
     p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
     separate_with: Annotated[str, Meta(description="a manoeuvre that would tell the alternatives apart")]
+    residual: Annotated[
+        str, Meta(description="channel of the residual in which it shows: longitudinal, lateral or yaw")
+    ] = ""
+    variable: Annotated[
+        str, Meta(description="column of the traces that the residual follows, or `distance_m`")
+    ] = ""
 
 
 class Interval(Part, frozen=True):
@@ -180,6 +186,17 @@ class Found(Part, frozen=True):
     ]
 
 
+class Candidate(Part, frozen=True):
+    """A candidate that was fitted in full, whether it was chosen or not."""
+
+    stage: Annotated[int, Meta(ge=0, description="effects found before it")]
+    name: Annotated[str, Meta(description="name in the catalogue, or of a dictionary term")]
+    gain: Annotated[Maybe, Meta(description="drop of the deviance, −2 log likelihood")]
+    score: Annotated[Maybe, Meta(description="gain less the price of its parameters; the largest is tested")]
+    p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
+    failed: Annotated[str, Meta(description="the gate that it does not pass; empty where none failed")]
+
+
 class GapFile(Part, frozen=True):
     """The whole file."""
 
@@ -208,6 +225,9 @@ class GapFile(Part, frozen=True):
     seed: Annotated[int, Meta(ge=0, description="of the placebo logs")]
     version: Annotated[str, Meta(description="version of wmr-replay that wrote the file")]
     findings: Annotated[tuple[Found, ...], Meta(description="what is wrong with the data")] = ()
+    candidates: Annotated[
+        tuple[Candidate, ...], Meta(description="what was fitted in full, by stage, the best first")
+    ] = ()
 
 
 def gap_to_json(gap: GapFile) -> str:

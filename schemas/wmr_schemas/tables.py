@@ -192,6 +192,37 @@ SUMMARY: tuple[Column, ...] = (
 )
 
 
+GAP_TRACES: tuple[Column, ...] = (
+    Column("t_ns", pl.Int64, "ns", "stamp of the row: the centre of a short bin of poses"),
+    _real("t_s", "s", "seconds since the first pose sample"),
+    Column("mode", pl.Int8, "–", "contact mode with which the row was analysed"),
+    Column("held_out", pl.Boolean, "–", "whether the row was held out: not fitted"),
+    _real("x_m", "m", "measured position of N, world x, mean of the bin"),
+    _real("y_m", "m", "measured position of N, world y"),
+    _real("yaw_rad", "rad", "measured yaw, unwrapped"),
+    *(
+        column
+        for model, words in (("base", "the base model"), ("extended", "the extended model"))
+        for column in (
+            _real(f"{model}_x_m", "m", f"x as {words} simulates it, in windows of 4 s from a fitted start"),
+            _real(f"{model}_y_m", "m", f"y as {words} simulates it"),
+            _real(f"{model}_yaw_rad", "rad", f"yaw as {words} simulates it"),
+            _real(f"{model}_error_m", "m", f"distance from the measured position, {words}"),
+            _real(f"{model}_error_yaw_rad", "rad", f"measured minus simulated yaw, {words}"),
+            _real(f"{model}_residual_longitudinal", "m/s²", f"what {words} leaves of dv_long/dt, filtered"),
+            _real(f"{model}_residual_lateral", "m/s", f"lateral velocity that {words} leaves, filtered"),
+            _real(f"{model}_residual_yaw", "m/s²", f"what {words} leaves of l·yaw_acc, filtered"),
+        )
+    ),
+    _real("v_mps", "m/s", "longitudinal velocity, smoothed over .7 s"),
+    _real("v_lat_mps", "m/s", "lateral velocity, smoothed"),
+    _real("yaw_rate_radps", "rad/s", "yaw rate, smoothed"),
+    _real("effort_sum_nm", "N·m", "sum of the torques, mean over the bin"),
+    _real("effort_diff_nm", "N·m", "right minus left torque"),
+    _real("effort_sum_rate_nmps", "N·m/s", "rate of change of the torques' sum"),
+)
+"""``<stem>.gap_traces.parquet``: what the report of a gap analysis is drawn from."""
+
 TRUTH: tuple[Column, ...] = (
     Column("t_ns", pl.Int64, "ns", "stamp of the logged pose sample"),
     _real("x_m", "m", "position of N without noise, world x"),

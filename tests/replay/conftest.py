@@ -83,6 +83,12 @@ def made_up_gap():
 
 
 @pytest.fixture(scope="session")
+def page_reader():
+    """The module that reads pages: ``checked(page)``."""
+    return _module("page_reader")
+
+
+@pytest.fixture(scope="session")
 def made_up_clocks():
     """The module that writes logs whose channels are stamped by other clocks."""
     return _module("made_up_clocks")

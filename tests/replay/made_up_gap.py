@@ -4,6 +4,7 @@ import numpy as np
 
 from wmr_replay.gap.result.result import (
     Alternative,
+    CandidateScore,
     Detectable,
     Estimate,
     FoundEffect,
@@ -31,6 +32,8 @@ EFFECT = FoundEffect(
     alternatives=(Alternative("rolling_resistance", 3.2),),
     p_value=3e-15,
     separate_with="driving at a range of speeds",
+    residual="longitudinal",
+    variable="v_mps",
 )
 
 
@@ -47,7 +50,12 @@ def traces(n: int = 1500, rate_hz: float = 25.0) -> Traces:
     residual = 0.05 * rng.standard_normal((n, 3))
     drag = np.stack([-0.2 * np.cos(0.2 * t), 0 * t, 0 * t], axis=1)
     mode = np.where((t > 20) & (t < 24), 1.0, 0.0)
-    return Traces(START_NS, t, measured, base, extended, residual + drag, residual, held_out, mode)
+    speed = np.cos(0.2 * t)
+    quantities = {"v_mps": speed, "v_lat_mps": 0 * t, "yaw_rate_radps": -0.2 * np.sin(0.2 * t)}
+    quantities |= {"effort_sum_nm": speed, "effort_diff_nm": 0 * t, "effort_sum_rate_nmps": 0 * t}
+    return Traces(
+        START_NS, t, measured, base, extended, residual + drag, residual, held_out, mode, quantities
+    )
 
 
 def gap_metric(name: str, unit: str, scale: float) -> GapMetric:
@@ -82,5 +90,9 @@ def gap_result(**changes: object) -> GapResult:
         "seed": 0,
         "notes": (),
         "traces": traces(),
+        "candidates": (
+            CandidateScore(0, "viscous_drag", 300.0, 290.0, 3e-15),
+            CandidateScore(0, "rolling_resistance", 150.0, 140.0, 1e-9, "hold-out"),
+        ),
     }
     return GapResult(**(fields | changes))

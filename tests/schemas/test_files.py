@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from wmr_schemas.files import PartFile, made_folder, whole_file, whole_files
+from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.files import PartFile, check_writable, made_folder, whole_file, whole_files
 
 
 def names(folder: Path) -> set[str]:
@@ -82,3 +83,15 @@ def test_folders_made_for_nothing_are_removed_and_older_ones_stay(tmp_path: Path
     assert names(tmp_path) == {"old", "full"}
     with made_folder(tmp_path / "made" / "below") as folder:
         assert folder.is_dir()
+
+
+def test_a_place_that_cannot_be_written_is_known_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check_writable(tmp_path / "new" / "folder")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InvalidSetting, match=r"file/out: cannot be written \(.*file is no directory\)"):
+        check_writable(tmp_path / "file" / "out")
+    monkeypatch.setattr("os.access", lambda *_: False)  # a test may run as root, who may write everywhere
+    with pytest.raises(InvalidSetting, match="may not be changed by this user"):
+        check_writable(tmp_path / "new")

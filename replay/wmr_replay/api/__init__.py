@@ -13,6 +13,9 @@ module                  holds
 ``synthesise``          synthetic logs; ``simulation``: robot, sensors, world; ``suite``: sets of logs
 ``compare``, ``check``  two results side by side; results against references
 ``batch``, ``convert``  many logs into one dataset; a CSV file as a log
+``viewer``              timelines in the viewer, in a browser, as pictures
+
+``stored``              reports and pictures of stored results
 ``plots``, ``html``     pictures (matplotlib, extra ``plot``), and the card of a result in notebooks
 ``places``, ``request`` paths and URLs; settings, models and mappings as callers give them
 ``store``, ``names``    where samples are kept; modes by name

@@ -35,6 +35,7 @@ def batch(
     start: Instant | None = None,
     end: Instant | None = None,
     timeline: bool = False,
+    report: bool = False,
     strict: bool = False,
     progress: Progress | None = None,
     **settings: Unpack[SettingsArguments],
@@ -51,6 +52,7 @@ def batch(
         start: Leave out what was logged before.
         end: Leave out what was logged after.
         timeline: Whether to write a Rerun timeline per log too.
+        report: Whether to write a page per log and one of the fleet, ``report.html`` (extra ``report``).
         strict: Whether a log in which something was damaged has failed.
         progress: Called with the outcome of each log, bytes done and bytes in all.
         **settings: Fields of ``wmr_replay.Settings``.
@@ -74,5 +76,6 @@ def batch(
         orders,
         n_jobs=jobs or os.cpu_count() or 1,
         scheduler=scheduler,
+        report=report,
         progress=progress,
     )

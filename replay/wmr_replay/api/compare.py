@@ -16,12 +16,14 @@ from wmr_replay.regress.logs import find_logs
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results, read_results, stems
 from wmr_replay.regress.sides import Comparison as Differences
-from wmr_replay.regress.sides import compare_sides
+from wmr_replay.regress.sides import compare_sides, matched
+from wmr_replay.report.compare import Compared as TwoResults
+from wmr_replay.report.compare import compare_page
 from wmr_replay.timeline import Side as TimelineSide
-from wmr_replay.timeline import write_comparison
+from wmr_replay.timeline import comparison_text, write_comparison
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import made_folder, whole_file
-from wmr_schemas.text import figure, json_text, markdown, shown
+from wmr_schemas.text import figure, json_text, shown
 
 Compared: TypeAlias = LocalPlace | Result
 """A directory of results, a log or a directory of logs, or a result in memory."""
@@ -76,14 +78,20 @@ class Comparison:
         """For JSON."""
         return {"a": self.a, "b": self.b, **self._differences.as_dict()}
 
+    def told(self) -> list[str]:
+        """How many rows were compared and how, and a warning where the two are no single drive."""
+        found, share = self._differences, self._differences.other_mode_share
+        matched = "" if found.by_stamp else ", matched by the time since the start"
+        lines = [f"{found.n_a} and {found.n_b} rows, {found.n_common} in common{matched}"]
+        if found.unrelated:
+            lines.append(f"warning: a and b look like two different drives: {found.unrelated}")
+        return [*lines, "no row in common" if share is None else f"another mode in {share:.2%} of them"]
+
     def lines(self) -> list[str]:
         """The differences as text."""
         found = self._differences
-        lines = [f"a  {shown(self.a)}", f"b  {shown(self.b)}", ""]
         share = found.other_mode_share
-        matched = "" if found.by_stamp else ", matched by the time since the start"
-        lines.append(f"{found.n_a} and {found.n_b} rows, {found.n_common} in common{matched}")
-        lines.append("no row in common" if share is None else f"another mode in {share:.2%} of them")
+        lines = [f"a  {shown(self.a)}", f"b  {shown(self.b)}", "", *self.told()]
         rows = found.summary.iter_rows(named=True)
         cells = [(r["field"], *map(figure, (r["a"], r["b"])), figure(r["delta"], sign="+")) for r in rows]
         if cells:
@@ -107,13 +115,30 @@ class Comparison:
             TimelineSide(name, results.samples, results.summary["rate_hz"][0] or 1.0)
             for name, results in zip((self.a, self.b), self._sides, strict=True)
         )
-        names = [f"**a**: {markdown(a.name)}  ", f"**b**: {markdown(b.name)}"]
-        text = "\n".join([*names, "", "```", *self.lines()[3:], "```"])
-        write_comparison(target, a, b, self._differences.other_mode, text)
+        found = self._differences
+        text = comparison_text(a.name, b.name, self.told(), self.summary)
+        write_comparison(target, a, b, found.other_mode, text, by_stamp=found.by_stamp)
         return target
 
-    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
-        """Write ``<stem>.compare.json`` and ``.compare.rrd``; the files by kind."""
+    def report(self, path: LocalPlace) -> Path:
+        """Write the report to ``path`` (``.html``): one file to mail, with everything inside.
+
+        Raises MissingExtra without the extra ``report``.
+        """
+        target = local_path(path)
+        home_of(target)
+        a, b = (results.samples for results in self._sides)
+        joined, by_stamp = matched(a, b)
+        two = TwoResults(self.a, self.b, a, b, joined, by_stamp, self.summary, self.columns)
+        text = compare_page(two, self.stem)
+        with whole_file(target) as part:
+            part.write_text(text, encoding="utf-8")
+        return target
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
+        """Write ``<stem>.compare.json``, ``.compare.rrd`` and, if asked for, ``.compare.html``; the files by
+        kind.
+        """
         folder = local_path(directory)
         with made_folder(folder):
             files = {"json": folder / f"{self.stem}.compare.json"}
@@ -123,6 +148,10 @@ class Comparison:
             recording = self.timeline(drawn) if timeline else None
             if recording is None:
                 drawn.unlink(missing_ok=True)
+            page = folder / f"{self.stem}.compare.html"
+            page.unlink(missing_ok=True)
+            if report:
+                files["report"] = self.report(page)
         return files if recording is None else files | {"timeline": recording}
 
     def __str__(self) -> str:

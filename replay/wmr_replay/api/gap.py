@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import polars as pl
 
-from wmr_replay.api.places import LocalPlace, Place, local_path, place_of
+from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
 from wmr_replay.api.request import (
     Instant,
     MappingLike,
@@ -21,12 +21,19 @@ from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
+from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
+from wmr_replay.report.bundle import check_extra
+from wmr_replay.report.gap import gap_page
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.files import whole_file
 from wmr_schemas.gap_file import GapFile, gap_to_json
 from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log
 from wmr_schemas.text import shown
+
+if TYPE_CHECKING:
+    from wmr_replay.api.plots.figure import Figure
 
 TOPIC = "topic:"
 MODES = ("identified", "ideal")
@@ -103,9 +110,32 @@ class Gap:
         """``gap.json``."""
         return gap_to_json(self.document)
 
-    def save(self, directory: LocalPlace, *, timeline: bool = True) -> dict[str, Path]:
+    @property
+    def traces(self) -> pl.DataFrame:
+        """Residuals, paths and errors over time, as ``gap_traces.parquet`` holds them."""
+        return traces_frame(self.result.traces)
+
+    def save(self, directory: LocalPlace, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
         """Write the files that ``wmr-replay gap --out DIRECTORY`` writes; the files by kind."""
-        return write_gap(self._run, local_path(directory), timeline=timeline)
+        return write_gap(self._run, local_path(directory), timeline=timeline, report=report)
+
+    def report(self, path: LocalPlace) -> Path:
+        """Write the report to ``path`` (``.html``): one file to mail, with everything inside.
+
+        Raises MissingExtra without the extra ``report``.
+        """
+        target = local_path(path)
+        home_of(target)
+        text = gap_page(self.document, self.traces, self._run.path.name)
+        with whole_file(target) as part:
+            part.write_text(text, encoding="utf-8")
+        return target
+
+    def plot(self) -> "Figure":
+        """Residuals, paths by error and gaps as a matplotlib figure (extra ``plot``)."""
+        from wmr_replay.api.plots import gap_figure  # noqa: PLC0415 – an extra
+
+        return gap_figure(self.document, self.traces)
 
     def __repr__(self) -> str:
         return shown(f"<Gap of {self.document.log}: {self.verdict}: {self.sentence}>")
@@ -126,6 +156,7 @@ def gap(
     end: Instant | None = None,
     clock_offset_s: float = 0.0,
     timeline: bool = True,
+    report: bool = False,
     command: str = "",
     force: bool = False,
     progress: Progress | None = None,
@@ -146,6 +177,7 @@ def gap(
         end: Leave out what was logged after.
         clock_offset_s: Added to the stamps of torques and wheel speeds.
         timeline: Whether ``out`` receives a Rerun timeline too.
+        report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         command: What the extended model states as its origin.
         force: Replace results of another log of the same name in ``out``.
         progress: Called with what is being done and the share that is done.
@@ -154,6 +186,8 @@ def gap(
         LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
         InvalidSetting: An option that makes no sense, or ``out`` holds results of another log.
     """
+    if report:
+        check_extra()
     place, directory = place_of(log), None if out is None else local_path(out)
     options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects, seed)
     if directory is not None and model is not None and not isinstance(model, Model):
@@ -173,7 +207,7 @@ def gap(
     )
     if claim is None:
         return Gap(run)
-    files = write_gap(run, claim.directory, timeline=timeline)
+    files = write_gap(run, claim.directory, timeline=timeline, report=report)
     if replaces:
         claim.remove_others(files.values())
     return Gap(run, files)

@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from wmr_replay.ingest import LogPath, RemotePath, log_path
 from wmr_schemas.errors import InvalidSetting
+from wmr_schemas.files import check_writable
 
 LocalPlace: TypeAlias = str | os.PathLike[str]
 """A file or directory of this machine."""
@@ -13,7 +14,7 @@ Place: TypeAlias = LocalPlace | RemotePath
 """A file or directory of this machine, or a URL: as text (``s3://bucket/log.mcap``) or as ``URL``."""
 URL = RemotePath
 
-__all__ = ["URL", "LocalPlace", "LogPath", "Place", "home_of", "local_path", "place_of"]
+__all__ = ["URL", "LocalPlace", "LogPath", "Place", "check_writable", "home_of", "local_path", "place_of"]
 
 
 def place_of(given: Place) -> LogPath:

@@ -13,6 +13,8 @@ from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
 from wmr_replay.jobs.owner import Claim, outdated
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
 from wmr_replay.jobs.result_files import open_timeline, write_results
+from wmr_replay.jobs.run import write_report
+from wmr_replay.report.run import RunTables as ReportTables
 from wmr_replay.tables.summary import summary_frame
 from wmr_schemas.tables import SEGMENTS, polars_schema
 from wmr_schemas.text import shown
@@ -162,6 +164,21 @@ class Result:
             timeline.discard()
             raise
         return target
+
+    def report(self, path: LocalPlace) -> Path:
+        """Write the report to ``path`` (``.html``): one file to mail, with everything inside.
+
+        Raises MissingExtra without the extra ``report``.
+        """
+        target = local_path(path)
+        home_of(target)
+        write_report(target, self.report_tables(), self.stem)
+        return target
+
+    def report_tables(self) -> ReportTables:
+        """What a report is drawn from: the tables as they are on disk."""
+        tables = self._tables
+        return ReportTables(tables.summary, self._store.lazy(), self._later.lazy(), tables.confusion)
 
     def plot(self) -> "Figure":
         """Path, modes, velocities and α over time as a matplotlib figure.

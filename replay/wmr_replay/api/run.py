@@ -17,6 +17,7 @@ from wmr_replay.api.result import Result
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
 from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
+from wmr_replay.jobs.result_files import Live
 from wmr_replay.jobs.run import replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
@@ -33,9 +34,11 @@ def run(
     start: Instant | None = None,
     end: Instant | None = None,
     timeline: bool = True,
+    report: bool = False,
     strict: bool = False,
     force: bool = False,
     progress: Progress | None = None,
+    live: Live | None = None,
     **settings: Unpack[SettingsArguments],
 ) -> Result:
     """Identify contact modes and α in a log.
@@ -51,9 +54,12 @@ def run(
         start: Leave out what was logged before: seconds from the first message, or an absolute time.
         end: Leave out what was logged after.
         timeline: Whether ``out`` receives a Rerun timeline too.
+        report: Whether ``out`` receives a report too, one HTML file (extra ``report``).
         strict: Raise when something in the file was damaged.
         force: Replace results of another log of the same name in ``out``.
         progress: Called with bytes read and bytes in all.
+        live: Address of a viewer (``view()``, ``serve().address``) that shows the timeline while the log is
+            read, or what opens one and gives its address; with ``out`` alone.
         **settings: Fields of ``wmr_replay.Settings``, such as ``identifier="paper"`` or ``window_s=0.4``.
 
     Raises:
@@ -74,7 +80,15 @@ def run(
     )
     if claim is None:
         return held_result(replayed, progress, strict=strict)
-    found = run_into(replayed, claim.directory, timeline=timeline, strict=strict, progress=progress)
+    found = run_into(
+        replayed,
+        claim.directory,
+        timeline=timeline,
+        report=report,
+        strict=strict,
+        progress=progress,
+        live=live,
+    )
     if replaces:
         claim.remove_others(found.files.values())
     store, later = SampleStore.of_file(found.files["samples"]), None

@@ -24,17 +24,21 @@ if TYPE_CHECKING:
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers do the work instead.")
 @click.option("--json", "as_json", is_flag=True, help="Print totals and a row per log as JSON.")
 @click.option("--rrd", is_flag=True, help="Write a Rerun timeline per log too.")
+@click.option(
+    "--report", is_flag=True, help="Write a page per log and one of the fleet, report.html (extra report)."
+)
 @click.option("--strict", is_flag=True, help="A log in which something was damaged has failed.")
 @model_option("Model file (model.toml): parameters and effects beyond the base model.")
 @mapping_options
 @settings_options
-def command(
+def command(  # noqa: PLR0917
     logs: "tuple[LogPath, ...]",
     out: "LogPath",
     jobs: int | None,
     scheduler: str | None,
     as_json: bool,
     rrd: bool,
+    report: bool,
     strict: bool,
     model_file: Path | None,
     **options: Any,
@@ -62,6 +66,7 @@ def command(
             scheduler=scheduler,
             model=model_file,
             timeline=rrd,
+            report=report,
             strict=strict,
             progress=progress,
             **log_options(options),

@@ -20,6 +20,7 @@ COMMANDS = {
     "suite": "Write a named, versioned set of synthetic logs.",
     "check": "Replay logs and compare with stored references, or hold them to criteria.",
     "compare": "Two results, logs or settings side by side.",
+    "plot": "Draw a stored result for papers and slides.",
     "design": "Design a differentiator, see its kernel and what it does to a log.",
 }
 ALIASES = {"diff": "design"}

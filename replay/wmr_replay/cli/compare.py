@@ -9,6 +9,7 @@ import click
 
 from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.completion import complete_setting
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
@@ -51,7 +52,11 @@ Examples:
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
+@click.option(
+    "--report", is_flag=True, help="Write <name>.compare.html too: one HTML file to mail (extra report)."
+)
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
+@viewing_options
 def command(
     a: Path,
     b: Path | None,
@@ -59,7 +64,9 @@ def command(
     set_b: tuple[str, ...],
     out: Path,
     no_rrd: bool,
+    report: bool,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Show what differs between A and B.
 
@@ -70,10 +77,13 @@ def command(
     """
     if b is None and set_a == set_b:
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     from wmr_replay.api.compare import compare_all
+    from wmr_replay.api.places import check_writable
     from wmr_replay.cli.printing.compare import print_comparisons
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
+    check_writable(out)
     comparisons, lonely = compare_all(
         a,
         b,
@@ -81,8 +91,9 @@ def command(
         settings_b=parse_settings(set_b),
         watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
-    files = [comparison.save(out, timeline=not no_rrd) for comparison in comparisons]
+    files = [comparison.save(out, timeline=not no_rrd, report=report) for comparison in comparisons]
     print_comparisons(comparisons, files, lonely, out, as_json=as_json)
+    viewing.show(*(written["timeline"] for written in files if "timeline" in written))
 
 
 def parse_settings(texts: Sequence[str]) -> "SettingsArguments":

@@ -11,6 +11,7 @@ from wmr_replay.cli.help import GroupedCommand
 from wmr_replay.cli.options.completion import complete_modes, list_of
 from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
+from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.text import encodable
 
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
@@ -49,8 +50,10 @@ MODES_OPTION = click.option(
 )
 @click.option("--force", is_flag=True, help="Replace results of another log of the same name.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier analysis goes.")
+@click.option("--report", is_flag=True, help="Write a report too: one HTML file to mail (extra report).")
 @CLOCK_OFFSET
 @blind_options
+@viewing_options
 def command(  # noqa: PLR0917
     log: Path,
     model_file: Path | None,
@@ -62,6 +65,7 @@ def command(  # noqa: PLR0917
     as_json: bool,
     fail_on: str,
     no_rrd: bool,
+    report: bool,
     force: bool,
     **options: Any,
 ) -> None:
@@ -81,6 +85,7 @@ def command(  # noqa: PLR0917
     from wmr_replay.cli.printing.gap import print_gap
     from wmr_replay.cli.printing.progress import share_progress
 
+    viewing = Viewing.of(options, no_rrd=no_rrd)
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
     with share_progress(f"reading {log.name}") as progress:
         found = gap(
@@ -93,6 +98,7 @@ def command(  # noqa: PLR0917
             max_effects=max_effects,
             seed=seed,
             timeline=not no_rrd,
+            report=report,
             force=force,
             command=command_line(),
             progress=progress,
@@ -100,6 +106,8 @@ def command(  # noqa: PLR0917
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)
+    if "timeline" in found.files:
+        viewing.show(found.files["timeline"])
     if found.verdict in failing:
         sys.exit(EXIT_CHECK_FAILED)
 

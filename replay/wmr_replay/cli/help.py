@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ import click
 from wmr_replay.cli.activity import activity
 from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
-from wmr_replay.cli.verbosity import is_quiet
+from wmr_replay.cli.streams import writable
+from wmr_replay.cli.verbosity import is_quiet, is_verbose
 
 MOST_COLUMNS = 100
 """Longer lines are hard to read."""
@@ -35,6 +37,8 @@ class GroupedCommand(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Do the work; under --quiet with nobody to hear it but for errors and JSON."""
         if not is_quiet():
+            if is_verbose():
+                say_files(ctx)
             with activity():
                 return super().invoke(ctx)
         with Path(os.devnull).open("w", encoding="utf-8") as nowhere, contextlib.redirect_stderr(nowhere):
@@ -42,6 +46,10 @@ class GroupedCommand(click.Command):
                 return super().invoke(ctx)
             with contextlib.redirect_stdout(nowhere):
                 return super().invoke(ctx)
+
+    def get_help(self, ctx: click.Context) -> str:
+        """The page, in characters that standard output has."""
+        return writable(super().get_help(ctx))
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """The options, a section for each group that has any."""
@@ -68,6 +76,14 @@ class GroupedCommand(click.Command):
             for heading, rows in found.items()
             if rows
         }
+
+
+def say_files(ctx: click.Context) -> None:
+    """The files that options of this call come from, on standard error."""
+    from wmr_replay.cli.config.apply import files_said
+
+    for line in files_said(ctx):
+        print(line, file=sys.stderr)
 
 
 def place_of(names: Iterable[str], places: dict[str, tuple[str, int]]) -> tuple[str, int]:

@@ -88,6 +88,13 @@ def ascii_of(character: str) -> str:
     return plain or character.encode("ascii", "backslashreplace").decode()
 
 
+def writable(text: str) -> str:
+    """The text in characters that standard output has, for what click prints: to ASCII it writes UTF-8."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    codecs.register_error(HANDLER, replaced)
+    return text.encode(encoding, HANDLER).decode(encoding)
+
+
 class ReaderLeft(Exception):
     """Nobody reads standard output any more. No OSError: click makes an exit code 1 of a broken pipe."""
 

@@ -9,12 +9,14 @@ import polars as pl
 from wmr_replay.fleet.cluster import Cluster
 from wmr_replay.fleet.job import Job, Orders, Outcome
 from wmr_replay.fleet.pool import Pool
+from wmr_replay.fleet.reports import FLEET_PAGE, write_reports
 from wmr_replay.fleet.store import Store
 from wmr_replay.fleet.stores import store_at
 from wmr_replay.fleet.summary import fleet_frame, write_fleet
 from wmr_replay.fleet.work import identify, replay
 from wmr_replay.fleet.worklist import find_logs
 from wmr_replay.ingest import LogPath
+from wmr_replay.report.bundle import check_extra
 
 Progress = Callable[[Outcome | None, int, int], None]
 """Called with the outcome of the log that has just ended (None at the start), bytes done and bytes in all."""
@@ -49,6 +51,7 @@ def run_batch(
     *,
     n_jobs: int = 1,
     scheduler: str | None = None,
+    report: bool = False,
     progress: Progress | None = None,
 ) -> BatchResult:
     """Replay many logs into the dataset at ``out``, on ``n_jobs`` processes or a Dask cluster.
@@ -56,6 +59,8 @@ def run_batch(
     Logs whose results are there already, for the same content, orders and version, are skipped; a log that
     fails stops no other. Raises InvalidSetting and MissingExtra before any work is begun.
     """
+    if report:
+        check_extra()
     logs, store = find_logs(places), store_at(out)
     with store.opened():
         workers = Pool[Any](n_jobs) if scheduler is None else Cluster[Any](scheduler)
@@ -64,6 +69,9 @@ def run_batch(
         failed = [outcome for outcome in outcomes if outcome.problem]
         fleet = fleet_frame(store, failed)
         write_fleet(store, fleet)
+        store.remove(FLEET_PAGE)
+        if report:
+            write_reports(store, fleet, outcomes)
     return BatchResult(outcomes, fleet)
 
 

@@ -18,6 +18,11 @@ def part_name(table: str, key: str) -> str:
     return f"{table}/{PARTITION}{key}/part.parquet"
 
 
+def report_name(key: str) -> str:
+    """Where a log's report lies."""
+    return f"reports/{key}.html"
+
+
 def replay_into(store: Store, job: Job) -> None:
     """Replay a log; its files appear one by one, each whole, and its completion record last.
 
@@ -59,5 +64,5 @@ def dataset_files(key: str, result: RunResult) -> dict[str, Path]:
 def forget(store: Store, key: str) -> None:
     """Remove an older result of the log, its completion record first."""
     store.remove(record_name(key))
-    for name in (*(part_name(table, key) for table in TABLES), timeline_name(key)):
+    for name in (*(part_name(table, key) for table in TABLES), timeline_name(key), report_name(key)):
         store.remove(name)

@@ -13,6 +13,7 @@ from wmr_replay.fleet.store import PARTITION, Store
 from wmr_replay.ingest import LogPath, RemotePath
 from wmr_replay.ingest.storage.source import located, unreachable
 from wmr_schemas.errors import LogUnusable
+from wmr_schemas.files import check_writable
 
 
 class Directory(Store):
@@ -65,7 +66,8 @@ class Directory(Store):
 
     @contextlib.contextmanager
     def opened(self) -> Iterator[None]:
-        """Lock the directory, and remove unfinished files of an interrupted batch."""
+        """Lock the directory, and remove unfinished files of an interrupted batch. Raises InvalidSetting."""
+        check_writable(self.place)
         self.place.mkdir(parents=True, exist_ok=True)
         with exclusive(self.place / ".lock", self.place):
             shutil.rmtree(self._partial, ignore_errors=True)

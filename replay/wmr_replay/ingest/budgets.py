@@ -30,6 +30,10 @@ class ReadBudgets:
     """Bytes of a record that describes the file (header, metadata, statistics). Usually some kilobytes."""
     most_summary_bytes: int = 256 * MIB
     """Bytes of the summary section. An index of a million chunks has about 150 MB."""
+    free_records: int = 500_000
+    """Records outside chunks in a log of no size, some microseconds each; messages there count by pieces."""
+    records_per_byte: float = 1 / 256
+    """Further ones for each byte of the file. A chunk of a megabyte has a few dozen behind it."""
     most_descriptions: int = 1 << 18
     """Records of schemas and channels that are parsed. A file has at most 2 × 65,535 different ones."""
     most_channels: int = 4096
@@ -66,6 +70,10 @@ class ReadBudgets:
     def most_messages(self, size_bytes: int) -> int:
         """Messages of the channels in use that a log of this size may hold."""
         return self.free_messages + int(self.messages_per_byte * size_bytes)
+
+    def most_records(self, size_bytes: int) -> int:
+        """Records outside chunks that a file of this size may hold."""
+        return self.free_records + int(self.records_per_byte * size_bytes)
 
     def may_unfold(self, stored_bytes: int, size_bytes: int) -> bool:
         """Whether a chunk of ``stored_bytes`` in the file may hold ``size_bytes``."""

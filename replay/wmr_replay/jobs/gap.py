@@ -5,13 +5,18 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
+
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
 from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap_document import document_of
+from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.measured_poses import with_measured_poses
+from wmr_replay.report.bundle import check_extra
+from wmr_replay.report.gap import gap_page
 from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
@@ -90,20 +95,30 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
     return GapRun(document, result, whole.log, path, whole.sha256)
 
 
-def write_gap(run: GapRun, out: Path, *, timeline: bool = True) -> dict[str, Path]:
-    """Write gap.json, gap.rrd and the extended model to ``out``; the files by kind.
+def write_gap(run: GapRun, out: Path, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
+    """Write gap.json, its traces, gap.rrd, the report and the extended model to ``out``; the files by kind.
 
-    They appear together or not at all. Without a timeline, that of an earlier analysis is removed.
+    They appear together or not at all. A timeline or report that is not asked for is removed, where an
+    earlier analysis left one.
     """
+    if report:
+        check_extra()
     path = run.path
-    files = names(path, out, timeline=timeline)
+    files = names(path, out, timeline=timeline, report=report)
+    traces = traces_frame(run.result.traces)
     with made_folder(out), whole_files(files) as parts:
         parts["json"].write_text(gap_to_json(run.document), encoding="utf-8")
         parts["model"].write_text(model_to_toml(run.result.model), encoding="utf-8")
+        traces.write_parquet(parts["traces"])
+        if report:
+            parts["report"].write_text(gap_page(run.document, traces, path.name), encoding="utf-8")
         if timeline:
-            write_gap_timeline(parts["timeline"], run.result, path.name, f"{path.stem}-{run.sha256[:16]}-gap")
-    if not timeline:
-        names(path, out, timeline=True)["timeline"].unlink(missing_ok=True)
+            identity = f"{path.stem}-{run.sha256[:16]}-gap"
+            found = [msgspec.to_builtins(finding) for finding in run.document.findings]
+            write_gap_timeline(parts["timeline"], run.result, path.name, identity, found)
+    for kind, file in names(path, out, timeline=True, report=True).items():
+        if kind not in files:
+            file.unlink(missing_ok=True)
     return files
 
 
@@ -173,7 +188,8 @@ def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command
     )
 
 
-def names(path: LogPath, out: Path, *, timeline: bool) -> dict[str, Path]:
+def names(path: LogPath, out: Path, *, timeline: bool, report: bool = False) -> dict[str, Path]:
     """The files by kind."""
-    kinds = {"json": "gap.json", "model": "model.toml"} | ({"timeline": "gap.rrd"} if timeline else {})
+    kinds = {"json": "gap.json", "model": "model.toml", "traces": "gap_traces.parquet"}
+    kinds |= ({"timeline": "gap.rrd"} if timeline else {}) | ({"report": "gap.html"} if report else {})
     return {kind: out / encodable(f"{path.stem}.{ending}") for kind, ending in kinds.items()}

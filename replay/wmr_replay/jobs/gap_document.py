@@ -33,6 +33,7 @@ def document_of(
         },
         "version": __version__,
         "findings": [found.as_dict() for found in findings],
+        "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from wmr_replay.ingest import LogPath, sha256_of
 from wmr_schemas.errors import InvalidFile, InvalidSetting
+from wmr_schemas.files import check_writable
 from wmr_schemas.text import encodable
 from wmr_schemas.tomlfile import read_toml
 
@@ -28,9 +29,9 @@ RUN_ENDINGS = (
     "hindsight.parquet",
     "hindsight_segments.parquet",
     "rrd",
-    "html",
+    "report.html",
 )
-GAP_ENDINGS = ("gap.json", "gap.rrd", "gap.html", MODEL)
+GAP_ENDINGS = ("gap.json", "gap_traces.parquet", "gap.rrd", "gap.html", MODEL)
 
 
 class OtherLog(InvalidSetting):
@@ -72,7 +73,11 @@ class Claim:
                 raise OtherLog(self.directory, self.log, (name or str(file)) + content)
 
     def settled(self, *, force: bool) -> bool:
-        """Whether another log's results are to be replaced; without ``force`` these raise OtherLog."""
+        """Whether another log's results are to be replaced; without ``force`` these raise OtherLog.
+
+        Raises InvalidSetting where nothing can be written.
+        """
+        check_writable(self.directory)
         try:
             self.check()
         except OtherLog:

@@ -10,6 +10,8 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
+from wmr_replay.jobs.torque_record import TorqueRecord
+from wmr_replay.pipeline.columns import Columns
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.tables import confusion_frame, hindsight_frame, samples_frame
@@ -178,6 +180,8 @@ class TimelineFacts:
     rate_hz: float
     truth: Callable[[int], Iterator[pl.DataFrame]] | None
     recording_id: str
+    torque: Callable[[], pl.DataFrame] | None = None
+    """The wheel torques so far: ``t_ns, left_nm, right_nm``."""
 
 
 class Replay:
@@ -190,6 +194,7 @@ class Replay:
         self._truth, self._given = truth or SideTruth(), dict(given)
         self._tally, self._later = SummaryCollector(), SummaryCollector()
         self._looked_back = False
+        self._torques = TorqueRecord()
 
     def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
         """The samples table, batch by batch. Raises LogUnusable where they make no result, and with
@@ -197,11 +202,11 @@ class Replay:
         """
         for batch in self.source.batches():
             for columns in self.engine.push(batch):
-                yield self._counted(samples_frame(columns))
+                yield self._counted(columns)
             if progress is not None:
                 progress(*self.source.position())
         for columns in self.engine.finish():
-            yield self._counted(samples_frame(columns))
+            yield self._counted(columns)
         if strict and self.source.losses.any():
             raise DamagedLog(
                 self.source.name,
@@ -237,10 +242,13 @@ class Replay:
             rate_hz=tuning.rate_hz if tuning else 1.0,
             truth=self._truth.states if self._truth.states_file else None,
             recording_id=f"{source.stem}-{source.sha256[:16]}",
+            torque=self._torques.frame,
         )
 
-    def _counted(self, samples: pl.DataFrame) -> pl.DataFrame:
+    def _counted(self, columns: Columns) -> pl.DataFrame:
+        samples = samples_frame(columns)
         self._tally.push(samples)
+        self._torques.push(columns)
         return samples
 
     def _facts(self) -> LogFacts:

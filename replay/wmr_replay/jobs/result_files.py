@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import polars as pl
 
@@ -15,6 +15,8 @@ from wmr_schemas.files import made_folder, whole_files
 from wmr_schemas.tables import HINDSIGHT, SAMPLES, polars_schema
 from wmr_schemas.text import json_text
 
+Live: TypeAlias = str | Callable[[], str | None]
+"""Where a viewer takes rows as they come, or what gives that, None without a viewer."""
 ENDINGS = {
     "summary_json": "summary.json",
     "summary": "summary.parquet",
@@ -24,9 +26,10 @@ ENDINGS = {
     "hindsight": "hindsight.parquet",
     "hindsight_segments": "hindsight_segments.parquet",
     "timeline": "rrd",
+    "report": "report.html",
 }
 """What follows ``<stem>.`` in the name of each kind of file."""
-OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline")
+OPTIONAL = ("confusion", "hindsight", "hindsight_segments", "timeline", "report")
 """Kinds that not every run has. Where a run has none, that of an earlier run goes."""
 
 
@@ -37,15 +40,17 @@ def write_results(
     hindsight: Iterable[pl.DataFrame],
     tables: Callable[[], RunTables],
     facts: Callable[[], TimelineFacts] | None,
+    live: Live | None = None,
 ) -> tuple[dict[str, Path], RunTables]:
     """Write the results of one log to ``directory``; the files by kind, and the tables about the whole.
 
     ``hindsight`` is iterated once the batches are exhausted, and then ``tables`` is called. ``facts`` is
-    called with the first rows; without it no timeline is written. After a failure no file has changed, and a
+    called with the first rows; without it no timeline is written. ``live`` is where a viewer takes its rows
+    meanwhile, or is called for that with the first rows. After a failure no file has changed, and a
     directory made for the results is gone.
     """
     with made_folder(directory):
-        files = ResultFiles(directory, stem, facts)
+        files = ResultFiles(directory, stem, facts, live)
         try:
             for samples in batches:
                 files.push(samples)
@@ -61,9 +66,15 @@ def write_results(
 class ResultFiles:
     """The files of one run, growing under temporary names until all are complete."""
 
-    def __init__(self, directory: Path, stem: str, facts: Callable[[], TimelineFacts] | None) -> None:
+    def __init__(
+        self,
+        directory: Path,
+        stem: str,
+        facts: Callable[[], TimelineFacts] | None,
+        live: Live | None = None,
+    ) -> None:
         self._names = {kind: directory / f"{stem}.{ending}" for kind, ending in ENDINGS.items()}
-        self._facts = facts
+        self._facts, self._live = facts, live
         self._samples = ParquetStream(self._names["samples"], polars_schema(SAMPLES))
         self._hindsight: ParquetStream | None = None
         self._timeline: Timeline | None = None
@@ -74,7 +85,8 @@ class ResultFiles:
             return
         self._samples.push(samples)
         if self._timeline is None and self._facts is not None:
-            self._timeline = open_timeline(self._names["timeline"], self._facts())
+            live = self._live() if callable(self._live) else self._live
+            self._timeline = open_timeline(self._names["timeline"], self._facts(), live)
         if self._timeline is not None:
             self._timeline.push(samples)
 
@@ -134,13 +146,15 @@ def summary_json(row: Mapping[str, Any]) -> str:
     return json_text({**row, **unfolded})
 
 
-def open_timeline(path: Path, facts: TimelineFacts) -> Timeline:
-    """A timeline that grows into ``path``."""
+def open_timeline(path: Path, facts: TimelineFacts, live: str | None = None) -> Timeline:
+    """A timeline that grows into ``path``, and into the viewer at ``live``."""
     return Timeline(
         path,
         log_name=facts.log_name,
         alpha_nominal=facts.alpha_nominal,
         rate_hz=facts.rate_hz,
         truth=facts.truth,
+        torque=facts.torque,
+        live=live,
         recording_id=facts.recording_id,
     )

@@ -7,12 +7,16 @@ from typing import Any
 import polars as pl
 
 from wmr_replay.ingest import Between, LogPath, open_log
-from wmr_replay.jobs.replay import FileSource, Progress, Replay, RunTables
-from wmr_replay.jobs.result_files import write_results
+from wmr_replay.jobs.replay import FileSource, Progress, Replay
+from wmr_replay.jobs.replay import RunTables as WholeTables
+from wmr_replay.jobs.result_files import ENDINGS, Live, write_results
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
 from wmr_replay.pipeline.settings import Settings
+from wmr_replay.report.bundle import check_extra
+from wmr_replay.report.run import RunTables, run_page
 from wmr_replay.tables.truth import read_side_truth
+from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping, mapping_toml
 from wmr_schemas.model_file import Model, model_to_toml
 
@@ -22,7 +26,7 @@ class RunResult:
     """What a run wrote and found: ``files`` by kind, and the tables about the whole log."""
 
     files: dict[str, Path]
-    tables: RunTables
+    tables: WholeTables
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -94,10 +98,14 @@ def run_into(
     out: Path,
     *,
     timeline: bool = True,
+    report: bool = False,
     strict: bool = False,
     progress: Progress | None = None,
+    live: Live | None = None,
 ) -> RunResult:
-    """Run a replay to its end and write its results to ``out``."""
+    """Run a replay to its end and write its results to ``out``. Raises MissingExtra."""
+    if report:
+        check_extra()
     files, tables = write_results(
         out,
         replay.source.stem,
@@ -105,8 +113,19 @@ def run_into(
         replay.hindsight(),
         replay.tables,
         replay.timeline_facts if timeline else None,
+        live,
     )
+    if report:
+        files["report"] = out / f"{replay.source.stem}.{ENDINGS['report']}"
+        write_report(files["report"], RunTables.of_files(files), replay.source.stem)
     return RunResult(files, tables)
+
+
+def write_report(target: Path, tables: RunTables, name: str) -> None:
+    """Write the page of a replay, whole or not at all."""
+    text = run_page(tables, name)
+    with whole_file(target) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def request_texts(mapping: LogMapping | None, between: Between | None, model: Model | None) -> dict[str, str]:

@@ -15,11 +15,13 @@ Columns = dict[str, np.ndarray[Any, Any]]
 
 SMOOTHED_POSE = ("smoothed_x_m", "smoothed_y_m", "smoothed_yaw_rad")
 """The pose through the window, at the instant that the window describes; no columns of the samples table."""
+EFFORTS = ("left_nm", "right_nm")
+"""The torques of each row, for plots; no columns of the samples table."""
 POSTERIOR = tuple(f"p_{mode.label}" for mode in MODES)
 
 
 def measured_columns(start_ns: int, rows: SampleBatch) -> Columns:
-    """Time, measured pose and truth of all rows."""
+    """Time, measured pose, torques and truth of all rows."""
     x_m, y_m, yaw_rad = rows.pose_raw
     return {
         "t_ns": rows.t_ns,
@@ -28,6 +30,8 @@ def measured_columns(start_ns: int, rows: SampleBatch) -> Columns:
         "y_m": y_m,
         "yaw_rad": yaw_rad,
         "mode_true": rows.mode_true,
+        "left_nm": rows.inputs[0],
+        "right_nm": rows.inputs[1],
     }
 
 

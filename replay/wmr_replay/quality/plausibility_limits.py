@@ -21,6 +21,8 @@ class PlausibilityLimits:
     """Share of votes for the other sign."""
     least_t: float = 6.0
     """Of an answer to torques. Torques that fight a slope or a bump, and turns with speed: up to 4."""
+    clear_t: float = 9.0
+    """The same of a crossed answer that the other channel does not confirm: half as much again."""
     least_share_sign: float = 0.3
     """Of the acceleration's variance that an answer explains, for its sign. By chance and by turns: .2."""
     least_share_size: float = 0.4

@@ -45,13 +45,18 @@ def torque_signs(response: Response) -> I64:
     """:class:`Torques` (m,) after each cell.
 
     With one side reversed, the sum of the efforts is what was their difference: it then turns the robot, and
-    their difference drives it.
+    their difference drives it. One of the two alone is believed where it is beyond doubt: a controller
+    that compensates a disturbance makes either likely for a while.
     """
     n = response.n
     ahead, ahead_crossed = sign_of(response.ahead_by_sum, n), sign_of(response.ahead_by_difference, n)
     turn, turn_crossed = sign_of(response.turn_by_difference, n), sign_of(response.turn_by_sum, n)
     side = np.sign(ahead_crossed + turn_crossed)
-    one_side = (ahead == 0) & (turn == 0) & (ahead_crossed * turn_crossed >= 0)
+    clear = (
+        np.maximum(np.abs(response.ahead_by_difference.t), np.abs(response.turn_by_sum.t)) >= LIMITS.clear_t
+    )
+    seen = (ahead_crossed * turn_crossed > 0) | ((ahead_crossed * turn_crossed == 0) & clear)
+    one_side = (ahead == 0) & (turn == 0) & seen
     return np.select(
         [
             one_side & (side > 0),

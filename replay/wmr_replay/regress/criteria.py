@@ -95,8 +95,8 @@ def section(path: Path | str, place: str, pattern: str, table: Mapping[str, Any]
     for column in table:
         if column not in COLUMNS:
             near = difflib.get_close_matches(column, COLUMNS, n=2)
-            meant = f"did you mean {' or '.join(near)}? " if near else ""
-            known = f"is no number of the summary; {meant}these are: {', '.join(COLUMNS)}"
+            meant = f"; did you mean {' or '.join(near)}?" if near else ""
+            known = f"is no number of the summary; these are: {', '.join(COLUMNS)}{meant}"
             raise InvalidFile(path, f"{place} {column}".strip(), known)
     return [
         bound(path, f"{place} {column}".strip(), column, pattern, text)

@@ -11,6 +11,8 @@ SAID_ELSEWHERE = ("log", "log_sha256", "version", "settings", "verdict", "notes"
 """Texts of the summary, which have no difference."""
 NOT_COMPARED = ("t_ns", "t_s")
 OF_B = "_b"
+MOST_APART = 0.1
+"""Median distance of matched positions, as a share of the path's size, up to which two logs are one drive."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,8 @@ class Comparison:
     summary: pl.DataFrame
     columns: pl.DataFrame
     other_mode: pl.DataFrame
+    unrelated: str | None = None
+    """Why the two do not look like one drive; None where they do."""
 
     @property
     def n_common(self) -> int:
@@ -48,6 +52,7 @@ class Comparison:
             "rows_common": self.n_common,
             "matched_by": "stamp" if self.by_stamp else "time since the start",
             "other_mode_share": self.other_mode_share,
+            "unrelated": self.unrelated,
             "summary": self.summary.to_dicts(),
             "columns": self.columns.to_dicts(),
         }
@@ -59,7 +64,24 @@ def compare_sides(a: Results, b: Results) -> Comparison:
     other = joined.select("t_ns", differs=pl.col("mode").ne_missing(pl.col(f"mode{OF_B}")))
     summary = summary_differences(a.summary, b.summary)
     columns = column_differences(joined)
-    return Comparison(len(a.samples), len(b.samples), by_stamp, summary, columns, other)
+    apart = unrelated(a.samples, joined)
+    return Comparison(len(a.samples), len(b.samples), by_stamp, summary, columns, other, apart)
+
+
+def unrelated(a: pl.DataFrame, joined: pl.DataFrame) -> str | None:
+    """Why the matched rows do not belong to one drive, or None.
+
+    The positions of a drive that was repeated stay together: their median distance is then a small part of
+    the path's size.
+    """
+    if not len(joined):
+        return "they have no time in common"
+    x, y = (joined[f"{name}{OF_B}"] - joined[name] for name in ("x_m", "y_m"))
+    apart = (x**2 + y**2).sqrt().median()
+    size = a.select(pl.max_horizontal(pl.col(n).max() - pl.col(n).min() for n in ("x_m", "y_m"))).item()
+    if not isinstance(apart, float) or not size or apart <= MOST_APART * size:
+        return None
+    return f"in the median their positions are {apart:.3g} m apart, on a path {size:.3g} m across"
 
 
 def matched(a: pl.DataFrame, b: pl.DataFrame) -> tuple[pl.DataFrame, bool]:

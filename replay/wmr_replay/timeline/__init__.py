@@ -6,23 +6,34 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 (mode, status, α) lies at the time t at which it was known, so that the delay of a detection can be seen.
 
 ================================================  ===========================================================
-``/description``                                  what the run found and how to read it (markdown, static)
+``/description``, ``/how_to_read``                what the run found; how to read it (markdown, static)
 ``/findings``                                     what is wrong with the data, where each finding begins
 ``/path/estimated``, ``/path/true``               the measured path, coloured by mode; the true path
-``/path/robot``, ``/path/grid``                   where the robot is at the cursor; a grid in metres (static)
+``/path/robot``, ``/path/robot/velocity``         the robot at the cursor: pose, and velocity in its frame
+``/path/grid``                                    a grid in metres (static)
 ``/mode/estimated``, ``/mode/true``, ``/status``  mode and status changes, each at its exact row
 ``/mode/hindsight``                               the mode as the whole log shows it
+``/posterior``, ``/posterior/both``               probabilities of ideal, skidding, slipping; of both at once
 ``/pose/Q/measured``, ``/pose/yaw_rad/true``      Q is ``x_m``, ``y_m``, ``yaw_rad``
 ``/velocity/Q/estimate``, ``/velocity/Q/true``    Q is ``v_long_mps``, ``v_lat_mps``, ``yaw_rate_radps``
 ``/constraint/Q/estimate``, ``…/Q/threshold``     Q is ``c_k_mps``, ``c_d_mps2``; ± threshold
-``/alpha/estimate``, ``…/band``, ``…/nominal``    α, α ± 1.96 standard deviations ; the nominal value
+``/alpha/estimate``, ``…/band``, ``…/nominal``    α, α ± 1.96 standard deviations; the nominal value
+``/torque``                                       left and right wheel torque
 ================================================  ===========================================================
 
-A comparison of two results (``comparison``) has the same entities below ``/a`` and ``/b``, and ``/differs``.
+Every view opens on the whole log. Recordings of comparisons and gap analyses: ``comparison``, ``gap``.
 """
 
-from wmr_replay.timeline.comparison import Side, write_comparison
+from wmr_replay.timeline.comparison import Side, comparison_text, write_comparison
 from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
 from wmr_replay.timeline.writer import Timeline
 
-__all__ = ["Side", "Timeline", "ViewerUnavailable", "open_viewer", "viewer_command", "write_comparison"]
+__all__ = [
+    "Side",
+    "Timeline",
+    "ViewerUnavailable",
+    "comparison_text",
+    "open_viewer",
+    "viewer_command",
+    "write_comparison",
+]

@@ -37,15 +37,31 @@ SECOND: Colour = (240, 228, 66)
 TRUTH: Colour = (213, 94, 0)
 TRUE_PATH: Colour = (232, 234, 238)
 BAND: Colour = (52, 108, 140)
+DIFFERENCE: Colour = (240, 160, 120)
 NOMINAL: Colour = (150, 154, 160)
 BASE: Colour = (213, 94, 0)
 EXTENDED: Colour = (86, 180, 233)
-HELD_OUT: Colour = (92, 98, 110)
+VECTOR: Colour = (250, 250, 250)
+MODELS: dict[str, Colour] = {"base": BASE, "extended": EXTENDED}
+ERRORS: tuple[Colour, ...] = (
+    (58, 96, 190),
+    (52, 138, 214),
+    (64, 182, 206),
+    (120, 210, 150),
+    (236, 220, 70),
+    (246, 164, 44),
+    (236, 104, 40),
+    (214, 40, 48),
+)
+"""Errors from none to the largest."""
+NOT_SIMULATED: Colour = (96, 100, 108)
+HELD_OUT: Colour = (62, 66, 74)
 FITTED: Colour = (44, 74, 92)
 REGION: Colour = (240, 228, 66)
 GRID: Colour = (58, 61, 66)
 GRID_LABEL: Colour = (150, 154, 160)
 ROBOT: Colour = (255, 255, 255)
+VELOCITY: Colour = (120, 200, 255)
 
 
 def mode_name(mode: ContactMode) -> str:

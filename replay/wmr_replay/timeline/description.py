@@ -1,38 +1,58 @@
-"""The text panel: what the run found, and how to read the recording."""
+"""The text panels: what the run found, and how to read the recording."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from wmr_schemas.text import markdown
 
 _HOW_TO_READ = """\
 **Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding; \
-pink: slipping; dark red: both; grey: undecided. Skidding drives C_k, slipping C_d, away from zero.
+pink: slipping; dark red: both; grey: undecided. The robot is not drawn to scale. Its white arrow is the \
+heading{velocity}.
 
-**Lanes** and **α**: at the time t at which they were known{lanes}.{hindsight}
+**Lanes**, **probabilities** and **α**: at the time t at which they were known{lanes}.{hindsight}
 
 **Velocities**, **C_k** = −v_lat and **C_d** = dv_long/dt − α·Σeffort: at the instant that they describe, \
-t − delay{true_lines}.
+t − delay{true_lines}. Skidding drives C_k, slipping C_d, out of the thresholds about zero. \
+**α** in 1/(kg·m), which is (m/s²)/(N·m), with its 95 % band and the nominal value. **τ**: wheel torques.
 
 x forward, y left, yaw counter-clockwise. Drawn at {drawn_hz:.4g} Hz of the pose's {rate_hz:.4g} Hz; \
 changes of mode and status are exact.
 """
 
 
-def description(
-    log_name: str,
-    verdict: str | None,
+def verdict_text(log_name: str, verdict: str | None, findings: Sequence[Mapping[str, Any]] = ()) -> str:
+    """Markdown: the log, the verdict, and the findings on the data, which their log may cut off."""
+    lines = [f"## {markdown(log_name)}", markdown((verdict or "").strip())]
+    if findings:
+        lines.append("\n".join(["**Data quality**", "", *map(finding_line, findings)]))
+    return "\n\n".join(line for line in lines if line)
+
+
+def finding_line(found: Mapping[str, Any]) -> str:
+    """A finding as an entry of a list."""
+    text, advice = markdown(found["text"]), markdown(found["advice"])
+    return f"- **{markdown(found['code'])}** ({found['severity']}): {text}. {advice}"
+
+
+def how_to_read(
     rate_hz: float,
     drawn_hz: float,
+    arrow_s: float | None,
     has_truth: bool,
     has_hindsight: bool = False,
 ) -> str:
-    """Markdown for the text panel."""
-    heading = f"## {markdown(log_name)}\n\n" + (f"{markdown(verdict.strip())}\n\n" if verdict else "")
-    return heading + _HOW_TO_READ.format(
+    """Markdown; ``arrow_s`` is the length in m of the arrow of a velocity of 1 m/s."""
+    return _HOW_TO_READ.format(
         true_path="; the true path thin and white over it" if has_truth else "",
+        velocity=""
+        if arrow_s is None
+        else f", the blue one the velocity: {arrow_s:g} m on the plane for 1 m/s",
         lanes="; the true mode leads by the detection delay" if has_truth else "",
         hindsight=" Lane **hindsight**: the mode at t as the whole recording shows it."
         if has_hindsight
         else "",
-        true_lines=", with the true value in red" if has_truth else "",
+        true_lines=", with the true value in red over the estimate" if has_truth else "",
         rate_hz=rate_hz,
         drawn_hz=drawn_hz,
     )

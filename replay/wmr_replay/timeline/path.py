@@ -9,6 +9,9 @@ import rerun as rr
 from wmr_replay.timeline import colours
 from wmr_schemas.arrays import F64, I8, I64
 
+LABEL_ROOM, LABEL_INSET = (0.13, 0.1), (0.085, 0.075)
+"""Room for the grid's labels on the left and below, and their distance from the edges: shares of the side."""
+
 
 @dataclass(frozen=True, eq=False)
 class Strips:
@@ -42,15 +45,23 @@ class Frame:
         """Widen the rectangle to hold ``xy`` (n, 2)."""
         self.low, self.high = np.minimum(self.low, xy.min(axis=0)), np.maximum(self.high, xy.max(axis=0))
 
+    def sides(self) -> F64:
+        """Width and height; at least 1 m, and neither less than a quarter of the other."""
+        size = self.high - self.low
+        longer = max(1.0, float(size.max()))
+        sides: F64 = np.maximum(size, longer / 4)
+        return sides
+
     def with_margin(self, share: float = 0.06) -> tuple[F64, F64]:
-        """Lower and upper corner, widened by a share of the longer side; at least 1 m across."""
-        side = max(1.0, float((self.high - self.low).max()))
-        middle = (self.low + self.high) / 2
-        half = np.maximum((self.high - self.low) / 2, side / 8) + share * side
-        return middle - half, middle + half
+        """Lower and upper corner, widened by a share of the longer side, and by room for the grid's labels on
+        the left and below.
+        """
+        sides, middle = self.sides(), (self.low + self.high) / 2
+        half, room = sides / 2 + share * sides.max(), sides.max() * np.array(LABEL_ROOM)
+        return middle - half - room, middle + half
 
 
-def grid_step_m(side_m: float, lines: int = 5) -> float:
+def grid_step_m(side_m: float, lines: int = 4) -> float:
     """A step of 1, 2 or 5 times a power of ten that puts about ``lines`` lines across ``side_m``."""
     raw = side_m / lines
     power = 10.0 ** math.floor(math.log10(raw))
@@ -60,7 +71,7 @@ def grid_step_m(side_m: float, lines: int = 5) -> float:
 def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
     """Lines of constant x and y inside the rectangle, and for each the place and text of its label."""
     step = grid_step_m(float((high - low).max()))
-    inset = 0.05 * (high - low).max() * np.eye(2)
+    inset = (high - low).max() * np.diag(LABEL_INSET)
     lines, places, texts = [], [], []
     for axis, name in enumerate("xy"):
         for k in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):
@@ -72,46 +83,47 @@ def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
     return lines, np.array(places).reshape(-1, 2), texts
 
 
-def log_scene(recording: rr.RecordingStream, root: str = "") -> None:
-    """Log what is static below ``root/path``: y upwards (Rerun's plane has it downwards), mode colours."""
+def log_scene(recording: rr.RecordingStream) -> None:
+    """Log what is static below ``/path``: y upwards (Rerun's plane has it downwards), mode colours."""
     infos = [
         rr.AnnotationInfo(colours.class_id(mode), colours.mode_name(mode), colour)
         for mode, colour in colours.MODE_COLOURS.items()
     ]
-    recording.log(f"{root}/path", rr.AnnotationContext(infos), rr.Transform3D(scale=[1, -1, 1]), static=True)
-    robot = rr.Points2D.from_fields(colors=colours.ROBOT, radii=rr.Radius.ui_points(5), draw_order=20)
-    recording.log(f"{root}/path/robot", robot, static=True)
+    recording.log("/path", rr.AnnotationContext(infos), rr.Transform3D(scale=[1, -1, 1]), static=True)
+
+
+def pen(colour: colours.Colour | None, width: float, order: float) -> rr.LineStrips2D:
+    """How every piece of a path is drawn. To be logged as static: what is drawn later lies no higher then."""
+    radii = rr.Radius.ui_points(width)
+    return rr.LineStrips2D.from_fields(colors=colour, radii=radii, show_labels=False, draw_order=order)
+
+
+def pieces(points: list[F64]) -> rr.LineStrips2D:
+    """The points of every piece, for a pen to draw."""
+    return rr.LineStrips2D.from_fields(strips=points)
 
 
 def strip_columns(strips: Strips) -> rr.ComponentColumnList:
-    """The pieces as Rerun's columns, one row a piece, coloured by their class."""
-    n = len(strips.points)
-    return rr.LineStrips2D.columns(
-        strips=strips.points,
-        class_ids=[colours.class_id(int(mode)) for mode in strips.modes],
-        radii=np.full(n, rr.Radius.ui_points(1.5)),
-        show_labels=[False] * n,
-        draw_order=np.full(n, 10.0),
-    )
+    """The pieces as Rerun's columns, one row a piece, coloured by their class; the pen is logged once."""
+    classes = [colours.class_id(int(mode)) for mode in strips.modes]
+    return rr.LineStrips2D.columns(strips=strips.points, class_ids=classes)
 
 
 def true_strip_columns(xy: F64) -> rr.ComponentColumnList:
     """One piece of the true path, thin and light over the measured one, which noise makes broad."""
-    return rr.LineStrips2D.columns(
-        strips=[xy], colors=[colours.TRUE_PATH], radii=np.array([rr.Radius.ui_points(0.5)]), draw_order=[15.0]
-    )
+    return rr.LineStrips2D.columns(strips=[xy])
 
 
-def log_grid(recording: rr.RecordingStream, low: F64, high: F64, root: str = "") -> None:
+def log_grid(recording: rr.RecordingStream, low: F64, high: F64) -> None:
     """A labelled grid behind the path."""
     lines, places, texts = grid(low, high)
     thin, none = rr.Radius.ui_points(0.5), rr.Radius.ui_points(0)
     recording.log(
-        f"{root}/path/grid/lines",
+        "/path/grid/lines",
         rr.LineStrips2D(lines, colors=colours.GRID, radii=thin, draw_order=-10),
         static=True,
     )
     labels = rr.Points2D(
         places, labels=texts, show_labels=True, colors=colours.GRID_LABEL, radii=none, draw_order=-5
     )
-    recording.log(f"{root}/path/grid/labels", labels, static=True)
+    recording.log("/path/grid/labels", labels, static=True)

@@ -15,81 +15,115 @@ NORMAL_95 = 1.96
 
 @dataclass(frozen=True)
 class Series:
-    """One entity of one or more lines. ``at_described``: at t − ``delay_s``, else at t."""
+    """One entity of one or more lines, named and coloured one by one; a single colour is that of all.
+
+    ``at_described``: at t − ``delay_s``, else at t. ``slow``: lines that change little from row to row, drawn
+    at a lower rate. Lines of one name share an entry of the plot's key.
+    """
 
     entity: str
     lines: tuple[pl.Expr, ...]
     names: tuple[str, ...]
-    colour: Colour
-    width: float = 1.25
+    colours: tuple[Colour, ...]
+    width: float | tuple[float, ...] = 1.25
     at_described: bool = False
+    slow: bool = False
 
     def reads(self) -> set[str]:
         """The columns that the lines need."""
         return {name for line in self.lines for name in line.meta.root_names()}
 
+    @property
+    def line_widths(self) -> tuple[float, ...]:
+        """A width for each line."""
+        return self.width if isinstance(self.width, tuple) else (self.width,) * len(self.lines)
+
+    @property
+    def line_colours(self) -> tuple[Colour, ...]:
+        """A colour for each line."""
+        return self.colours if len(self.colours) == len(self.lines) else self.colours * len(self.lines)
+
 
 def _measured(column: str, name: str, colour: Colour = colours.ESTIMATE) -> Series:
-    return Series(f"/pose/{column}/measured", (pl.col(column),), (name,), colour)
+    return Series(f"/pose/{column}/measured", (pl.col(column),), (name,), (colour,))
 
 
-def _derivative(column: str) -> Series:
+def _estimate(folder: str, column: str, name: str, width: float) -> Series:
+    estimate = (colours.ESTIMATE,)
     return Series(
-        f"/velocity/{column}/estimate",
-        (pl.col(column),),
-        ("estimate at t − delay",),
-        colours.ESTIMATE,
-        at_described=True,
+        f"{folder}/{column}/estimate", (pl.col(column),), (name,), estimate, width, at_described=True
     )
 
 
-def _constraint(column: str, threshold: str, name: str, beyond: ContactMode) -> tuple[Series, Series]:
-    limit = pl.col(threshold)
-    names = (f"+ threshold ({colours.mode_name(beyond)} beyond)", "− threshold")
-    return (
-        Series(
-            f"/constraint/{column}/estimate", (pl.col(column),), (name,), colours.ESTIMATE, at_described=True
-        ),
-        Series(
-            f"/constraint/{column}/threshold", (limit, -limit), names, MODE_COLOURS[beyond], at_described=True
-        ),
-    )
+def _velocity(column: str, name: str) -> Series:
+    """Broad, so that the true one, thin over it, leaves it visible on either side."""
+    return _estimate("/velocity", column, name, 2.5)
+
+
+def _threshold(column: str, threshold: str, beyond: ContactMode) -> Series:
+    limit, names = pl.col(threshold), ("threshold", "threshold")
+    entity, colour = f"/constraint/{column}/threshold", (MODE_COLOURS[beyond],)
+    return Series(entity, (limit, -limit), names, colour, at_described=True, slow=True)
 
 
 def _true(folder: str, column: str) -> Series:
-    return Series(f"{folder}/true", (pl.col(column),), ("true",), colours.TRUTH)
+    return Series(f"{folder}/{column}/true", (pl.col(column),), ("true",), (colours.TRUTH,), 1.0)
+
+
+def _posterior(entity: str, *modes: ContactMode) -> Series:
+    return Series(
+        entity,
+        tuple(pl.col(f"p_{mode.label}") for mode in modes),
+        tuple(f"P({'both' if mode is ContactMode.SKIDDING_SLIPPING else mode.label})" for mode in modes),
+        tuple(MODE_COLOURS[mode] for mode in modes),
+        1.5,
+    )
 
 
 _SPREAD = NORMAL_95 * pl.col("alpha_sd")
 
 ESTIMATED: tuple[Series, ...] = (
-    _measured("x_m", "x measured"),
-    _measured("y_m", "y measured", colours.SECOND),
-    _measured("yaw_rad", "measured"),
-    _derivative("v_long_mps"),
-    _derivative("v_lat_mps"),
-    _derivative("yaw_rate_radps"),
-    *_constraint("c_k_mps", "c_k_threshold_mps", "C_k at t − delay", ContactMode.SKIDDING),
-    *_constraint("c_d_mps2", "c_d_threshold_mps2", "C_d at t − delay", ContactMode.SLIPPING),
-    Series("/alpha/estimate", (pl.col("alpha"),), ("α from the data up to t",), colours.ESTIMATE, 2.0),
+    _measured("x_m", "x [m]"),
+    _measured("y_m", "y [m]", colours.SECOND),
+    _measured("yaw_rad", "yaw [rad]"),
+    _velocity("v_long_mps", "v_long [m/s]"),
+    _velocity("v_lat_mps", "v_lat [m/s]"),
+    _velocity("yaw_rate_radps", "yaw [rad/s]"),
+    _posterior("/posterior", ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING),
+    _posterior("/posterior/both", ContactMode.SKIDDING_SLIPPING),
+    _estimate("/constraint", "c_k_mps", "C_k [m/s]", 1.5),
+    _threshold("c_k_mps", "c_k_threshold_mps", ContactMode.SKIDDING),
+    _estimate("/constraint", "c_d_mps2", "C_d [m/s²]", 1.5),
+    _threshold("c_d_mps2", "c_d_threshold_mps2", ContactMode.SLIPPING),
+    Series("/alpha/estimate", (pl.col("alpha"),), ("α [1/(kg·m)]",), (colours.ESTIMATE,), 2.0, slow=True),
     Series(
         "/alpha/band",
         (pl.col("alpha") + _SPREAD, pl.col("alpha") - _SPREAD),
-        ("α + 1.96 sd", "α − 1.96 sd"),
-        colours.BAND,
+        ("95 % band", "95 % band"),
+        (colours.BAND,),
+        slow=True,
     ),
 )
 """Lines out of the samples table."""
 
 TRUE: tuple[Series, ...] = (
-    _true("/pose/yaw_rad", "yaw_rad"),
-    _true("/velocity/v_long_mps", "v_long_mps"),
-    _true("/velocity/v_lat_mps", "v_lat_mps"),
-    _true("/velocity/yaw_rate_radps", "yaw_rate_radps"),
+    _true("/pose", "yaw_rad"),
+    _true("/velocity", "v_long_mps"),
+    _true("/velocity", "v_lat_mps"),
+    _true("/velocity", "yaw_rate_radps"),
 )
 """Lines out of the side file; Rerun draws siblings in alphabetical order, so ``true`` over ``estimate``."""
 
-NOMINAL = Series("/alpha/nominal", (pl.col("alpha"),), ("nominal",), colours.NOMINAL)
+TORQUE = Series(
+    "/torque",
+    (pl.col("left_nm"), pl.col("right_nm")),
+    ("τ left [N·m]", "τ right [N·m]"),
+    (colours.ESTIMATE, colours.SECOND),
+    (2.5, 1.0),
+)
+"""Lines out of the torques that the run was given."""
+
+NOMINAL = Series("/alpha/nominal", (pl.col("alpha"),), ("nominal",), (colours.NOMINAL,))
 
 
 def alpha_range(last: pl.DataFrame | None, nominal: float | None) -> tuple[float, float] | None:

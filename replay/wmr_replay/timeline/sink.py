@@ -1,6 +1,8 @@
 """One Rerun recording on its way into a file: how each kind of data is put into it."""
 
+import re
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -8,18 +10,28 @@ import polars as pl
 import rerun as rr
 import rerun.blueprint as rrb
 
+from wmr_replay.timeline import colours
 from wmr_replay.timeline.columns import blank_holes, rows_to_draw, time_columns
 from wmr_replay.timeline.path import (
     Frame,
     log_grid,
     log_scene,
+    pen,
+    pieces,
     strip_columns,
     strips_by_mode,
     true_strip_columns,
 )
+from wmr_replay.timeline.robot import (
+    Scales,
+    log_robot,
+    log_scales,
+    pose_columns,
+    velocity_columns,
+)
 from wmr_replay.timeline.series import Series
 from wmr_replay.timeline.states import LANES, Lane
-from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.findings import Severity
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.text import shown
@@ -31,38 +43,62 @@ LEVELS = {
     Severity.BARS: rr.TextLogLevel.ERROR,
 }
 """The viewer's levels of log entries."""
+LONGEST = 100
 XY = ("x_m", "y_m")
 DESCRIBED_NS = pl.col("t_ns") - (pl.col("delay_s").fill_null(0.0) * NS_PER_S).round().cast(pl.Int64)
 """The instant that the derivative columns of a row describe."""
 
 
-def recording_into(path: Path, recording_id: str | None) -> rr.RecordingStream:
-    """A recording that streams into ``path``."""
-    recording = rr.RecordingStream(
-        APPLICATION,
-        recording_id=None if recording_id is None else shown(recording_id),
-        send_properties=False,
-    )
-    recording.save(path)
+def recording_into(path: Path, recording_id: str | None, live: str | None = None) -> rr.RecordingStream:
+    """A recording that streams into ``path``, and to the viewer at ``live`` where there is one."""
+    identity = None if recording_id is None else shown(recording_id)
+    application = application_of(identity)
+    recording = rr.RecordingStream(application, recording_id=identity, send_properties=False)
+    if live is None:
+        recording.save(path)
+    else:
+        recording.set_sinks(rr.FileSink(path), rr.GrpcSink(live))
     return recording
 
 
-class Sink:
-    """A run in a recording, below ``root``; ``start_ns`` is the zero of the timeline ``log_t``."""
+def application_of(identity: str | None) -> str:
+    """A name of the recording's own among a viewer's applications, in the characters that these may have.
 
-    def __init__(self, recording: rr.RecordingStream, root: str = "", lanes: Sequence[Lane] = LANES) -> None:
+    A viewer keeps one layout for each application, and a layout holds the length and the kind of a recording.
+    """
+    if identity is None:
+        return APPLICATION
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", identity)
+    told = name if name == identity else f"{name[:LONGEST]}-{sha256(identity.encode()).hexdigest()[:8]}"
+    return f"{APPLICATION}-{told}"
+
+
+class Sink:
+    """Rows on their way into a recording; ``start_ns`` is the zero of the timeline ``log_t``."""
+
+    def __init__(
+        self,
+        recording: rr.RecordingStream,
+        lanes: Sequence[Lane] = LANES,
+        *,
+        robot: bool = True,
+        live: bool = False,
+    ) -> None:
         self.start_ns = 0
         self.written: dict[str, bool] = {}
         """Series that hold anything, and whether the last row of each was finite."""
         self._path_end: pl.DataFrame | None = None
-        self.recording, self._root = recording, root
-        log_scene(self.recording, root)
+        self._penned: set[str] = set()
+        self.recording, self._live = recording, live
+        log_scene(recording)
+        if robot:
+            log_robot(recording)
         for lane in lanes:
             self.add_lane(lane)
 
     def add_lane(self, lane: Lane) -> None:
         """Labels and colours of a lane."""
-        self.recording.log(self._root + lane.entity, lane.configuration(), static=True)
+        self.recording.log(lane.entity, lane.configuration(), static=True)
 
     def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
         """Append rows to a series, leaving holes where a value is null or not finite."""
@@ -86,33 +122,52 @@ class Sink:
 
     def add_path(self, rows: pl.DataFrame) -> None:
         """Append to the measured path, joined to what was appended before."""
-        self._send("/path/robot", rows["t_ns"], rr.Points2D.columns(positions=rows.select(XY).to_numpy()))
         rows = rows.select("t_ns", *XY, pl.col("mode").fill_null(int(ContactMode.UNDECIDED)))
         joined = rows if self._path_end is None else pl.concat([self._path_end, rows])
         self._path_end = rows.tail(1)
         strips = strips_by_mode(joined.select(XY).to_numpy(), joined["mode"].to_numpy())
         if strips.points:
+            self._pen_of("/path/estimated", pen(None, 2.75, 10.0))
             self._send("/path/estimated", joined["t_ns"][strips.first_rows], strip_columns(strips))
 
-    def add_strips(self, entity: str, t_ns: pl.Series, strips: rr.ComponentColumnList) -> None:
-        """Append pieces of a path, each at a stamp."""
-        if len(t_ns):
-            self._send(entity, t_ns, strips)
+    def add_robot(self, rows: pl.DataFrame) -> None:
+        """Append poses of the robot at the cursor."""
+        known = rows.drop_nulls(["x_m", "y_m", "yaw_rad"])
+        if len(known):
+            self._send("/path/robot", known["t_ns"], pose_columns(known))
+
+    def add_velocity(self, rows: pl.DataFrame) -> None:
+        """Append arrows of the velocity, at the instants that they describe."""
+        if len(rows):
+            at = rows.select(DESCRIBED_NS).to_series()
+            self._send("/path/robot/velocity", at, velocity_columns(rows))
+
+    def size_robot(self, scales: Scales) -> None:
+        """Set the sizes of body and arrows."""
+        log_scales(self.recording, scales)
+
+    def add_pieces(self, entity: str, points: list[F64], drawn: rr.LineStrips2D) -> None:
+        """A path in pieces, seen as a whole wherever the cursor is."""
+        if points:
+            self.recording.log(entity, pieces(points), drawn, static=True)
 
     def add_true_path(self, truth: pl.DataFrame) -> None:
         """The true path as a whole."""
         if len(truth) > 1 and set(XY) <= set(truth.columns):
+            self._pen_of("/path/true", pen(colours.TRUE_PATH, 0.35, 15.0))
             self._send("/path/true", truth["t_ns"][:1], true_strip_columns(truth.select(XY).to_numpy()))
 
     def add_grid(self, frame: Frame) -> None:
         """The grid behind the path."""
-        log_grid(self.recording, *frame.with_margin(), self._root)
+        log_grid(self.recording, *frame.with_margin())
 
-    def add_text(self, markdown: str) -> None:
-        """The text panel."""
-        self.recording.log(
-            "/description", rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True
-        )
+    def add_text(self, markdown: str, entity: str = "/description") -> None:
+        """A text panel."""
+        self.recording.log(entity, rr.TextDocument(markdown, media_type=rr.MediaType.MARKDOWN), static=True)
+
+    def show(self, layout: rrb.Blueprint) -> None:
+        """Embed the layout, in place of the one before."""
+        self.recording.send_blueprint(layout)
 
     def add_findings(self, findings: Sequence[Mapping[str, Any]]) -> None:
         """Findings on the data's quality as log entries, each where it begins."""
@@ -125,27 +180,37 @@ class Sink:
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 
     def flush(self) -> None:
-        """Wait until everything is in the file; else rows logged faster than written fill the memory."""
-        self.recording.flush()
+        """Wait until everything is in the file; else rows logged faster than written fill the memory.
+
+        A viewer that looks on may be closed at any time; the file goes on.
+        """
+        try:
+            self.recording.flush()
+        except RuntimeError:
+            if not self._live:
+                raise
 
     def close(self, layout: rrb.Blueprint | None = None) -> None:
         """Embed the layout, write everything out and close the file."""
         if layout is not None:
-            self.recording.send_blueprint(layout)
-        self.recording.flush()
+            self.show(layout)
+        self.flush()
         self.recording.disconnect()
 
     def _style(self, series: Series) -> None:
-        n = len(series.lines)
         style = rr.SeriesLines(
-            colors=[series.colour] * n,
-            widths=[series.width] * n,
+            colors=series.line_colours,
+            widths=series.line_widths,
             names=list(series.names),
             aggregation_policy=rr.components.AggregationPolicy.MinMax,
         )
-        self.recording.log(self._root + series.entity, style, static=True)
+        self.recording.log(series.entity, style, static=True)
+
+    def _pen_of(self, entity: str, drawn: rr.LineStrips2D) -> None:
+        """Log how a path is drawn, once."""
+        if entity not in self._penned:
+            self._penned.add(entity)
+            self.recording.log(entity, drawn, static=True)
 
     def _send(self, entity: str, t_ns: pl.Series, columns: rr.ComponentColumnList) -> None:
-        self.recording.send_columns(
-            self._root + entity, time_columns(t_ns.to_numpy(), self.start_ns), columns
-        )
+        self.recording.send_columns(entity, time_columns(t_ns.to_numpy(), self.start_ns), columns)

@@ -30,16 +30,20 @@ def mode_lane(entity: str, column: str) -> Lane:
     return Lane(entity, names, {mode_name(mode): colour for mode, colour in MODE_COLOURS.items()})
 
 
+def status_lane(entity: str) -> Lane:
+    """A lane of the status."""
+    names = pl.col("status").cast(pl.String).str.replace_all("_", " ")
+    return Lane(
+        entity, names, {status.label.replace("_", " "): colour for status, colour in STATUS_COLOURS.items()}
+    )
+
+
 HINDSIGHT_LANE = mode_lane("/mode/hindsight", "mode")
 """Between the estimated and the true mode, by the alphabet."""
 LANES: tuple[Lane, ...] = (
     mode_lane("/mode/true", "mode_true"),
     mode_lane("/mode/estimated", "mode"),
-    Lane(
-        "/status",
-        pl.col("status").cast(pl.String).str.replace_all("_", " "),
-        {status.label.replace("_", " "): colour for status, colour in STATUS_COLOURS.items()},
-    ),
+    status_lane("/status"),
 )
 
 

@@ -6,20 +6,29 @@ from typing import Any
 
 import numpy as np
 import polars as pl
+from rerun.blueprint.components import PlayState
 
-from wmr_replay.timeline.blueprint import layout
+from wmr_replay.timeline.blueprint import Contents, layout
 from wmr_replay.timeline.columns import stride_for
-from wmr_replay.timeline.description import description
+from wmr_replay.timeline.description import how_to_read, verdict_text
 from wmr_replay.timeline.path import Frame
-from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TRUE, alpha_range
+from wmr_replay.timeline.robot import POSE_HZ, VELOCITY_HZ, Scales, velocities
+from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TORQUE, TRUE, alpha_range
 from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import HINDSIGHT_LANE, LANES, Changes
+from wmr_replay.timeline.views import Span
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.files import PartFile
 
 TrueStates = Callable[[int], Iterator[pl.DataFrame]]
 PATH_COLUMNS = {"t_ns", "x_m", "y_m"}
-BLOCK_ROWS = 65_536
-"""Rows that are written at one time."""
+BLOCK_ROWS, LIVE_BLOCK_ROWS = 65_536, 4_096
+"""Rows that are written at one time; fewer where somebody looks on."""
+SLOW_HZ = 20.0
+"""Most rows a second of lines that change little from row to row."""
+READING = "The log is being read."
+GROWTH = 2.0
+"""A viewer that looks on gets a new layout when the log has grown by this factor."""
 
 
 class Timeline:
@@ -30,10 +39,12 @@ class Timeline:
 
     ``truth`` is the side file's true state at the pose stamps (``t_ns, x_m, y_m, yaw_rad, v_long_mps,
     v_lat_mps, yaw_rate_radps``; what is missing is not drawn), or gives every n-th of its rows in
-    blocks. A fixed ``recording_id`` lets two runs compare as equal.
+    blocks. ``torque`` gives the wheel torques known so far (``t_ns, left_nm, right_nm``). A fixed
+    ``recording_id`` lets two runs compare as equal. ``live`` is the address of a viewer that is to show the
+    rows as they come.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 – keyword arguments
         self,
         path: Path,
         *,
@@ -41,31 +52,39 @@ class Timeline:
         alpha_nominal: float | None,
         rate_hz: float,
         truth: pl.DataFrame | TrueStates | None = None,
+        torque: Callable[[], pl.DataFrame] | None = None,
         max_rate_hz: float = 100.0,
         recording_id: str | None = None,
+        live: str | None = None,
     ) -> None:
         self._file = PartFile(path)
         self._log_name, self._alpha_nominal, self._rate_hz = log_name, alpha_nominal, rate_hz
-        self._stride = stride_for(rate_hz, max_rate_hz)
-        self._truth = truth
-        self._sink = Sink(recording_into(self._file.path, recording_id))
+        self._strides = {hz: stride_for(rate_hz, hz) for hz in (max_rate_hz, SLOW_HZ, POSE_HZ, VELOCITY_HZ)}
+        self._stride, self._live = self._strides[max_rate_hz], live is not None
+        self._block_rows = LIVE_BLOCK_ROWS if self._live else BLOCK_ROWS
+        self._truth, self._torque = truth, torque
+        self._sink = Sink(recording_into(self._file.path, recording_id, live), live=self._live)
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
         self._later: Changes | None = None
         self._frame = Frame()
+        self._fastest_mps = 0.0
+        self._torque_until_ns: int | None = None
+        self._true_path = False
         self._pieces: list[pl.DataFrame] = []
         self._n_waiting = self._n_written = 0
         self._last: pl.DataFrame | None = None
+        self._shown_until_s = 0.0
 
     def push(self, samples: pl.DataFrame) -> None:
         """Append the next rows of the samples table, any number of them."""
         self._pieces.append(samples)
         self._n_waiting += len(samples)
-        if self._n_waiting < BLOCK_ROWS:
+        if self._n_waiting < self._block_rows:
             return
         waiting = pl.concat(self._pieces)
-        while len(waiting) >= BLOCK_ROWS:
-            self._write(waiting[:BLOCK_ROWS])
-            waiting = waiting[BLOCK_ROWS:]
+        while len(waiting) >= self._block_rows:
+            self._write(waiting[: self._block_rows])
+            waiting = waiting[self._block_rows :]
         self._pieces, self._n_waiting = [waiting], len(waiting)
 
     def push_hindsight(self, rows: pl.DataFrame) -> None:
@@ -77,18 +96,18 @@ class Timeline:
         self._sink.add_changes(HINDSIGHT_LANE, self._later.push(rows))
 
     def finish(self, verdict: str | None = None, findings: Sequence[Mapping[str, Any]] = ()) -> None:
-        """Write what is left, the text with the verdict (markdown), the findings on the data and the layout;
+        """Write what is left, the texts with the verdict (markdown), the findings on the data and the layout;
         put the file in its place.
         """
         self._write_waiting()
         if self._last is not None:
             self._write_nominal(int(self._last["t_ns"][0]))
             self._sink.add_grid(self._frame)
-        self._sink.add_text(self._description(verdict))
+            self._sink.size_robot(self._scales())
+        self._sink.add_text(verdict_text(self._log_name, verdict, findings))
+        self._sink.add_text(self._how_to_read(), "/how_to_read")
         self._sink.add_findings(findings)
-        alpha = alpha_range(self._last, self._alpha_nominal)
-        parts = {"found": bool(findings), "hindsight": self._later is not None}
-        self._sink.close(layout(self._sink.written.keys(), self._frame, alpha, **parts))
+        self._sink.close(layout(self._contents(found=bool(findings))))
         self._file.finish()
 
     def discard(self) -> None:
@@ -107,15 +126,26 @@ class Timeline:
             self._begin(int(block["t_ns"][0]))
         for lane, changes in self._lanes:
             self._sink.add_changes(lane, changes.push(block))
-        drawn = block.gather_every(self._stride, offset=-self._n_written % self._stride)
+        drawn, slow = self._every(block, self._stride), self._every(block, self._strides[SLOW_HZ])
+        poses, moving = (self._every(block, self._strides[hz]) for hz in (POSE_HZ, VELOCITY_HZ))
         self._n_written += len(block)
         self._last = block.tail(1)
         for series in ESTIMATED:
-            self._sink.add_lines(series, drawn)
+            self._sink.add_lines(series, slow if series.slow else drawn)
         if len(drawn):
             self._frame.include(drawn.select("x_m", "y_m").to_numpy())
             self._sink.add_path(drawn)
+        if len(moving):
+            self._fastest_mps = max(self._fastest_mps, float(np.hypot(*velocities(moving).T).max()))
+        self._sink.add_robot(poses)
+        self._sink.add_velocity(moving)
+        self._write_torque(int(self._last["t_ns"][0]))
         self._sink.flush()
+        self._show_growth()
+
+    def _every(self, block: pl.DataFrame, stride: int) -> pl.DataFrame:
+        """The rows whose index in the whole log is a multiple of the stride."""
+        return block.gather_every(stride, offset=-self._n_written % stride)
 
     def _begin(self, start_ns: int) -> None:
         self._sink.start_ns = start_ns
@@ -133,13 +163,50 @@ class Timeline:
             self._sink.flush()
         if path:
             self._sink.add_true_path(pl.concat(path))
+            self._true_path = True
+
+    def _write_torque(self, until_ns: int) -> None:
+        """Append the torques up to a stamp, whatever is known beyond it."""
+        if self._torque is None:
+            return
+        rows = self._torque().filter(pl.col("t_ns") <= until_ns)
+        if self._torque_until_ns is not None:
+            rows = rows.filter(pl.col("t_ns") > self._torque_until_ns)
+        if len(rows):
+            self._torque_until_ns = int(rows["t_ns"][-1])
+            self._sink.add_lines(TORQUE, rows)
 
     def _write_nominal(self, end_ns: int) -> None:
         if self._alpha_nominal is not None:
             t_ns = np.array([self._sink.start_ns, end_ns])
             self._sink.add_lines(NOMINAL, pl.DataFrame({"t_ns": t_ns, "alpha": self._alpha_nominal}))
 
-    def _description(self, verdict: str | None) -> str:
-        drawn_hz = self._rate_hz / self._stride
+    def _show_growth(self) -> None:
+        """A layout for the log so far, for a viewer that looks on."""
+        span = self._span()
+        if not self._live or span is None or span.end_s < GROWTH * self._shown_until_s:
+            return
+        if self._shown_until_s == 0.0:
+            self._sink.add_text(verdict_text(self._log_name, READING))
+        self._shown_until_s = span.end_s
+        self._sink.add_grid(self._frame)
+        self._sink.size_robot(self._scales())
+        self._sink.show(layout(self._contents(), PlayState.Following))
+
+    def _contents(self, *, found: bool = False) -> Contents:
+        alpha = alpha_range(self._last, self._alpha_nominal)
+        written = self._sink.written.keys()
+        return Contents(written, self._frame, self._span(), alpha, found, self._true_path)
+
+    def _span(self) -> Span | None:
+        if self._last is None:
+            return None
+        return Span(0.0, (int(self._last["t_ns"][0]) - self._sink.start_ns) / NS_PER_S)
+
+    def _scales(self) -> Scales:
+        return Scales.of(self._frame, self._fastest_mps)
+
+    def _how_to_read(self) -> str:
         parts = {"has_truth": self._truth is not None, "has_hindsight": self._later is not None}
-        return description(self._log_name, verdict, self._rate_hz, drawn_hz, **parts)
+        arrow_s = self._scales().arrow_s if self._last is not None else None
+        return how_to_read(self._rate_hz, self._rate_hz / self._stride, arrow_s, **parts)

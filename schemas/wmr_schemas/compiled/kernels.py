@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from llvmlite.binding import create_new_function_pass_manager
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, CompileResult
@@ -34,6 +35,16 @@ PYTHON_WRAPPER = "_ZN7cpython"
 FrontEnd = Callable[[], contextlib.AbstractContextManager[None]]
 
 
+def few_passes() -> Any:
+    """Variables into registers, simpler instructions and jumps."""
+    passes = create_new_function_pass_manager()
+    passes.add_simplify_cfg_pass()
+    passes.add_sroa_pass()
+    passes.add_instruction_combine_pass()
+    passes.add_simplify_cfg_pass()
+    return passes
+
+
 class PartLibrary(JITCodeLibrary):
     """Code of one function; without a wrapper for Python it is neither optimised nor emitted for itself."""
 
@@ -42,9 +53,12 @@ class PartLibrary(JITCodeLibrary):
         return not any(f.name.startswith(PYTHON_WRAPPER) for f in self._final_module.functions)
 
     def _optimize_functions(self, ll_module: Any) -> None:
-        """Each function alone, which makes the module small; one pass manager serves all of them."""
+        """Each function alone, which makes the module small; one pass manager serves all of them.
+
+        Few passes do: a kernel's module goes through all of them later, with its parts in place.
+        """
         ll_module.data_layout = self._codegen._data_layout
-        passes, builder = self._codegen._function_pass_manager()
+        passes, builder = few_passes(), self._codegen._pass_builder()
         for function in ll_module.functions:
             if not function.is_declaration:
                 passes.run(function, builder)

@@ -321,12 +321,17 @@ def test_a_gap_analysis_is_held_in_memory_and_saved_on_request(monkeypatch, empt
     assert found.effects.row(0, named=True)["value"] == pytest.approx(0.203)
     assert found.files == {}
     assert names(empty) == []
-    assert set(found.save("here")) == {"json", "model", "timeline"}
-    assert names(empty / "here") == ["drive.gap.json", "drive.gap.rrd", "drive.model.toml"]
+    assert set(found.save("here")) == {"json", "model", "timeline", "traces"}
+    assert names(empty / "here") == [
+        "drive.gap.json",
+        "drive.gap.rrd",
+        "drive.gap_traces.parquet",
+        "drive.model.toml",
+    ]
     assert wr.read_model("here/drive.model.toml").effects[0].name == "viscous_drag"
     with pytest.raises(InvalidSetting, match="would overwrite its base"):
         wr.gap(tmp_path / "drive.mcap", "here", model="here/drive.model.toml")
-    with pytest.raises(InvalidSetting, match="topic:/its/name"):
+    with pytest.raises(InvalidSetting, match="with the topic T"):
         wr.gap(tmp_path / "drive.mcap", modes="topic:")
 
 

@@ -122,6 +122,14 @@ def test_quiet_says_nothing_but_errors_and_json(command, command_line, log, tmp_
     assert done.stderr.startswith("error: ")
 
 
+def test_verbose_names_the_files_that_options_come_from(command, log, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wmr-replay.toml").write_text("lag = 3\n")
+    (tmp_path / "mine.toml").write_text("lag = 2\n")
+    said = command("info", log, "--verbose", "--config", "mine.toml").stderr
+    assert said.splitlines()[:2] == [f"options from {tmp_path / 'wmr-replay.toml'}", "options from mine.toml"]
+
+
 def test_a_check_holds_a_log_to_its_reference_and_not_to_the_project(command, log, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "wmr-replay.toml").write_text('identifier = "paper"\n')

@@ -19,7 +19,7 @@ from wmr_schemas.signals import Log
 from wmr_synth import record, synthesise, write_mcap
 
 BINARY = Path(sys.executable).with_name("wmr-replay")
-FILES = {"drive.gap.json", "drive.gap.rrd", "drive.model.toml"}
+FILES = {"drive.gap.json", "drive.gap.rrd", "drive.gap_traces.parquet", "drive.model.toml"}
 
 
 @pytest.fixture(scope="module")

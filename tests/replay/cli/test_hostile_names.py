@@ -16,7 +16,7 @@ import wmr_replay as wr
 from wmr_replay.api.html import result_html
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_replay.ingest import open_log
-from wmr_replay.timeline.description import description
+from wmr_replay.timeline.description import verdict_text
 
 BAD = "\x1b]0;owned\x07[/bold][/]\x00\x9b31m\u202e\u2066:bomb:\r\n\x7f<b>&\u2028"
 JOINTS = {b"left_wheel_joint": b"left_wheel[/]\x1b[A", b"right_wheel_joint": b"right_wheel[/]\x1b[A"}
@@ -217,7 +217,7 @@ def test_in_a_notebook(hostile):
 
 
 def test_the_viewers_text_shows_a_name_as_it_is():
-    text = description(f"a_b{BAD}", None, 50.0, 50.0, False)
+    text = verdict_text(f"a_b{BAD}", None)
     assert not ACTS.search(text)
     assert "## a_b\\\\x1b" in text
     assert "\\<b\\>" in text

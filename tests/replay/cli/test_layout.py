@@ -9,7 +9,7 @@ from rich.text import Text
 
 from wmr_replay.api.compare import text_table
 from wmr_replay.cli.printing.gap import bar
-from wmr_replay.cli.printing.layout import labelled, print_table, record_lines
+from wmr_replay.cli.printing.layout import labelled, output_width, print_table, record_lines
 from wmr_replay.cli.printing.plain import console_of
 from wmr_schemas.text import figure
 
@@ -51,10 +51,10 @@ def test_every_cell_is_printed_whole_at_every_width(width):
 def test_a_table_that_fits_is_a_table_and_others_name_each_cell():
     assert len(printed(200).splitlines()) == 1 + len(ROWS)
     narrow = printed(60).splitlines()
-    assert narrow[0] == ROWS[0][0]
-    assert narrow[1] == "    minutes: 12.5  ideal: 99.1%  skidding+slipping: –"
+    assert narrow[:2] == ["log", ROWS[0][0]]
+    assert narrow[2] == "    minutes: 12.5  ideal: 99.1%  skidding+slipping: –"
     assert narrow[-1] == "    minutes: 1.0  skidding+slipping: 12.0%"
-    assert printed(60, n_titles=2).splitlines()[0] == f"{ROWS[0][0]}  12.5"
+    assert printed(60, n_titles=2).splitlines()[:2] == ["log  minutes", f"{ROWS[0][0]}  12.5"]
 
 
 def test_records_wrap_long_cells_between_words():
@@ -75,7 +75,7 @@ def test_the_channels_of_a_log_at_a_narrow_terminal(columns, command, tmp_path, 
     log = tmp_path / "drive.mcap"
     command("synth", "patrol", "--duration", 2, "--rate", 50, "--out", log)
     facts = json.loads(command("info", log, "--json").stdout)
-    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setattr("wmr_replay.cli.printing.info.output_width", lambda: columns)
     lines = command("info", log).stdout.splitlines()
     words = " ".join(" ".join(lines).split())
     for channel in facts["channels"]:
@@ -105,3 +105,11 @@ def test_a_text_table_is_as_narrow_as_its_cells():
 def test_a_bar_is_read_without_colour():
     held = SimpleNamespace(before=100.0, after=40.0, floor=20.0)
     assert bar(held).plain == "████╋███░░░░░░░░░░░░"
+
+
+def test_a_pipe_has_lines_of_any_length_and_a_terminal_its_own(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "66")
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: False))
+    assert output_width() == 1000
+    monkeypatch.setattr("sys.stdout", SimpleNamespace(isatty=lambda: True))
+    assert output_width() == 66

@@ -1,5 +1,6 @@
 """Errors in one spelling, and every symbol in every encoding."""
 
+import json
 import os
 import subprocess
 import sys
@@ -40,8 +41,9 @@ def test_a_terminal_without_utf_8_gets_text_and_json(tmp_path):
     shown = wmr("synth", "--list-effects", encoding="ascii")
     assert (shown.returncode, shown.stderr) == (0, b"")
     assert shown.stdout.isascii()
-    import json
-
+    help_page = wmr("gap", "--help", encoding="ascii").stdout
+    assert help_page.isascii()
+    assert b"VERDICT,..." in help_page
     parsed = wmr("synth", "--list-effects", "--json", encoding="ascii")
     assert json.loads(parsed.stdout) == json.loads(wmr("synth", "--list-effects", "--json").stdout)
 

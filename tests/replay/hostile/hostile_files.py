@@ -8,7 +8,7 @@ import json
 import struct
 from collections.abc import Callable, Iterator
 
-from container import T0_NS, channel, chunk, log, message, metadata, schema
+from container import T0_NS, channel, chunk, log, message, metadata, record, schema
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
 STEP_NS = 20_000_000
@@ -168,6 +168,12 @@ def stamps_at_the_ends_of_time() -> bytes:
     ]
     late = message(1, (1 << 64) - 1, pose(60)) + message(1, 0, pose(61)) + message(2, 1 << 63, joints(61))
     return log(*signals(poses={50: far[0], 51: far[1]}), chunk(late))
+
+
+CASES |= {
+    "records_of_no_type": lambda: log(*signals(), record(0x81, b"") * 700_000),
+    "records_of_indexes": lambda: log(*signals(), record(7, bytes(6)) * 700_000),
+}
 
 
 # JSON ----------------------------------------

@@ -93,6 +93,14 @@ def test_a_chunk_beyond_a_budget_is_a_counted_loss_and_the_rest_is_read(tmp_path
     assert n_poses == made.N
 
 
+@pytest.mark.parametrize("name", ["records_of_no_type", "records_of_indexes"])
+def test_records_beyond_the_budget_end_the_file_with_a_sentence(tmp_path, name):
+    reader, n_poses = read(tmp_path, made.CASES[name]())
+    assert any("records, which are read at most" in note for note in reader.losses.notes)
+    assert reader.losses.truncated
+    assert n_poses == made.N
+
+
 @pytest.mark.parametrize(
     ("name", "n"), [("json_text_not_utf8", 2), ("json_key_not_utf8", 1), ("json_nested", 3)]
 )

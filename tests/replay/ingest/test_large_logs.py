@@ -11,7 +11,8 @@ from mcap.writer import CompressionType, Writer
 
 import wmr_replay as wr
 from wmr_replay.cli.printing.info import part_read
-from wmr_replay.ingest.mcap import stretches
+from wmr_replay.ingest.mcap import chunk_index as chunk_indexes
+from wmr_replay.ingest.mcap import index_survey, stretches
 from wmr_replay.ingest.mcap.chunk_index import ChunkIndex, chunk_index, joined
 from wmr_replay.ingest.mcap.index_survey import indexed_survey
 from wmr_replay.ingest.mcap.records import Malformed
@@ -144,6 +145,22 @@ def test_a_damaged_chunk_index_gives_no_chunk_beyond_the_file(tmp_path, at):
     except Malformed:
         return
     assert 0 <= span.offset <= span.data_offset + span.data_bytes <= size
+
+
+@pytest.mark.parametrize(
+    ("module", "limit"), [(chunk_indexes, "MOST_ENTRIES"), (index_survey, "MOST_RECORDS")]
+)
+def test_an_index_beyond_what_a_log_needs_is_not_used_and_the_log_is_read(
+    tmp_path, monkeypatch, module, limit
+):
+    path = mcap(tmp_path / "a.mcap", 200)
+    monkeypatch.setattr(stretches, "WHOLE_BYTES", 1 << 18)
+    monkeypatch.setattr(stretches, "SAMPLED_BYTES", 1 << 17)
+    monkeypatch.setattr(module, limit, 100)
+    with path.open("rb") as file:
+        assert indexed_survey(file, path.stat().st_size) is None
+    info = wr.open_log(path).info()
+    assert {c["topic"]: c["messages"] for c in info.channels} == {"/chat": 4, "/pose": 200}
 
 
 def test_a_large_bag_is_sampled_its_counts_are_estimates_and_both_is_said(tmp_path, monkeypatch):

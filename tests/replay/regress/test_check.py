@@ -494,7 +494,7 @@ def test_processes_give_what_one_after_another_gives(tmp_path, command, command_
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("acuracy >= .9", "acuracy: is no number of the summary; did you mean accuracy or"),
+        ("acuracy >= .9", "did you mean accuracy or accuracy_decided?"),
         ("accuracy", "expected a comparison"),
         ("accuracy >= much", "expected a comparison and a number"),
     ],

@@ -8,6 +8,7 @@ import polars as pl
 import pytest
 from rerun.chunk import RrdReader
 
+from wmr_replay.api.compare import Comparison
 from wmr_replay.jobs.run import run_log
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.replayed import Asked, replay
@@ -44,6 +45,25 @@ def test_logs_of_other_days_are_matched_by_the_time_since_their_start(results):
     assert compare_sides(results, Results(away, results.segments, results.summary)).other_mode_share is None
 
 
+def test_two_drives_are_told_from_one_that_was_repeated(results):
+    """Positions that stay together belong to one drive; 5 m of some 20 m apart they do not."""
+    repeated = results.samples.with_columns(pl.col("x_m", "y_m") + 0.02)
+    assert compare_sides(results, Results(repeated, results.segments, results.summary)).unrelated is None
+    other = results.samples.with_columns(pl.col("x_m") + 1e3)
+    found = compare_sides(results, Results(other, results.segments, results.summary))
+    assert found.unrelated.startswith("in the median their positions are 1e+03 m apart")
+    assert found.as_dict()["unrelated"] == found.unrelated
+    lines = Comparison(
+        "drive", "one", "other", (results, Results(other, results.segments, results.summary))
+    ).lines()
+    assert any(line.startswith("warning: a and b look like two different drives") for line in lines)
+    away = results.samples.with_columns(pl.col("t_ns") + 3, pl.col("t_s") + 1e4)
+    assert (
+        "no time in common"
+        in compare_sides(results, Results(away, results.segments, results.summary)).unrelated
+    )
+
+
 def test_one_log_with_two_settings(command, log, tmp_path):
     done = command("compare", log, "--set-b", "identifier=paper", "--out", tmp_path)
     document = json.loads((tmp_path / "drive.compare.json").read_text())
@@ -63,9 +83,9 @@ def test_both_timelines_lie_in_one_recording(command, log, tmp_path):
     command("compare", log, "--set-b", "window_s=.9", "--out", tmp_path)
     (recording,) = RrdReader(tmp_path / "drive.compare.rrd").recordings()
     entities = {str(chunk.entity_path) for chunk in RrdReader(tmp_path / "drive.compare.rrd").stream()}
-    for entity in ("mode/estimated", "velocity/v_long_mps/estimate", "alpha/estimate", "path/estimated"):
-        assert {f"/a/{entity}", f"/b/{entity}"} <= entities
-    assert {"/differs", "/description"} <= entities
+    for folder in ("/mode", "/status", "/both/v_long_mps", "/both/alpha", "/path"):
+        assert {f"{folder}/a", f"{folder}/b"} <= entities
+    assert {"/mode/differs", "/difference/v_long_mps", "/difference/position_m", "/description"} <= entities
     assert recording is not None
 
 

@@ -11,6 +11,15 @@ except ModuleNotFoundError as error:
 
 from wmr_replay.api.plots.design import design_figure
 from wmr_replay.api.plots.figure import Figure, check_target, write_figure
-from wmr_replay.api.plots.run import run_figure
+from wmr_replay.api.plots.gap import gap_figure
+from wmr_replay.api.plots.run import run_figure, tables_figure
 
-__all__ = ["Figure", "check_target", "design_figure", "run_figure", "write_figure"]
+__all__ = [
+    "Figure",
+    "check_target",
+    "design_figure",
+    "gap_figure",
+    "run_figure",
+    "tables_figure",
+    "write_figure",
+]

@@ -4,16 +4,22 @@ What describes an instant (velocities, C_k, C_d) is drawn at that instant, t −
 (mode, α) at the time at which it was known.
 """
 
+import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
 from wmr_replay.api.plots.figure import Figure, styled
+from wmr_replay.report.decimate import extremes
+from wmr_replay.report.run import RunTables
 from wmr_replay.timeline.colours import BAND, MODE_COLOURS, TRUTH, Colour, mode_name
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
@@ -22,8 +28,6 @@ from wmr_schemas.text import shown
 if TYPE_CHECKING:
     from wmr_replay.api.result import Result
 
-MOST_ROWS = 4000
-"""Rows that a picture can show; of longer logs every n-th is drawn."""
 COLUMNS = (
     "t_s",
     "x_m",
@@ -68,7 +72,13 @@ BLUE, RED, DARK = rgb(BAND), rgb(TRUTH), (0.2, 0.22, 0.25)
 
 def run_figure(result: "Result") -> Figure:
     """The figure of a result."""
-    samples = drawn_rows(result)
+    return tables_figure(result.report_tables(), result.stem)
+
+
+def tables_figure(tables: RunTables, name: str) -> Figure:
+    """The figure of a replay, out of its tables as they are on disk."""
+    samples = drawn_rows(tables)
+    nominal = (json.loads(tables.summary["settings"]).get("robot") or {}).get("alpha")
     with styled():
         figure = Figure(figsize=(11, 7), layout="constrained")
         grid = figure.add_gridspec(5, 2, width_ratios=(4, 6), height_ratios=(1, 2, 2, 2, 2))
@@ -77,7 +87,7 @@ def run_figure(result: "Result") -> Figure:
         rows = [figure.add_subplot(grid[k, 1], sharex=lanes) for k in range(1, 5)]
         stretches = stretches_of(samples["mode"])
         draw_path(path, samples, stretches)
-        draw_lanes(lanes, samples, drawn_hindsight(result))
+        draw_lanes(lanes, samples, drawn_hindsight(tables))
         draw_velocity(rows[0], samples)
         draw_constraint(
             rows[1], samples, "c_k_mps", "c_k_threshold_mps", "C_k [m/s], skidding beyond the band"
@@ -85,33 +95,37 @@ def run_figure(result: "Result") -> Figure:
         draw_constraint(
             rows[2], samples, "c_d_mps2", "c_d_threshold_mps2", "C_d [m/s²], slipping beyond the band"
         )
-        draw_alpha(rows[3], samples, result.settings.get("robot", {}).get("alpha"))
+        draw_alpha(rows[3], samples, nominal)
         for axes in rows:
             shade(axes, samples, stretches)
         for axes in (lanes, *rows[:-1]):
             axes.tick_params(labelbottom=False)
         rows[-1].set_xlabel("time since the first pose [s]")
         title = {"x": 0.01, "ha": "left", "fontsize": 12, "fontweight": "bold"}
-        figure.suptitle(shown(result.stem), parse_math=False, **title)
+        figure.suptitle(shown(name), parse_math=False, **title)
     return figure
 
 
-def drawn_rows(result: "Result") -> pl.DataFrame:
-    """The columns in use, at most MOST_ROWS rows."""
-    n_rows = int(result.segments["n_samples"].sum()) if len(result.segments) else 0
-    return result.samples.select(COLUMNS).gather_every(step_of(n_rows)).collect()
+def drawn_rows(tables: RunTables) -> pl.DataFrame:
+    """The columns in use, modes by name."""
+    return with_mode_names(tables.samples.select(COLUMNS), MODE_COLUMNS).collect()
 
 
-def step_of(n_rows: int) -> int:
-    """Every how-manieth row is drawn."""
-    return max(1, -(-n_rows // MOST_ROWS))
+def thinned(t_s: F64, *values: F64) -> tuple[F64, ...]:
+    """Times and values, of long logs the rows that hold the extremes of each value."""
+    known = np.flatnonzero(np.isfinite(t_s))
+    if not len(known):
+        return (t_s, *values)
+    kept = [extremes(t_s[known], value[known]) for value in values]
+    rows = known[np.unique(np.concatenate(kept))]
+    return (t_s[rows], *(value[rows] for value in values))
 
 
-def drawn_hindsight(result: "Result") -> pl.Series:
-    """The mode in hindsight of the rows that are drawn; empty without a second pass."""
-    segments = result.hindsight_segments
-    n_rows = int(segments["n_samples"].sum()) if len(segments) else 0
-    return result.hindsight.select("mode").gather_every(step_of(n_rows)).collect()["mode"]
+def drawn_hindsight(tables: RunTables) -> pl.Series:
+    """The mode in hindsight; empty without a second pass."""
+    if tables.hindsight is None:
+        return pl.Series("mode", [], pl.String)
+    return with_mode_names(tables.hindsight.select("mode"), ("mode",)).collect()["mode"]
 
 
 def column(samples: pl.DataFrame, name: str) -> F64:
@@ -187,14 +201,15 @@ def draw_velocity(axes: Axes, samples: pl.DataFrame) -> None:
     """Longitudinal and lateral velocity."""
     t_s = described_s(samples)
     for name, colour, label in (("v_long_mps", BLUE, "longitudinal"), ("v_lat_mps", RED, "lateral")):
-        axes.plot(t_s, column(samples, name), color=colour, label=label)
+        axes.plot(*thinned(t_s, column(samples, name)), color=colour, label=label)
     finish(axes, "Velocity [m/s]")
     key_above(axes)
 
 
 def draw_constraint(axes: Axes, samples: pl.DataFrame, name: str, threshold: str, title: str) -> None:
     """A constraint and the band between its thresholds."""
-    t_s, value, limit = described_s(samples), column(samples, name), column(samples, threshold)
+    whole = described_s(samples), column(samples, name), column(samples, threshold)
+    t_s, value, limit = thinned(*whole)
     axes.fill_between(t_s, -limit, limit, color="#c3c8d0", alpha=0.55, linewidth=0)
     axes.plot(t_s, value, color=BLUE, linewidth=1.1)
     finish(axes, title)
@@ -202,7 +217,7 @@ def draw_constraint(axes: Axes, samples: pl.DataFrame, name: str, threshold: str
 
 def draw_alpha(axes: Axes, samples: pl.DataFrame, nominal: float | None) -> None:
     """α with its 95 % interval, and the nominal value."""
-    t_s, alpha, sd = (column(samples, name) for name in ("t_s", "alpha", "alpha_sd"))
+    t_s, alpha, sd = thinned(*(column(samples, name) for name in ("t_s", "alpha", "alpha_sd")))
     axes.fill_between(
         t_s, alpha - NORMAL_95 * sd, alpha + NORMAL_95 * sd, color=BLUE, alpha=0.22, linewidth=0
     )
@@ -220,7 +235,7 @@ def draw_alpha(axes: Axes, samples: pl.DataFrame, nominal: float | None) -> None
     finish(axes, "α [(m/s²)/(N·m)] with its 95 % interval")
 
 
-def key_above(axes: Axes, handles: list[Patch] | None = None, handlelength: float = 1.5) -> None:
+def key_above(axes: Axes, handles: Sequence[Artist] | None = None, handlelength: float = 1.5) -> None:
     """The key in one line above the axes, at the right."""
     entries = handles or axes.get_legend_handles_labels()[0]
     axes.legend(

@@ -17,6 +17,7 @@ from wmr_replay.cli.config.files import ConfigFile, entries, project_file, read_
 from wmr_replay.cli.config.stored import FileText
 from wmr_replay.cli.options.places import LogPlace
 from wmr_schemas.errors import InvalidFile
+from wmr_schemas.text import shown
 from wmr_schemas.tomlfile import expect_number
 
 NO_KEYS = {"config", "quiet", "verbose", "help", "list", "list-effects", "version"}
@@ -131,4 +132,4 @@ def unknown(config: ConfigFile, place: str, key: str, known: Mapping[str, Any] |
 def files_said(ctx: click.Context) -> Iterator[str]:
     """A line for each file that was read, for --verbose."""
     for config in ctx.meta.get(FILES, ()):
-        yield f"options from {config.path}"
+        yield shown(f"options from {config.path}")

@@ -41,6 +41,7 @@ GROUPS = {
         "--report",
         "--view",
         "--serve",
+        "--bind",
         "--screenshot",
         "--rrd",
         "--no-rrd",

@@ -30,5 +30,7 @@ def print_comparisons(
     for comparison, written in zip(comparisons, files, strict=True):
         say(str(comparison))
         say(f"\nresults   {out}/")
+        if "report" in written:
+            say(f"report    {written['report']}")
         if "timeline" in written:
             say(f"viewer    {viewer_command(written['timeline'])}")

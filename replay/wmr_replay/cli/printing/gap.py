@@ -45,7 +45,7 @@ def print_gap(found: "GapAnswer", log: Path, *, as_json: bool) -> None:
         echo_document(found.as_json().rstrip("\n"))
         return
     gap, console = found.document, terminal()
-    console.print(header(found), soft_wrap=True)
+    console.print(header(found))
     console.print()
     console.print(verdict_line(gap))
     console.print()

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from wmr_replay.cli.printing.json import echo_json
-from wmr_replay.cli.printing.layout import labelled, output_width, print_table
+from wmr_replay.cli.printing.layout import labelled, output_width, print_table, print_title
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.text import figure, shown
 
@@ -31,7 +31,8 @@ def print_info(info: "LogInfo", *, as_json: bool) -> None:
     width = output_width()
     console = console_of(width=width)
     with console.capture() as capture:
-        console.print(styled((info.log, "bold"), "  ", (overview(info), "dim")), end="\n\n", soft_wrap=True)
+        print_title(console, info.log, overview(info), width)
+        console.print()
         if info.channels:
             print_table(console, channel_table(info), n_titles=2)
             console.print()

@@ -4,7 +4,6 @@ Where a table is too wide, each of its rows becomes a paragraph: the first cell 
 their headings below it.
 """
 
-import os
 import shutil
 import sys
 import textwrap
@@ -14,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from wmr_replay.cli.printing.plain import say
+from wmr_replay.cli.printing.plain import say, styled
 
 WIDE = 1000
 """Columns of a file or pipe: a line for each row, for tools that read lines."""
@@ -24,8 +23,8 @@ INDENT = 4
 
 
 def output_width() -> int:
-    """Columns of standard output: the terminal's, or ``COLUMNS``; without limit in a file or pipe."""
-    if sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit():
+    """Columns of standard output: the terminal's; without limit in a file or pipe, whatever COLUMNS says."""
+    if sys.stdout.isatty():
         return max(shutil.get_terminal_size().columns, LEAST)
     return WIDE
 
@@ -40,6 +39,8 @@ def print_table(console: Console, table: Table, n_titles: int = 1) -> None:
     if columns_needed(table, headings, rows) <= console.width:
         console.print(table)
         return
+    if n_titles:
+        console.print(Text("  ".join(headings[:n_titles]), style="dim"), soft_wrap=True)
     for cells in rows:
         title = "  ".join(cell for cell in cells[:n_titles] if cell)
         for line in record_lines(title, headings[n_titles:], cells[n_titles:], console.width):
@@ -87,6 +88,16 @@ def labelled(label: str, text: str, column: int, width: int) -> list[str]:
         return [f"{label:<{column}}{text}"]
     first, *rest = wrapped(text, max(width - column, LEAST // 2)) or [""]
     return [f"{label:<{column}}{first}", *(" " * column + line for line in rest)]
+
+
+def print_title(console: Console, name: str, text: str, width: int) -> None:
+    """A name and what there is to say of it, in one line where it fits, else the text wrapped below."""
+    if cell_len(name) + cell_len(text) + 2 <= width:
+        console.print(styled((name, "bold"), f"  {text}"), soft_wrap=True)
+        return
+    console.print(styled((name, "bold")), soft_wrap=True)
+    for line in wrapped(text, width - INDENT):
+        console.print(styled(" " * INDENT + line), soft_wrap=True)
 
 
 def say_labelled(label: str, text: str, column: int) -> None:

@@ -37,10 +37,10 @@ def byte_progress(description: str, then: str = "") -> Iterator[Callable[[int, i
 
 @contextlib.contextmanager
 def share_progress(begin: str) -> Iterator[Callable[[str, float], None]]:
-    """Yields a callback (what is being done, share done)."""
+    """Yields a callback (what is being done, share done). Steps differ in length: no time is estimated."""
     activity.tell(begin)
     try:
-        yield lambda doing, share: activity.tell(doing, share, 1.0)
+        yield lambda doing, share: activity.tell(doing, share, 1.0, estimates=False)
     finally:
         activity.stop()
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 
 from wmr_replay.cli.printing.json import echo_json
-from wmr_replay.cli.printing.layout import labelled, output_width, wrapped
+from wmr_replay.cli.printing.layout import labelled, output_width, print_title, wrapped
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.tables import ANOMALIES
@@ -33,7 +33,7 @@ def print_result(result: "Result", *, as_json: bool) -> None:
             row | {"settings": result.settings, "notes": result.notes, "findings": list(result.findings)}
         )
         return
-    console.print(styled((row["log"], "bold"), f"  {overview(row)}"))
+    print_title(console, row["log"], overview(row), width)
     for line in hung(design_lines(row), width):
         console.print(styled(line))
     console.print(mode_table(row))
@@ -47,6 +47,8 @@ def print_result(result: "Result", *, as_json: bool) -> None:
         console.print(styled((line, "bold")))
     console.print()
     console.print(styled(f"results   {result.files['samples'].parent}/"))
+    if "report" in result.files:
+        console.print(styled(f"report    {result.files['report']}"))
     if "timeline" in result.files:
         console.print(styled(f"viewer    {viewer_command(result.files['timeline'])}"))
 

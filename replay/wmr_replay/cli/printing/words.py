@@ -50,6 +50,8 @@ def next_steps(found: "Gap", log: Path) -> Iterator[tuple[str, str]]:
         yield "next", f"wmr-replay gap ANOTHER_LOG --model {model}"
         yield "", f"wmr-replay run {shlex.quote(str(log))} --model {model}"
     yield "results", f"{found.files['json'].parent}/"
+    if "report" in found.files:
+        yield "report", str(found.files["report"])
     if "timeline" in found.files:
         from wmr_replay.timeline import viewer_command
 

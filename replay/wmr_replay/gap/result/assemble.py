@@ -10,7 +10,7 @@ from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.locate import locate
 from wmr_replay.gap.result.metrics import gap_metric
-from wmr_replay.gap.result.result import FoundEffect, GapResult, Verdict
+from wmr_replay.gap.result.result import CandidateScore, FoundEffect, GapResult, Verdict
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import traces_of
 from wmr_replay.gap.scan.scan import scan
@@ -46,6 +46,16 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         seed=options.seed,
         notes=notes,
         traces=traces_of(problem, base, fit),
+        candidates=scores_of(selection),
+    )
+
+
+def scores_of(selection: Selection) -> tuple[CandidateScore, ...]:
+    """The candidates of every stage, the best first."""
+    return tuple(
+        CandidateScore(stage, one.name, float(one.gain), float(one.score), float(one.p_value), one.failed)
+        for stage, candidates in enumerate(selection.stages)
+        for one in candidates
     )
 
 

@@ -16,6 +16,7 @@ from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
+from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings
@@ -63,6 +64,7 @@ def reported(
         alternatives=alternatives,
         p_value=effect.p_value,
         separate_with=separate_with(effect.name, close),
+        **shown_by(effect.name)._asdict(),
     )
 
 

@@ -29,7 +29,11 @@ class Alternative:
 
 @dataclass(frozen=True)
 class FoundEffect:
-    """An effect that is missing from the base model. ``confound_class`` contains its own name."""
+    """An effect that is missing from the base model. ``confound_class`` contains its own name.
+
+    ``residual`` is the channel in which it shows, ``variable`` the quantity of the traces that the residual
+    follows.
+    """
 
     name: str
     channel: str
@@ -39,6 +43,8 @@ class FoundEffect:
     alternatives: tuple[Alternative, ...]
     p_value: float
     separate_with: str
+    residual: str = ""
+    variable: str = ""
 
 
 @dataclass(frozen=True)
@@ -122,12 +128,27 @@ class Detectable:
     unit: str
 
 
+@dataclass(frozen=True)
+class CandidateScore:
+    """A candidate that was fitted in full: ``stage`` counts the effects found before it, ``gain`` is the drop
+    of the deviance, ``score`` the gain less its price; ``failed`` names the gate that it does not pass.
+    """
+
+    stage: int
+    name: str
+    gain: float
+    score: float
+    p_value: float
+    failed: str = ""
+
+
 @dataclass(frozen=True, eq=False)
 class Traces:
     """For plots: ``t_s`` (n,) from the log's start; poses (n, 3) x, y, yaw: measured, simulated with the
     base and with the extended model (windows of 4 s, each from its own fitted start, NaN outside);
     ``base_residual``, ``extended_residual`` (n, 3): the disturbance that the filter sees, longitudinal
-    [m/s²], a lateral velocity [m/s], l·yaw_acc [m/s²]; ``held_out`` (n,) 1 where the row was not fitted.
+    [m/s²], a lateral velocity [m/s], l·yaw_acc [m/s²]; ``held_out`` (n,) 1 where the row was not fitted;
+    ``quantities``: speeds and efforts by column of the traces' table, each (n,).
     """
 
     start_ns: int
@@ -139,6 +160,7 @@ class Traces:
     extended_residual: F64
     held_out: F64
     mode: F64
+    quantities: Mapping[str, F64] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,3 +185,4 @@ class GapResult:
     seed: int
     notes: tuple[str, ...]
     traces: Traces
+    candidates: tuple[CandidateScore, ...] = ()

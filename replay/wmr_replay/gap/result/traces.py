@@ -5,6 +5,8 @@ import numpy as np
 from wmr_replay.gap.estimation.path_error import simulated_path, windows_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.dynamics import D_LONG, D_YAW, V_LAT
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.result import Traces
@@ -25,7 +27,21 @@ def traces_of(problem: Problem, base: Fit, fit: Fit) -> Traces:
         extended_residual=residual(problem, fit.extension, base),
         held_out=(~problem.train).astype(np.float64),
         mode=binned.mode,
+        quantities=quantities_of(binned),
     )
+
+
+def quantities_of(binned: BinnedLog) -> dict[str, F64]:
+    """Speeds from the poses, smoothed, and efforts (n,), by their columns in the table of the traces."""
+    columns = columns_of(binned)
+    return {
+        "v_mps": columns["v"],
+        "v_lat_mps": columns["v_lat"],
+        "yaw_rate_radps": columns["yaw_rate"],
+        "effort_sum_nm": columns["effort_sum"],
+        "effort_diff_nm": columns["effort_diff"],
+        "effort_sum_rate_nmps": np.gradient(columns["effort_sum"], binned.t_s),
+    }
 
 
 def residual(problem: Problem, extension: Extension, noise_of: Fit) -> F64:

@@ -20,6 +20,10 @@ _MAP_SIZE_AT, _MAP_AT, _PLACE_BYTES = 32, 36, 10
 _FIXED_HEAD_BYTES = 40
 """A chunk's head without the name of its compression."""
 _INDEX_HEAD_BYTES, _INDEX_ENTRY_BYTES = HEAD.size + 6, 16
+MOST_ENTRIES = 1 << 23
+"""Entries of all maps, some dozen bytes of memory each: of 100,000 chunks with 80 channels."""
+_SHORT = 8
+_MOST_CHANNELS = _AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +141,8 @@ def chunk_index(summary: bytes, starts: I64, lengths: I64, size_bytes: int) -> C
     demand((stop <= size_bytes).all(), "a chunk beyond the file's end")
     names, compression = _names(summary, after + 12, name_bytes)
     n_entries = map_bytes // _PLACE_BYTES
+    demand(n_entries.sum() <= MOST_ENTRIES, f"more than {MOST_ENTRIES:,} entries")
+    demand(n_entries.max(initial=0) <= _MOST_CHANNELS, "more entries than there are channels")
     ids, n = _counts(data, starts + _MAP_AT, n_entries, stop, size_bytes)
     found = ChunkIndex(
         offset=offset,
@@ -163,13 +169,21 @@ def demand(holds: np.bool_ | bool, what: str) -> None:
 
 def _numbers(data: U8, at: I64, n_bytes: int) -> U64:
     """Little-endian numbers (n,) of so many bytes at these places."""
-    pieces = data[at[:, None] + np.arange(n_bytes)]
-    numbers: U64 = pieces.view(f"<u{n_bytes}")[:, 0].astype(np.uint64)
+    numbers: U64 = np.empty(len(at), np.uint64)
+    for start in range(0, len(at), _AT_ONCE):
+        some = slice(start, start + _AT_ONCE)
+        pieces = data[at[some, None] + np.arange(n_bytes)]
+        numbers[some] = pieces.view(f"<u{n_bytes}")[:, 0]
     return numbers
 
 
 def _names(summary: bytes, at: I64, n_bytes: I64) -> tuple[tuple[str, ...], I64]:
     """The different compressions, and which of them each chunk has."""
+    size = int(n_bytes.max(initial=0))
+    if len(at) and size <= _SHORT and (n_bytes == size).all():
+        data, first = np.frombuffer(summary, np.uint8), int(at[0])
+        if (data[at[:, None] + np.arange(size)] == data[first : first + size]).all():
+            return (summary[first : first + size].decode(errors="replace"),), np.zeros(len(at), np.int64)
     texts = [summary[a:b] for a, b in zip(at.tolist(), (at + n_bytes).tolist(), strict=True)]
     codes = {text: k for k, text in enumerate(dict.fromkeys(texts))}
     names = tuple(text.decode(errors="replace") for text in codes)

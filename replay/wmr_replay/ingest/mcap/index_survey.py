@@ -6,7 +6,7 @@ Its description of a chunk is checked again when the chunk is read.
 
 import struct
 import zlib
-from collections import defaultdict
+from array import array
 from collections.abc import Iterator
 from typing import BinaryIO
 
@@ -28,10 +28,13 @@ from wmr_replay.ingest.mcap.records import (
 )
 from wmr_replay.ingest.mcap.survey import Survey, survey
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, size_of
+from wmr_schemas.arrays import I64
 from wmr_schemas.errors import LogUnusable
 
 FOOTER = struct.Struct("<BQQQI")
 _HEADER_BYTES = 1 << 10
+MOST_RECORDS = 1 << 21
+"""Of a summary: an index of a million chunks has half of it."""
 
 
 def surveyed(path: LogPath | Container, *, by_index: bool = False) -> Survey:
@@ -103,7 +106,7 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
     places = _record_places(summary)
 
     def contents(opcode: Opcode) -> Iterator[bytes]:
-        for start, length in places.get(opcode, ()):
+        for start, length in places[opcode].tolist():
             yield summary[start : start + length]
 
     for content in contents(Opcode.STATISTICS):
@@ -111,25 +114,28 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
     for content in contents(Opcode.METADATA_INDEX):
         name, metadata = _metadata(file, content)
         found.metadata.setdefault(name, metadata)
-    chunks = np.array(places.get(Opcode.CHUNK_INDEX, ()), np.int64).reshape(-1, 2)
-    found.spans = chunk_index(summary, chunks[:, 0], chunks[:, 1], found.size_bytes)
-    described = places.get(Opcode.SCHEMA, []) + places.get(Opcode.CHANNEL, [])
-    starts = np.array(sorted(start - HEAD.size for start, _ in described), np.int64)
-    found.catalogue.enter(np.frombuffer(summary, np.uint8), starts, summary=True)
+    starts, lengths = places[Opcode.CHUNK_INDEX].T
+    found.spans = chunk_index(summary, starts, lengths, found.size_bytes)
+    described = np.concatenate([places[Opcode.SCHEMA][:, 0], places[Opcode.CHANNEL][:, 0]])
+    heads = np.sort(described) - HEAD.size
+    found.catalogue.enter(np.frombuffer(summary, np.uint8), heads, summary=True)
 
 
-def _record_places(summary: bytes) -> dict[int, list[tuple[int, int]]]:
-    """Start and length of the contents of all records, by opcode. Raises Malformed, struct.error."""
-    found: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    position, unpack = 0, HEAD.unpack_from
-    while position < len(summary):
+def _record_places(summary: bytes) -> dict[Opcode, I64]:
+    """Start and length (n, 2) of the contents of all records, by opcode. Raises Malformed, struct.error."""
+    found, stop, n_left = {int(opcode): array("q") for opcode in Opcode}, len(summary), MOST_RECORDS
+    position, unpack, head_bytes = 0, HEAD.unpack_from, HEAD.size
+    while position < stop:
         opcode, length = unpack(summary, position)
-        position += HEAD.size
-        found[opcode].append((position, length))
-        position += length
-    if position > len(summary):
+        position += head_bytes
+        if opcode in found:
+            found[opcode].extend((position, min(length, stop)))
+        position, n_left = position + length, n_left - 1
+        if not n_left:
+            raise Malformed(f"more than {MOST_RECORDS:,} records in the summary")
+    if position > stop:
         raise Malformed("a record runs over the end of the summary")
-    return found
+    return {Opcode(opcode): np.array(places, np.int64).reshape(-1, 2) for opcode, places in found.items()}
 
 
 def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:

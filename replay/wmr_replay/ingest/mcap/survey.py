@@ -34,6 +34,8 @@ WINDOW_BYTES = 2 << 20
 """Records outside chunks are read in pieces of about this size."""
 _CHUNK_HEAD_BYTES = 1 << 12
 """Enough for a chunk's head with any sensible name of a compression."""
+_MOST_TOLD = 100
+"""Chunks of which only the index knows that are named."""
 _MOST_METADATA = 1000
 """Metadata records of different names that are kept."""
 _FOOTER = struct.Struct("<BQQQI")
@@ -81,7 +83,7 @@ class Surveyor:
         self.spans: list[Span] = []
         self.result = Survey(size_bytes, spans=self.spans)
         self.in_summary = False
-        self.claimed = indexed_chunks(file, size_bytes)
+        self.claimed = sorted(set(indexed_chunks(file, size_bytes)))
         self.landmarks = sorted(
             mark for mark, n_bytes in self.claimed if mark < size_bytes and is_chunk(file, mark, n_bytes)
         )
@@ -89,8 +91,13 @@ class Surveyor:
     def run(self) -> Survey:
         """Survey the whole file, from its first record to its footer."""
         position: int | None = len(MAGIC)
-        while position is not None and position < self.size:
-            position = self._step(position)
+        n_left = most = BUDGETS.most_records(self.size)
+        while position is not None and position < self.size and n_left:
+            position, n_left = self._step(position), n_left - 1
+        if not n_left and position is not None and position < self.size:
+            left = f"{self.size - position} bytes are left in the file"
+            self._ends_early(f"byte {position}: more than {most:,} records, which are read at most; {left}")
+            position = None
         if position is not None:
             self._ends_early("the file ends without a footer")
         self._check_index()
@@ -100,10 +107,14 @@ class Surveyor:
     def _check_index(self) -> None:
         """Every chunk of the summary's index was met."""
         met = {span.offset for span in self.spans}
-        for mark, _ in self.claimed:
-            if mark not in met:
-                self.result.n_chunks_damaged += 1
-                self.result.notes.append(f"the chunk at byte {mark} is left out: only the index knows of it")
+        missing = [mark for mark, _ in self.claimed if mark not in met]
+        self.result.n_chunks_damaged += len(missing)
+        self.result.notes += [
+            f"the chunk at byte {mark} is left out: only the index knows of it"
+            for mark in missing[:_MOST_TOLD]
+        ]
+        if (more := len(missing) - _MOST_TOLD) > 0:
+            self.result.notes.append(f"{more:,} more chunks are left out: only the index knows of them")
 
     def _check_data(self) -> None:
         """The data section has the checksum that is stated behind it, where no other covers the messages."""
@@ -263,13 +274,14 @@ def indexed_chunks(file: BinaryIO, size: int) -> list[tuple[int, int]]:
     if size - tail - summary_start > BUDGETS.most_summary_bytes:
         return []
     file.seek(summary_start)
-    return _chunk_indexes(file.read(size - tail - summary_start))
+    return _chunk_indexes(file.read(size - tail - summary_start), BUDGETS.most_records(size))
 
 
-def _chunk_indexes(summary: bytes) -> list[tuple[int, int]]:
-    """Starts and lengths in bytes out of the summary's chunk index records."""
-    found, position = [], 0
-    while position + HEAD.size <= len(summary):
+def _chunk_indexes(summary: bytes, most: int) -> list[tuple[int, int]]:
+    """Starts and lengths in bytes out of the chunk index records among the summary's first ``most``."""
+    found, position, n_left = [], 0, most
+    while position + HEAD.size <= len(summary) and n_left:
+        n_left -= 1
         opcode, length = HEAD.unpack_from(summary, position)
         body = position + HEAD.size
         if opcode == Opcode.CHUNK_INDEX and body + 32 <= len(summary):

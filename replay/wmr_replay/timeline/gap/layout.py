@@ -4,33 +4,49 @@ from collections.abc import Collection
 
 import rerun.blueprint as rrb
 
-from wmr_replay.timeline.blueprint import Plot, lanes_view, path_view, plot_view, with_panels
+from wmr_replay.timeline.blueprint import lanes_and_pages
 from wmr_replay.timeline.path import Frame
+from wmr_replay.timeline.views import Page, Plot, Span, findings_view, path_view, tabs_of, text_view, window
 
-PATHS = ("/path/measured", "/path/held_out", "/path/base", "/path/extended", "/path/regions")
+COMMON = ("/path/grid/**", "/path/key", "/path/held_out", "/path/regions", "/path/robot/**")
 
 
-def compared(quantity: str, folder: str) -> Plot:
+def compared(quantity: str, folder: str, *others: str) -> Plot:
     """Base against extended model."""
-    return Plot(quantity, {"base red": f"{folder}/base", "extended blue": f"{folder}/extended"})
+    return Plot(quantity, (*others, f"{folder}/base", f"{folder}/extended"), titled=True)
 
 
-PLOTS = (
-    compared("Gap in position [mm]", "/gap/position"),
-    compared("Gap in yaw [mrad]", "/gap/yaw"),
-    compared("Residual ahead [m/s²]", "/residual/longitudinal"),
-    compared("Residual in l·yaw_acc [m/s²]", "/residual/yaw"),
-    compared("Residual sideways [m/s]", "/residual/lateral"),
+PAGES = (
+    Page(
+        "Gap and speed",
+        (
+            compared("Gap in position [mm]", "/gap/position"),
+            compared("Gap in yaw [mrad]", "/gap/yaw"),
+            compared("Speed [m/s]", "/speed", "/speed/actual"),
+        ),
+    ),
+    Page(
+        "Residuals",
+        (
+            compared("Residual ahead [m/s²]", "/residual/longitudinal"),
+            compared("Residual in l·yaw_acc [m/s²]", "/residual/yaw"),
+            compared("Residual sideways [m/s]", "/residual/lateral"),
+        ),
+    ),
 )
 
 
-def gap_layout(written: Collection[str], frame: Frame) -> rrb.Blueprint:
-    """Paths and text on the left; lanes, gaps and residuals on the right."""
-    text = rrb.TextDocumentView(origin="/description", name="Verdict")
-    name = "Path [m]: measured white, base red, extended blue; held out shaded"
-    path = path_view(frame, name=name, always=PATHS)
-    lanes = lanes_view(["/mode", "/part"], "Contact mode; what was fitted and what was held out")
-    plots = [plot_view(plot, written) for plot in PLOTS if plot.entities(written)]
-    left = rrb.Vertical(path, text, row_shares=[56, 44])
-    right = rrb.Vertical(lanes, *plots, row_shares=[14] + [86 / max(len(plots), 1)] * len(plots))
-    return with_panels(rrb.Horizontal(left, right, column_shares=[42, 58]))
+def gap_layout(
+    written: Collection[str], frame: Frame, span: Span, factor: float, *, extended: bool, found: bool
+) -> rrb.Blueprint:
+    """The error along the path before and, where the model was ``extended``, after; gaps and residuals."""
+    names = {"base": f"Base model, error × {factor:g}", "extended": f"Extended model, error × {factor:g}"}
+    models = ("base", "extended") if extended else ("base",)
+    paths = [path_view(frame, names[model], (*COMMON, f"/path/{model}/**"), always=()) for model in models]
+    texts: list[rrb.View] = [text_view("/description", "Verdict"), text_view("/how_to_read", "How to read")]
+    if found:
+        texts.insert(1, findings_view())
+    shares = [37, 37, 26] if extended else [64, 36]
+    left = rrb.Vertical(*paths, tabs_of(texts), row_shares=shares)
+    right = lanes_and_pages(("/mode", "/part"), PAGES, written, span, lanes_share=20)
+    return window(left, right, left_share=42)

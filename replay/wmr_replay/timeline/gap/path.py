@@ -1,15 +1,15 @@
-"""The paths of a gap analysis in the plane: measured, held out, simulated window by window, regions."""
+"""The path of a gap analysis: coloured by the error of a model, with the error's vectors magnified."""
 
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 import rerun as rr
 
 from wmr_replay.timeline import colours
-from wmr_replay.timeline.path import Frame
+from wmr_replay.timeline.path import Frame, pen
 from wmr_replay.timeline.sink import Sink
-from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.arrays import F64, I64, Bool
 
 if TYPE_CHECKING:
     from wmr_replay.gap.result.result import Region, Traces
@@ -17,6 +17,50 @@ if TYPE_CHECKING:
 WINDOW_S, EDGE_S = 4.0, 0.06
 """Simulated windows, and how much shorter than their length one may be, as the analysis cuts them."""
 CORNERS = 64
+MOST_VECTORS = 400
+VECTOR_SHARE, LEAST_SHARE = 0.15, 0.008
+"""Longest and shortest vector drawn, as shares of the frame's longer side."""
+TOP_PERCENTILE = 92.0
+"""The last colour begins at about the error that so many of a hundred rows do not reach."""
+KEY_ROOM = 0.16
+"""Room for the colours' key above the path, as a share of the frame's height."""
+ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+FACTORS = tuple(f * 10.0**power for power in range(6) for f in (1, 2, 5))
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Measured minus simulated position (n, 2) of each model in m, the error in m at the end of the colours,
+    by how much vectors are magnified, and the length of the shortest that is drawn.
+    """
+
+    by_model: dict[str, F64]
+    top_m: float
+    factor: float
+    shortest_m: float
+
+    @classmethod
+    def of(cls, traces: "Traces", frame: Frame) -> "Errors":
+        """One scale for both models, which is that of the larger errors."""
+        paths = {"base": traces.base_path, "extended": traces.extended_path}
+        by_model = {model: path[:, :2] - traces.measured[:, :2] for model, path in paths.items()}
+        sizes = np.hypot(*by_model["base"].T)
+        known = sizes[np.isfinite(sizes)]
+        top, largest = np.percentile(known, (TOP_PERCENTILE, 100.0)) if len(known) else (0.0, 0.0)
+        side = float(frame.sides().max())
+        factor = max((f for f in FACTORS if f * largest <= VECTOR_SHARE * side), default=1.0)
+        return cls(by_model, round_number(max(top, 1e-6)), factor, LEAST_SHARE * side)
+
+    def without_extended(self) -> "Errors":
+        """For a model that was not extended."""
+        return replace(self, by_model={"base": self.by_model["base"]})
+
+    def level(self, model: str) -> I64:
+        """The colour (n,) of each row, −1 where nothing was simulated."""
+        sizes = np.hypot(*self.by_model[model].T)
+        n = len(colours.ERRORS)
+        level = np.clip(np.nan_to_num(sizes) / self.top_m * n, 0, n - 1).astype(np.int64)
+        return np.where(np.isfinite(sizes), level, -1)
 
 
 def runs(rows: Bool) -> list[tuple[int, int]]:
@@ -45,35 +89,68 @@ def frame_of(traces: "Traces") -> Frame:
     return frame
 
 
-def add_paths(sink: Sink, traces: "Traces", t_ns: pl.Series, regions: "tuple[Region, ...]") -> None:
-    """All paths, the measured one thin over the simulated ones, and circles about the regions."""
+def add_paths(sink: Sink, traces: "Traces", errors: Errors, regions: "tuple[Region, ...]") -> None:
+    """The measured path in the colours of each model's error, the error's vectors, the held-out part beneath,
+    and circles about the regions.
+    """
+    xy = traces.measured[:, :2]
+    held_out = [xy[a : b + 1] for a, b in runs(traces.held_out.astype(bool)) if b - a > 1]
+    sink.add_pieces("/path/held_out", held_out, pen(colours.HELD_OUT, 5.0, -2.0))
+    for model in errors.by_model:
+        add_coloured(sink, f"/path/{model}/error", xy, errors.level(model))
+        add_vectors(sink, f"/path/{model}/vectors", traces, errors, model)
+    sink.add_pieces("/path/regions", [circle(region) for region in regions], pen(colours.REGION, 0.75, 15.0))
+
+
+def add_coloured(sink: Sink, entity: str, xy: F64, level: I64) -> None:
+    """The path, each stretch of one level in its colour; joined, and grey where nothing was simulated."""
+    starts = np.flatnonzero(np.diff(level, prepend=level[0] - 1))
+    ends = np.append(starts[1:], len(level)) + 1
+    longer = [(a, b) for a, b in zip(starts, ends, strict=True) if len(xy[a:b]) > 1]
+    shades = [colours.NOT_SIMULATED if level[a] < 0 else colours.ERRORS[level[a]] for a, _ in longer]
+    coloured = rr.LineStrips2D([xy[a:b] for a, b in longer], colors=shades, radii=rr.Radius.ui_points(2.5))
+    sink.recording.log(entity, coloured, rr.LineStrips2D.from_fields(draw_order=10.0), static=True)
+
+
+def add_vectors(sink: Sink, entity: str, traces: "Traces", errors: Errors, model: str) -> None:
+    """Vectors from the measured to the simulated position, magnified: the largest of each window."""
+    sizes = np.nan_to_num(np.hypot(*errors.by_model[model].T))
     windows = cut(traces)
-    held_out = runs(traces.held_out.astype(bool))
-    drawn = (
-        ("/path/held_out", traces.measured, held_out, colours.HELD_OUT, 4.5, 4.0),
-        ("/path/base", traces.base_path, windows, colours.BASE, 1.5, 10.0),
-        ("/path/extended", traces.extended_path, windows, colours.EXTENDED, 1.25, 12.0),
-        ("/path/measured", traces.measured, [(0, len(traces.t_s))], colours.TRUE_PATH, 0.4, 14.0),
+    rows = np.array(
+        [a + int(sizes[a:b].argmax()) for a, b in windows[:: len(windows) // MOST_VECTORS + 1]], int
     )
-    for entity, path, pieces, colour, width, order in drawn:
-        longer = [(a, b) for a, b in pieces if b - a > 1]
-        stamps = t_ns[[a for a, _ in longer]]
-        sink.add_strips(entity, stamps, strips([path[a:b, :2] for a, b in longer], colour, width, order))
-    robot = rr.Points2D.columns(positions=traces.measured[:, :2])
-    sink.add_strips("/path/robot", t_ns, robot)
-    circles = strips([circle(region) for region in regions], colours.REGION, 0.75, 15.0)
-    sink.add_strips("/path/regions", t_ns[[0] * len(regions)], circles)
+    vectors = errors.factor * errors.by_model[model][rows]
+    known = np.hypot(*vectors.T) >= errors.shortest_m
+    arrows = rr.Arrows2D(
+        vectors=vectors[known],
+        origins=traces.measured[rows[known], :2],
+        colors=colours.VECTOR,
+        radii=rr.Radius.ui_points(2.0),
+        draw_order=12.0,
+    )
+    sink.recording.log(entity, arrows, static=True)
 
 
-def strips(points: list[F64], colour: colours.Colour, width: float, order: float) -> rr.ComponentColumnList:
-    """Pieces of a path as Rerun's columns, one row a piece."""
-    n = len(points)
-    return rr.LineStrips2D.columns(
-        strips=points,
-        colors=np.tile(np.array(colour, np.uint8), (n, 1)),
-        radii=np.full(n, rr.Radius.ui_points(width)),
-        draw_order=np.full(n, order),
+def add_key(sink: Sink, frame: Frame, errors: Errors) -> None:
+    """The errors of three colours, written in them above the path, for which the frame grows."""
+    (left, bottom), (right, top) = frame.with_margin()
+    y = top + 0.5 * KEY_ROOM * (top - bottom)
+    top_mm = 1e3 * errors.top_m
+    points = rr.Points2D(
+        [(x, y) for x in np.linspace(left, right, 5)[[0, 2, 4]]],
+        labels=["0 mm", f"{top_mm / 2:g} mm", f"≥ {top_mm:g} mm"],
+        colors=[colours.ERRORS[k] for k in (0, len(colours.ERRORS) // 2, -1)],
+        radii=rr.Radius.ui_points(0),
+        show_labels=True,
     )
+    sink.recording.log("/path/key", points, static=True)
+    frame.include(np.array([[(left + right) / 2, frame.high[1] + KEY_ROOM * (top - bottom)]]))
+
+
+def round_number(value: float) -> float:
+    """The nearest of 1, 1.5, 2, 3, 5, 7.5 times a power of ten, by ratio."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(min((f * power for f in ROUND), key=lambda near: abs(np.log(near / value))))
 
 
 def circle(region: "Region") -> F64:

@@ -1,0 +1,107 @@
+"""Six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+
+Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
+histories are drawn here, since their rate is part of what the benchmark varies.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import quality_logs
+
+from wmr_schemas.arrays import NS_PER_S
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import ModeTrack
+from wmr_synth.driving.drivers import ClosedLoop, Waypoints
+from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
+
+Rng = np.random.Generator
+SQUARE_WAVE_SPEED_MPS = 1.2
+
+
+@dataclass(frozen=True)
+class Drive:
+    """References at knots, and the true contact modes (stamps in ns since the start).
+
+    The robot starts with the references' first speeds.
+    """
+
+    path: Waypoints
+    modes: ModeTrack
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Initial speed in m/s and yaw rate in rad/s."""
+        return self.path.v_long_mps[0], self.path.yaw_rate_radps[0]
+
+
+@dataclass(frozen=True)
+class Family:
+    """A path, and log-uniform lengths in s of ideal rolling and of what lies between."""
+
+    path: Callable[[float, Rng], Waypoints]
+    ideal_s: tuple[float, float]
+    lost_s: tuple[float, float]
+
+
+def slow_square_wave(duration_s: float, rng: Rng) -> Waypoints:
+    """Constant 1.2 m/s, steering that changes its sign every 3 to 8 s."""
+    n = int(duration_s / 3.0) + 2
+    turning = rng.uniform(0.2, 0.8) * np.resize([1.0, -1.0], n)
+    targets = np.full(n, SQUARE_WAVE_SPEED_MPS), turning
+    rates = np.full(n, 1.0), np.full(n, 2.0)
+    return ramped(np.full(n, rng.uniform(3.0, 8.0)), targets, rates, (SQUARE_WAVE_SPEED_MPS, 0.0))
+
+
+def path_of(family: Callable[..., object]) -> Callable[[float, Rng], Waypoints]:
+    """The path of a family of ``quality_logs``, without its modes."""
+
+    def path(duration_s: float, rng: Rng) -> Waypoints:
+        driver = family(duration_s, rng).driver  # type: ignore[attr-defined]
+        assert isinstance(driver, ClosedLoop)
+        assert isinstance(driver.references, Waypoints)
+        return driver.references
+
+    return path
+
+
+FAMILIES = {
+    "patrol": Family(stop_go_reverse_turn, (6.0, 14.0), (2.0, 5.0)),
+    "stop-go": Family(stop_go_reverse_turn, (0.5, 5.0), (0.5, 5.0)),
+    "square-wave": Family(slow_square_wave, (8.0, 60.0), (0.5, 3.0)),
+    "teleoperated": Family(path_of(quality_logs.teleoperated), (1.0, 20.0), (0.5, 5.0)),
+    "straight": Family(path_of(quality_logs.straight_runs), (15.0, 60.0), (0.5, 4.0)),
+    "friction-limit": Family(path_of(quality_logs.friction_limit), (0.5, 8.0), (0.5, 8.0)),
+}
+"""From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
+
+
+def log_uniform(low: float, high: float, rng: Rng, n: int) -> np.ndarray:
+    """``n`` numbers whose logarithm is uniform."""
+    return np.exp(rng.uniform(np.log(low), np.log(high), n))
+
+
+def mode_history(duration_s: float, family: Family, rng: Rng) -> ModeTrack:
+    """Ideal rolling first; then intervals of skidding and of slipping, mostly with ideal rolling between.
+
+    One in six skids or slips follows another one directly. How often the robot skids rather than slips is
+    drawn once a log.
+    """
+    n = int(duration_s / min(family.ideal_s[0], family.lost_s[0])) + 2
+    skids = rng.uniform(0.0, 1.0, n) < rng.uniform(0.3, 0.8)
+    lost = np.where(skids, ContactMode.SKIDDING, ContactMode.SLIPPING)
+    mode = np.stack([np.zeros(n, np.int64), lost], axis=1).ravel()
+    lengths = np.stack([log_uniform(*family.ideal_s, rng, n), log_uniform(*family.lost_s, rng, n)], 1).ravel()
+    directly = (np.arange(2 * n) % 2 == 0) & (np.repeat(rng.uniform(0.0, 1.0, n), 2) < 1 / 6)
+    directly[0] = False
+    mode, lengths = mode[~directly], lengths[~directly]
+    starts_s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
+    kept = (starts_s < duration_s) & (np.diff(mode, prepend=-1) != 0)
+    return ModeTrack(np.rint(starts_s[kept] * NS_PER_S).astype(np.int64), mode[kept].astype(np.int8))
+
+
+def drawn_drive(family: str, duration_s: float, rng: Rng) -> Drive:
+    """One drive of the family."""
+    chosen = FAMILIES[family]
+    return Drive(chosen.path(duration_s, rng), mode_history(duration_s, chosen, rng))

@@ -1,0 +1,73 @@
+"""Where an effect shows: the channel of the residual, and the quantity that the residual follows.
+
+A drag is a line in the residual ahead over the speed; a scrub torque a step in that of the yaw over the yaw
+rate. Of the traces, the two columns say this best.
+"""
+
+from typing import NamedTuple
+
+from wmr_schemas.effects import UNNAMED_PREFIX, declared
+from wmr_schemas.terms import FACTORS, parse_term
+
+
+class ShownBy(NamedTuple):
+    """``residual``: longitudinal, lateral or yaw; ``variable``: a column of the traces, or ``distance_m``."""
+
+    residual: str
+    variable: str
+
+
+SPEED, TURNING, SUM, DIFFERENCE = "v_mps", "yaw_rate_radps", "effort_sum_nm", "effort_diff_nm"
+DISTANCE = "distance_m"
+"""Distance from the centre of the disc in which the effect acts: of the traces and its parameters."""
+TIME, HEADING, SIDEWAYS, RATE = "t_s", "yaw_rad", "v_lat_mps", "effort_sum_rate_nmps"
+AHEAD, ASIDE, YAW = "longitudinal", "lateral", "yaw"
+EFFECTS = {
+    "payload": ShownBy(AHEAD, SUM),
+    "drive_gain": ShownBy(AHEAD, SUM),
+    "yaw_inertia": ShownBy(YAW, DIFFERENCE),
+    "scrub_torque": ShownBy(YAW, TURNING),
+    "yaw_damping": ShownBy(YAW, TURNING),
+    "slope": ShownBy(AHEAD, HEADING),
+    "torque_imbalance": ShownBy(YAW, SUM),
+    "torque_bias_common": ShownBy(AHEAD, SUM),
+    "torque_bias_differential": ShownBy(YAW, DIFFERENCE),
+    "actuator_lag": ShownBy(AHEAD, RATE),
+    "input_delay": ShownBy(AHEAD, RATE),
+    "torque_deadzone": ShownBy(AHEAD, SUM),
+    "torque_saturation": ShownBy(AHEAD, SUM),
+    "com_offset": ShownBy(AHEAD, TURNING),
+    "heading_misalignment": ShownBy(ASIDE, SPEED),
+    "yaw_drift": ShownBy(ASIDE, TIME),
+    "pose_lever_arm": ShownBy(ASIDE, TURNING),
+    "cornering_stiffness": ShownBy(ASIDE, SIDEWAYS),
+    "undeclared_skid": ShownBy(ASIDE, TURNING),
+    "load_step": ShownBy(AHEAD, TIME),
+    "slip_interval": ShownBy(AHEAD, TIME),
+    "low_friction_patch": ShownBy(AHEAD, DISTANCE),
+}
+"""What differs from :data:`BY_CHANNEL`."""
+BY_CHANNEL = {
+    "lateral": ShownBy(ASIDE, SPEED),
+    "yaw": ShownBy(YAW, TURNING),
+    "input": ShownBy(AHEAD, SUM),
+    "measurement": ShownBy(ASIDE, SPEED),
+}
+OF_FACTOR = {
+    "v": SPEED,
+    "v_lat": SIDEWAYS,
+    "yaw": HEADING,
+    "yaw_rate": TURNING,
+    "effort_sum": SUM,
+    "effort_diff": DIFFERENCE,
+}
+
+
+def shown_by(name: str) -> ShownBy:
+    """The residual and the quantity that show the effect ``name``; a resistance by its speed."""
+    if name.startswith(UNNAMED_PREFIX):
+        term = parse_term(name)
+        return ShownBy(term.channel, OF_FACTOR[FACTORS[term.factors[-1]][0]])
+    if name in EFFECTS:
+        return EFFECTS[name]
+    return BY_CHANNEL.get(declared(name).channel, ShownBy(AHEAD, SPEED))

@@ -1,0 +1,324 @@
+"""The benchmark worlds: the split, the second plant's physics, the oracle's separations, the scores."""
+
+import importlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+BENCH = Path(__file__).parents[3] / "bench"
+SHORT_S = 20.0
+IDEAL, SKIDDING = 0, 1
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    """``worlds(name)``: a module of bench/worlds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield lambda name: importlib.import_module(f"worlds.{name}")
+
+
+@pytest.fixture(scope="module")
+def eq(worlds):
+    return worlds("plant_two.equations")
+
+
+def case_of(worlds, **changes):
+    kinds = {
+        "plant": 2,
+        "family": "stop-go",
+        "noise": "mocap",
+        "effect": "",
+        "seed": 7,
+        "duration_s": SHORT_S,
+    }
+    return worlds("case").Case(**({"duration_s": SHORT_S} | kinds | changes))
+
+
+def robot_of(worlds, **changes):
+    robot = worlds("plant_two.world").plant_robot(case_of(worlds).robot())
+    return robot._replace(**changes)
+
+
+def integrated(eq, robot, hidden, *, mode, start, torques, duration_s, h):
+    """States at the steps of a motion under torques that are functions of time, held over a step."""
+    state, work = np.zeros(eq.N_STATES), np.empty((5, eq.N_STATES))
+    for name, value in start.items():
+        state[getattr(eq, name)] = value
+    calm, states = np.zeros((2, 3)), [state.copy()]
+    for k in range(round(duration_s / h)):
+        state[[eq.LEFT, eq.RIGHT]] = torques(k * h)
+        eq.step(state, k * h, h, mode, np.zeros(2), calm, robot, hidden, work)
+        states.append(state.copy())
+    return np.array(states)
+
+
+def test_no_log_is_in_both_parts_of_the_split(worlds):
+    develop, report = (worlds("split").part(name) for name in ("develop", "report"))
+    assert not set(develop.cells) & set(report.cells)
+    assert {plant for plant, _ in develop.cells} == {1}
+    assert {(plant, family) for plant in (1, 2) for family in worlds("drivers").FAMILIES} == {
+        *develop.cells,
+        *report.cells,
+    }
+    assert develop.last_seed < 10_000
+    assert report.first_seed >= 100_000
+    with pytest.raises(ValueError, match="seed 3"):
+        report.check(2, "patrol", 3)
+
+
+def test_without_compliance_ideal_rolling_has_no_sideslip(worlds, eq):
+    robot = robot_of(worlds, compliance_s=0.0)
+    states = integrated(
+        eq,
+        robot,
+        eq.Hidden(),
+        mode=IDEAL,
+        start={"V": 1.0, "Q": 0.5},
+        torques=lambda t: (1.0, 2.0),
+        duration_s=1.0,
+        h=0.0025,
+    )
+    assert np.all(states[:, eq.W] == 0)
+    along = np.cumsum(0.0025 * 0.5 * (states[1:, eq.V] + states[:-1, eq.V]))[-1]
+    path = np.hypot(*np.diff(states[:, :2], axis=0).T).sum()
+    assert path == pytest.approx(along, rel=1e-5)
+
+
+def test_a_skid_without_decay_or_torque_keeps_its_energy(worlds, eq):
+    """3v² + w² is constant: v̇ = wq/3 and ẇ = −vq."""
+    robot = robot_of(worlds, skid_decay_mps2=0.0)
+    states = integrated(
+        eq,
+        robot,
+        eq.Hidden(),
+        mode=SKIDDING,
+        start={"V": 1.5, "W": 0.2, "Q": 0.8},
+        torques=lambda t: (0.0, 0.0),
+        duration_s=5.0,
+        h=0.0025,
+    )
+    energy = 3 * states[:, eq.V] ** 2 + states[:, eq.W] ** 2
+    assert np.ptp(energy) < 1e-9
+    assert np.ptp(states[:, eq.V]) > 0.3
+
+
+def test_resistance_takes_the_energy_that_the_motion_loses(worlds, eq):
+    hidden = eq.Hidden(rolling_resistance=0.2, viscous_drag=0.1, aerodynamic_drag=0.1)
+    states = integrated(
+        eq,
+        robot_of(worlds),
+        hidden,
+        mode=IDEAL,
+        start={"V": 1.5},
+        torques=lambda t: (0.0, 0.0),
+        duration_s=2.0,
+        h=0.0025,
+    )
+    v = states[:, eq.V]
+    power = np.array([eq.resistance(speed, hidden) * speed for speed in v])
+    work = 0.0025 * 0.5 * (power[1:] + power[:-1]).sum()
+    assert work == pytest.approx(0.5 * (v[-1] ** 2 - v[0] ** 2), rel=1e-5)
+    assert 0 < v[-1] < v[0]
+
+
+def test_the_integrator_is_of_fourth_order(worlds, eq):
+    robot, hidden = robot_of(worlds), eq.Hidden(viscous_drag=0.2)
+
+    def end(h):
+        return integrated(
+            eq,
+            robot,
+            hidden,
+            mode=SKIDDING,
+            start={"V": 1.5, "Q": 0.8},
+            torques=lambda t: (0.5, 1.0),
+            duration_s=0.8,
+            h=h,
+        )[-1, : eq.LEFT]
+
+    best = end(0.0025)
+    coarse, fine = (np.abs(end(h) - best).max() for h in (0.08, 0.04))
+    assert 12 < coarse / fine < 24
+
+
+def test_both_plants_move_alike_where_their_forms_coincide(worlds, eq):
+    """Ideal rolling, then a skid, with the first plant's torques."""
+    from wmr_schemas.signals import ModeTrack
+    from wmr_synth import Sensors, World, synthesise
+    from wmr_synth.driving.drivers import ClosedLoop
+    from wmr_synth.driving.plan import Plan
+    from wmr_synth.scenarios import Scenario
+
+    case = case_of(worlds)
+    switches = ModeTrack(np.array([0, 3_000_000_000], np.int64), np.array([IDEAL, SKIDDING], np.int8))
+    plan = Plan(ClosedLoop(case.drive().path), switches)
+    exact = Sensors(noise_xy_sd_m=0.0, noise_yaw_sd_rad=0.0)
+    scenario = Scenario("both", "both", 8.0, lambda *_: plan, exact, case.robot())
+    log = synthesise(scenario, world=World()).log
+    torques = np.stack([log.torque.left_nm, log.torque.right_nm], axis=1)
+    robot, work, state = robot_of(worlds, compliance_s=0.0), np.empty((5, eq.N_STATES)), np.zeros(eq.N_STATES)
+    path = []
+    for k in range(len(log.pose)):
+        path.append(state[:3].copy())
+        state[[eq.LEFT, eq.RIGHT]] = torques[k]
+        mode = IDEAL if k < 300 else SKIDDING
+        for j in range(4):
+            t = 0.01 * k + 0.0025 * j
+            eq.step(state, t, 0.0025, mode, torques[k], np.zeros((2, 3)), robot, eq.Hidden(), work)
+    measured = np.stack([log.pose.x_m, log.pose.y_m, np.unwrap(log.pose.yaw_rad)], axis=1)
+    assert np.abs(np.array(path) - measured).max() < 1e-5
+    assert np.ptp(measured[:, 0]) > 1.0
+
+
+NOT_INSTANTANEOUS = ("actuator_lag", "input_delay", "heading_misalignment", "yaw_drift", "pose_lever_arm")
+
+
+def test_the_second_plants_forms_come_close_to_the_declared_ones(worlds, eq):
+    """What an effect adds to the accelerations, in the plant and by the declared formula."""
+    effects, forms, plant = worlds("plant_two.effects"), worlds("oracle_forms"), worlds("plant_two.world")
+    case = case_of(worlds, duration_s=90.0)
+    s = forms.signals_of(plant.world_of(case))
+    robot, calm = robot_of(worlds), np.zeros(3)
+    rows = np.flatnonzero(~s.slips)[::7]
+
+    def added(name, hidden):
+        out = np.zeros((3, len(rows)))
+        for k, row in enumerate(rows):
+            state = np.zeros(eq.N_STATES)
+            state[: eq.SLIP] = [c[row] for c in (s.x, s.y, s.yaw, s.v, s.w, s.q, s.left, s.right)]
+            out[::2, k] = np.subtract(
+                eq.accelerations(state, s.t_s[row], calm, robot, hidden),
+                eq.accelerations(state, s.t_s[row], calm, robot, eq.Hidden()),
+            )
+        return out
+
+    for name in effects.EFFECTS:
+        if name in (*NOT_INSTANTANEOUS, "cornering_stiffness"):
+            continue
+        sizes = effects.drawn(name, case.robot(), 90.0, np.random.default_rng(3))
+        sizes |= {"x_m": s.x[rows[200]], "y_m": s.y[rows[200]]} if name == "low_friction_patch" else {}
+        declared = forms.trace(name, sizes, s).acceleration[:, rows]
+        declared[1] = 0.0
+        found = added(name, effects.hidden_of(name, sizes))
+        size = (found * declared).sum() / (declared**2).sum()
+        assert size == pytest.approx(1.0, abs=0.15), name
+        assert ((found - size * declared) ** 2).sum() < 0.12 * (found**2).sum(), name
+
+
+def test_a_case_gives_one_log_and_noise_leaves_the_truth_alone(worlds):
+    simulated = worlds("simulate").simulated
+    for plant in (1, 2):
+        case = case_of(worlds, plant=plant)
+        first, again, poor = simulated(case), simulated(case), simulated(replace(case, noise="poor"))
+        assert np.array_equal(first.log.pose.x_m, again.log.pose.x_m)
+        assert np.array_equal(first.truth.x_m, poor.truth.x_m)
+        assert np.std(poor.log.pose.x_m - poor.truth.x_m) == pytest.approx(0.05, rel=0.15)
+
+
+def test_the_oracle_separates_what_the_drive_separates(worlds):
+    oracle, forms, seen = worlds("oracle"), worlds("oracle_forms"), worlds("oracle_filter")
+    world = worlds("simulate").simulated(case_of(worlds))
+    turning = forms.signals_of(world)
+    both = 0.5 * (turning.left + turning.right)
+    straight = replace(turning, left=both, right=both, q=0 * both, yaw=0 * both, w=0 * both)
+
+    def left(s, first, second):
+        traces = [forms.trace(name, sizes, s) for name, sizes in (first, second)]
+        columns = seen.whitened(seen.steps_of(s, world.conditions, (0.001, 0.002)), traces)
+        own = columns[:, 0] @ columns[:, 0]
+        return oracle.left_over(columns[:, 0], columns[:, 1:], oracle.FREE) / own, own
+
+    gain, load = ("drive_gain", {"ratio": 0.1}), ("payload", {"mass_ratio": 0.1})
+    assert left(straight, load, gain)[0] < 1e-9
+    assert left(turning, load, gain)[0] > 0.03
+    assert left(turning, ("payload", {"mass_ratio": 0.1}), gain)[1] > oracle.SEEN
+    assert left(turning, ("payload", {"mass_ratio": 1e-5}), gain)[1] < 1.0
+
+
+def test_information_falls_with_noise(worlds):
+    oracle, simulated = worlds("oracle"), worlds("simulate").simulated
+    owns = [
+        oracle.judged(simulated(case_of(worlds, effect="scrub_torque", noise=noise))).own
+        for noise in ("mocap", "rtk", "poor")
+    ]
+    assert owns[0] > 1.1 * owns[1] > 1.3 * owns[2] > 0
+
+
+def test_the_exponential_is_exact(worlds):
+    from scipy.linalg import expm
+
+    matrices = np.random.default_rng(1).normal(size=(3, 5, 5))
+    found = worlds("oracle_filter").exponential(matrices)
+    assert np.abs(found - np.array([expm(m) for m in matrices])).max() < 1e-10
+
+
+def said(*names, verdict="named", alternatives=None, sentence="", effect="viscous_drag"):
+    effects = [{"name": n, "class": [n], "alternatives": alternatives or {}, "parameters": {}} for n in names]
+    return {"verdict": verdict, "effects": effects, "sentence": sentence, "notes": [], "effect": effect}
+
+
+def test_outcomes(worlds):
+    score, oracle = worlds("score"), worlds("oracle")
+    clear = oracle.Judgement(500.0, 1.0, {"aerodynamic_drag": 12.0, "payload": 400.0})
+    weak = oracle.Judgement(20.0, 1.0, {})
+    silent = said(verdict="nothing_missing")
+    assert score.outcome(said("viscous_drag"), clear) == "right"
+    assert score.outcome(said("aerodynamic_drag"), clear) == "wrong"
+    assert score.outcome(said("aerodynamic_drag", alternatives={"viscous_drag": 3.0}), clear) == "right"
+    assert score.outcome(said("viscous_drag", alternatives={"payload": 3.0}), clear) == "wrong"
+    assert score.outcome(said("viscous_drag", alternatives={"payload": 30.0}), clear) == "right"
+    assert score.outcome(said("viscous_drag", "payload"), clear) == "wrong"
+    assert score.outcome(silent, clear) == "refused"
+    assert score.outcome(silent, weak) == "right"
+    assert score.outcome(silent, None) == "silent"
+    assert score.outcome(said("payload"), None) == "false"
+    slips = oracle.Judgement(500.0, 1.0, {oracle.SLIPPING: 5.0})
+    hint = said(verdict="nothing_missing", sentence="It may be slipping.", effect="slip_interval")
+    assert score.outcome(hint, slips) == "right"
+    assert score.outcome(hint, clear) == "refused"
+
+
+def test_the_nearest_interval_is_the_best_of_all(worlds):
+    rng = np.random.default_rng(0)
+    pieces = rng.normal(size=(50, 7))
+    g = 0.6 * pieces[:, 2:5].sum(axis=1) + 0.5 * rng.normal(size=50)
+    left = []
+    for first in range(7):
+        for end in range(first + 1, 8):
+            column = pieces[:, first:end].sum(axis=1)
+            size = np.clip(column @ g / (column @ column), 0.0, 1.0)
+            left.append(np.sum((g - size * column) ** 2))
+    assert worlds("oracle").nearest_interval(g, pieces) == pytest.approx(min(left))
+
+
+def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
+    import argparse
+
+    worlds("case")
+    run = importlib.import_module("gap_worlds")
+    options = argparse.Namespace(
+        split="report", n=900, first_seed=None, effect="all", family=None, plant=None, noise=None
+    )
+    cases = list(run.cases(options))
+    assert len({case.seed for case in cases}) == 900
+    assert min(case.seed for case in cases) >= 100_000
+    nothing = [case.noise for case in cases if not case.effect]
+    assert len(nothing) == 297
+    assert {nothing.count(noise) for noise in ("mocap", "rtk", "poor")} == {99}
+    families = [case.family for case in cases if case.effect]
+    assert min(families.count(family) for family in set(families)) >= 60
+    assert {case.effect for case in cases} == {"", *worlds("plant_two.effects").EFFECTS}
+
+
+def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds):
+    fit, simulated = worlds("best_fit"), worlds("simulate").simulated
+    for effect in ("rolling_resistance", "payload", "torque_deadzone"):
+        world = simulated(case_of(worlds, effect=effect))
+        (drawn,), (fitted,) = world.sizes.values(), fit.fitted_sizes(world).values()
+        assert fitted == pytest.approx(drawn, rel=0.25), effect
+    same = simulated(case_of(worlds, effect="yaw_damping"))
+    assert fit.fitted_sizes(same) == same.sizes
+    assert fit.least_at(np.array([0.0, 1.0, 2.0, 3.0]), np.array([4.0, 1.0, 0.0, 1.0])) == pytest.approx(2.0)
