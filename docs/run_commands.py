@@ -171,7 +171,7 @@ def shell(commands: str, here: Path, environment: dict[str, str]) -> subprocess.
 
 
 def environment_in(folder: Path) -> dict[str, str]:
-    """This environment is active; there is no terminal (a row is one line) and no colour; no window opens."""
+    """Our environment is active; no terminal (a row is one line), no colour; no window opens."""
     shims = folder / "shims"
     shims.mkdir()
     for name, script in SHIMS.items():

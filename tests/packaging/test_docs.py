@@ -106,6 +106,16 @@ def test_every_page_stands_in_one_group_of_the_navigation(root: Path) -> None:
     assert len(re.findall("^:caption: ", trees[0], re.MULTILINE)) >= 5
 
 
+def test_no_page_holds_a_directive_that_sphinx_would_print_as_text(root: Path) -> None:
+    found = [
+        f"{page.name}: {line}"
+        for page in [root / "README.md", *(root / "docs").rglob("*.md")]
+        for line in page.read_text(encoding="utf-8").splitlines()
+        if re.match(r"::: ?\w+\.\w|!!! |<<<<<<< |>>>>>>> ", line)
+    ]
+    assert found == []
+
+
 def test_every_picture_and_page_that_the_readme_links_to_exists(root: Path) -> None:
     targets = re.findall(r"\]\((?!https?:)([^)#]+)", (root / "README.md").read_text(encoding="utf-8"))
     assert targets
