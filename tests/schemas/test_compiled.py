@@ -158,6 +158,12 @@ def test_an_unknown_numba_compiles_plainly_and_says_so(chain: Chain) -> None:
     assert not chain.cache.exists()
 
 
+def test_the_compiler_of_a_plain_installation_has_no_colours(chain: Chain) -> None:
+    """numba colours its errors where colorama is there, and has nothing to be quickened without it."""
+    (chain.root / "colorama.py").write_text("raise ImportError('not installed')\n")
+    assert chain.run() == (15.0, ["top"], [])
+
+
 LOST_CODE = """
 from numba.core.base import BaseContext
 from wmr_schemas.compiled import front_end
