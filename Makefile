@@ -46,7 +46,7 @@ types: $(TOOLS) ## mypy, strict
 imports: $(TOOLS) ## who may import whom
 	$(BIN)/lint-imports
 
-SPHINX := $(PY) -m sphinx --quiet --fail-on-warning --keep-going --builder html
+SPHINX := $(PY) -m sphinx --quiet --fail-on-warning --keep-going --fresh-env --write-all --builder html
 check-docs: $(TOOLS)
 	$(SPHINX) -d $(VENV)/doctrees docs $(VENV)/site
 
