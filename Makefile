@@ -16,12 +16,11 @@ TOOLS := $(VENV)/.installed-dev
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
 export PYTHONNOUSERSITE := 1
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
-export NO_MKDOCS_2_WARNING := 1
 PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs check-replay unit fuzz docs figures bench bench-gap lock clean
+.PHONY: help demo test lint types imports check-docs check-replay unit fuzz shell docs docs-commands figures bench bench-gap lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -30,6 +29,10 @@ demo: $(RUNTIME) ## write the paper's acceleration log, analyse it, say how to l
 	@mkdir -p $(DEMO)
 	$(BIN)/wmr-replay synth paper-acceleration --out $(DEMO)/paper-acceleration.mcap
 	$(BIN)/wmr-replay run $(DEMO)/paper-acceleration.mcap --out $(DEMO)
+	@echo "command   source $(BIN)/activate, or make shell; then wmr-replay --help"
+
+shell: $(RUNTIME) ## a shell in which wmr-replay and rerun are found; exit leaves it
+	@VIRTUAL_ENV="$(abspath $(VENV))" PATH="$(abspath $(BIN)):$$PATH" "$${SHELL:-/bin/sh}"
 
 test: lint types imports check-docs check-replay unit ## lint, type-check, build the docs, run the tests
 
@@ -43,8 +46,9 @@ types: $(TOOLS) ## mypy, strict
 imports: $(TOOLS) ## who may import whom
 	$(BIN)/lint-imports
 
+SPHINX := $(PY) -m sphinx --quiet --fail-on-warning --keep-going --builder html
 check-docs: $(TOOLS)
-	$(PY) -m mkdocs build --strict --quiet --site-dir $(abspath $(VENV))/site
+	$(SPHINX) -d $(VENV)/doctrees docs $(VENV)/site
 
 REFERENCES := tests/references
 REPLAYED := $(VENV)/replayed
@@ -60,7 +64,12 @@ fuzz: $(TOOLS) ## change logs, definitions and messages at random for SECONDS; w
 	$(PY) tests/replay/hostile/fuzz.py --seconds $(SECONDS)
 
 docs: $(TOOLS) ## the documentation, into site/
-	$(PY) -m mkdocs build --strict
+	$(SPHINX) -d $(VENV)/doctrees docs site
+	@echo "open site/index.html"
+
+PAGES ?=
+docs-commands: $(TOOLS) ## run every command block of every page: minutes, for the night; PAGES=docs/ci.md runs one
+	$(PY) docs/run_commands.py $(PAGES)
 
 BENCH ?= differentiator ingest first_use
 bench: $(TOOLS) ## speed and accuracy beside peers, which it installs; BENCH=ingest runs one of bench/
@@ -77,6 +86,7 @@ bench-gap: $(TOOLS) ## how well gap names hidden effects: hours, carried on wher
 figures: $(TOOLS) ## the paper's figures 3 to 6 and the notebook's page, into docs
 	$(PY) docs/make_paper_figures.py
 	$(PY) docs/make_notebook.py
+	$(PY) docs/make_terminal_pictures.py
 
 lock: ## resolve constraints.txt anew; UPGRADE=1 takes the newest versions (needs uv)
 	uv pip compile --universal --python-version 3.11 --all-extras --no-header --no-annotate \

@@ -6,22 +6,30 @@ import shlex
 from pathlib import Path
 from types import ModuleType
 
+import click
 import pytest
 
-from wmr_replay.cli.commands import COMMANDS
+from wmr_replay.cli.commands import COMMANDS, LazyGroup
 
 COMMAND_LINE = re.compile(r"^\s*(?:\.venv/bin/)?(wmr-replay [^\n#`|]+)", re.MULTILINE)
 
 
-@pytest.fixture(scope="module")
-def generator(root: Path) -> ModuleType:
-    path = root / "docs" / "make_schema_pages.py"
-    spec = importlib.util.spec_from_file_location("make_schema_pages", path)
+TREE = re.compile(r"^```\{toctree\}\n(?::[^\n]*\n)*\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+def imported(path: Path) -> ModuleType:
+    """The module of a file in docs, which is no package."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def generator(root: Path) -> ModuleType:
+    return imported(root / "docs" / "make_schema_pages.py")
 
 
 def test_schema_pages_are_up_to_date(generator: ModuleType) -> None:
@@ -51,10 +59,61 @@ def test_every_command_shown_exists(root: Path) -> None:
     assert used <= {*COMMANDS, "--help", "--version"}
 
 
-def test_no_page_loads_anything_from_elsewhere(root: Path) -> None:
-    config = (root / "mkdocs.yml").read_text(encoding="utf-8")
-    assert "font: false" in config
-    assert "://" not in config
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<script src="_static/own.js"></script><a href="https://elsewhere.org">a link</a>', []),
+        ('<script async src="https://elsewhere.org/a.js"></script>', ["https://elsewhere.org/a.js"]),
+        ('<img alt="x" src="//elsewhere.org/a.png">', ["//elsewhere.org/a.png"]),
+        ('<link rel="stylesheet" href="https://elsewhere.org/a.css">', ["https://elsewhere.org/a.css"]),
+        ("@font-face { src: url('https://elsewhere.org/a.woff2') }", ["https://elsewhere.org/a.woff2"]),
+    ],
+)
+def test_what_a_page_would_load_from_elsewhere_is_found(root: Path, text: str, found: list[str]) -> None:
+    extension = imported(root / "docs" / "_ext" / "nothing_from_elsewhere.py")
+    assert extension.loaded_from_elsewhere(text) == found
+
+
+def test_pictures_load_nothing_from_elsewhere(root: Path) -> None:
+    extension = imported(root / "docs" / "_ext" / "nothing_from_elsewhere.py")
+    pictures = list((root / "docs" / "images").glob("*.svg"))
+    assert len(pictures) >= 2
+    loaded = [extension.loaded_from_elsewhere(path.read_text(encoding="utf-8")) for path in pictures]
+    assert loaded == [[] for _ in pictures]
+
+
+def test_the_reference_of_the_commands_has_every_option_of_every_command(root: Path) -> None:
+    text = imported(root / "docs" / "_ext" / "command_reference.py").reference()
+    group = LazyGroup("wmr-replay")
+    context = click.Context(group)
+    for name in COMMANDS:
+        section = re.split(r"^## ", text, flags=re.MULTILINE)[1 + list(COMMANDS).index(name)]
+        assert section.startswith(f"{name}\n")
+        command = group.get_command(context, name)
+        assert command is not None
+        options = [max(param.opts, key=len) for param in command.params if isinstance(param, click.Option)]
+        assert [option for option in options if option not in section] == []
+
+
+def test_every_page_stands_in_one_group_of_the_navigation(root: Path) -> None:
+    docs = root / "docs"
+    trees = [(docs / page).read_text(encoding="utf-8") for page in ("index.md", "schema/index.md")]
+    listed = [TREE.findall(text) for text in trees]
+    home = [re.sub(r".*<(.+)>", r"\1", line) for tree in listed[0] for line in tree.splitlines()]
+    schemas = [f"schema/{line}" for tree in listed[1] for line in tree.splitlines()]
+    pages = {str(path.relative_to(docs).with_suffix("")) for path in docs.rglob("*.md")}
+    assert sorted([*home, *schemas]) == sorted(pages - {"index"} | {"self"})
+    assert len(re.findall("^:caption: ", trees[0], re.MULTILINE)) >= 5
+
+
+def test_no_page_holds_a_directive_that_sphinx_would_print_as_text(root: Path) -> None:
+    found = [
+        f"{page.name}: {line}"
+        for page in [root / "README.md", *(root / "docs").rglob("*.md")]
+        for line in page.read_text(encoding="utf-8").splitlines()
+        if re.match(r"::: ?\w+\.\w|!!! |<<<<<<< |>>>>>>> ", line)
+    ]
+    assert found == []
 
 
 def test_every_picture_and_page_that_the_readme_links_to_exists(root: Path) -> None:

@@ -121,7 +121,7 @@ def check(
     """Replay logs and compare the tables with stored references, or hold the summaries to criteria.
 
     A log is replayed with the settings that its reference was made with; what is given here stands above
-    them. Types and counts are compared first, then every value within max(abs, rel·|reference|) of its
+    them. Types and counts are compared first, then every value within ``max(abs, rel·|reference|)`` of its
     column.
 
     Args:
