@@ -355,12 +355,17 @@ def test_excitation_is_asked_for_by_channel(drive, ahead, turning):
 
 
 @pytest.mark.parametrize(
-    ("name", "times", "answers"),
-    [("torque_deadzone", 2.9, True), ("torque_deadzone", 3.1, False), ("payload", 0.1, False)],
+    ("name", "times", "turning", "answers"),
+    [
+        ("torque_deadzone", 2.9, 1.0, True),
+        ("torque_deadzone", 3.1, 1.0, False),
+        ("torque_deadzone", 3.1, 0.9, True),
+        ("payload", 0.1, 1.0, False),
+    ],
 )
-def test_a_dead_zone_as_narrow_as_the_answer_to_a_disturbance_is_none(drive, name, times, answers):
-    """The zone's ends ask for ``times`` the disturbance, ahead and in turning alike."""
-    base = BASE._replace(alpha_yaw=BASE.alpha)
+def test_a_dead_zone_as_narrow_as_the_answer_to_a_disturbance_is_none(drive, name, times, turning, answers):
+    """The zone's ends ask for ``times`` the disturbance ahead, and ``turning`` times as much in yaw."""
+    base = BASE._replace(alpha_yaw=turning * BASE.alpha)
     noise = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
     size = (
         {"threshold_nm": times * 0.05 / (2 * base.alpha)}

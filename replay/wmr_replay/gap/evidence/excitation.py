@@ -34,7 +34,7 @@ def answers_disturbance(name: str, problem: Problem, extension: Extension, noise
         return False
     base, least = extension.base, problem.settings.excitation.least_ratio
     ahead, turning = 2 * base.alpha * width_nm, 2 * base.alpha_yaw * width_nm
-    return max(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
+    return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
 
 
 def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
