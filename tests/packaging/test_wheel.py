@@ -55,7 +55,7 @@ def test_the_wheel_holds_the_three_packages_and_nothing_else(wheel: Path, root: 
         path.relative_to(root / folder).as_posix()
         for folder, package in SOURCES.items()
         for path in (root / folder / package).rglob("*")
-        if path.suffix in {".py", ".typed", ".json"}
+        if path.suffix in {".py", ".typed", ".json", ".js", ".css"}
     }
     assert found == sources | {f"{info}/{name}" for name in METADATA}
     assert "wmr_schemas/gap.schema.json" in found
