@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
-from scipy.signal import lfilter
+from scipy.signal import lfilter, savgol_filter
 
 from wmr_replay.effects.efforts import InputEffects
 from wmr_replay.effects.theta import N_THETA, Theta
@@ -18,6 +18,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dictionary import DEGREE, SMOOTHED_BINS, smoothed_slopes
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Base, Row, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.inputs import TorqueHistory
@@ -239,6 +240,12 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
     expected = -(sides[1] - sides[0]) / 2e-4
     difference = np.linalg.norm(output.sensitivities[:, :, 0] - expected)
     assert difference < 0.05 * np.linalg.norm(expected)
+
+
+def test_smoothed_slopes_are_those_of_savitzky_and_golay():
+    path = np.cumsum(np.random.default_rng(3).normal(size=(120, 3)), axis=0)
+    expected = savgol_filter(path, SMOOTHED_BINS, DEGREE, deriv=1, delta=0.04, axis=0)
+    np.testing.assert_allclose(smoothed_slopes(path, 0.04), expected, atol=1e-10)
 
 
 def test_the_gain_of_a_candidate_is_the_drop_of_the_sum_of_squares():
