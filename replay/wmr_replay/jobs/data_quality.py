@@ -47,6 +47,7 @@ def replayed_status(log: Log) -> tuple[I8, list[Finding]]:
 
     No modes are identified.
     """
-    engine = Engine(Settings(identifier=NO_IDENTIFIER, hindsight=False), ReplayModel(log.robot))
+    settings = Settings(identifier=NO_IDENTIFIER, hindsight=False, tune=False)
+    engine = Engine(settings, ReplayModel(log.robot))
     batches = [*engine.push(as_batch(log)), *engine.finish()]
     return np.concatenate([columns["status"] for columns in batches]), engine.findings
