@@ -6,7 +6,7 @@ from wmr_replay.align import SampleBatch
 from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.filter_bank import BankIdentifier
-from wmr_replay.identify.independence import fresh_independence, track_independence
+from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
@@ -21,7 +21,7 @@ from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.repairing import Repairing
-from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
 from wmr_replay.quality.monitors import default_monitors
@@ -180,9 +180,15 @@ class Chain:
             force=derivatives.inputs[0] + derivatives.inputs[1],
             known_acceleration=known,
             variances=variances,
-            independence=track_independence(rows.t_ns, rows.pose, self._independence),
+            independence=self._independence_of(rows),
             restarts=rows.restarts,
         )
+
+    def _independence_of(self, rows: SampleBatch) -> F64:
+        """Whether the pose is independent of the wheel speeds, (n,); unknown where no identifier asks."""
+        if self._settings.identifier == NO_IDENTIFIER:
+            return np.full(len(rows), float(UNKNOWN))
+        return track_independence(rows.t_ns, rows.pose, self._independence)
 
     def _observed(
         self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence, verdict: Verdict
