@@ -10,6 +10,7 @@ from wmr_replay.api.request import SettingsArguments
 from wmr_replay.api.suite import suites
 from wmr_replay.api.synthesise import hidden_effects, scenarios
 from wmr_replay.cli.options import names
+from wmr_replay.cli.options.completion import complete_effect
 from wmr_replay.regress.criteria import COLUMNS
 
 HEAVY = {"numba", "polars", "scipy", "numpy", "rich"}
@@ -18,7 +19,6 @@ HEAVY = {"numba", "polars", "scipy", "numpy", "rich"}
 def test_the_names_are_those_that_there_are():
     assert set(names.SCENARIOS) == set(scenarios()["name"])
     assert set(names.SUITES) == {suite["name"] for suite in suites()}
-    assert {effect["name"]: tuple(effect["parameters"]) for effect in hidden_effects()} == names.EFFECTS
     assert names.METRICS == COLUMNS
     assert tuple(SettingsArguments.__annotations__) == names.SETTINGS
 
@@ -67,6 +67,14 @@ def test_the_script_of_each_shell(shell):
     call = [sys.executable, "-m", "wmr_replay"]
     done = subprocess.run(call, env=environment, capture_output=True, text=True, check=True)
     assert "_WMR_REPLAY_COMPLETE" in done.stdout
+
+
+def test_every_effect_that_can_be_hidden_is_offered_with_its_parameters():
+    effects = {effect["name"]: effect["parameters"] for effect in hidden_effects()}
+    assert effects.keys() <= {item.value for item in complete_effect(None, None, "")}
+    for name, parameters in effects.items():
+        offers = {item.value for item in complete_effect(None, None, f"{name}:")}
+        assert offers == {f"{name}:{key}=" for key in parameters}
 
 
 def test_no_heavy_package_is_imported_for_it():

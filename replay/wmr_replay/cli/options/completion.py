@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 import click
 from click.shell_completion import CompletionItem
 
-from wmr_replay.cli.options.names import EFFECTS, METRICS, SCENARIOS, SETTINGS, SUITES
+from wmr_replay.cli.options.names import METRICS, SCENARIOS, SETTINGS, SUITES
 
 Completer = Callable[[click.Context, click.Parameter, str], list[CompletionItem]]
 COMPARISONS = (">=", "<=")
@@ -37,12 +37,16 @@ def list_of(names: Iterable[str]) -> Completer:
 
 
 def complete_effect(_ctx: click.Context, _param: click.Parameter, given: str) -> list[CompletionItem]:
-    """``NAME``, then ``NAME:PARAM=``, further parameters behind commas."""
+    """``NAME``, then ``NAME:PARAM=``, further parameters behind commas; users' own effects too."""
+    from wmr_schemas.effects import BEYOND, catalogue
+
+    effects = {**catalogue(), **BEYOND}
     name, colon, inside = given.partition(":")
     if not colon:
-        return [CompletionItem(effect) for effect in EFFECTS if effect.startswith(given)]
+        return [CompletionItem(effect) for effect in effects if effect.startswith(given)]
     head, comma, last = inside.rpartition(",")
-    rest = [key for key in EFFECTS.get(name, ()) if key.startswith(last)]
+    known = effects[name].parameters if name in effects else ()
+    rest = [key for key in known if key.startswith(last)]
     return [CompletionItem(f"{name}:{head}{comma}{key}=") for key in rest]
 
 

@@ -1,6 +1,6 @@
 """Names that a shell completes: written down, since importing what they name takes a second.
 
-A test holds them to the scenarios, suites, effects, columns and settings that there are.
+A test holds them to the scenarios, suites, columns and settings that there are.
 """
 
 SCENARIOS = (
@@ -27,55 +27,6 @@ SUITES = (
     "damaged",
     "long",
 )
-EFFECTS = {
-    "payload": ("mass_ratio",),
-    "yaw_inertia": ("ratio",),
-    "drive_gain": ("ratio",),
-    "rolling_resistance": ("c0_mps2",),
-    "viscous_drag": ("c1_per_s",),
-    "aerodynamic_drag": ("c2_per_m",),
-    "scrub_torque": ("d0_mps2",),
-    "yaw_damping": ("d1_per_s",),
-    "wheel_coulomb": ("torque_nm",),
-    "wheel_viscous": ("nm_per_radps",),
-    "slope": (
-        "grade_x_mps2",
-        "grade_y_mps2",
-    ),
-    "torque_imbalance": ("ratio",),
-    "torque_bias_common": ("bias_nm",),
-    "torque_bias_differential": ("bias_nm",),
-    "actuator_lag": ("time_constant_s",),
-    "input_delay": ("delay_s",),
-    "torque_deadzone": ("threshold_nm",),
-    "torque_saturation": ("limit_nm",),
-    "com_offset": ("offset_m",),
-    "heading_misalignment": ("angle_rad",),
-    "pose_lever_arm": (
-        "x_m",
-        "y_m",
-    ),
-    "cornering_stiffness": ("ratio",),
-    "load_step": (
-        "mass_ratio",
-        "t0_s",
-    ),
-    "low_friction_patch": (
-        "x_m",
-        "y_m",
-        "radius_m",
-        "loss",
-    ),
-    "slip_interval": (
-        "start_s",
-        "end_s",
-        "loss",
-    ),
-    "undeclared_skid": ("stiffness_ratio",),
-    "yaw_drift": ("rate_radps",),
-    "wheel_eccentricity": ("amplitude_mps2",),
-}
-"""Effects that --hide knows, with their parameters."""
 METRICS = (
     "duration_s",
     "n_pose",
