@@ -13,27 +13,14 @@ from wmr_replay.report import page
 from wmr_replay.report import run_figures as figures
 from wmr_replay.report.modes import COLOURS, SHOWN, modes_of, name_of, shading
 from wmr_replay.report.run_figures import NORMAL_95
+from wmr_replay.tables.drawn import DRAWN
 from wmr_replay.timeline.colours import mode_name
 from wmr_schemas.modes import MODES
 from wmr_schemas.tables import ANOMALIES
 
 TONE = "#1f7a4d"
 BARRED, WARNED = "#b3261e", "#b26a00"
-COLUMNS = (
-    *(
-        "t_s",
-        "x_m",
-        "y_m",
-        "v_long_mps",
-        "v_lat_mps",
-        "yaw_rate_radps",
-        "delay_s",
-        "c_k_mps",
-        "c_k_threshold_mps",
-    ),
-    *("c_d_mps2", "c_d_threshold_mps2", "mode", "mode_true", "alpha", "alpha_sd"),
-    *(f"p_{mode.label}" for mode in MODES),
-)
+COLUMNS = (*DRAWN, *(f"p_{mode.label}" for mode in MODES))
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,7 @@ from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
 from wmr_replay.api.plots.figure import Figure, styled
 from wmr_replay.report.decimate import extremes
 from wmr_replay.report.run import RunTables
+from wmr_replay.tables.drawn import DRAWN
 from wmr_replay.timeline.colours import BAND, MODE_COLOURS, TRUTH, Colour, mode_name
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
@@ -28,23 +29,6 @@ from wmr_schemas.text import shown
 if TYPE_CHECKING:
     from wmr_replay.api.result import Result
 
-COLUMNS = (
-    "t_s",
-    "x_m",
-    "y_m",
-    "v_long_mps",
-    "v_lat_mps",
-    "yaw_rate_radps",
-    "delay_s",
-    "c_k_mps",
-    "c_k_threshold_mps",
-    "c_d_mps2",
-    "c_d_threshold_mps2",
-    "mode",
-    "mode_true",
-    "alpha",
-    "alpha_sd",
-)
 NORMAL_95 = 1.96
 OUTER_PERCENT = (1.0, 99.0)
 """Percentiles of α and its interval that the axis shows: single rows do not set its range."""
@@ -108,7 +92,7 @@ def tables_figure(tables: RunTables, name: str) -> Figure:
 
 def drawn_rows(tables: RunTables) -> pl.DataFrame:
     """The columns in use, modes by name."""
-    return with_mode_names(tables.samples.select(COLUMNS), MODE_COLUMNS).collect()
+    return with_mode_names(tables.samples.select(DRAWN), MODE_COLUMNS).collect()
 
 
 def thinned(t_s: F64, *values: F64) -> tuple[F64, ...]:
