@@ -1,7 +1,8 @@
 """Detection: a channel for each of pose, torque and true mode, and for every other channel a reason.
 
 A topic that the user names is used. Otherwise an external pose comes before odometry, canonical topics come
-first, and a joint state counts when it names a left and a right wheel.
+first, and a joint state counts when it names a left and a right wheel. Wheel speeds and commands are found
+last, see :mod:`wmr_replay.ingest.channels.wheel_channels`.
 """
 
 from collections.abc import Callable
@@ -26,8 +27,8 @@ from wmr_replay.ingest.mcap.records import Channel
 from wmr_replay.ingest.mcap.sampling import Sample
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import ChannelNotFound
-from wmr_schemas.mapping_file import Clock as ClockWish
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.units import Clock as ClockWish
 
 Test = Callable[[Candidate, LogMapping, Frames], tuple[Binding, Rank]]
 ROLES: dict[str, Test] = {"pose": pose_role, "torque": torque_role, "truth": truth_role}
@@ -35,7 +36,11 @@ WANTED = {
     "pose": f"pose ({', '.join(POSE_SCHEMAS)})",
     "torque": "wheel torques (a JointState or DynamicJointState with a left and a right wheel joint)",
     "truth": "true contact mode (ContactMode)",
+    "wheel_speed": "wheel speeds (a JointState, a controller's state or odometry)",
+    "command": "commands (a Twist, or wheel speeds by joints)",
 }
+_SECTIONS = {"wheel_speed": "wheel_speeds", "command": "commands"}
+"""Of the mapping file, for roles that no option names."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +178,8 @@ def not_found(
     available = [(c.channel.topic, c.schema_name, reason(c, role, plan)) for c in found]
     wanted = WANTED[role] + (f" on topic {topic}" if topic else joints)
     advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
+    if role in _SECTIONS:
+        advice = f"Name topic and fields in [{_SECTIONS[role]}] of --map FILE."
     near = near_topics(topic, (c.channel.topic for c in found)) if topic else ""
     return ChannelNotFound(wanted, path, available, f"{near}\n{advice}" if near else advice)
 
