@@ -198,13 +198,17 @@ class LogReader:
         """The clock of each channel in use, and what is to be said about clocks that are apart."""
         self.clocks, apart = choose_clocks(self.uses)
         for role in apart_from_pose(self.uses, self.clocks):
-            use = self.plan.uses.pop(role)
-            self.clocks.pop(role)
-            self.plan.why_not[use.channel.id] = "its stamps are seconds off the pose's; --clock log may help"
+            self._leave_out(role, "its stamps are seconds off the pose's: --clock log may help")
         reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
         before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
         units = {self.plan.uses[role].channel.topic: clock.log_unit for role, clock in self.clocks.items()}
         self.findings = [*before, *apart, *stamp_unit_findings(reasons), *log_time_findings(units)]
+
+    def _leave_out(self, role: str, reason: str) -> None:
+        """Use a channel no longer."""
+        channel_id = self.plan.uses.pop(role).channel.id
+        self.clocks.pop(role)
+        self.plan.lacks[role, channel_id] = self.plan.why_not[channel_id] = reason
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""

@@ -21,6 +21,7 @@ from wmr_replay.ingest.channels.roles import (
     torque_role,
     truth_role,
 )
+from wmr_replay.ingest.channels.wheel_bindings import read_as
 from wmr_replay.ingest.decoding.bindings import Binding
 from wmr_replay.ingest.decoding.encodings import Definition
 from wmr_replay.ingest.mcap.records import Channel
@@ -63,6 +64,8 @@ class Plan:
     why_not: dict[int, str] = field(default_factory=dict)
     serves_as: dict[int, tuple[str, ...]] = field(default_factory=dict)
     """By channel id what its first messages would serve for; see :func:`signals_in`."""
+    lacks: dict[tuple[str, int], str] = field(default_factory=dict)
+    """By role and channel id why a channel holds no wheel speeds or commands."""
     pose_is_odometry: bool = False
     frames: Frames = field(default_factory=Frames)
 
@@ -90,9 +93,16 @@ class Plan:
         return next((role for role, use in self.uses.items() if use.channel.id == channel_id), None)
 
     def as_dict(self) -> dict[str, dict[str, object]]:
-        """Id, topic and schema of the channels in use, by role."""
+        """Id, topic and schema of the channels in use, by role; ``read_as`` where wheel speeds are made of
+        something else.
+        """
         return {
-            role: {"id": use.channel.id, "topic": use.channel.topic, "schema": use.schema_name}
+            role: {
+                "id": use.channel.id,
+                "topic": use.channel.topic,
+                "schema": use.schema_name,
+                **({"read_as": words} if (words := read_as(use.binding)) else {}),
+            }
             for role, use in self.uses.items()
         }
 
@@ -196,5 +206,7 @@ def reason(candidate: Candidate, role: str, plan: Plan) -> str:
     used_as = plan.role(candidate.channel.id)
     if used_as is not None and used_as != role:
         return f"in use as {used_as}"
+    if (role, candidate.channel.id) in plan.lacks:
+        return plan.lacks[role, candidate.channel.id]
     noted = plan.why_not.get(candidate.channel.id, UNRELATED)
     return kinds(role, serves_as) or (lacks[0] if lacks and noted == UNRELATED else noted)

@@ -1,7 +1,7 @@
 """Wheel speeds as differences of positions, message after message in the order of the file.
 
 speed_k = (p_k − p_{k−1})/(t_k − t_{k−1}), stamped t_k: it is the mean over that interval and describes its
-middle, half a step before its stamp. :func:`midway` gives the stamps of the middles. A row at its stamp
+middle, half a step before its stamp. :func:`midway_of` gives the stamps of the middles. A row at its stamp
 depends on nothing later, which a replay needs.
 """
 
@@ -85,7 +85,7 @@ def steps_of(binding: Binding) -> PositionSteps | None:
     return PositionSteps(wheels, 2 if isinstance(binding, InputBinding) else 0)
 
 
-def midway(t_ns: I64) -> I64:
+def midway_of(t_ns: I64) -> I64:
     """Stamps (n,) of the middle of each interval that ends at a stamp; the first, and those behind a hole,
     stay.
     """

@@ -256,3 +256,11 @@ def made_up(binding: Binding) -> dict[str, float]:
     """The robot's parameters that a binding of wheel speeds had to make up."""
     wheels = wheels_of(binding)
     return wheels.pair.parameters() if isinstance(wheels, TwistBinding) else {}
+
+
+def read_as(binding: Binding) -> str:
+    """What wheel speeds are made of, where the messages do not hold them as they are."""
+    wheels = wheels_of(binding)
+    if isinstance(wheels, PositionBinding):
+        return "differences of positions"
+    return "from a twist" if isinstance(wheels, TwistBinding) else ""

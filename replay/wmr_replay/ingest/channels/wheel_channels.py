@@ -107,8 +107,10 @@ def _ranked(
         try:
             binding, rank = _TESTS[role](candidate, mapping if topic else unnamed, plan.frames)
         except DoesNotServe as reason:
-            if plan.why_not.get(candidate.channel.id) == UNRELATED and (topic or str(reason) != NOTHING):
-                plan.why_not[candidate.channel.id] = str(reason)
+            if topic or str(reason) != NOTHING:
+                plan.lacks[role, candidate.channel.id] = str(reason)
+                if plan.why_not.get(candidate.channel.id) == UNRELATED:
+                    plan.why_not[candidate.channel.id] = str(reason)
             continue
         found = Found(rank, candidate, binding)
         plan.serves_as[found.id] = tuple(dict.fromkeys((*plan.serves_as.get(found.id, ()), WORDS[role])))
