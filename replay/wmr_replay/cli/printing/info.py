@@ -140,7 +140,7 @@ def role_line(info: "LogInfo", role: str) -> str:
     """The channel and its clock, or how to name one."""
     channel = next((row for row in info.channels if row["role"] == role), None)
     speeds = info.used.get("wheel_speed")
-    if role == "torque" and speeds is not None:
+    if role == "torque" and speeds is not None and info.used["torque"] is None:
         return (
             f"none: {speeds['topic']} holds wheel speeds, but no effort ({info.clock_notes['wheel_speed']})"
         )
