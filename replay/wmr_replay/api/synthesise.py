@@ -175,6 +175,7 @@ def hidden_effects() -> list[dict[str, Any]]:
     return [
         {
             "name": name,
+            "base_models": list(form.models),
             "candidate": form.formula,
             "hidden": words_of(name),
             "parameters": form.units,
