@@ -24,7 +24,7 @@ from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled_loop import simulate
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
-from wmr_synth.wheel_speed.encoders import EncoderSensors, measure_wheels
+from wmr_synth.wheel_speed.encoders import EncoderSensors, measure_wheels, rates_hz
 from wmr_synth.wheel_speed.log import drive
 from wmr_synth.wheel_speed.plan import CommandsAs, RollingPlan
 
@@ -199,8 +199,7 @@ def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
         raise InvalidSetting(f"the seed must not be negative, not {seed}")
     if not (math.isfinite(duration_s) and duration_s >= MIN_DURATION_S):
         raise InvalidSetting(f"the duration must be at least {MIN_DURATION_S} s, not {duration_s}")
-    rates_hz = [value for name, value in vars(sensors).items() if name.endswith("rate_hz")]
-    n_messages = duration_s * sum(rates_hz)
+    n_messages = duration_s * sum(rates_hz(sensors))
     if n_messages > MAX_MESSAGES:
         raise InvalidSetting(
             f"{n_messages:.0f} messages are more than the {MAX_MESSAGES:.0f} that one log may have; "

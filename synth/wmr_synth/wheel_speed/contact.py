@@ -103,8 +103,8 @@ def sideways(dt: float, state: F64, rig: Rig, h: RollingHidden) -> float:
 def within(along: float, across: float, cap: float, sideways_grip: float) -> Pair:
     """The force on the friction ellipse that is nearest to the one asked for, or that one inside it.
 
-    Nearest: f = (along/(1 + λ), across/(1 + λ/e²)), so that a sliding wheel's force points against its slip as
-    the ellipse's normal does. Newton's steps for λ grow from below the root.
+    Nearest: f = (along/(1 + λ), across/(1 + λ/e²)), so that a sliding wheel's force points against its slip
+    as the ellipse's normal does. Newton's steps for λ grow from below the root.
     """
     reach = sideways_grip * cap
     if (along / cap) ** 2 + (across / reach) ** 2 <= 1.0:

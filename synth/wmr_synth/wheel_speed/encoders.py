@@ -34,6 +34,13 @@ class EncoderSensors(Sensors):
             raise InvalidSetting(f"encoder_ticks is a whole number, not {self.encoder_ticks:g}")
 
 
+def rates_hz(sensors: Sensors) -> tuple[float, ...]:
+    """The rates of the messages that the sensors give."""
+    if isinstance(sensors, EncoderSensors):
+        return sensors.rate_hz, sensors.wheel_rate_hz, sensors.command_rate_hz
+    return sensors.rate_hz, sensors.torque_rate_hz
+
+
 def counted(angle_rad: F64, ticks: float) -> F64:
     """The angle as an encoder gives it: whole counts, rounded down, in rad."""
     return angle_rad if ticks == 0 else np.floor(angle_rad * (ticks / TURN_RAD)) * (TURN_RAD / ticks)

@@ -142,7 +142,8 @@ def run(
     """States ``recorded`` at every instant into ``record``, and commands into the rows of ``sent`` behind 0.
 
     ``schedule``: instants in ns, whether the driver acts, which row of ``sent`` acts, which rows of what
-    comes from outside act. ``inputs``: friction (right, left, share sideways), unevenness, accelerations, references.
+    comes from outside act. ``inputs``: friction (right, left, share sideways), unevenness, accelerations,
+    references.
     """
     t_ns, is_command, acting, outside = schedule
     mu, rough, push, wanted = inputs
