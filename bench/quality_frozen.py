@@ -124,7 +124,7 @@ def without_wheels(log: Log) -> Log:
     return replace(log, torque=replace(log.torque, left_radps=nothing, right_radps=nothing))
 
 
-def faults(names: Sequence[str], n_logs: int, first: int, *, wheels: bool) -> None:
+def faults(names: Sequence[str], n_logs: int, first: int, rates_hz: Sequence[float], *, wheels: bool) -> None:
     """Print a line for each way of freezing and noise."""
     print(f"{'fault':<20}{'noise':<8}{'wheels':<8}{'logs':>5}{'found':>7}{'marked':>8}{'moving':>8}")
     for name in names:
@@ -133,7 +133,7 @@ def faults(names: Sequence[str], n_logs: int, first: int, *, wheels: bool) -> No
             found, shares, while_moving = 0, [], []
             for seed in range(first, first + n_logs):
                 rng = np.random.default_rng([seed, 7])
-                family, rate = str(rng.choice(list(FAMILIES))), float(rng.choice([20.0, 50.0, 100.0, 200.0]))
+                family, rate = str(rng.choice(list(FAMILIES))), float(rng.choice(rates_hz))
                 clean = clean_log(family, seed, noise=noise, rate_hz=rate, duration_s=20.0)
                 log = fault(clean if wheels else without_wheels(clean), rng)
                 mask, pose = marked(log)
@@ -184,11 +184,12 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--fault", choices=FAULTS, nargs="*", help="only these, and nothing of live trackers")
+    parser.add_argument("--rate", type=float, nargs="*", default=[20.0, 50.0, 100.0, 200.0], help="in Hz")
     options = parser.parse_args()
     if options.fault is None:
         legitimate(options.logs)
     for wheels in (True, False):
-        faults(options.fault or list(FAULTS), options.logs, options.seed, wheels=wheels)
+        faults(options.fault or list(FAULTS), options.logs, options.seed, options.rate, wheels=wheels)
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def modes_between(
 def rare_modes(duration_s: float, rng: np.random.Generator) -> ModeTrack:
     """Ideal, and one skid or slip a minute of .5 to 3 s."""
     starts = np.sort(rng.uniform(5.0, duration_s - 5.0, max(int(duration_s / 60), 1)))
-    ends = starts + rng.uniform(0.5, 3.0, len(starts))
+    ends = np.minimum(starts + rng.uniform(0.5, 3.0, len(starts)), np.append(starts[1:], np.inf) - 1e-3)
     modes = rng.choice([ContactMode.SKIDDING, ContactMode.SLIPPING], len(starts))
     t_s = np.concatenate([[0.0], np.stack([starts, ends], 1).ravel()])
     mode = np.concatenate([[0], np.stack([modes, 0 * modes], 1).ravel()])

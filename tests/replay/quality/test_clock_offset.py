@@ -15,7 +15,7 @@ from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality.clock_offset import ClockOffset, HeldSamples
 from wmr_replay.quality.even_grid import EvenGrid
 from wmr_replay.quality.interface import Observed
-from wmr_replay.quality.lagged_fit import LaggedFit
+from wmr_replay.quality.lagged_fit import LaggedSums
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import Sensors, synthesise
@@ -151,9 +151,8 @@ def test_a_fit_at_every_lag_is_numpys():
     rng = np.random.default_rng(4)
     x, y = rng.normal(size=(2, 160)), rng.normal(size=160)
     y[7], x[0, 30] = np.nan, np.nan
-    fit = LaggedFit(2, 3, 50)
-    fit.push(x, y)
-    n, share = fit.fits(fit.groups.sum(axis=0))
+    fit = LaggedSums(2, 3, 50)
+    n, share = fit.fits(sum(sums for _, sums in fit.push(x, y)))
     padded = np.concatenate([np.full((2, 3), np.nan), x, np.full((2, 3), np.nan)], axis=1)
     for k, lag in enumerate(range(-3, 4)):
         shifted = padded[:, 3 + lag : 3 + lag + 150]
