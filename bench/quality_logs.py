@@ -189,6 +189,12 @@ def without_monitors(log: Log) -> Replay:
         return replayed(log)
 
 
+def has_repeats(log: Log) -> bool:
+    """Whether any pose repeats the one before; else the search for frozen poses changes nothing."""
+    pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
+    return bool((np.diff(pose) == 0).any())
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -210,7 +216,8 @@ def main() -> None:
             some += bool(found)
             shares.append(share_barred(replay))
             right.append(row["accuracy"] or np.nan)
-            other = without_monitors(log).tables().summary if options.compare else row
+            same = not found and not has_repeats(log)
+            other = row if same or not options.compare else without_monitors(log).tables().summary
             without.append(other["accuracy"] or np.nan)
         print(
             f"{family:<16}{options.logs:>5}{barred:>8}{some:>6}  {np.mean(shares):>10.4f}  "
