@@ -30,7 +30,7 @@ class Floor:
     sideways: tuple[float, float] = (0.15, 0.8)
     """Share of the grip that holds sideways on slippery ground: less on sand or wet grass than on ice."""
     one_side: float = 0.2
-    """Share of the slippery stretches under one side alone."""
+    """Share of the slippery stretches that are so under one side, the other has √(dry·slippery)."""
 
     def drawn(self, duration_s: float, rng: np.random.Generator) -> Ground:
         """A dry floor with stretches of wet or icy ground."""
@@ -41,7 +41,7 @@ class Floor:
         side = np.where(rng.uniform(0.0, 1.0, n) < self.one_side, rng.integers(1, 3, n), 0)
         starts_s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
         left, right = (
-            np.stack([np.full(n, dry), np.where(side == spared, dry, wet)], axis=1).ravel()
+            np.stack([np.full(n, dry), np.where(side == spared, np.sqrt(dry * wet), wet)], axis=1).ravel()
             for spared in (1, 2)
         )
         across = np.stack([np.ones(n), rng.uniform(*self.sideways, n)], axis=1).ravel()
