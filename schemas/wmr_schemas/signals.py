@@ -163,6 +163,8 @@ class Log:
     """Contents of a log: a pose, and the other signals and nominal parameters where there are any.
 
     ``wheels`` are the measured wheel speeds, whichever channel holds them; ``commands`` the commanded ones.
+    ``breaks_ns`` are the stamps at which a stretch begins that does not follow on the one before it; see
+    :func:`wmr_schemas.breaks.stretches`.
     """
 
     pose: PoseTrack
@@ -171,3 +173,4 @@ class Log:
     robot: RobotParameters = RobotParameters()
     wheels: WheelSpeedTrack | None = None
     commands: CommandTrack | None = None
+    breaks_ns: tuple[int, ...] = ()

@@ -10,6 +10,7 @@ from mcap.writer import CompressionType, Writer
 
 from wmr_schemas import __version__
 from wmr_schemas.arrays import I64
+from wmr_schemas.breaks import BREAKS_NAME, to_metadata
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_files
 from wmr_schemas.messages import (
@@ -201,6 +202,8 @@ def write_mcap(
         writer = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.ZSTD)
         writer.start(codec.profile, f"wmr-replay/{__version__}")
         writer.add_metadata(METADATA_NAME, log.robot.to_metadata())
+        if log.breaks_ns:
+            writer.add_metadata(BREAKS_NAME, to_metadata(log.breaks_ns))
         ids = [register(writer, codec, channel) for channel in channels]
         written = 0
         for block in in_order(channels):
