@@ -23,7 +23,7 @@ DURATION_S = 90.0
 RADIUS_M, HALF_TRACK_M = (0.08, 0.17), (0.18, 0.35)
 
 
-def made(
+def made(  # noqa: PLR0913 – one call says what a log is
     family: str,
     chassis: str,
     noise: str,
@@ -76,7 +76,9 @@ def made(
 def chassis_of(
     kind: Chassis, rng: np.random.Generator, *, calibrated: bool
 ) -> tuple[Chassis, RobotParameters]:
-    """A chassis with stated lengths drawn; where ``calibrated`` the stated half-track is the effective one."""
+    """A chassis with stated lengths drawn; where ``calibrated`` the stated half-track is the effective
+    one.
+    """
     radius_m, half_track_m = float(rng.uniform(*RADIUS_M)), float(rng.uniform(*HALF_TRACK_M))
     ratio = float(rng.uniform(*kind.track_ratio))
     if calibrated:

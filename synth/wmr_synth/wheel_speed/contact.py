@@ -84,9 +84,9 @@ def gripped(
         1.0 - rolling_forms.turning_share(h.turning_slip_s_per_m, yaw_rate, rig.stated_half_track_m, h.plain)
     )
     if h.slip_ratio_s != 0.0:
-        time_s = rolling_forms.deflection_time(h.plain)
-        state[DEFLECTED] += share_of(dt, time_s) * (mean - state[DEFLECTED])
-        ahead -= h.slip_ratio_s * (mean - state[DEFLECTED]) / time_s
+        grown = share_of(dt, rolling_forms.deflection_time(h.plain)) * (mean - state[DEFLECTED])
+        state[DEFLECTED] += grown
+        ahead -= h.slip_ratio_s * grown / dt
     ahead += drift_mps
     return ahead + rough[0], half + rough[1], mean - ahead
 

@@ -1,6 +1,6 @@
 """The ground under the wheels: dry floor, and slippery stretches under one or both sides."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,13 +10,18 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 @dataclass(frozen=True, eq=False)
 class Ground:
     """Coefficients of friction under the left and the right wheels, and what of them holds sideways, a share;
-    held from their stamp (ns) on, (n,) each.
+    held from their stamp (ns) on, (n,) each. Dry and slippery stretches take turns, a dry one comes first.
     """
 
     t_ns: I64
     left: F64
     right: F64
     sideways: F64
+
+    def holding(self) -> "Ground":
+        """The same slippery stretches, between which the ground holds any force."""
+        dry = np.arange(len(self.t_ns)) % 2 == 0
+        return replace(self, left=np.where(dry, np.inf, self.left), right=np.where(dry, np.inf, self.right))
 
 
 @dataclass(frozen=True)
