@@ -19,8 +19,8 @@ from wmr_replay.regress.sides import Comparison as Differences
 from wmr_replay.regress.sides import compare_sides, matched
 from wmr_replay.report.compare import Compared as TwoResults
 from wmr_replay.report.compare import compare_page
-from wmr_replay.timeline import Side as TimelineSide
-from wmr_replay.timeline import comparison_text, write_comparison
+from wmr_replay.timeline.comparison import Side as TimelineSide
+from wmr_replay.timeline.comparison import comparison_text, write_comparison
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import made_folder, whole_file
 from wmr_schemas.text import figure, json_text, shown

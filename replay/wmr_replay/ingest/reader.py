@@ -25,7 +25,13 @@ from wmr_replay.ingest.channels.wheel_bindings import made_up
 from wmr_replay.ingest.channels.wheel_channels import find_wheel_channels
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
-from wmr_replay.ingest.mcap.chunk_selection import are_timed, index_adds_up, log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import (
+    are_timed,
+    index_adds_up,
+    kinds_of,
+    log_span_ns,
+    wanted_spans,
+)
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
@@ -143,7 +149,7 @@ class LogReader:
     def has_checksums(self) -> bool:
         """Whether a checksum covers any message of the log; true of a log without messages."""
         _, crc = self.survey.data_end or (0, 0)
-        return bool(crc) or not self.survey.spans or any(is_covered(span) for span in self.survey.spans)
+        return bool(crc) or not self.survey.spans or any(map(is_covered, kinds_of(self.survey.spans)))
 
     @property
     def pose_is_odometry(self) -> bool:
@@ -220,7 +226,9 @@ class LogReader:
         they could be seen.
         """
         unseen = self.survey.by_rows and self._in_part
-        return isinstance(self.path, Path) and (unseen or any(span.by_index for span in self.survey.spans))
+        return isinstance(self.path, Path) and (
+            unseen or any(span.by_index for span in kinds_of(self.survey.spans))
+        )
 
     def stretches(self) -> list[list[Span]] | None:
         """The spans of a few stretches that stand for the log; None where all of it has to be read.

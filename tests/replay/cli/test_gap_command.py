@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import wmr_replay.jobs.gap as gap_command
+import wmr_replay.timeline.gap.writer as gap_writer
 from wmr_replay import cli
 from wmr_replay.cli.compiling import LINE
 from wmr_replay.jobs.base_model import base_for
@@ -234,7 +235,7 @@ def test_an_interruption_leaves_older_results_alone(run, log, analysed, tmp_path
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gap_command, "write_gap_timeline", stop)
+    monkeypatch.setattr(gap_writer, "write_gap_timeline", stop)
     code, _, err = run("gap", log)
     assert code == 130
     assert "nothing half-written" in err
