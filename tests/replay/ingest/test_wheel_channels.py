@@ -19,6 +19,7 @@ from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas import RobotParameters
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping, read_mapping
+from wmr_schemas.wheel_fields import WheelSpeedFields
 
 N, STEP_NS, T0 = 300, 20_000_000, 1_700_000_000_000_000_000
 T_NS = T0 + np.arange(N) * STEP_NS
@@ -80,11 +81,12 @@ def types(real_shapes):
 def write_log(types, real_shapes, tmp_path_factory):
     """``write_log({topic: (type, fields of row k)})``: a log of a pose at every stamp and these channels."""
 
-    def write(channels: dict) -> Path:
+    def write(channels: dict, pose: np.ndarray | None = None) -> Path:
         path = tmp_path_factory.mktemp("wheels") / "log.mcap"
         entries = []
         for k, t_ns in enumerate(T_NS.tolist()):
-            place = {"position": real_shapes.vector(0.01 * k), "orientation": real_shapes.turned(0.001 * k)}
+            x, y, yaw = (0.01 * k, 0.0, 0.001 * k) if pose is None else pose[:, k]
+            place = {"position": real_shapes.vector(x, y), "orientation": real_shapes.turned(yaw)}
             entries.append((t_ns, "/mocap/pose", {"header": real_shapes.stamped(t_ns), "pose": place}))
             for topic, (_, fields) in channels.items():
                 if (row := fields(k)) is not None:
@@ -331,7 +333,7 @@ def test_commands_of_made_up_wheels_stand_alone(write_log, rows):
 def test_a_joint_states_commands_are_no_measured_speeds(write_log, rows):
     log = write_log({"/wheel_commands": ("joints", rows["joints"](PAIR, (LEFT, RIGHT)))})
     assert_speeds(whole(log, need="commands").log.commands)
-    with pytest.raises(ChannelNotFound, match="in use as command"):
+    with pytest.raises(ChannelNotFound, match="by its topic commands"):
         whole(log)
 
 
@@ -414,6 +416,34 @@ def test_positions_that_jump_repeat_stamps_or_run_backwards_give_no_invented_spe
         left, right = np.concatenate([stage.push(t_ns[p], np.stack([place[p], -place[p]])) for p in parts], 1)
         np.testing.assert_allclose(left, [np.nan, 1.0, 1.0, 2.0, np.nan, 1.0, np.nan])
         np.testing.assert_allclose(right, -left)
+
+
+def test_keys_without_a_topic_are_heeded_beside_torques_too(write_log, rows):
+    efforts = (LEFT, RIGHT)
+    log = write_log({"/joint_states": ("joints", rows["joints"](PAIR, (LEFT, -RIGHT), (), efforts))})
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(right_sign=-1.0, unit="rpm", scale=30 / np.pi))
+    for need in ("torque", "wheel_speed"):
+        read = whole(log, mapping, need=need).log
+        assert_speeds(read.wheels)
+        np.testing.assert_array_equal(read.torque.left_nm, LEFT)
+    with pytest.raises(ChannelNotFound, match="no field left"):
+        whole(log, replace(MAP, wheel_speeds=WheelSpeedFields(left_fields=("left",), right_fields=("r",))))
+
+
+@pytest.mark.parametrize(
+    ("fields", "code"),
+    [({}, None), ({"scale": 10.0}, "wheel_speed_unit"), ({"left_sign": -1.0}, "wheel_speed_sign")],
+)
+def test_units_and_signs_are_judged_whatever_the_source(fields, code, write_log, rows):
+    path_m, yaw = np.cumsum(V) * STEP_NS / 1e9, np.cumsum(TURN) * STEP_NS / 1e9
+    x, y = (np.cumsum(V * part(yaw)) * STEP_NS / 1e9 for part in (np.cos, np.sin))
+    assert path_m[-1] > 3
+    log = write_log(
+        {"/joint_states": ("joints", rows["joints"](PAIR, (), ANGLES))}, pose=np.stack([x, y, yaw])
+    )
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(unit="rad", **fields))
+    found = {finding["code"] for finding in wr.open_log(log, mapping=mapping).info().findings}
+    assert found - {"coloured_noise"} == ({code} if code else set())
 
 
 def test_what_was_found_is_written_to_a_mapping_and_found_again_by_it(write_log, rows, real_shapes, tmp_path):

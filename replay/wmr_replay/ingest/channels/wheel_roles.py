@@ -58,7 +58,8 @@ BY_SPEEDS, BY_POSITIONS, BY_TWIST = range(3)
 
 def wheel_speed_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Speeds of wheels before positions before the twist of odometry that is the wheels'."""
-    topic, named = candidate.channel.topic, mapping.wheel_speed_topic is not None
+    topic = candidate.channel.topic
+    named = mapping.wheel_speed_topic is not None or mapping.wheel_speeds.name_values
     if not named:
         if not _may_hold(candidate, _JOINTS | _TWISTS):
             raise DoesNotServe(NOTHING)
@@ -79,7 +80,8 @@ def _is_of_wheels(candidate: Candidate) -> bool:
 
 def command_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Commanded wheel speeds before twists; of twists the one that is nearest to the drive."""
-    topic, named = candidate.channel.topic, mapping.command_topic is not None
+    topic = candidate.channel.topic
+    named = mapping.command_topic is not None or mapping.commands.name_values
     if not named and not _may_hold(candidate, _COMMANDS):
         raise DoesNotServe(NOTHING)
     bindings = _command_bindings(candidate, mapping, anyway=named or bool(COMMANDED.search(topic)))
@@ -126,7 +128,7 @@ def _wheel_bindings(candidate: Candidate, mapping: LogMapping) -> Iterator[tuple
     """What a channel's messages may hold of wheel speeds, best first."""
     wanted, pair = mapping.wheel_speeds, WheelPair.of(mapping.robot)
     wheels = _wheels(mapping.wheel_speed_joints, mapping)
-    if wanted.linear or wanted.left_fields or wanted.values or wanted.are_positions:
+    if wanted.name_values or wanted.are_positions:
         yield _wanted_wheels(candidate, wanted, wheels, pair)
         return
     gains = wanted.gains(pair.radius_m)
