@@ -116,7 +116,7 @@ class LogReader:
             return []
         self.robot = replace(self.robot, **values)
         said = ", ".join(f"{name} {value:g}" for name, value in values.items())
-        return [f"{use.channel.topic}: its twist is turned into wheel speeds with {said}, which is made up"]
+        return [f"{use.channel.topic}: turned into wheel speeds with {said}, which is made up"]
 
     def _folder(self) -> Path:
         """The folder into which packed files are unpacked; it is removed with the reader."""

@@ -166,7 +166,7 @@ def with_one_pair_of_wheels(reader: LogReader, log: Log, need: Need) -> tuple[Lo
             log, commands=None
         ), f"{use.channel.topic}: wheel_radius_m or half_track_m is not known"
     said = ", ".join(f"{name} {value:g}" for name, value in values.items())
-    note = f"{use.channel.topic}: its twist is turned into wheel speeds with {said}, which is made up"
+    note = f"{use.channel.topic}: turned into wheel speeds with {said}, which is made up"
     return replace(log, wheels=None, robot=replace(log.robot, **values)), note
 
 

@@ -16,10 +16,11 @@ import wmr_replay as wr
 from wmr_replay.ingest import Between
 from wmr_replay.ingest import open_log as open_reader
 from wmr_replay.ingest.tracks import read_whole
-from wmr_schemas import RobotParameters
+from wmr_schemas import CommandTrack, Log, PoseTrack, RobotParameters, WheelSpeedTrack
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping, read_mapping
 from wmr_schemas.wheel_fields import WheelSpeedFields
+from wmr_synth import write_mcap
 
 N, STEP_NS, T0 = 300, 20_000_000, 1_700_000_000_000_000_000
 T_NS = T0 + np.arange(N) * STEP_NS
@@ -401,6 +402,33 @@ def test_a_log_in_json_and_what_is_hostile_in_it(tmp_path):
     at = np.searchsorted(T_NS, track.t_ns[known])
     assert known.sum() == N - N // 50
     np.testing.assert_array_equal(track.left_radps[known], LEFT[at])
+
+
+@pytest.mark.parametrize("encoding", ["ros2", "protobuf", "json"])
+@pytest.mark.parametrize("commands_as", ["wheels", "twist"])
+def test_every_encoding_gives_the_same(encoding, commands_as, tmp_path):
+    pose = PoseTrack(T_NS, 0.1 * AT_S, 0 * AT_S, 0.1 * AT_S)
+    wheels, commands = (
+        WheelSpeedTrack(T_NS + 1000, LEFT, RIGHT),
+        CommandTrack(T_NS[::5], RIGHT[::5], LEFT[::5]),
+    )
+    log = Log(pose, None, None, ROBOT, wheels, commands)
+    write_mcap(log, tmp_path / "log.mcap", encoding=encoding, angles=ANGLES, commands_as=commands_as)
+    read = whole(tmp_path / "log.mcap", LogMapping(), need="commands").log
+    np.testing.assert_array_equal(read.wheels.t_ns, T_NS + 1000)
+    np.testing.assert_array_equal(read.wheels.left_radps, LEFT)
+    np.testing.assert_array_equal(read.commands.t_ns, T_NS[::5])
+    np.testing.assert_allclose(read.commands.left_radps, RIGHT[::5], atol=1e-12)
+    np.testing.assert_allclose(read.commands.right_radps, LEFT[::5], atol=1e-12)
+
+
+def test_rim_speeds_of_unknown_wheels_are_those_of_wheels_of_one_metre(write_log, rows):
+    log = write_log({"/joint_states": ("joints", rows["joints"](PAIR, (R * LEFT, R * RIGHT)))})
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(unit="m/s"))
+    assert_speeds(whole(log, mapping).log.wheels)
+    unknown = whole(log, replace(mapping, robot=None)).log
+    assert_speeds(unknown.wheels, R * LEFT, R * RIGHT)
+    assert (unknown.robot.wheel_radius_m, unknown.robot.half_track_m) == (1.0, None)
 
 
 def test_positions_that_jump_repeat_stamps_or_run_backwards_give_no_invented_speed(real_shapes):

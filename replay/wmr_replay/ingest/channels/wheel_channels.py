@@ -12,7 +12,7 @@ from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.detect import Plan, Use, not_found
 from wmr_replay.ingest.channels.first_rows import first_rows, has_efforts, has_speeds
 from wmr_replay.ingest.channels.roles import UNRELATED, Rank
-from wmr_replay.ingest.channels.wheel_bindings import InputBinding, TwistBinding
+from wmr_replay.ingest.channels.wheel_bindings import InputBinding, made_up
 from wmr_replay.ingest.channels.wheel_roles import NOTHING, command_role, wheel_speed_role
 from wmr_replay.ingest.decoding.bindings import Binding
 from wmr_replay.ingest.storage.source import LogPath
@@ -90,8 +90,8 @@ def _held_by(use: Use) -> tuple[bool, bool]:
 
 
 def _is_made_up(binding: Binding) -> bool:
-    """Whether a twist is turned by wheels that are not the robot's."""
-    return isinstance(binding, TwistBinding) and bool(binding.pair.virtual)
+    """Whether speeds were made by wheels that are not the robot's."""
+    return bool(made_up(binding))
 
 
 def _ranked(

@@ -26,7 +26,7 @@ from wmr_replay.ingest.channels.wheel_bindings import (
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned
 from wmr_replay.ingest.decoding.layout import Undecodable
 from wmr_schemas.mapping_file import Joints, LogMapping
-from wmr_schemas.units import TURN_UNITS
+from wmr_schemas.units import RIM_SPEED, TURN_UNITS
 from wmr_schemas.wheel_fields import CommandFields, WheelSpeedFields
 
 NOTHING = "no wheel speeds"
@@ -131,9 +131,8 @@ def _wheel_bindings(candidate: Candidate, mapping: LogMapping) -> Iterator[tuple
     if wanted.name_values or wanted.are_positions:
         yield _wanted_wheels(candidate, wanted, wheels, pair)
         return
-    gains = wanted.gains(pair.radius_m)
     for sides in _joint_sides(candidate, wheels, wanted.names, _SPEEDS, "velocity"):
-        yield SpeedBinding(stamp_of(candidate), sides, gains), BY_SPEEDS
+        yield _speeds(candidate, sides, wanted, pair), BY_SPEEDS
     radians = replace(wanted, unit="rad")
     for sides in _joint_sides(candidate, wheels, wanted.names, _POSITIONS, "position"):
         yield positions(candidate, sides, radians, pair), BY_POSITIONS
@@ -152,7 +151,13 @@ def _wanted_wheels(
     )
     if wanted.are_positions:
         return positions(candidate, sides, wanted, pair), BY_POSITIONS
-    return SpeedBinding(stamp_of(candidate), sides, wanted.gains(pair.radius_m)), BY_SPEEDS
+    return _speeds(candidate, sides, wanted, pair), BY_SPEEDS
+
+
+def _speeds(candidate: Candidate, sides: Sides, wanted: CommandFields, pair: WheelPair) -> SpeedBinding:
+    """Speeds in the unit that the mapping gives."""
+    radius_m = pair.parameters().get("wheel_radius_m") if wanted.unit == RIM_SPEED else None
+    return SpeedBinding(stamp_of(candidate), sides, wanted.gains(pair.radius_m), radius_m)
 
 
 def _command_bindings(
@@ -160,18 +165,18 @@ def _command_bindings(
 ) -> Iterator[tuple[Binding, int]]:
     """What a channel's messages may hold of commands, best first; ``anyway``: its name says so."""
     wanted, pair = mapping.commands, WheelPair.of(mapping.robot)
-    wheels, gains = _wheels(mapping.command_joints, mapping), wanted.gains(pair.radius_m)
+    wheels = _wheels(mapping.command_joints, mapping)
     if wanted.linear and wanted.angular:
         yield _twist(candidate, wanted.linear, wanted.angular, wanted, pair), BY_TWIST
         return
     forms = (*_WANTED, *_WANTED_BY_TOPIC) if anyway else _WANTED
     if wanted.left_fields or wanted.values:
         sides = _wanted_sides(candidate, wanted, wheels, forms, "velocity")
-        yield SpeedBinding(stamp_of(candidate), sides, gains), BY_SPEEDS
+        yield _speeds(candidate, sides, wanted, pair), BY_SPEEDS
         return
     interface = "velocity" if anyway else None
     for found in _joint_sides(candidate, wheels, wanted.names, forms, interface):
-        yield SpeedBinding(stamp_of(candidate), found, gains), BY_SPEEDS
+        yield _speeds(candidate, found, wanted, pair), BY_SPEEDS
     if anyway:
         yield from _twists(candidate, wanted, pair)
 
