@@ -163,7 +163,8 @@ class LogReader:
         The truth is stamped when it changes, so its steps mean nothing.
         """
         found = ((role, clock.steps.describe()) for role, clock in self.clocks.items() if role != "truth")
-        return [f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text]
+        notes = (f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text)
+        return list(dict.fromkeys(notes))
 
     @property
     def clock_notes(self) -> list[str]:
