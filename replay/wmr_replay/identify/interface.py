@@ -16,8 +16,8 @@ class Evidence(NamedTuple):
     (2, n) their speeds in rad/s, likewise. ``motion`` at the instants t − δ. ``force`` (n,) the sum of the
     efforts in N·m through the same window as the motion. ``known_acceleration`` (n,) dv_long/dt in m/s² by
     the model's further effects. ``variances`` (2, n) of the noise of position and yaw. ``independence``
-    (n,) of the pose from wheel speeds. ``restarts`` (n,) rows before which the pose has jumped; the repair leaves an
-    error of about its noise.
+    (n,) of the pose from wheel speeds. ``restarts`` (n,) rows before which the pose has jumped; the repair
+    leaves an error of about its noise.
     """
 
     t_ns: I64
