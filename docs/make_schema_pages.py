@@ -23,6 +23,7 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
 from wmr_schemas.tables import CONFUSION, GAP_TRACES, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.wheel_fields import CommandFields, WheelSpeedFields
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -151,6 +152,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "pose_fields": lambda: further(PoseFields),
     "torque_fields": lambda: further(TorqueFields),
     "truth_fields": lambda: further(TruthFields),
+    "wheel_fields": lambda: further(WheelSpeedFields),
+    "command_fields": lambda: further(CommandFields),
     "noise": lambda: keys(NoiseModel),
     "provenance": lambda: keys(Provenance),
     "modes": modes,

@@ -18,7 +18,10 @@ def as_batch(log: Log) -> RawBatch:
     pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
     signals: list[tuple[I64, F64]] = [(log.pose.t_ns, pose)]
     none = np.empty(0, np.int64)
-    if log.torque is None:
+    if log.torque is None and log.wheels is not None:
+        speeds = np.stack([log.wheels.left_radps, log.wheels.right_radps])
+        signals.append((log.wheels.t_ns, np.concatenate([np.full(speeds.shape, np.nan), speeds])))
+    elif log.torque is None:
         signals.append((none, np.empty((4, 0))))
     else:
         t = log.torque
