@@ -19,7 +19,7 @@ from wmr_replay.ingest.channels.clocks_apart import choose_clocks
 from wmr_replay.ingest.channels.detect import Plan, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
 from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_findings
-from wmr_replay.ingest.channels.unreadable import unreadable_kin
+from wmr_replay.ingest.channels.unreadable import unreadable_kin, without_schema
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
@@ -82,7 +82,7 @@ class LogReader:
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
         self.remarks: list[str] = [remark for _, remark in nearer if remark]
-        self.remarks += unreadable_kin(self.candidates, self.plan.uses)
+        self.remarks += without_schema(self.candidates) + unreadable_kin(self.candidates, self.plan.uses)
         metadata = self.survey.metadata.get(METADATA_NAME, {}) if mapping.robot_from_log else {}
         own, without_sense = own_parameters(metadata)
         self.robot = own.overridden_by(mapping.robot)
