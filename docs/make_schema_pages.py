@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from wmr_schemas import gap_file
-from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.effects import BEYOND, BaseModel, effects_of
 from wmr_schemas.findings import KINDS
 from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
@@ -23,6 +23,7 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
 from wmr_schemas.tables import CONFUSION, GAP_TRACES, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.wheel_fields import CommandFields, WheelSpeedFields
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -89,23 +90,24 @@ def findings() -> str:
     return table(head, rows)
 
 
-def effects() -> str:
-    """The catalogue of effects."""
-    forms = EFFECTS.values()
+def effects(base: BaseModel) -> str:
+    """The effects of a base model."""
+    forms = effects_of(base).values()
     units = {form.name: ", ".join(f"`{key}` ({unit})" for key, unit in form.units.items()) for form in forms}
-    rows = ((code(form.name), form.channel, form.formula, units[form.name]) for form in forms)
+    rows = ((code(form.name), form.channel, form.formula_of(base), units[form.name]) for form in forms)
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
 
-def hidden() -> str:
-    """The effects that the simulator can hide."""
+def hidden(base: BaseModel) -> str:
+    """The effects that the simulator can hide on a base model."""
+    beyond = {name: effect for name, effect in BEYOND.items() if base in effect.models}
     rows = (
         (
             code(name),
-            words_of(name),
+            words_of(name, base),
             ", ".join(f"{code(key)} {describe_range(within)}" for key, within in effect.ranges.items()),
         )
-        for name, effect in (EFFECTS | BEYOND).items()
+        for name, effect in (effects_of(base) | beyond).items()
     )
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
@@ -151,13 +153,17 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "pose_fields": lambda: further(PoseFields),
     "torque_fields": lambda: further(TorqueFields),
     "truth_fields": lambda: further(TruthFields),
+    "wheel_fields": lambda: further(WheelSpeedFields),
+    "command_fields": lambda: further(CommandFields),
     "noise": lambda: keys(NoiseModel),
     "provenance": lambda: keys(Provenance),
     "modes": modes,
     "statuses": statuses,
     "findings": findings,
-    "effects": effects,
-    "hidden": hidden,
+    "effects": lambda: effects("torque"),
+    "wheel_speed_effects": lambda: effects("wheel_speed"),
+    "hidden": lambda: hidden("torque"),
+    "hidden_wheel_speed": lambda: hidden("wheel_speed"),
     "gap": gap,
 }
 

@@ -24,8 +24,8 @@ from wmr_replay.regress.sides import compare_sides, matched
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.compare import Compared as TwoResults
 from wmr_replay.report.compare import compare_page
-from wmr_replay.timeline import Side as TimelineSide
-from wmr_replay.timeline import comparison_text, write_comparison
+from wmr_replay.timeline.comparison import Side as TimelineSide
+from wmr_replay.timeline.comparison import comparison_text, write_comparison
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import check_writable, made_folder, whole_file, whole_files
 from wmr_schemas.text import figure, json_text, shown

@@ -19,7 +19,6 @@ from wmr_replay.jobs.measured_poses import with_measured_poses
 from wmr_replay.jobs.request_texts import request_texts
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
-from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
 from wmr_schemas.files import made_folder, whole_file, whole_files
@@ -119,6 +118,8 @@ def write_gap(run: GapRun, out: Path, *, timeline: bool = True, report: bool = F
         if report:
             parts["report"].write_text(gap_page(run.document, traces, path.name), encoding="utf-8")
         if timeline:
+            from wmr_replay.timeline.gap.writer import write_gap_timeline  # noqa: PLC0415 – Rerun is slow to import
+
             identity = f"{path.stem}-{run.sha256[:16]}-gap"
             found = [msgspec.to_builtins(finding) for finding in run.document.findings]
             write_gap_timeline(parts["timeline"], run.result, path.name, identity, found)

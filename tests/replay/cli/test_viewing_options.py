@@ -10,7 +10,8 @@ import pytest
 
 from wmr_replay.api.viewer import screenshot, serve
 from wmr_replay.cli.options.viewing import Viewing
-from wmr_replay.timeline import ViewerUnavailable, viewer
+from wmr_replay.timeline import viewer
+from wmr_replay.timeline.viewer import ViewerUnavailable
 from wmr_schemas.errors import InvalidSetting
 
 ASKED = {"view": False, "serve": False, "bind": "127.0.0.1", "screenshot": None}

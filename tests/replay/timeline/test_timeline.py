@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 from rerun.chunk import RrdReader
 
-from wmr_replay.timeline import Timeline
+from wmr_replay.timeline.writer import Timeline
 from wmr_schemas.findings import Severity, finding
 from wmr_schemas.modes import MODES
 from wmr_schemas.tables import SAMPLES, polars_schema

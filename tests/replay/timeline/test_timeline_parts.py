@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wmr_replay.timeline import ViewerUnavailable, open_viewer, viewer_command
 from wmr_replay.timeline.description import verdict_text
 from wmr_replay.timeline.path import SMALL_VIEW, Frame, LabelRoom, grid, grid_step_m, strips_by_mode
 from wmr_replay.timeline.robot import Scales
 from wmr_replay.timeline.sink import application_of
+from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
 from wmr_schemas.findings import Severity, finding
 
 

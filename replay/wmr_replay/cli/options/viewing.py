@@ -109,7 +109,7 @@ T = TypeVar("T")
 def _or_warning(act: Callable[[], T]) -> T | None:
     """What ``act`` gives; a warning and None where there is no viewer."""
     from wmr_replay.cli.printing.plain import tell
-    from wmr_replay.timeline import ViewerUnavailable
+    from wmr_replay.timeline.viewer import ViewerUnavailable
 
     try:
         return act()

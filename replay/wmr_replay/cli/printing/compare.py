@@ -24,7 +24,7 @@ def print_comparisons(
     if as_json:
         echo_json([comparison.as_dict() for comparison in comparisons])
         return
-    from wmr_replay.timeline import viewer_command
+    from wmr_replay.timeline.viewer import viewer_command
 
     for comparison in comparisons:
         written = comparison.files

@@ -1,9 +1,12 @@
 """A topic that was named and does not serve: what its channel holds instead, and the nearest names."""
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 
 MOST_NEAR = 3
+COMMANDED = re.compile(r"cmd|command|set_?point|target|desired|reference|goal", re.I)
+"""Topics of what is wanted, not measured."""
 
 
 def near_topics(topic: str, others: Iterable[str]) -> str:
@@ -21,4 +24,4 @@ def near_topics(topic: str, others: Iterable[str]) -> str:
 def kinds(role: str, serves_as: Mapping[str, tuple[str, ...]]) -> str:
     """What a channel serves as, where that is not the role looked for: ``torque, no pose``."""
     others = [kind for kinds in serves_as.values() for kind in kinds]
-    return f"{', '.join(others)}, no {role}" if others and role not in serves_as else ""
+    return f"{', '.join(others)}, no {role.replace('_', ' ')}" if others and role not in serves_as else ""
