@@ -12,7 +12,7 @@ import pytest
 from wmr_schemas.effects import EFFECTS, effects_of
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
-from wmr_synth import SCENARIOS, Disturbance, World, synthesise
+from wmr_synth import SCENARIOS, Disturbance, World, hidden_log, synthesise
 from wmr_synth.hidden.measurement import MEASURED
 from wmr_synth.hidden.registry import ROLLING_WORDS, words_of
 from wmr_synth.hidden.rolling import ROLLING_CHANGES
@@ -202,6 +202,15 @@ def test_drawn_effects_stand_in_the_truth_alone_and_their_form_is_said():
         assert found["form"] == words_of(name, "wheel_speed")
         assert np.all(np.isfinite(list(found["parameters"].values())))
         assert made.log.robot == robot
+
+
+def test_a_log_in_memory_keeps_its_scenarios_robot_and_encoders():
+    log, facts = hidden_log("skid-steer", 2, hide=["pose_delay"], noise="poor", duration_s=5.0)
+    assert log.robot == SCENARIOS["skid-steer"].robot
+    assert facts["sensors"]["noise_xy_sd_m"] == 0.05
+    assert "disturbance" not in facts
+    assert log.torque is None
+    assert len(log.wheels) == 500
 
 
 def test_a_hidden_loss_of_grip_is_slipping_in_the_truth():

@@ -431,6 +431,13 @@ def test_rim_speeds_of_unknown_wheels_are_those_of_wheels_of_one_metre(write_log
     assert (unknown.robot.wheel_radius_m, unknown.robot.half_track_m) == (1.0, None)
 
 
+def test_a_message_of_countless_wheels_is_left_alone(write_log, rows):
+    names = [f"{side}_wheel_{k}" for k in range(9) for side in ("left", "right")]
+    log = write_log({"/joint_states": ("joints", rows["joints"](names, (), [ANGLES[0]] * 18))})
+    with pytest.raises(LogUnusable, match="no row has a speed of both wheels"):
+        whole(log)
+
+
 def test_positions_that_jump_repeat_stamps_or_run_backwards_give_no_invented_speed(real_shapes):
     from wmr_replay.ingest.channels.position_steps import PositionSteps
     from wmr_replay.ingest.channels.wheel_bindings import FieldSides, PositionBinding

@@ -53,6 +53,8 @@ _NOT_BY_WHEELS = re.compile(
 _LAST = re.compile(r"cmd_vel_out$", re.I)
 _INPUT_OF_A_MUX = re.compile(r"nav|teleop|joy|key|web|raw|smooth|input|unlimited|monitor|collision", re.I)
 
+MOST_WHEELS = 8
+"""On one side, of which each has a column of positions."""
 BY_SPEEDS, BY_POSITIONS, BY_TWIST = range(3)
 
 
@@ -248,6 +250,8 @@ def positions(
 ) -> PositionBinding:
     """Positions of as many wheels as the first message has that fits. Raises DoesNotServe."""
     left, right = _first_values(candidate, sides)
+    if max(len(left), len(right)) > MOST_WHEELS:
+        raise DoesNotServe(f"positions of {max(len(left), len(right))} wheels on one side")
     leaves = [leaf for column in (*left, *right) for leaf, _ in column.terms]
     ranges = {counter_range(leaf.dtype) for leaf in leaves}
     own = next(iter(ranges)) if len(ranges) == 1 else None
