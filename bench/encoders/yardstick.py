@@ -1,7 +1,7 @@
 """A yardstick of modes from wheel speeds: an interacting multiple model filter that is told the robot.
 
-Four extended Kalman filters, one a mode, with the states x, y, ψ, s_sum, s_diff, s_lat; they are mixed at every
-step (Blom and Bar-Shalom 1988). It knows wheel scale, effective half track, centre of rotation, lateral slip
+Four extended Kalman filters, one a mode, with the states x, y, ψ, s_sum, s_diff, s_lat; they are mixed at
+every step (Blom and Bar-Shalom 1988). It knows wheel scale, effective half track, centre of rotation, lateral slip
 and the noise of the pose. Nothing of it is shared with the analysis.
 """
 
@@ -101,9 +101,7 @@ def moved(mean: F64, speeds: F64, dt: float, robot: tuple[float, float, float], 
     return after, jacobian
 
 
-def updated(
-    weight: F64, mean: F64, covariance: F64, pose: F64, variance: F64
-) -> tuple[F64, F64, F64]:
+def updated(weight: F64, mean: F64, covariance: F64, pose: F64, variance: F64) -> tuple[F64, F64, F64]:
     """Weights, means and covariances after a pose."""
     error = pose - mean[:, :3]
     inside = covariance[:, :3, :3] + np.diag(variance)

@@ -10,9 +10,8 @@ from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_replay.identify.wheel_bank.estimates import wheel_estimates
-from wmr_replay.identify.wheel_bank.model import WheelModel
+from wmr_replay.identify.wheel_bank.model import wheel_model
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
-from wmr_replay.identify.wheel_bank.states import make_wheel_prior
 from wmr_replay.identify.wheel_bank.steps import JUMPED, N_ANSWERS
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.modes import ModeSet
@@ -38,7 +37,7 @@ class WheelBankIdentifier:
     def __init__(self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
-        self._bank = Bank(WheelModel(make_wheel_prior(robot)), step_s, settings, N_MODES)
+        self._bank = Bank(wheel_model(robot), step_s, settings, N_MODES)
         self._bin, self._said = open_bin(), np.full(N_ANSWERS, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
