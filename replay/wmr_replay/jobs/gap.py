@@ -34,6 +34,9 @@ TRY_LONGER = (
     "A gap analysis needs a minute or so of driving with changes of speed and of yaw rate, poses and wheel "
     "torques throughout. `wmr-replay info {path}` says what the log holds."
 )
+TRY_KNOWN = (
+    "Name it in a file, such as `[robot]` and `half_track_m = 0.25` in robot.toml, with --map robot.toml."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,7 +188,8 @@ def errors_naming(path: LogPath) -> Iterator[None]:
     try:
         yield
     except InvalidSignal as error:
-        raise LogUnusable(path, str(error), TRY_LONGER.format(path=path)) from error
+        advice = TRY_KNOWN if error.signal == "robot" else TRY_LONGER
+        raise LogUnusable(path, str(error), advice.format(path=path)) from error
 
 
 def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command: str) -> GapResult:
