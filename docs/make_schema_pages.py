@@ -98,15 +98,16 @@ def effects(base: BaseModel) -> str:
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
 
-def hidden() -> str:
-    """The effects that the simulator can hide."""
+def hidden(base: BaseModel) -> str:
+    """The effects that the simulator can hide on a base model."""
+    beyond = {name: effect for name, effect in BEYOND.items() if base in effect.models}
     rows = (
         (
             code(name),
-            words_of(name),
+            words_of(name, base),
             ", ".join(f"{code(key)} {describe_range(within)}" for key, within in effect.ranges.items()),
         )
-        for name, effect in (effects_of("torque") | BEYOND).items()
+        for name, effect in (effects_of(base) | beyond).items()
     )
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
@@ -161,7 +162,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "findings": findings,
     "effects": lambda: effects("torque"),
     "wheel_speed_effects": lambda: effects("wheel_speed"),
-    "hidden": hidden,
+    "hidden": lambda: hidden("torque"),
+    "hidden_wheel_speed": lambda: hidden("wheel_speed"),
     "gap": gap,
 }
 

@@ -37,6 +37,17 @@ def as_batch(log: Log) -> RawBatch:
     return RawBatch(*(Rows(t_ns, o, values) for (t_ns, values), o in zip(signals, orders, strict=True)))
 
 
+def inputs_of(log: Log) -> tuple[I64, F64]:
+    """Stamps and rows (4, n) of torques and wheel speeds; of wheel speeds alone where no torque is known."""
+    if log.torque is not None:
+        t = log.torque
+        return t.t_ns, np.stack([t.left_nm, t.right_nm, t.left_radps, t.right_radps])
+    if log.wheels is None:
+        return np.empty(0, np.int64), np.empty((4, 0))
+    unknown = np.full(len(log.wheels), np.nan)
+    return log.wheels.t_ns, np.stack([unknown, unknown, log.wheels.left_radps, log.wheels.right_radps])
+
+
 def replay_columns(
     log: Log, settings: Settings | None = None, model: ReplayModel | None = None
 ) -> list[Columns]:
