@@ -6,6 +6,7 @@ from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
 from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
 from wmr_replay.identify.filter_bank.hindsight import LookingBack
 from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
@@ -31,7 +32,8 @@ def without_torque(verdict: Verdict, known: Bool) -> I8:
 class WheelBankIdentifier:
     """Stage: evidence in, verdicts out, for a robot whose wheel speeds are known and whose torques are not.
 
-    C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank.
+    C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank,
+    once the pose has shown that it was not integrated from the wheel speeds.
     """
 
     def __init__(self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings) -> None:
@@ -57,11 +59,13 @@ class WheelBankIdentifier:
         self._said = said[:, -1]
         unknown = np.full(said.shape[1], np.nan)
         answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
-        driven = evidence._replace(force=speeds[0] + speeds[1])
+        independent = evidence.independence == INDEPENDENT
+        independence = np.where(independent, evidence.independence, NOT_INDEPENDENT)
+        driven = evidence._replace(force=speeds[0] + speeds[1], independence=independence)
         verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
         return verdict._replace(
             outcome=without_torque(verdict, np.isfinite(driven.force)),
-            wheels=wheel_estimates(said[:, done], speeds),
+            wheels=wheel_estimates(said[:, done], speeds).without(~independent),
         )
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
