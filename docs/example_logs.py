@@ -101,9 +101,11 @@ def write_robot(log: Log, path: Path, wheels: Sequence[str]) -> None:
 
 def write_csv(log: Log, path: Path) -> None:
     """``drive.csv``: poses and wheel speeds."""
-    assert log.torque is not None
-    pose, wheels = log.pose, log.torque
-    columns = [pose.t_ns / 1e9, pose.x_m, pose.y_m, pose.yaw_rad, wheels.left_radps, wheels.right_radps]
+    pose, wheels = log.pose, log.torque or log.wheels
+    assert wheels is not None
+    n = min(len(pose), len(wheels))
+    speeds = wheels.left_radps[:n], wheels.right_radps[:n]
+    columns = [pose.t_ns[:n] / 1e9, pose.x_m[:n], pose.y_m[:n], pose.yaw_rad[:n], *speeds]
     names = "t,x,y,yaw,w_left,w_right"
     np.savetxt(path, np.stack(columns, axis=1), delimiter=",", header=names, comments="")
 
@@ -117,5 +119,6 @@ if __name__ == "__main__":
     parser.add_argument("--scenario", default="paper-acceleration")
     asked = parser.parse_args()
     made = wr.synthesise(asked.scenario, duration_s=25, rate_hz=100, noise="mocap").log
-    write_robot(made, asked.folder / "my_robot.mcap", asked.wheels.split(","))
+    if made.torque is not None:
+        write_robot(made, asked.folder / "my_robot.mcap", asked.wheels.split(","))
     write_csv(made, asked.folder / "drive.csv")
