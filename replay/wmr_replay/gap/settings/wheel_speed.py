@@ -1,0 +1,115 @@
+"""Settings of the analysis of robots whose base model wheel speeds drive.
+
+Reasons as in :mod:`wmr_replay.gap.settings`; *encoder benchmark*: chosen on the made-up drives of
+``bench/encoders``, its develop half.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LayoutSettings:
+    """How logs are laid out as stretches, bins and blocks."""
+
+    shortest_step_s: float = 0.01
+    longest_step_s: float = 0.05
+    """Bounds of the grid's step on which wheel speeds act, s. Physics: a robot of some kilograms does not
+    change its speed within 10 ms; speeds that are held longer than 50 ms are interpolated."""
+
+    bin_s: float = 0.2
+    """Length of a bin over which poses are averaged, s. Physics: a robot of some kilograms hardly turns in it; half of it hides what a lidar pose of 10 Hz repeats."""
+
+    block_s: float = 8.0
+    """Longest block over which errors are correlated, s. Numerics: two windows of 4 s; the start of each
+    block is free."""
+
+    pose_gap_s: float = 1.0
+    wheel_gap_s: float = 0.5
+    """Longest time without a pose or a wheel speed within a stretch, s. Judgement: as a torque is held 1 s;
+    a wheel can change its speed in half a second."""
+
+    lead_s: float = 0.6
+    """Time before a stretch for which wheel speeds are kept, s. Physics: the longest pose delay."""
+
+    command_lead_s: float = 4.0
+    """The same for commands, s. Physics: a lag of 1 s has forgotten its start."""
+
+    smooth_s: float = 0.1
+    """Width of the mean over which speeds are taken before they are multiplied, s. Physics: encoder counts
+    of a single step are too coarse for |yaw_rate|."""
+
+    least_rows: int = 8
+    """Fewest poses of a stretch. Numerics: fewer fix no motion."""
+
+    least_bins: int = 5
+    """Fewest bins of a block. Numerics: fewer say nothing beside the free start."""
+
+    origin_m: float = 1e-9
+    """A pose nearer to (0, 0, 0) than this, in m and rad, after one that is not, begins a stretch. Physics:
+    a recording of windows starts each at its origin."""
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Noise and parameters."""
+
+    rounds: int = 4
+    """Rounds of noise and parameters in turn. Numerics: the third changes nothing."""
+
+    steps: int = 6
+    """Gauss–Newton steps in a round. Numerics: the form is nearly linear."""
+
+    converged_sd: float = 0.01
+    """A step that moves every parameter by less than this share of its sd ends a round. Numerics."""
+
+    clip: float = 3.5
+    """Whitened errors beyond count in proportion, not squared (Huber). Statistics: 0.05 % of normal errors."""
+
+    reject: float = 8.0
+    """Whitened errors beyond do not count. Physics: a wheel that spins, a pose that jumps."""
+
+    noise_evaluations: int = 160
+    """Most evaluations of the likelihood in a fit of the noise. Numerics."""
+
+    cluster_s: float = 4.0
+    """Errors nearer than this are taken to be correlated in the robust covariance, s. Statistics: twice the
+    time constant of the slowest disturbance that is met."""
+
+
+@dataclass(frozen=True)
+class GateSettingsWheelSpeed:
+    """What an effect must pass."""
+
+    level: float = 0.01
+    """Level of the significance test, corrected for everything that was scanned. Statistics."""
+
+    fitted_in_full: int = 4
+    """Best candidates by score that are fitted in full. Numerics: the true one is among the best three."""
+
+    most_effects: int = 8
+    """Most effects that are looked for. Physics: a skid-steered robot lacks five at once."""
+
+    unit_s: float = 6.0
+    """Least driving in a unit of the hold-out, s; every third unit is held out in turn. Judgement: as long
+    as a step of a calibration campaign."""
+
+    held_out_level: float = 0.05
+    """Level of the test that held-out blocks are likelier with the effect. Statistics."""
+
+    least_units: int = 6
+    """Fewest units for a verdict: two in each third. Statistics."""
+
+    least_driven_m: float = 2.0
+    """Least way that the wheels turn, m. Physics: less is nothing to calibrate."""
+
+    relevant_reduction: float = 0.0
+    """Least relative reduction of the held-out gap. Judgement: significance and hold-out decide."""
+
+
+@dataclass(frozen=True)
+class WheelSpeedSettings:
+    """All settings of the wheel-speed base."""
+
+    layout: LayoutSettings = LayoutSettings()
+    fit: FitSettings = FitSettings()
+    gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()
