@@ -16,6 +16,7 @@ from quality_logs import FAMILIES, clean_log
 
 from wmr_replay.pipeline import chain
 from wmr_replay.pipeline.memory import replay_columns
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
 from wmr_replay.quality.clock_offset import ClockOffset
 from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.signals import Log
@@ -41,7 +42,7 @@ def monitor_of(log: Log) -> ClockOffset:
     usual = chain.default_monitors
     chain.default_monitors = lambda: [monitor]  # type: ignore[assignment]
     try:
-        replay_columns(log)
+        replay_columns(log, Settings(identifier=NO_IDENTIFIER))
     finally:
         chain.default_monitors = usual
     return monitor

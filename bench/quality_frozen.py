@@ -15,9 +15,11 @@ from quality_logs import FAMILIES, clean_log, replayed
 
 from wmr_replay.align import Aligner, FrozenPose
 from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.signals import Log, PoseTrack
 from wmr_synth import SCENARIOS, Sensors
+from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.synthesis import synthesise
 
 Fault = Callable[[Log, np.random.Generator], Log]
@@ -124,16 +126,24 @@ def without_wheels(log: Log) -> Log:
     return replace(log, torque=replace(log.torque, left_radps=nothing, right_radps=nothing))
 
 
-def faults(names: Sequence[str], n_logs: int, first: int, *, wheels: bool) -> None:
+def faults(
+    names: Sequence[str],
+    n_logs: int,
+    first: int,
+    rates_hz: Sequence[float],
+    *,
+    noises: Sequence[str],
+    wheels: bool,
+) -> None:
     """Print a line for each way of freezing and noise."""
     print(f"{'fault':<20}{'noise':<8}{'wheels':<8}{'logs':>5}{'found':>7}{'marked':>8}{'moving':>8}")
     for name in names:
         fault = FAULTS[name]
-        for noise in ("mocap", "rtk", "poor"):
+        for noise in noises:
             found, shares, while_moving = 0, [], []
             for seed in range(first, first + n_logs):
                 rng = np.random.default_rng([seed, 7])
-                family, rate = str(rng.choice(list(FAMILIES))), float(rng.choice([20.0, 50.0, 100.0, 200.0]))
+                family, rate = str(rng.choice(list(FAMILIES))), float(rng.choice(rates_hz))
                 clean = clean_log(family, seed, noise=noise, rate_hz=rate, duration_s=20.0)
                 log = fault(clean if wheels else without_wheels(clean), rng)
                 mask, pose = marked(log)
@@ -141,7 +151,8 @@ def faults(names: Sequence[str], n_logs: int, first: int, *, wheels: bool) -> No
                 shares.append(mask[repeats].mean() if repeats.any() else 1.0)
                 fast = repeats & moving(clean, 0.2)
                 while_moving.append(mask[fast].mean() if fast.any() else 1.0)
-                found += any(f.code == "frozen_pose" for f in replayed(log).engine.findings)
+                findings = replayed(log, settings=Settings(identifier=NO_IDENTIFIER)).engine.findings
+                found += any(f.code == "frozen_pose" for f in findings)
             words = f"{name:<20}{noise:<8}{'yes' if wheels else 'no':<8}{n_logs:>5}{found:>7}"
             print(f"{words}{np.mean(shares):>8.3f}{np.mean(while_moving):>8.3f}", flush=True)
 
@@ -184,11 +195,15 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--fault", choices=FAULTS, nargs="*", help="only these, and nothing of live trackers")
+    parser.add_argument("--rate", type=float, nargs="*", default=[20.0, 50.0, 100.0, 200.0], help="in Hz")
+    parser.add_argument("--noise", choices=NOISE_LEVELS, nargs="*", default=list(NOISE_LEVELS))
+    parser.add_argument("--no-wheels", action="store_true", help="only logs without wheel speeds")
     options = parser.parse_args()
     if options.fault is None:
         legitimate(options.logs)
-    for wheels in (True, False):
-        faults(options.fault or list(FAULTS), options.logs, options.seed, wheels=wheels)
+    for wheels in (False,) if options.no_wheels else (True, False):
+        names = options.fault or list(FAULTS)
+        faults(names, options.logs, options.seed, options.rate, noises=options.noise, wheels=wheels)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from wmr_schemas import gap_file
-from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.effects import BEYOND, BaseModel, effects_of
 from wmr_schemas.findings import KINDS
 from wmr_schemas.gap_file import gap_schema
 from wmr_schemas.mapping_file import PoseFields, TorqueFields, TruthFields
@@ -89,11 +89,11 @@ def findings() -> str:
     return table(head, rows)
 
 
-def effects() -> str:
-    """The catalogue of effects."""
-    forms = EFFECTS.values()
+def effects(base: BaseModel) -> str:
+    """The effects of a base model."""
+    forms = effects_of(base).values()
     units = {form.name: ", ".join(f"`{key}` ({unit})" for key, unit in form.units.items()) for form in forms}
-    rows = ((code(form.name), form.channel, form.formula, units[form.name]) for form in forms)
+    rows = ((code(form.name), form.channel, form.formula_of(base), units[form.name]) for form in forms)
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
 
@@ -105,7 +105,7 @@ def hidden() -> str:
             words_of(name),
             ", ".join(f"{code(key)} {describe_range(within)}" for key, within in effect.ranges.items()),
         )
-        for name, effect in (EFFECTS | BEYOND).items()
+        for name, effect in (effects_of("torque") | BEYOND).items()
     )
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
@@ -156,7 +156,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "modes": modes,
     "statuses": statuses,
     "findings": findings,
-    "effects": effects,
+    "effects": lambda: effects("torque"),
+    "wheel_speed_effects": lambda: effects("wheel_speed"),
     "hidden": hidden,
     "gap": gap,
 }

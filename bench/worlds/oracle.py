@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import EFFECTS
+from wmr_schemas.effects import effects_of
 from worlds.case import World
 from worlds.oracle_filter import moved_m, steps_of, whitened
 from worlds.oracle_forms import STEP_S, Signals, Trace, losing, own_slipping, signals_of, trace
@@ -156,7 +156,8 @@ def nearest_interval(g: F64, pieces: F64) -> float:
 
 def exact_class(name: str) -> frozenset[str]:
     """Names that give the same poses as ``name`` alone, whatever is driven."""
-    classes = [exact.same_as for exact in EFFECTS[name].exact if not exact.beside]
+    found = effects_of("torque")[name].exact
+    classes = [exact.same_as for exact in found if not exact.beside and "torque" in exact.driven_by]
     return frozenset(other for same in classes for other in same) - {name}
 
 
@@ -188,5 +189,5 @@ def judged(world: World) -> Judgement:
         rivals["slip_interval"] = nearest_interval(g, columns[:, place : place + len(pieces)])
     if last:
         rivals[SLIPPING] = float(np.sum((g - columns[:, -1]) ** 2))
-    rivals |= dict.fromkeys(exact_class(name) & set(EFFECTS), 0.0)
+    rivals |= dict.fromkeys(exact_class(name) & set(effects_of("torque")), 0.0)
     return Judgement(float(g @ g), moved_m(steps, hidden, TOLERANCE_S), rivals)

@@ -13,7 +13,7 @@ unnamed   (nothing hidden) a disagreement without a name
 from collections.abc import Sequence
 from typing import Any
 
-from wmr_schemas.effects import EFFECTS
+from wmr_schemas.effects import effects_of
 from worlds.oracle import SLIPPING, Judgement, exact_class
 
 CLAIMS = ("named", "ambiguous")
@@ -28,7 +28,7 @@ def names_said(effects: Sequence[Row]) -> set[str]:
     for effect in effects:
         close = [name for name, worse in effect["alternatives"].items() if worse < CLOSE_BIC]
         said |= {effect["name"], *close, *effect["class"]}
-    return said & set(EFFECTS)
+    return said & set(effects_of("torque"))
 
 
 def says_slipping(row: Row) -> bool:

@@ -44,12 +44,13 @@ if TYPE_CHECKING:
     from wmr_schemas.model_file import Model
     from wmr_schemas.modes import ContactMode, ModeSet
     from wmr_schemas.robot import RobotParameters
-    from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+    from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
     from wmr_schemas.status import Status
 
 __all__ = [
     "URL",
     "Check",
+    "CommandTrack",
     "Comparison",
     "ContactMode",
     "Converted",
@@ -73,6 +74,7 @@ __all__ = [
     "Status",
     "Synthetic",
     "TorqueTrack",
+    "WheelSpeedTrack",
     "__version__",
     "batch",
     "check",
@@ -128,7 +130,7 @@ _HOMES = {
     "wmr_schemas.model_file": "Model",
     "wmr_schemas.modes": "ContactMode ModeSet",
     "wmr_schemas.robot": "RobotParameters",
-    "wmr_schemas.signals": "Log ModeTrack PoseTrack TorqueTrack",
+    "wmr_schemas.signals": "CommandTrack Log ModeTrack PoseTrack TorqueTrack WheelSpeedTrack",
     "wmr_schemas.status": "Status",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}

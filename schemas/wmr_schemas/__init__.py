@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from wmr_schemas.modes import ContactMode, ModeSet
     from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
-    from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+    from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
     from wmr_schemas.status import Status
 
 __version__ = "0.1.0"
 
 __all__ = [
     "PAPER_ROBOT",
+    "CommandTrack",
     "ContactMode",
     "Log",
     "ModeSet",
@@ -25,10 +26,12 @@ __all__ = [
     "RobotParameters",
     "Status",
     "TorqueTrack",
+    "WheelSpeedTrack",
     "__version__",
 ]
 
 _HOMES = {
+    "CommandTrack": "signals",
     "ContactMode": "modes",
     "Log": "signals",
     "ModeSet": "modes",
@@ -38,6 +41,7 @@ _HOMES = {
     "RobotParameters": "robot",
     "Status": "status",
     "TorqueTrack": "signals",
+    "WheelSpeedTrack": "signals",
 }
 
 

@@ -11,6 +11,8 @@ from wmr_schemas.status import Status
 POSE_COLUMNS = ("x_m", "y_m", "yaw_rad")
 TORQUE_COLUMNS = ("left_nm", "right_nm", "left_radps", "right_radps")
 MODE_COLUMNS = ("mode",)
+WHEEL_COLUMNS = ("left_radps", "right_radps")
+COMMAND_COLUMNS = ("left_radps", "right_radps")
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,13 +56,18 @@ class Bar(NamedTuple):
 class RawBatch:
     """One bounded piece of a log: rows of pose (x, y, yaw), torque (left, right, wheel speeds) and mode.
 
-    ``bars`` are what the reader found in the pose's messages that these columns do not show.
+    A log without torques has its wheel speeds in the rows of ``torque``, with efforts NaN. ``wheels`` are
+    those of a channel of their own beside one of torques without speeds. ``command`` holds commanded wheel
+    speeds. Both (left, right) are read where they are asked for. ``bars`` are what the reader found in the
+    pose's messages that these columns do not show.
     """
 
     pose: Rows
     torque: Rows
     mode: Rows
     bars: tuple[Bar, ...] = field(default=(), kw_only=True)
+    wheels: Rows = field(default_factory=lambda: Rows.empty(len(WHEEL_COLUMNS)), kw_only=True)
+    command: Rows = field(default_factory=lambda: Rows.empty(len(COMMAND_COLUMNS)), kw_only=True)
 
     def without_efforts(self) -> "RawBatch":
         """The batch with unknown efforts, as of a steered robot; wheel speeds stay."""

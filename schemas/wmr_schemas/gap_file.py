@@ -170,6 +170,13 @@ class Asked(Part, frozen=True):
     tolerance_m: Annotated[float, Meta(ge=0, description="an effect counts when it moves the path by more")]
     tolerance_s: Annotated[float, Meta(gt=0, description="over this time")]
     max_effects: Annotated[int, Meta(ge=1, description="most effects looked for")]
+    clock_offset_s: Annotated[
+        float, Meta(description="added to the stamps of torques and wheel speeds, s")
+    ] = 0.0
+    given: Annotated[
+        dict[str, str],
+        Meta(description="`mapping` and `model` as the text of their files, `start` and `end`, where named"),
+    ] = {}
 
 
 class Found(Part, frozen=True):

@@ -1,10 +1,9 @@
-"""``robot.toml``: topics and fields that hold pose, torques and truth; the robot's known parameters."""
+"""``robot.toml``: topics and fields that hold the signals of a log; the robot's known parameters."""
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, TypeVar
 
 import tomli_w
 
@@ -12,13 +11,14 @@ from wmr_schemas.errors import InvalidFile
 from wmr_schemas.robot import RobotParameters, described
 from wmr_schemas.text import toml_shown
 from wmr_schemas.tomlfile import check_keys, expect_number, expect_table, expect_text, read_toml
-
-Clock = Literal["header", "publish", "log"]
-CLOCKS: tuple[Clock, ...] = ("header", "publish", "log")
-ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180}
-"""Radians per unit."""
-SPEED_UNITS = {"rad/s": 1.0, "rpm": 2 * math.pi / 60, "deg/s": math.pi / 180, "rev/s": 2 * math.pi}
-"""Radians per second per unit."""
+from wmr_schemas.units import ANGLE_UNITS, CLOCKS, SPEED_UNITS, Clock
+from wmr_schemas.wheel_fields import (
+    COMMAND_UNITS,
+    WHEEL_UNITS,
+    CommandFields,
+    WheelSpeedFields,
+    what_is_wrong,
+)
 
 
 @dataclass(frozen=True)
@@ -159,6 +159,9 @@ class TruthFields:
     clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
 
 
+Joints = tuple[tuple[str, ...], tuple[str, ...]]
+
+
 @dataclass(frozen=True)
 class LogMapping:
     """What the user said about a log; None and () mean "find it yourself"."""
@@ -177,12 +180,23 @@ class LogMapping:
     """For all signals whose own section names none."""
     robot_from_log: bool = True
     """Whether parameters that ``robot`` does not name come from the log's own metadata."""
+    wheel_speed_topic: str | None = None
+    wheel_speed_joints: Joints = ((), ())
+    """Joints of the left and of the right side; none: those of the torques, else by their names."""
+    wheel_speeds: WheelSpeedFields = field(default_factory=WheelSpeedFields)
+    command_topic: str | None = None
+    command_joints: Joints = ((), ())
+    commands: CommandFields = field(default_factory=CommandFields)
 
+
+WheelFields = TypeVar("WheelFields", bound=CommandFields)
 
 _SECTIONS: dict[str, tuple[type, tuple[str, ...]]] = {
     "pose": (PoseFields, ("topic",)),
     "torque": (TorqueFields, ("topic", "left", "right")),
     "truth": (TruthFields, ("topic",)),
+    "wheel_speeds": (WheelSpeedFields, ("topic", "left", "right")),
+    "commands": (CommandFields, ("topic", "left", "right")),
 }
 
 
@@ -197,8 +211,8 @@ def read_mapping(path: Path) -> LogMapping:
     return LogMapping(
         pose_topic=text(path, "[pose] topic", sections["pose"].get("topic")),
         torque_topic=text(path, "[torque] topic", sections["torque"].get("topic")),
-        left_joints=names(path, "[torque] left", sections["torque"].get("left", [])),
-        right_joints=names(path, "[torque] right", sections["torque"].get("right", [])),
+        left_joints=joints(path, "torque", sections)[0],
+        right_joints=joints(path, "torque", sections)[1],
         truth_topic=text(path, "[truth] topic", sections["truth"].get("topic")),
         robot=None
         if robot is None
@@ -208,17 +222,47 @@ def read_mapping(path: Path) -> LogMapping:
         truth=TruthFields(**further(path, "truth", sections["truth"])),
         clock=clock(path, "clock", tables["clock"]) if "clock" in tables else None,
         robot_from_log=truth_value(path, "robot_from_log", tables.get("robot_from_log", True)),
+        wheel_speed_topic=text(path, "[wheel_speeds] topic", sections["wheel_speeds"].get("topic")),
+        wheel_speed_joints=joints(path, "wheel_speeds", sections),
+        wheel_speeds=checked(path, "wheel_speeds", WheelSpeedFields, sections),
+        command_topic=text(path, "[commands] topic", sections["commands"].get("topic")),
+        command_joints=joints(path, "commands", sections),
+        commands=checked(path, "commands", CommandFields, sections),
     )
+
+
+def joints(path: Path, section: str, sections: dict[str, dict[str, Any]]) -> Joints:
+    """The joints of the left and of the right side, as a section names them."""
+    left, right = (
+        names(path, f"[{section}] {side}", sections[section].get(side, [])) for side in ("left", "right")
+    )
+    return left, right
+
+
+def checked(
+    path: Path, section: str, record: type[WheelFields], sections: dict[str, dict[str, Any]]
+) -> WheelFields:
+    """A section's record, whose keys go together."""
+    found = record(**further(path, section, sections[section]))
+    if wrong := what_is_wrong(found):
+        raise InvalidFile(path, f"[{section}] {wrong[0]}", wrong[1])
+    return found
 
 
 def further(path: Path, section: str, table: dict[str, Any]) -> dict[str, Any]:
     """The keys of a section's record, checked."""
     kinds = {f.name: f.metadata["unit"] for f in fields(_SECTIONS[section][0])}
     return {
-        name: _READERS.get(name, _KINDS[kinds[name]])(path, f"[{section}] {name}", value)
+        name: reader(section, name, kinds[name])(path, f"[{section}] {name}", value)
         for name, value in table.items()
         if name in kinds
     }
+
+
+def reader(section: str, name: str, kind: str) -> Callable[[Path, str, object], Any]:
+    """What reads a key of a section's record."""
+    own = _UNITS.get(section) if name == "unit" else None
+    return own or _READERS.get(name, _KINDS[kind])
 
 
 def text(path: Path, key: str, value: object) -> str | None:
@@ -304,18 +348,31 @@ _READERS: dict[str, Callable[[Path, str, object], Any]] = {
     "position_scale": positive,
     "torque_scale": positive,
     "speed_scale": positive,
+    "scale": positive,
+    "ticks_per_rev": positive,
+    "wraps_at": positive,
     "yaw_unit": one_of(ANGLE_UNITS),
     "speed_unit": one_of(SPEED_UNITS),
 }
 
 
+_UNITS = {"wheel_speeds": one_of(WHEEL_UNITS), "commands": one_of(COMMAND_UNITS)}
+
+
 def mapping_toml(mapping: LogMapping) -> str:
     """The text of a file that reads back as ``mapping``; unset fields are left out."""
-    joints = {"left": mapping.left_joints, "right": mapping.right_joints}
+    sides = {
+        "torque": (mapping.left_joints, mapping.right_joints),
+        "wheel_speeds": mapping.wheel_speed_joints,
+        "commands": mapping.command_joints,
+    }
+    joints = {name: {"left": left, "right": right} for name, (left, right) in sides.items()}
     sections: dict[str, Any] = {
         "pose": _section(mapping.pose_topic, {}, mapping.pose),
-        "torque": _section(mapping.torque_topic, joints, mapping.torque),
+        "torque": _section(mapping.torque_topic, joints["torque"], mapping.torque),
         "truth": _section(mapping.truth_topic, {}, mapping.truth),
+        "wheel_speeds": _section(mapping.wheel_speed_topic, joints["wheel_speeds"], mapping.wheel_speeds),
+        "commands": _section(mapping.command_topic, joints["commands"], mapping.commands),
         "robot": mapping.robot.known() if mapping.robot else {},
     }
     head: dict[str, Any] = {"clock": mapping.clock} if mapping.clock else {}

@@ -56,6 +56,9 @@ class Provenance:
     )
     version: str = field(default="", metadata=described("–", "version of wmr-replay that wrote the file"))
     command: str = field(default="", metadata=described("–", "the command line that wrote it"))
+    settings: str = field(
+        default="", metadata=described("–", "of a fit: JSON, enough to repeat it with `--config`")
+    )
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ def check_columns(signal: str, n: int, columns: dict[str, F64], *, allow_nan: bo
             raise InvalidSignal(signal, f"{name} is {column[row]}", row)
 
 
-def described(track: "PoseTrack | TorqueTrack | ModeTrack") -> str:
+def described(track: "PoseTrack | TorqueTrack | WheelSpeedTrack | CommandTrack | ModeTrack") -> str:
     """``<PoseTrack: 6000 rows, 60 s>``."""
     span_s = (int(track.t_ns[-1]) - int(track.t_ns[0])) / NS_PER_S if len(track) else 0.0
     return f"<{type(track).__name__}: {len(track)} rows, {span_s:g} s>"
@@ -91,6 +91,52 @@ class TorqueTrack:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
+class WheelSpeedTrack:
+    """Measured wheel speeds in rad/s, at their stamp; positive drives forward, NaN where unknown."""
+
+    t_ns: I64
+    left_radps: F64
+    right_radps: F64
+
+    def __post_init__(self) -> None:
+        check_wheels("wheel speed", self)
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    def __repr__(self) -> str:
+        return described(self)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CommandTrack:
+    """Commanded wheel speeds in rad/s, held from their stamp on; NaN where unknown.
+
+    A twist command is turned into wheel speeds with the robot's nominal r and l.
+    """
+
+    t_ns: I64
+    left_radps: F64
+    right_radps: F64
+
+    def __post_init__(self) -> None:
+        check_wheels("command", self)
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    def __repr__(self) -> str:
+        return described(self)
+
+
+def check_wheels(signal: str, track: WheelSpeedTrack | CommandTrack) -> None:
+    """Stamps and columns of a track of wheel speeds. Raises InvalidSignal."""
+    check_stamps(signal, track.t_ns)
+    columns = {"left_radps": track.left_radps, "right_radps": track.right_radps}
+    check_columns(signal, len(track.t_ns), columns, allow_nan=True)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ModeTrack:
     """Contact mode, held from its stamp on."""
 
@@ -114,9 +160,17 @@ class ModeTrack:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """Contents of a canonical log: a pose, and torques, truth and nominal parameters where there are any."""
+    """Contents of a log: a pose, and the other signals and nominal parameters where there are any.
+
+    ``wheels`` are the measured wheel speeds, whichever channel holds them; ``commands`` the commanded ones.
+    ``breaks_ns`` are the stamps at which a stretch begins that does not follow on the one before it; see
+    :func:`wmr_schemas.breaks.stretches`.
+    """
 
     pose: PoseTrack
     torque: TorqueTrack | None = None
     mode: ModeTrack | None = None
     robot: RobotParameters = RobotParameters()
+    wheels: WheelSpeedTrack | None = None
+    commands: CommandTrack | None = None
+    breaks_ns: tuple[int, ...] = ()

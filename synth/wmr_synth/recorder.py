@@ -1,7 +1,7 @@
 """Writes the canonical log as MCAP, and the simulator's side files next to it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
 
@@ -10,13 +10,27 @@ from mcap.writer import CompressionType, Writer
 
 from wmr_schemas import __version__
 from wmr_schemas.arrays import I64
+from wmr_schemas.breaks import BREAKS_NAME, to_metadata
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_files
-from wmr_schemas.messages import METADATA_NAME, MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC, jsonmsg, proto, ros2
+from wmr_schemas.messages import (
+    COMMAND_TOPIC,
+    METADATA_NAME,
+    MODE_TOPIC,
+    POSE_TOPIC,
+    TORQUE_TOPIC,
+    TWIST_TOPIC,
+    WHEEL_TOPIC,
+    jsonmsg,
+    proto,
+    ros2,
+)
 from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles
-from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
 from wmr_synth.synthesis import SimulatedLog
 from wmr_synth.truth import side_files, write_truth
+from wmr_synth.wheel_speed.plan import CommandsAs
 
 Encoding: TypeAlias = Literal["ros2", "protobuf", "json"]
 CODECS: dict[str, Codec] = {codec.name: codec for codec in (ros2.CODEC, proto.CODEC, jsonmsg.CODEC)}
@@ -82,11 +96,60 @@ def pose_channel(codec: Codec, track: PoseTrack) -> Channel:
     return Channel(POSE_TOPIC, codec.pose, track.t_ns, messages, qos(10))
 
 
-def channels_of(log: Log, codec: Codec, angles: WheelAngles | None) -> list[Channel]:
-    """The log's channels in the order in which messages of one stamp are written: mode, torque, pose."""
+def wheel_channel(codec: Codec, track: WheelSpeedTrack, angles: WheelAngles | None) -> Channel:
+    """Wheel speeds and angles, of a log without torques."""
+
+    def messages(rows: slice) -> list[bytes]:
+        position = [] if angles is None else [angle[rows] for angle in angles]
+        return codec.encode_joints(
+            track.t_ns[rows], (position, [track.left_radps[rows], track.right_radps[rows]], [])
+        )
+
+    return Channel(WHEEL_TOPIC, codec.torque, track.t_ns, messages, qos(10))
+
+
+def command_channel(codec: Codec, track: CommandTrack) -> Channel:
+    """Commanded wheel speeds."""
+
+    def messages(rows: slice) -> list[bytes]:
+        return codec.encode_joints(
+            track.t_ns[rows], ([], [track.left_radps[rows], track.right_radps[rows]], [])
+        )
+
+    return Channel(COMMAND_TOPIC, codec.torque, track.t_ns, messages, qos(10))
+
+
+def twist_channel(codec: Codec, track: CommandTrack, robot: RobotParameters) -> Channel:
+    """The commands as a twist, by the robot's nominal lengths."""
+    radius_m, half_track_m = robot.wheel_radius_m, robot.half_track_m
+    if radius_m is None or half_track_m is None:
+        raise InvalidSetting("commands as a twist need the robot's wheel_radius_m and half_track_m")
+    v_mps = radius_m * (track.right_radps + track.left_radps) / 2
+    yaw_rate = radius_m * (track.right_radps - track.left_radps) / (2 * half_track_m)
+
+    def messages(rows: slice) -> list[bytes]:
+        return codec.encode_twist(track.t_ns[rows], v_mps[rows], yaw_rate[rows])
+
+    return Channel(TWIST_TOPIC, codec.twist, track.t_ns, messages, qos(10))
+
+
+def channels_of(
+    log: Log, codec: Codec, angles: WheelAngles | None, commands_as: CommandsAs = "wheels"
+) -> list[Channel]:
+    """The log's channels in the order in which messages of one stamp are written: mode, commands, torque or
+    wheel speeds, pose.
+    """
     channels = [] if log.mode is None else [mode_channel(codec, log.mode)]
+    if log.commands is not None and commands_as != "none":
+        twist = commands_as == "twist"
+        made = (
+            twist_channel(codec, log.commands, log.robot) if twist else command_channel(codec, log.commands)
+        )
+        channels.append(made)
     if log.torque is not None:
         channels.append(torque_channel(codec, log.torque, angles))
+    elif log.wheels is not None:
+        channels.append(wheel_channel(codec, log.wheels, angles))
     return [*channels, pose_channel(codec, log.pose)]
 
 
@@ -122,21 +185,25 @@ def write_mcap(
     *,
     encoding: str = "ros2",
     angles: WheelAngles | None = None,
+    commands_as: CommandsAs = "wheels",
     chunk_bytes: int = DEFAULT_CHUNK_BYTES,
     progress: Progress | None = None,
 ) -> None:
     """Write a log as MCAP at ``path`` at once: log time and publish time are the header's stamp.
 
-    ``angles`` are the wheel angles (left, right) at the torque rows; without them the positions stay empty.
+    ``angles`` are the wheel angles (left, right) at the rows of torques or wheel speeds; without them the
+    positions stay empty. ``commands_as`` says how commands are written.
     ``chunk_bytes`` is the size at which a chunk is closed.
     """
     codec = find_codec(encoding)
-    channels = channels_of(log, codec, angles)
+    channels = channels_of(log, codec, angles, commands_as)
     total = sum(len(channel.t_ns) for channel in channels)
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.ZSTD)
         writer.start(codec.profile, f"wmr-replay/{__version__}")
         writer.add_metadata(METADATA_NAME, log.robot.to_metadata())
+        if log.breaks_ns:
+            writer.add_metadata(BREAKS_NAME, to_metadata(log.breaks_ns))
         ids = [register(writer, codec, channel) for channel in channels]
         written = 0
         for block in in_order(channels):
@@ -180,7 +247,7 @@ def record(
     """
     log = simulated.log
     if not (truth and mode_topic):
-        log = Log(log.pose, log.torque, None, log.robot)
+        log = replace(log, mode=None)
     facts_path, states_path = side_files(path)
     paths = (path, facts_path, states_path) if truth else (path,)
     with whole_files(dict(enumerate(paths))) as temporary:
@@ -189,6 +256,7 @@ def record(
             temporary[0],
             encoding=encoding,
             angles=simulated.wheel_angles_rad,
+            commands_as=simulated.commands_as,
             chunk_bytes=chunk_bytes,
             progress=progress,
         )

@@ -14,6 +14,12 @@ from wmr_synth.driving.drivers import ClosedLoop, Waypoints, constant_effort
 from wmr_synth.driving.plan import Plan, phases
 from wmr_synth.plants.limited_traction import FrictionTrack
 from wmr_synth.sensors import Sensors
+from wmr_synth.wheel_speed import driving
+from wmr_synth.wheel_speed.chassis import DIFFERENTIAL, SKID_STEER
+from wmr_synth.wheel_speed.drive import Tracking
+from wmr_synth.wheel_speed.encoders import EncoderSensors
+from wmr_synth.wheel_speed.ground import HALL
+from wmr_synth.wheel_speed.plan import RollingPlan
 
 IDEAL, SKIDDING, SLIPPING = ContactMode.IDEAL, ContactMode.SKIDDING, ContactMode.SLIPPING
 
@@ -24,7 +30,8 @@ PAPER_SENSORS = Sensors(rate_hz=1000.0, noise_xy_sd_m=0.1**0.5, noise_yaw_sd_rad
 
 @dataclass(frozen=True)
 class Scenario:
-    """A named plan; ``plan`` takes the duration in s and the scenario's random stream.
+    """A named plan; ``plan`` takes the duration in s and the scenario's random stream, or is that of a robot
+    that wheel speeds drive.
 
     ``disturbed`` ones have a coloured disturbance unless another is asked for.
     """
@@ -32,7 +39,7 @@ class Scenario:
     name: str
     description: str
     duration_s: float
-    plan: Callable[[float, np.random.Generator], Plan]
+    plan: Callable[[float, np.random.Generator], Plan] | RollingPlan
     sensors: Sensors = MOTION_CAPTURE
     robot: RobotParameters = PAPER_ROBOT
     disturbed: bool = False
@@ -219,6 +226,32 @@ _SCENARIOS = (
         patrol.cruise_plan,
         robot=patrol.SMALL_ROBOT,
         disturbed=True,
+    ),
+    Scenario(
+        "encoders",
+        "a differential drive by wheel speeds, no torque: lively, slips and skids by friction",
+        90.0,
+        RollingPlan(DIFFERENTIAL, driving.lively(1.6, 1.2)),
+        EncoderSensors(),
+        DIFFERENTIAL.nominal,
+    ),
+    Scenario(
+        "skid-steer",
+        "four wheels by wheel speeds, no torque: lively; its true track is far from the stated one",
+        90.0,
+        RollingPlan(SKID_STEER, driving.lively(1.3, 1.4)),
+        EncoderSensors(),
+        SKID_STEER.nominal,
+    ),
+    Scenario(
+        "warehouse",
+        "an hour of a differential drive by wheel speeds: aisles, stops, turns, loading; hardly any slip",
+        3600.0,
+        RollingPlan(DIFFERENTIAL, driving.warehouse, HALL, Tracking(0.5, 1.0, 1.0)),
+        EncoderSensors(
+            rate_hz=20.0, wheel_rate_hz=50.0, command_rate_hz=20.0, noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005
+        ),
+        DIFFERENTIAL.nominal,
     ),
 )
 

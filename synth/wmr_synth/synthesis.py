@@ -2,11 +2,12 @@
 
 import difflib
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.effects import BaseModel
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.messages.codec import WheelAngles
 from wmr_schemas.model_file import Effect
@@ -23,6 +24,9 @@ from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled_loop import simulate
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
+from wmr_synth.wheel_speed.encoders import EncoderSensors, measure_wheels, rates_hz
+from wmr_synth.wheel_speed.log import drive
+from wmr_synth.wheel_speed.plan import CommandsAs, RollingPlan
 
 MIN_DURATION_S = 0.001
 MAX_MESSAGES = 50_000_000
@@ -35,14 +39,15 @@ class SimulatedLog:
     """A log and its truth.
 
     ``truth`` is the noise-free motion at the logged pose stamps; ``wheel_angles_rad`` (left, right) belong to
-    the torque rows; ``facts`` is what ``<stem>.truth.json`` says: scenario, seed, options, parameters,
-    switches.
+    the rows of torques, or of wheel speeds; ``facts`` is what ``<stem>.truth.json`` says: scenario, seed,
+    options, parameters, switches. ``commands_as`` is how a file holds the commands.
     """
 
     log: Log
     truth: Motion
     wheel_angles_rad: WheelAngles
     facts: dict[str, object]
+    commands_as: CommandsAs = "wheels"
 
 
 def find_scenario(name: str) -> Scenario:
@@ -54,7 +59,7 @@ def find_scenario(name: str) -> Scenario:
     raise InvalidSetting(f"no scenario {name!r}; {hint}known are {', '.join(SCENARIOS)}")
 
 
-def synthesise(
+def synthesise(  # noqa: PLR0913 – one call says what a log is
     scenario: str | Scenario,
     *,
     seed: int = 0,
@@ -63,13 +68,17 @@ def synthesise(
     robot: RobotParameters | None = None,
     world: World | None = None,
     wrong_modes: float = 0.0,
+    nominal_error: float | None = None,
+    commands_as: CommandsAs | None = None,
 ) -> SimulatedLog:
     """Simulate a scenario and measure it, by itself with the scenario's own duration, sensors and robot.
 
     ``world`` holds what the robot's parameters do not say (effects, disturbance); without one a disturbed
     scenario has its disturbance. ``wrong_modes`` is the share of pose samples at which the mode channel errs.
-    The same arguments give the same log, bit for bit. Raises InvalidSetting for an unknown scenario, a
-    duration below 1 ms or beyond memory, a negative seed, or a robot that lacks what the modes need.
+    ``nominal_error`` and ``commands_as`` change the plan of a robot that wheel speeds drive, whose nominal
+    lengths are those of ``robot``. The same arguments give the same log, bit for bit. Raises InvalidSetting
+    for an unknown scenario, a duration below 1 ms or beyond memory, a negative seed, or a robot that lacks
+    what the modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors
@@ -77,6 +86,12 @@ def synthesise(
     world = default_world(chosen) if world is None else world
     duration_s = chosen.duration_s if duration_s is None else duration_s
     check_size(seed, duration_s, sensors)
+    if isinstance(chosen.plan, RollingPlan):
+        rolling = changed_plan(chosen.plan, nominal_error, commands_as)
+        return rolling_log(chosen.name, rolling, robot, world, sensors, duration_s, seed, wrong_modes)
+    if nominal_error is not None or commands_as is not None:
+        raise InvalidSetting(f"{chosen.name} is driven by torques: it has no commands and no nominal error")
+    world.check_base("torque")
     plan = chosen.plan(duration_s, stream(seed, "scenario"))
     pose_ns = sampling_instants(duration_s, sensors.rate_hz, sensors.jitter_s, stream(seed, "pose_jitter"))
     torque_ns = sampling_instants(
@@ -93,6 +108,42 @@ def synthesise(
     facts |= describe_world(world) | ({"wrong_modes": wrong_modes} if wrong_modes else {})
     labels = mislabelled(modes, START_NS + pose_ns, wrong_modes, stream(seed, "labels"))
     return measure(motion, (torque_ns, pose_ns), sensors, seed, labels, robot, facts, world.effects)
+
+
+def changed_plan(plan: RollingPlan, nominal_error: float | None, commands: CommandsAs | None) -> RollingPlan:
+    """The plan with another nominal error and another way to hold the commands, where given."""
+    if nominal_error is not None and not 0 <= nominal_error < 0.5:
+        raise InvalidSetting(f"the nominal error is a share from 0 to 0.5, not {nominal_error}")
+    error = plan.nominal_error if nominal_error is None else nominal_error
+    return replace(plan, nominal_error=error, commands=commands or plan.commands)
+
+
+def rolling_log(
+    name: str,
+    plan: RollingPlan,
+    robot: RobotParameters,
+    world: World,
+    sensors: Sensors,
+    duration_s: float,
+    seed: int,
+    wrong_modes: float,
+) -> SimulatedLog:
+    """The log of a robot that wheel speeds drive; ``robot`` holds its nominal lengths."""
+    world.check_base("wheel_speed")
+    if not isinstance(sensors, EncoderSensors):
+        raise InvalidSetting(f"{name} needs EncoderSensors: it records wheel speeds")
+    driven = drive(plan, robot, world, sensors, duration_s, seed)
+    switches, robot = switches_of(driven.motion), driven.robot.nominal
+    modes = ModeTrack(START_NS + switches.t_ns, switches.mode)
+    facts = describe(name, seed, duration_s, sensors, robot, modes) | driven.facts()
+    facts |= describe_world(driven.world, "wheel_speed") | {"commands": plan.commands}
+    facts |= {"wrong_modes": wrong_modes} if wrong_modes else {}
+    labels = mislabelled(modes, START_NS + driven.pose_ns, wrong_modes, stream(seed, "labels"))
+    pose, kept = measure_pose(driven.seen(), sensors, seed, START_NS)
+    wheels, angles = measure_wheels(driven.motion.at(driven.wheel_ns), sensors, seed, START_NS)
+    sent = None if plan.commands == "none" else driven.commands_from(START_NS)
+    log = Log(pose, None, labels, robot, wheels, sent)
+    return SimulatedLog(log, driven.motion.at(driven.pose_ns).take(kept), angles, facts, plan.commands)
 
 
 def default_world(scenario: Scenario) -> World:
@@ -136,9 +187,9 @@ def describe_ground(plan: Plan) -> dict[str, object]:
     return {"friction": [{"t_s": t_s, "coefficient": mu} for t_s, mu in rows], "tyre": asdict(TYRE)}
 
 
-def describe_world(world: World) -> dict[str, object]:
+def describe_world(world: World, base: BaseModel = "torque") -> dict[str, object]:
     """Effects and disturbance; the latter only where there is one."""
-    facts: dict[str, object] = {"effects": describe_effects(world)}
+    facts: dict[str, object] = {"effects": describe_effects(world, base)}
     return facts | ({"disturbance": asdict(world.disturbance)} if world.disturbance.acts else {})
 
 
@@ -148,7 +199,7 @@ def check_size(seed: int, duration_s: float, sensors: Sensors) -> None:
         raise InvalidSetting(f"the seed must not be negative, not {seed}")
     if not (math.isfinite(duration_s) and duration_s >= MIN_DURATION_S):
         raise InvalidSetting(f"the duration must be at least {MIN_DURATION_S} s, not {duration_s}")
-    n_messages = duration_s * (sensors.rate_hz + sensors.torque_rate_hz)
+    n_messages = duration_s * sum(rates_hz(sensors))
     if n_messages > MAX_MESSAGES:
         raise InvalidSetting(
             f"{n_messages:.0f} messages are more than the {MAX_MESSAGES:.0f} that one log may have; "

@@ -19,7 +19,8 @@ def side_files(log: Path) -> tuple[Path, Path]:
 
 def truth_frame(simulated: SimulatedLog) -> pl.DataFrame:
     """The true state series, one row per logged pose."""
-    return pl.DataFrame(truth_columns(simulated.truth), schema=TRUTH_SCHEMA)
+    frame = pl.DataFrame(truth_columns(simulated.truth), schema=TRUTH_SCHEMA)
+    return frame.with_columns(pl.col("effort_left_nm", "effort_right_nm").fill_nan(None))
 
 
 def write_truth(simulated: SimulatedLog, facts_path: Path, states_path: Path) -> None:

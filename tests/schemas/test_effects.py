@@ -6,7 +6,19 @@ from dataclasses import replace
 
 import pytest
 
-from wmr_schemas.effects import BEYOND, BUILT_IN, EFFECTS, EffectDeclaration, Parameter, Range, catalogue, own
+from wmr_schemas.effects import (
+    BEYOND,
+    BUILT_IN,
+    EFFECTS,
+    BaseModel,
+    EffectDeclaration,
+    Parameter,
+    Range,
+    built_in,
+    catalogue,
+    effects_of,
+    own,
+)
 from wmr_schemas.effects.declaration import Domain
 from wmr_schemas.effects.own import OwnEffect, check_own, loaded, own_effects
 from wmr_schemas.errors import InvalidEffect
@@ -40,7 +52,36 @@ DOCUMENTED = {
     "undeclared_skid": ("stiffness_ratio",),
     "yaw_drift": ("rate_radps",),
 }
+WHEEL_SPEED = {
+    "wheel_scale": ("ratio",),
+    "wheel_scale_difference": ("ratio",),
+    "effective_track": ("ratio",),
+    "icr_offset": ("offset_m",),
+    "lateral_slip": ("seconds",),
+    "turning_slip": ("s_per_m",),
+    "slip_ratio": ("seconds",),
+    "pose_delay": ("delay_s",),
+    "slope_slip": ("x_mps", "y_mps"),
+    "low_grip_patch": ("x_m", "y_m", "radius_m", "loss"),
+    "turn_gain": ("ratio",),
+    "speed_deadzone": ("threshold_mps",),
+    "speed_saturation": ("limit_mps",),
+    "acceleration_limit": ("limit_mps2",),
+}
+"""Effects of the wheel-speed base alone."""
+ON_BOTH = {"drive_gain", "actuator_lag", "input_delay", "heading_misalignment", "pose_lever_arm"} | {
+    "yaw_drift",
+    "slip_interval",
+}
+COMMANDED = {"drive_gain", "actuator_lag", "input_delay", "turn_gain", "acceleration_limit"} | {
+    "speed_deadzone",
+    "speed_saturation",
+}
+"""Effects that the wheel-speed base has only where commands drive it."""
 UNIT_BY_SUFFIX = {
+    "s_per_m": "s/m",
+    "seconds": "s",
+    "_mps": "m/s",
     "_mps2": "m/s²",
     "_per_s": "1/s",
     "_per_m": "1/m",
@@ -55,12 +96,36 @@ UNIT_BY_SUFFIX = {
 QUANTITIES = {"wheel_radius", "wheel_inertia", "torque_constant", "half_track", "back_emf", "epsilon"} | {
     "lateral_mass",
     "pose_clock_offset",
+    "constant_slip_ratio",
+    "slip_in_turning",
 }
 """Quantities that an effect is confounded with and that no effect of the catalogue describes."""
 
 
 def test_the_catalogue_is_the_documented_one() -> None:
-    assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED
+    assert {name: tuple(form.parameters) for name, form in EFFECTS.items()} == DOCUMENTED | WHEEL_SPEED
+
+
+def test_each_base_model_has_its_effects() -> None:
+    assert list(effects_of("torque")) == list(DOCUMENTED)
+    assert set(effects_of("wheel_speed")) == set(WHEEL_SPEED) | ON_BOTH
+    assert {effect.name for effect in built_in("torque")} == set(DOCUMENTED)
+    assert {effect.name for effect in BUILT_IN if effect.needs_commands} == COMMANDED
+
+
+def test_what_is_exact_on_a_base_model_names_effects_of_that_base() -> None:
+    bases: dict[str, BaseModel] = {"torque": "torque", "wheel_speed": "wheel_speed", "command": "wheel_speed"}
+    for driven_by, base in bases.items():
+        for effect in built_in(base):
+            same = {n for exact in effect.exact if driven_by in exact.driven_by for n in exact.same_as}
+            assert same - QUANTITIES <= set(effects_of(base)), (effect.name, driven_by)
+
+
+def test_a_formula_may_differ_from_base_to_base() -> None:
+    gain = EFFECTS["drive_gain"]
+    assert "alpha" in gain.formula_of("torque")
+    assert gain.formula_of("wheel_speed") == "commanded wheel speeds·(1 + ratio)"
+    assert EFFECTS["yaw_drift"].formula_of("wheel_speed") == EFFECTS["yaw_drift"].formula
 
 
 def test_an_entry_is_filed_under_its_own_name_and_has_a_formula() -> None:
@@ -76,8 +141,8 @@ def test_each_parameters_unit_is_the_one_in_its_name() -> None:
 
 def test_numbers_are_given_once_and_their_order_is_that_of_the_table() -> None:
     numbers = [effect.number for effect in (EFFECTS | BEYOND).values()]
-    assert numbers == list(range(len(numbers)))
-    assert list(EFFECTS) == list(DOCUMENTED)
+    assert sorted(numbers) == list(range(len(numbers)))
+    assert list(EFFECTS) == [*DOCUMENTED, *WHEEL_SPEED]
 
 
 def test_what_is_confounded_or_separable_is_an_effect_or_a_known_quantity() -> None:
@@ -134,17 +199,10 @@ def test_a_declaration_whose_parts_do_not_fit_is_refused() -> None:
 
 
 def test_a_declaration_carries_effects_of_the_wheel_speed_base() -> None:
-    """``turning_slip`` of robots that record wheel speeds and no torque, which the catalogue will hold."""
-    declared = EffectDeclaration(
-        "turning_slip",
-        "longitudinal",
-        "v_long·(1 − k·|yaw_rate|·l)",
-        {"s_per_m": Parameter("s/m", 1e-3, 0.0)},
-        acts_on="robot",
-        models=("wheel_speed",),
-    )
-    assert declared.models == ("wheel_speed",)
-    assert all(effect.models == ("torque",) for effect in BUILT_IN)
+    """``turning_slip`` of robots that record wheel speeds and no torque."""
+    assert EFFECTS["turning_slip"].models == ("wheel_speed",)
+    assert EFFECTS["payload"].models == ("torque",)
+    assert EFFECTS["slip_interval"].models == ("torque", "wheel_speed")
 
 
 class Tether(OwnEffect):

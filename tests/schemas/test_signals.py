@@ -6,7 +6,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from wmr_schemas import ContactMode, Log, ModeTrack, PoseTrack, RobotParameters, TorqueTrack
+from wmr_schemas import (
+    CommandTrack,
+    ContactMode,
+    Log,
+    ModeTrack,
+    PoseTrack,
+    RobotParameters,
+    TorqueTrack,
+    WheelSpeedTrack,
+)
+from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import first_true
 
@@ -89,6 +99,20 @@ def test_an_unknown_wheel_speed_may_be_nan_but_not_infinite() -> None:
         torque(right_nm=with_value(np.inf, 2))
 
 
+@pytest.mark.parametrize(("track", "name"), [(WheelSpeedTrack, "wheel speed"), (CommandTrack, "command")])
+def test_tracks_of_wheel_speeds_are_checked_and_may_be_unknown(track: Any, name: str) -> None:
+    good = track(T_NS, with_value(np.nan, 0), ROW)
+    assert (len(good), repr(good)) == (3, f"<{track.__name__}: 3 rows, 2e-08 s>")
+    with pytest.raises(InvalidSignal, match=rf"^{name}: right_radps is inf at row 1$"):
+        track(T_NS, ROW, with_value(np.inf, 1))
+    with pytest.raises(InvalidSignal, match=rf"^{name}: t_ns not increasing at row 1$"):
+        track(T_NS[::-1].copy(), ROW, ROW)
+
+
+def test_a_batch_has_no_commands_unless_given() -> None:
+    assert RawBatch(Rows.empty(3), Rows.empty(4), Rows.empty(1)).command.values.shape == (2, 0)
+
+
 @pytest.mark.parametrize("value", [-1, 4])
 def test_a_true_mode_is_one_of_four(value: int) -> None:
     with pytest.raises(InvalidSignal, match=rf"^mode: {value} is no contact mode \(0 to 3\) at row 1$"):
@@ -108,6 +132,7 @@ def test_every_contact_mode_is_a_valid_truth() -> None:
 def test_a_log_needs_a_pose_alone_and_knows_no_robot_by_default() -> None:
     log = Log(pose())
     assert (log.torque, log.mode, log.robot) == (None, None, RobotParameters())
+    assert (log.wheels, log.commands) == (None, None)
     assert log.robot.known() == {}
 
 

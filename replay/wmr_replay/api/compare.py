@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -11,18 +12,22 @@ import polars as pl
 from wmr_replay.api.places import LocalPlace, home_of, local_path
 from wmr_replay.api.request import SettingsArguments, settings_of, untuned
 from wmr_replay.api.result import Result
+from wmr_replay.ingest import sha256_of
+from wmr_replay.jobs.pair_owner import ENDINGS, PairClaim
+from wmr_replay.jobs.pair_owner import Compared as OneOfPair
 from wmr_replay.jobs.replay import Progress
 from wmr_replay.regress.logs import find_logs
 from wmr_replay.regress.replayed import Asked, replay
 from wmr_replay.regress.results import Results, read_results, stems
 from wmr_replay.regress.sides import Comparison as Differences
 from wmr_replay.regress.sides import compare_sides, matched
+from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.compare import Compared as TwoResults
 from wmr_replay.report.compare import compare_page
-from wmr_replay.timeline import Side as TimelineSide
-from wmr_replay.timeline import comparison_text, write_comparison
+from wmr_replay.timeline.comparison import Side as TimelineSide
+from wmr_replay.timeline.comparison import comparison_text, write_comparison
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.files import made_folder, whole_file
+from wmr_schemas.files import check_writable, made_folder, whole_file, whole_files
 from wmr_schemas.text import figure, json_text, shown
 
 Compared: TypeAlias = LocalPlace | Result
@@ -33,12 +38,21 @@ Watch = Callable[[str], AbstractContextManager[Progress | None]]
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """Where one side's tables come from: ``results()`` reads, replays or hands them out."""
+    """Where one side's tables come from: ``results()`` reads, replays or hands them out.
+
+    ``sha256()`` is the hash of its log, where it is known.
+    """
 
     stem: str
     path: str
     name: str
     results: Callable[[], Results]
+    sha256: Callable[[], str | None]
+
+    @property
+    def compared(self) -> OneOfPair:
+        """The same as the owner of files."""
+        return OneOfPair(self.name, self.sha256)
 
 
 class Comparison:
@@ -48,10 +62,12 @@ class Comparison:
         stem: Name of a's log without its ending; files are named after it.
         a: What a is, in words.
         b: What b is, in words.
+        files: The files that were written, by kind; empty before ``save``.
     """
 
     def __init__(self, stem: str, a: str, b: str, sides: tuple[Results, Results]) -> None:
         self.stem, self.a, self.b = stem, a, b
+        self.files: dict[str, Path] = {}
         self._sides, self._differences = sides, compare_sides(*sides)
 
     @property
@@ -70,13 +86,18 @@ class Comparison:
         return self._differences.columns
 
     @property
+    def log_sha256(self) -> dict[str, str | None]:
+        """Hashes of the two logs, by ``a`` and ``b``."""
+        return {side: sha256_in(results) for side, results in zip("ab", self._sides, strict=True)}
+
+    @property
     def other_mode_share(self) -> float | None:
         """Share of the common rows with another mode; None without any."""
         return self._differences.other_mode_share
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {"a": self.a, "b": self.b, **self._differences.as_dict()}
+        return {"a": self.a, "b": self.b, "log_sha256": self.log_sha256, **self._differences.as_dict()}
 
     def told(self) -> list[str]:
         """How many rows were compared and how, and a warning where the two are no single drive."""
@@ -135,24 +156,33 @@ class Comparison:
             part.write_text(text, encoding="utf-8")
         return target
 
-    def save(self, directory: LocalPlace, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
+    def save(
+        self, directory: LocalPlace, *, timeline: bool = True, report: bool = False, force: bool = False
+    ) -> dict[str, Path]:
         """Write ``<stem>.compare.json``, ``.compare.rrd`` and, if asked for, ``.compare.html``; the files by
         kind.
+
+        They appear together or not at all; what is not asked for is removed. The comparison of another pair
+        is replaced with ``force`` alone. Raises InvalidSetting without.
         """
-        folder = local_path(directory)
-        with made_folder(folder):
-            files = {"json": folder / f"{self.stem}.compare.json"}
-            with whole_file(files["json"]) as part:
-                part.write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
-            drawn = folder / f"{self.stem}.compare.rrd"
-            recording = self.timeline(drawn) if timeline else None
-            if recording is None:
-                drawn.unlink(missing_ok=True)
-            page = folder / f"{self.stem}.compare.html"
-            page.unlink(missing_ok=True)
+        if report:
+            check_extra()
+        hashes = self.log_sha256
+        a, b = (OneOfPair(n, partial(hashes.get, s)) for n, s in zip((self.a, self.b), "ab", strict=True))
+        claim = PairClaim(local_path(directory), self.stem, a, b)
+        claim.check(force=force)
+        drawn = timeline and self._differences.n_a and self._differences.n_b
+        asked = ("json", *(["timeline"] if drawn else []), *(["report"] if report else []))
+        self.files = {kind: claim.file(kind) for kind in asked}
+        with made_folder(claim.directory), whole_files(self.files) as parts:
+            parts["json"].write_text(json_text(self.as_dict()) + "\n", encoding="utf-8")
+            if drawn:
+                self.timeline(parts["timeline"])
             if report:
-                files["report"] = self.report(page)
-        return files if recording is None else files | {"timeline": recording}
+                self.report(parts["report"])
+        for kind in ENDINGS.keys() - set(asked):
+            claim.file(kind).unlink(missing_ok=True)
+        return self.files
 
     def __str__(self) -> str:
         return "\n".join(self.lines())
@@ -192,14 +222,40 @@ def compare_all(
     *,
     settings_a: SettingsArguments | None = None,
     settings_b: SettingsArguments | None = None,
+    out: LocalPlace | None = None,
+    timeline: bool = True,
+    report: bool = False,
+    force: bool = False,
     watch: Watch | None = None,
 ) -> tuple[list[Comparison], list[str]]:
     """The same for directories of several results or logs, which are paired by name.
 
     Returns the comparisons, and the names that are on one side only. Raises as ``compare`` does.
+
+    Args:
+        a: As for ``compare``, or a directory of several results or logs.
+        b: The other one.
+        settings_a: Settings of a's replays.
+        settings_b: Settings of b's replays.
+        out: Directory for the files; None: nothing is written.
+        timeline: Whether ``out`` receives Rerun timelines too.
+        report: Whether ``out`` receives reports too (extra ``report``).
+        force: Replace the comparison of another pair of the same name in ``out``.
+        watch: Called with the name of each log that is replayed.
     """
     pairs, lonely = pairs_of(a, b, settings_a or {}, settings_b or {}, watch)
-    return [compare_pair(first, second) for first, second in pairs], lonely
+    if out is None:
+        return [compare_pair(*pair) for pair in pairs], lonely
+    if report:
+        check_extra()
+    directory = local_path(out)
+    check_writable(directory)
+    for first, second in pairs:
+        PairClaim(directory, first.stem, first.compared, second.compared).check(force=force)
+    comparisons = [compare_pair(*pair) for pair in pairs]
+    for comparison in comparisons:
+        comparison.save(directory, timeline=timeline, report=report, force=force)
+    return comparisons, lonely
 
 
 def compare_pair(a: Side, b: Side) -> Comparison:
@@ -231,7 +287,7 @@ def sides_of(given: Compared, settings: Mapping[str, Any], watch: Watch | None) 
     """The results or logs at a place. Raises InvalidSetting for settings of a result that is there."""
     if isinstance(given, Result):
         refuse_settings(given.stem, settings)
-        return [Side(given.stem, given.stem, given.stem, lambda: tables_of(given))]
+        return [Side(given.stem, given.stem, given.stem, lambda: tables_of(given), lambda: sha256_in(given))]
     path = local_path(given)
     stored = stems(path) if path.is_dir() else []
     if stored:
@@ -249,7 +305,8 @@ def refuse_settings(name: str, settings: Mapping[str, Any]) -> None:
 
 def stored_side(directory: Path, stem: str) -> Side:
     """Stored results of one log."""
-    return Side(stem, str(directory), f"{directory}/{stem}", lambda: read_results(directory, stem))
+    results = partial(read_results, directory, stem)
+    return Side(stem, str(directory), f"{directory}/{stem}", results, lambda: sha256_in(results()))
 
 
 def replayed_side(log: Path, settings: Mapping[str, Any], watch: Watch | None) -> Side:
@@ -260,7 +317,13 @@ def replayed_side(log: Path, settings: Mapping[str, Any], watch: Watch | None) -
         with nullcontext() if watch is None else watch(log.name) as progress:
             return replay(log, Asked().changed(untuned(settings)), progress)
 
-    return Side(log.stem, str(log), f"{log} {changes}".strip(), replayed)
+    return Side(log.stem, str(log), f"{log} {changes}".strip(), replayed, lambda: sha256_of(log))
+
+
+def sha256_in(results: Results | Result) -> str | None:
+    """The hash of the log that results were made of."""
+    found = results.summary["log_sha256"][0] if "log_sha256" in results.summary.columns else None
+    return None if found is None else str(found)
 
 
 def tables_of(result: Result) -> Results:

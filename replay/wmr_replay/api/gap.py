@@ -20,6 +20,7 @@ from wmr_replay.api.request import (
 from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
+from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
@@ -194,6 +195,8 @@ def gap(
         check_base_kept(place, directory, local_path(model))
     claim = None if directory is None else Claim.of(directory, place, models=True)
     replaces = claim is not None and claim.settled(force=force)
+    if claim is not None and timeline:
+        import_early(GAP_TIMELINE)
     run = analyse_log(
         place,
         base=model_of(model),

@@ -6,16 +6,31 @@ from functools import cached_property
 from typing import Any
 
 from wmr_replay.ingest import LogReader
+from wmr_replay.ingest.channels.first_rows import has_efforts, has_speeds
 from wmr_replay.ingest.mcap.chunk_selection import estimated_counts, indexed_counts
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.message_counts import ChannelCount
 from wmr_replay.pipeline.quick_look import QuickLook
+from wmr_schemas.batches import RawBatch
 from wmr_schemas.findings import without_explained
 from wmr_schemas.robot import RobotParameters
 
-ROLES = ("pose", "torque", "truth")
+ROLES = ("pose", "torque", "truth", "wheel_speed", "command")
 WHEEL_SPEED = "wheel_speed"
-"""The role of a joint state in use that holds wheel speeds, but no effort."""
+"""The role of a channel in use that holds wheel speeds, but no effort."""
+
+
+@dataclass
+class Seen:
+    """Whether efforts, and speeds, of both wheels were met among the torques."""
+
+    efforts: bool = False
+    speeds: bool = False
+
+    def look(self, batch: RawBatch) -> None:
+        """Look at the next batch."""
+        self.efforts = self.efforts or has_efforts(batch.torque.values)
+        self.speeds = self.speeds or has_speeds(batch.torque.values)
 
 
 @dataclass(frozen=True)
@@ -31,8 +46,9 @@ class LogInfo:
         n_chunks_read: How many of them were read.
         channels: One entry per channel: topic, schema, encoding, messages, rate, times, ``serves_as``, role
             or ``why_not``.
-        used: By role (``pose``, ``torque``, ``truth``) the channel and how it is read; None without one. A
-            joint state without efforts stands under ``wheel_speed``.
+        used: By role (``pose``, ``torque``, ``truth``, ``wheel_speed``, ``command``) the channel and how it
+            is read; None without one. A channel of torques with wheel speeds stands under both, one without
+            efforts under ``wheel_speed`` alone.
         clocks: By role the clock in use, its offset from log time, duplicates, steps back, gaps, jitter.
         losses: Counters of what could not be used, and ``notes``.
         stamp_notes: What is out of the ordinary in the stamps, in words.
@@ -108,20 +124,21 @@ class LogInfo:
 def info_of(
     reader: LogReader,
     look: QuickLook,
-    *,
-    has_efforts: bool,
+    seen: Seen,
     chosen: list[list[Span]] | None = None,
 ) -> LogInfo:
     """What is known of a log once it is read, or once the ``chosen`` stretches of it are.
 
-    ``look`` has seen the rows that were read. ``has_efforts``: whether an effort was met.
+    ``look`` and ``seen`` have seen the rows that were read.
     """
     plan, survey = reader.plan, reader.survey
     counts, estimated = counts_of(reader, chosen)
     names = {role: role for role in ROLES}
-    if not has_efforts:
+    if not seen.efforts:
         names["torque"] = WHEEL_SPEED
     used = {names[role]: facts for role, facts in plan.as_dict().items()}
+    if seen.speeds and "torque" in used:
+        used.setdefault(WHEEL_SPEED, used["torque"])
     return LogInfo(
         log=str(reader.path),
         size_bytes=reader.size_bytes,

@@ -7,17 +7,25 @@ from typing import NamedTuple
 import numpy as np
 import polars as pl
 
-from wmr_replay.api.info import LogInfo, info_of
+from wmr_replay.api.info import LogInfo, Seen, info_of
 from wmr_replay.api.names import with_mode_names
 from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
 from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of
 from wmr_replay.ingest import LogReader
 from wmr_replay.ingest import open_log as open_reader
-from wmr_replay.ingest.channels.first_rows import has_efforts
+from wmr_replay.ingest.channels.clocks_apart import EXTRA
 from wmr_replay.ingest.channels.mapping_proposal import proposed_mapping
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.pipeline.quick_look import MOST_ROWS, QuickLook
-from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
+from wmr_schemas.batches import (
+    COMMAND_COLUMNS,
+    MODE_COLUMNS,
+    POSE_COLUMNS,
+    TORQUE_COLUMNS,
+    WHEEL_COLUMNS,
+    RawBatch,
+    Rows,
+)
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping, mapping_toml
@@ -32,12 +40,15 @@ class Signals(NamedTuple):
     """Rows of a log by signal, as the messages hold them: stamps (``t_ns``), then the values.
 
     ``pose``: ``x_m, y_m, yaw_rad``; ``torque``: ``left_nm, right_nm, left_radps, right_radps``, null where
-    unknown; ``truth``: ``mode`` by name. Rows are in file order.
+    unknown; ``truth``: ``mode`` by name; ``wheels`` and ``commands``: ``left_radps, right_radps``, measured
+    and commanded. The wheel speeds among the torques stand in ``wheels`` too. Rows are in file order.
     """
 
     pose: pl.DataFrame
     torque: pl.DataFrame
     truth: pl.DataFrame
+    wheels: pl.DataFrame
+    commands: pl.DataFrame
 
 
 class LogFile:
@@ -70,23 +81,23 @@ class LogFile:
 
     def _whole_info(self, progress: Progress | None, *, full: bool) -> LogInfo:
         """The info of all that the file holds."""
-        reader, found = self._open(False) if self._reader.is_by_index else self._reader, False
+        reader, seen = self._open(False) if self._reader.is_by_index else self._reader, Seen()
         look = QuickLook(reader.robot, None if full else MOST_ROWS)
         for batch in read(reader, progress, everything=True):
-            found = found or has_efforts(batch.torque.values)
+            seen.look(batch)
             look.push(batch.without_efforts() if reader.is_steered else batch)
         look.end_stretch()
-        return info_of(reader, look, has_efforts=found)
+        return info_of(reader, look, seen)
 
     def _sampled_info(self, chosen: list[list[Span]]) -> LogInfo:
         """The info of a few stretches, and of the index."""
-        reader, found = self._reader, False
+        reader, seen = self._reader, Seen()
         look = QuickLook(reader.robot)
         for stretch in reader.sampled_batches(chosen):
-            found = found or has_efforts(stretch.torque.values)
+            seen.look(stretch)
             look.push(stretch.without_efforts() if reader.is_steered else stretch)
             look.end_stretch()
-        return info_of(reader, look, has_efforts=found, chosen=chosen)
+        return info_of(reader, look, seen, chosen)
 
     def stretches(self) -> Iterator[Signals]:
         """The signals of a few stretches of a large log, which ``info`` is made of; of a small one, whole.
@@ -167,7 +178,7 @@ def open_log(
     place, chosen, between = place_of(log), mapping_of(mapping) or LogMapping(), between_of(start, end)
 
     def opened(by_index: bool) -> LogReader:
-        return open_reader(place, chosen, need_pose=need_pose, between=between, by_index=by_index)
+        return open_reader(place, chosen, need_pose=need_pose, between=between, by_index=by_index, also=EXTRA)
 
     return LogFile(opened, chosen)
 
@@ -187,13 +198,23 @@ def empty_batch() -> RawBatch:
 
 def signals_of(batch: RawBatch) -> Signals:
     """A batch as frames."""
-    pose, torque, mode = (
-        pl.DataFrame({"t_ns": rows.t_ns} | dict(zip(names, rows.values, strict=True)), nan_to_null=True)
-        for rows, names in (
-            (batch.pose, POSE_COLUMNS),
-            (batch.torque, TORQUE_COLUMNS),
-            (batch.mode, MODE_COLUMNS),
-        )
-    )
+    mode = frame_of(batch.mode, MODE_COLUMNS)
     known = mode.filter(pl.col("mode").is_in(np.arange(4.0))).with_columns(pl.col("mode").cast(pl.Int8))
-    return Signals(pose, torque, with_mode_names(known, ("mode",)))
+    torque = frame_of(batch.torque, TORQUE_COLUMNS)
+    speeds = torque.select("t_ns", *WHEEL_COLUMNS).filter(
+        pl.any_horizontal(pl.col(WHEEL_COLUMNS).is_not_null())
+    )
+    wheels = frame_of(batch.wheels, WHEEL_COLUMNS) if len(batch.wheels) else speeds
+    return Signals(
+        frame_of(batch.pose, POSE_COLUMNS),
+        torque,
+        with_mode_names(known, ("mode",)),
+        wheels,
+        frame_of(batch.command, COMMAND_COLUMNS),
+    )
+
+
+def frame_of(rows: Rows, names: tuple[str, ...]) -> pl.DataFrame:
+    """Rows of one signal, null where unknown."""
+    columns = {"t_ns": rows.t_ns} | dict(zip(names, rows.values, strict=True))
+    return pl.DataFrame(columns, nan_to_null=True)

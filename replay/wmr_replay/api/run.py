@@ -15,6 +15,7 @@ from wmr_replay.api.request import (
 )
 from wmr_replay.api.result import Result
 from wmr_replay.api.store import HINDSIGHT_SCHEMA, SampleStore
+from wmr_replay.jobs.early_import import RUN_TIMELINE, import_early
 from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.result_files import Live
@@ -71,6 +72,8 @@ def run(
     if out is not None:
         claim = Claim.of(local_path(out), place)
         replaces = claim.settled(force=force)
+        if timeline:
+            import_early(RUN_TIMELINE)
     replayed = replay_of(
         place,
         settings=settings_of(settings),

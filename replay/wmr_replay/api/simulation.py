@@ -15,13 +15,16 @@ from wmr_synth.hidden.disturbance import parse_disturbance
 from wmr_synth.hidden.world import drawn_world, model_world
 from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.synthesis import default_world
+from wmr_synth.wheel_speed.encoders import EncoderSensors
 
 RobotLike: TypeAlias = RobotParameters | LocalPlace
 """Robot parameters, or the path of a TOML file with a ``[robot]`` table."""
 
 
 class SensorArguments(TypedDict, total=False):
-    """The fields of ``wmr_synth.Sensors`` as keyword arguments; None: the scenario's."""
+    """The fields of ``wmr_synth.Sensors`` as keyword arguments, and those of ``EncoderSensors`` for robots
+    that wheel speeds drive; None: the scenario's.
+    """
 
     rate_hz: float | None
     torque_rate_hz: float | None
@@ -32,6 +35,9 @@ class SensorArguments(TypedDict, total=False):
     jitter_s: float | None
     dropout: float | None
     clock_offset_s: float | None
+    wheel_rate_hz: float | None
+    encoder_ticks: float | None
+    command_rate_hz: float | None
 
 
 def robot_of(scenario: Scenario, robot: RobotLike | None, model: Model | None) -> RobotParameters:
@@ -78,6 +84,9 @@ def sensors_of(
     if unknown := set(given) - set(vars(scenario.sensors)):
         known = ", ".join(vars(scenario.sensors))
         raise InvalidSetting(f"no sensor option {', '.join(sorted(unknown))}; known are {known}")
+    of_torques = sorted({"torque_rate_hz", "noise_effort_sd_nm"} & set(given))
+    if of_torques and isinstance(scenario.sensors, EncoderSensors):
+        raise InvalidSetting(f"{scenario.name} records no torques: leave out {', '.join(of_torques)}")
     if noise_variance is not None:
         if noise is not None or {"noise_xy_sd_m", "noise_yaw_sd_rad"} & set(given):
             raise InvalidSetting(

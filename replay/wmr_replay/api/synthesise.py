@@ -20,6 +20,7 @@ from wmr_synth.synthesis import find_scenario
 from wmr_synth.synthesis import synthesise as simulate
 
 Encoding: TypeAlias = Literal["ros2", "protobuf", "json"]
+Commands: TypeAlias = Literal["wheels", "twist", "none"]
 Noise: TypeAlias = Literal["mocap", "rtk", "poor"]
 Progress = Callable[[int, int], None]
 
@@ -52,8 +53,9 @@ class Synthetic:
 
     @property
     def n_messages(self) -> int:
-        """Poses and torques."""
-        return len(self.log.pose) + (len(self.log.torque) if self.log.torque else 0)
+        """Poses, and torques or wheel speeds and commands."""
+        others = (self.log.torque, self.log.wheels, self.log.commands)
+        return len(self.log.pose) + sum(len(track) for track in others if track is not None)
 
     def save(
         self,
@@ -100,6 +102,8 @@ def synthesise(
     noise: Noise | None = None,
     noise_variance: float | None = None,
     wrong_modes: float = 0.0,
+    nominal_error: float | None = None,
+    commands: Commands | None = None,
     encoding: Encoding = "ros2",
     **sensors: Unpack[SensorArguments],
 ) -> Synthetic:
@@ -117,8 +121,11 @@ def synthesise(
         noise: Pose noise: 1 mm and 2 mrad, 1 cm and 5 mrad, or 5 cm and 20 mrad.
         noise_variance: Variance of the noise on x (m²), y (m²) and yaw (rad²).
         wrong_modes: Share of the pose samples at which the log's mode is wrong.
+        nominal_error: For a robot that wheel speeds drive: share by which its stated lengths may be wrong.
+        commands: For such a robot: commands as wheel speeds, as a twist, or none; None: the scenario's.
         encoding: Message encoding of ``out``.
-        **sensors: Fields of ``wmr_synth.Sensors``, such as ``rate_hz`` or ``dropout``; None: the scenario's.
+        **sensors: Fields of ``wmr_synth.Sensors``, such as ``rate_hz`` or ``dropout``, and ``wheel_rate_hz``,
+            ``encoder_ticks``, ``command_rate_hz`` of a robot that wheel speeds drive; None: the scenario's.
 
     Raises:
         InvalidSetting: An unknown scenario or effect, or options that contradict one another.
@@ -146,6 +153,8 @@ def synthesise(
         robot=parameters,
         world=world_of(chosen, tuple(hide), disturbance, read, parameters, seed, length_s),
         wrong_modes=wrong_modes,
+        nominal_error=nominal_error,
+        commands_as=commands,
     )
     made = Synthetic(chosen.name, seed, simulated)
     if target is not None:
@@ -175,8 +184,9 @@ def hidden_effects() -> list[dict[str, Any]]:
     return [
         {
             "name": name,
+            "base_models": list(form.models),
             "candidate": form.formula,
-            "hidden": words_of(name),
+            "hidden": words_of(name, "torque" if "torque" in form.models else "wheel_speed"),
             "parameters": form.units,
             "ranges": {key: describe_range(within) for key, within in form.ranges.items()},
         }

@@ -4,6 +4,7 @@ Exit codes: 0 done; 1 a check failed; 2 usage; 3 the log cannot be used; 70 inte
 141 the reader of the output left.
 """
 
+import gc
 import os
 import sys
 import traceback
@@ -22,6 +23,10 @@ from wmr_schemas.text import shown_lines
 EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTED = 1, 2, 3, 70, 130
 EXIT_READER_LEFT = 141
 """As of a program that the signal SIGPIPE ends."""
+COLLECTED_AFTER = 20_000
+"""Objects between two searches for garbage, 700 by default: most objects are those of imported packages, and
+searching them again and again is an eighth of a short command.
+"""
 HELP_OPTIONS = ["-h", "--help"]
 CONTEXT = {"help_option_names": HELP_OPTIONS, "show_default": True, "max_content_width": MOST_COLUMNS}
 
@@ -45,6 +50,7 @@ def cli(ctx: click.Context) -> None:
 
 def main() -> None:
     """Entry point of ``wmr-replay``."""
+    gc.set_threshold(COLLECTED_AFTER)
     prepare_streams()
     speak_normally()
     say_when_compiling()

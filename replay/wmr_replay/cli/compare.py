@@ -51,13 +51,14 @@ Examples:
     default=Path("compare.wmr"),
     help="Directory of <name>.compare.rrd and <name>.compare.json.",
 )
+@click.option("--force", is_flag=True, help="Replace the comparison of another pair of the same name.")
 @click.option("--no-rrd", is_flag=True, help="Write no Rerun timeline; one of an earlier comparison goes.")
 @click.option(
     "--report", is_flag=True, help="Write <name>.compare.html too: one HTML file to mail (extra report)."
 )
 @click.option("--json", "as_json", is_flag=True, help="The differences as JSON.")
 @viewing_options
-def command(
+def command(  # noqa: PLR0917
     a: Path,
     b: Path | None,
     set_a: tuple[str, ...],
@@ -65,6 +66,7 @@ def command(
     out: Path,
     no_rrd: bool,
     report: bool,
+    force: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -79,21 +81,23 @@ def command(
         raise click.UsageError("compare with what? Name B, or another setting: --set-b identifier=paper")
     viewing = Viewing.of(options, no_rrd=no_rrd)
     from wmr_replay.api.compare import compare_all
-    from wmr_replay.api.places import check_writable
     from wmr_replay.cli.printing.compare import print_comparisons
     from wmr_replay.cli.printing.progress import AGAIN, byte_progress
 
-    check_writable(out)
     comparisons, lonely = compare_all(
         a,
         b,
         settings_a=parse_settings(set_a),
         settings_b=parse_settings(set_b),
+        out=out,
+        timeline=not no_rrd,
+        report=report,
+        force=force,
         watch=lambda log: byte_progress(f"replaying {log}", AGAIN),
     )
-    files = [comparison.save(out, timeline=not no_rrd, report=report) for comparison in comparisons]
-    print_comparisons(comparisons, files, lonely, out, as_json=as_json)
-    viewing.show(*(written["timeline"] for written in files if "timeline" in written))
+    print_comparisons(comparisons, lonely, out, as_json=as_json)
+    drawn = [comparison.files["timeline"] for comparison in comparisons if "timeline" in comparison.files]
+    viewing.show(*drawn)
 
 
 def parse_settings(texts: Sequence[str]) -> "SettingsArguments":

@@ -1,10 +1,7 @@
 """Help pages: options in groups, as wide as the terminal allows."""
 
-import contextlib
-import os
 import sys
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import click
@@ -13,7 +10,7 @@ from wmr_replay.cli.activity import activity
 from wmr_replay.cli.options.common import common_options
 from wmr_replay.cli.options.groups import REST, groups_with
 from wmr_replay.cli.streams import writable
-from wmr_replay.cli.verbosity import is_quiet, is_verbose
+from wmr_replay.cli.verbosity import is_quiet, is_verbose, unheard
 
 MOST_COLUMNS = 100
 """Longer lines are hard to read."""
@@ -35,17 +32,14 @@ class GroupedCommand(click.Command):
         self.groups = groups_with(groups or {})
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Do the work; under --quiet with nobody to hear it but for errors and JSON."""
+        """Do the work; under --quiet unheard, but for errors, JSON and addresses."""
         if not is_quiet():
             if is_verbose():
                 say_files(ctx)
             with activity():
                 return super().invoke(ctx)
-        with Path(os.devnull).open("w", encoding="utf-8") as nowhere, contextlib.redirect_stderr(nowhere):
-            if ctx.params.get("as_json"):
-                return super().invoke(ctx)
-            with contextlib.redirect_stdout(nowhere):
-                return super().invoke(ctx)
+        with unheard(json=bool(ctx.params.get("as_json"))):
+            return super().invoke(ctx)
 
     def get_help(self, ctx: click.Context) -> str:
         """The page, in characters that standard output has."""

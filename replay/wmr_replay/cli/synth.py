@@ -11,7 +11,7 @@ from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
     from wmr_replay.api.simulation import SensorArguments
-    from wmr_replay.api.synthesise import Encoding, Noise
+    from wmr_replay.api.synthesise import Commands, Encoding, Noise
 
 NOISE_NAMES = ("mocap", "rtk", "poor")
 POSITIVE = click.FloatRange(min=0, min_open=True)
@@ -31,6 +31,10 @@ NOT_NEGATIVE = click.FloatRange(min=0)
             "--noise-yaw-sd",
             "--noise-effort-sd",
             "--noise-wheel-speed-sd",
+            "--wheel-rate",
+            "--encoder-ticks",
+            "--command-rate",
+            "--commands",
             "--jitter",
             "--dropout",
             "--clock-offset",
@@ -45,6 +49,7 @@ Examples:
   wmr-replay synth stop-and-go --noise-xy-sd 0.01 --jitter 0.002 --dropout 0.05 --out rough.mcap
   wmr-replay synth patrol --hide viscous_drag:c1_per_s=.2 --noise rtk --out drag.mcap
   wmr-replay synth patrol --hide payload --hide slope --seed 3 --no-truth-topic --out two.mcap
+  wmr-replay synth skid-steer --hide lateral_slip --encoder-ticks 512 --noise rtk --out skid.mcap
   wmr-replay synth patrol --model drag.model.toml --out extended.mcap
 """,
 )
@@ -102,18 +107,35 @@ Examples:
 @click.option(
     "--jitter", "jitter_s", type=NOT_NEGATIVE, help="Standard deviation of the sampling instants in s."
 )
+@click.option("--wheel-rate", "wheel_rate_hz", type=POSITIVE, help="Encoders' rate in Hz.")
+@click.option(
+    "--encoder-ticks",
+    type=click.IntRange(min=0),
+    help="Counts of an encoder in a turn of its wheel; 0: exact.",
+)
+@click.option("--command-rate", "command_rate_hz", type=POSITIVE, help="Rate of the commands in Hz.")
+@click.option(
+    "--commands",
+    type=click.Choice(["wheels", "twist", "none"]),
+    help="Commands as wheel speeds, as a twist, or none.  [default: the scenario's]",
+)
 @click.option("--dropout", type=click.FloatRange(0, 0.99), help="Share of the messages lost.")
 @click.option(
     "--clock-offset",
     "clock_offset_s",
     type=float,
-    help="Torque stamps ahead of the pose's clock by this, in s.",
+    help="Stamps of torques or wheel speeds ahead of the pose's clock by this, in s.",
 )
 @click.option(
     "--robot",
     "robot_path",
     type=click.Path(path_type=Path, dir_okay=False),
     help="TOML file with a [robot] table; fills in what --model lacks.  [default: the scenario's robot]",
+)
+@click.option(
+    "--nominal-error",
+    type=click.FloatRange(0, 0.5, max_open=True),
+    help="Share by which the stated lengths of a robot by wheel speeds may be wrong.",
 )
 @click.option(
     "--encoding", type=click.Choice(["ros2", "protobuf", "json"]), default="ros2", show_default=True
@@ -148,6 +170,8 @@ def command(  # noqa: PLR0917
     no_truth: bool,
     no_truth_topic: bool,
     wrong_modes: float,
+    nominal_error: float | None,
+    commands: "Commands | None",
     as_json: bool,
     **sensor_options: float | None,
 ) -> None:
@@ -192,6 +216,8 @@ def command(  # noqa: PLR0917
         noise=noise,
         noise_variance=noise_variance,
         wrong_modes=wrong_modes,
+        nominal_error=nominal_error,
+        commands=commands,
         **cast("SensorArguments", sensor_options),
     )
     with message_progress(f"writing {out.name}") as progress:

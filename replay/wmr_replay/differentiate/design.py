@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.special import jacobi
 
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
@@ -58,6 +57,8 @@ class KernelSpec:
 
 def root_theta(order: int, spec: KernelSpec) -> float:
     """The largest root of P_{q+1}^{(κ+n, μ+n)}, q = N − n: at it one more order of exactness is gained."""
+    from scipy.special import jacobi  # noqa: PLC0415 – a fifth of a second, and no run needs it
+
     polynomial = jacobi(spec.degree - order + 1, spec.kappa + order, spec.mu + order)
     return float(np.max(polynomial.roots.real))
 

@@ -51,9 +51,9 @@ class ErrorModel:
         noise = np.random.default_rng(SEED).standard_normal(len(signal))
         (guess,) = smooth(signal[None] - signal[0], noise, np.array([sigma]), step_s)
         self.order, self.step_s, self.sigma, self.n = order, step_s, sigma, len(signal)
-        self._t_s = np.arange(len(signal)) * step_s
+        self._t_s = np.arange(len(signal), dtype=np.float64) * step_s
+        self._splines = list(guess)
         self._guesses = [spline(self._t_s) for spline in guess]
-        self._slopes = [spline.derivative(order) for spline in guess]
 
     def expect(
         self,
@@ -74,7 +74,7 @@ class ErrorModel:
     def _errors(self, k: int, taps: F64, delay_s: float) -> F64:
         """Error on the guess (k = 0) or on what is left of noise in it (k = 1) at every window."""
         at = self._t_s[len(taps) - 1 :] - delay_s
-        return np.asarray(convolved(self._guesses[k], taps) - np.asarray(self._slopes[k](at)))
+        return np.asarray(convolved(self._guesses[k], taps) - self._splines[k](at, self.order))
 
     def residuals(self, taps: F64, delay_s: float) -> F64:
         """A vector whose squared norm is bias² + σ² Σ h², linear in ``taps``: for least squares."""

@@ -15,7 +15,7 @@ class Guesses:
     """Guesses at s signals, and what their smoothers leave of noise, on n samples every ``step_s``."""
 
     def __init__(self, smoothed: list[Smoothed], n: int, step_s: float) -> None:
-        self.n, self.step_s, self._t_s = n, step_s, np.arange(n) * step_s
+        self.n, self.step_s, self._t_s = n, step_s, np.arange(n, dtype=np.float64) * step_s
         self._splines = [list(pair) for pair in smoothed]
         values = np.array([[spline(self._t_s) for spline in pair] for pair in self._splines])
         self._size = 1 << (n - 1).bit_length()  # what wraps around lies before the first whole window

@@ -8,11 +8,10 @@ P_i^{(a,b)} of squared norm ‖P_i‖² (terms of degree i + n > N take their sh
              · Σ_{i=0}^{q} P_i^{(a,b)}(θ)/‖P_i‖² · (i+n)!/i! · P_{i+n}^{(κ,μ)}(u)
 """
 
-from math import factorial
+from math import comb, factorial
 
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
-from scipy.special import eval_jacobi, gammaln
 
 from wmr_replay.differentiate.design import KernelSpec, basis_derivative
 from wmr_schemas.arrays import F64
@@ -21,8 +20,22 @@ from wmr_schemas.errors import InvalidSetting
 
 def jacobi_norm(i: int, a: int, b: int) -> float:
     """‖P_i^{(a,b)}‖² = ∫ (1−u)^a (1+u)^b P_i² du over [−1, 1]."""
-    log_ratio = gammaln(i + a + 1) + gammaln(i + b + 1) - gammaln(i + a + b + 1) - gammaln(i + 1)
-    return float(2.0 ** (a + b + 1) / (2 * i + a + b + 1) * np.exp(log_ratio))
+    ratio = factorial(i + a) * factorial(i + b) / (factorial(i + a + b) * factorial(i))
+    return 2.0 ** (a + b + 1) / (2 * i + a + b + 1) * ratio
+
+
+def jacobi_values(i: int, a: int, b: int, u: F64) -> F64:
+    """P_i^{(a,b)}(u), from degree to degree by the three-term recurrence, in differences of neighbours."""
+    if i == 0:
+        return np.ones_like(u)
+    step = (a + b + 2) * (u - 1) / (2 * (a + 1))
+    value = step + 1
+    for k in range(1, i):
+        t = 2 * k + a + b
+        onward, kept = t * (t + 1) * (t + 2) * (u - 1), 2 * k * (k + b) * (t + 2)
+        step = (onward * value + kept * step) / (2 * (k + a + 1) * (k + a + b + 1) * t)
+        value = step + value
+    return comb(i + a, i) * value
 
 
 def continuous_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64) -> F64:
@@ -39,12 +52,12 @@ def continuous_kernel(order: int, spec: KernelSpec, window_s: float, age_s: F64)
     for i in range(spec.top_degree - order + 1):
         factor = (
             spec.all_shares[i + order]
-            * eval_jacobi(i, a, b, spec.theta)
+            * jacobi_values(i, a, b, np.array(spec.theta))
             / jacobi_norm(i, a, b)
             * factorial(i + order)
             / factorial(i)
         )
-        total += factor * eval_jacobi(i + order, spec.kappa, spec.mu, u)
+        total += factor * jacobi_values(i + order, spec.kappa, spec.mu, u)
     inside = np.abs(u) <= 1
     weight = np.where(inside, (1 - u) ** spec.kappa * (1 + u) ** spec.mu, 0.0)
     return np.asarray(2.0 ** (2 * order + 1) / window_s ** (order + 1) * weight * total)

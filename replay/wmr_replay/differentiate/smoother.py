@@ -3,15 +3,14 @@
 Not causal: it rates candidate designs on a stretch, and no result is computed from it.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from wmr_replay.differentiate.quintic import Quintic, through
 from wmr_schemas.arrays import F64
-
-if TYPE_CHECKING:
-    from scipy.interpolate import BSpline
+from wmr_schemas.lapack import routines
 
 STENCIL = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 """Fourth differences are penalised: motion of constant jerk passes untouched."""
@@ -27,12 +26,12 @@ rate.
 class Smoothed(NamedTuple):
     """The guess as a spline in seconds, and what the same smoother leaves of a noise realisation."""
 
-    signal: "BSpline"
-    noise: "BSpline"
+    signal: Quintic
+    noise: Quintic
 
 
 def penalty_bands(n: int) -> F64:
-    """Upper bands of DᵀD for the differences D of n samples, (5, n), diagonal last (``solveh_banded``)."""
+    """Upper bands of DᵀD for the differences D of n samples, (5, n), diagonal last (LAPACK's ``dpbsv``)."""
     bands = np.zeros((5, n))
     for lag in range(5):
         products = STENCIL[: 5 - lag] * STENCIL[lag:]
@@ -48,17 +47,14 @@ def smooth(signals: F64, noise: F64, sigma: F64, step_s: float) -> list[Smoothed
     ``signals`` (s, n) of noise ``sigma`` (s,), and ``noise`` (n,), a realisation of sd 1; n ≥ 10, every
     ``step_s`` from 0 on.
     """
-    from scipy.interpolate import BSpline, make_interp_spline  # noqa: PLC0415 – slow, and seldom needed
-
     group = -(-len(noise) // MOST_KNOTS)
     n = len(noise) // group
     columns = np.vstack([signals, noise])[:, : n * group].reshape(-1, n, group).mean(axis=2).T
-    t_s = (np.arange(n) * group + (group - 1) / 2) * step_s
+    t_s = (np.arange(n, dtype=np.float64) * group + (group - 1) / 2) * step_s
     chosen = stiffest_within_noise(columns, sigma / np.sqrt(group))
-    splines = [[make_interp_spline(t_s, column, 5) for column in both.T] for both in chosen]
+    splines = [through(t_s, both) for both in chosen]
     return [
-        Smoothed(signal, BSpline(unit.t, level * unit.c, unit.k))
-        for (signal, unit), level in zip(splines, sigma, strict=True)
+        Smoothed(signal, unit.scaled(level)) for (signal, unit), level in zip(splines, sigma, strict=True)
     ]
 
 
@@ -68,8 +64,7 @@ def stiffest_within_noise(columns: F64, sigma: F64) -> F64:
 
     The trace comes from the eigenvalues 1/(1 + λ (2 sin(πk/2n))⁸).
     """
-    from scipy.linalg import LinAlgError, solveh_banded  # noqa: PLC0415
-
+    dpbsv = routines("_flapack").dpbsv
     n, signals = len(columns), columns[:, :-1]
     bands, eigenvalues = penalty_bands(n), (2 * np.sin(np.pi * np.arange(n) / (2 * n))) ** 8
     chosen = np.stack([columns[:, np.array([s, -1])] for s in range(len(sigma))])
@@ -77,9 +72,8 @@ def stiffest_within_noise(columns: F64, sigma: F64) -> F64:
     for stiffness in STIFFNESSES:
         matrix = stiffness * bands
         matrix[4] += 1.0
-        try:
-            smoothed = solveh_banded(matrix, columns, check_finite=False)
-        except LinAlgError:  # stiffer than double precision carries
+        _, smoothed, failed = dpbsv(matrix, columns)
+        if failed:  # stiffer than double precision carries
             break
         trace = np.sum(1 / (1 + stiffness * eigenvalues))
         cost = np.mean((signals - smoothed[:, :-1]) ** 2, axis=0) + 2 * sigma**2 * trace / n

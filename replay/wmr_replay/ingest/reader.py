@@ -4,7 +4,7 @@ import hashlib
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,15 +15,23 @@ from wmr_replay.ingest.between import Between, check_overlap, nothing_between
 from wmr_replay.ingest.budgets import Allowance
 from wmr_replay.ingest.channels.candidate import Candidate
 from wmr_replay.ingest.channels.clocks import Clock
-from wmr_replay.ingest.channels.clocks_apart import choose_clocks
-from wmr_replay.ingest.channels.detect import Plan, detect, not_found
+from wmr_replay.ingest.channels.clocks_apart import apart_from_pose, choose_clocks
+from wmr_replay.ingest.channels.detect import Plan, Use, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
 from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_findings
 from wmr_replay.ingest.channels.unreadable import unreadable_kin
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
+from wmr_replay.ingest.channels.wheel_bindings import made_up
+from wmr_replay.ingest.channels.wheel_channels import find_wheel_channels
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
-from wmr_replay.ingest.mcap.chunk_selection import are_timed, index_adds_up, log_span_ns, wanted_spans
+from wmr_replay.ingest.mcap.chunk_selection import (
+    are_timed,
+    index_adds_up,
+    kinds_of,
+    log_span_ns,
+    wanted_spans,
+)
 from wmr_replay.ingest.mcap.chunks import Span
 from wmr_replay.ingest.mcap.log_files import join_files
 from wmr_replay.ingest.mcap.message_counts import MessageCounts
@@ -47,6 +55,8 @@ _PIECE_ROWS = 1 << 16
 NO_MAPPING = LogMapping()
 WHOLE = Between()
 EARLIEST_NS = -(2**63)
+MAIN_ROLES = ("pose", "torque", "truth")
+"""What a replay reads."""
 
 
 class LogReader:
@@ -59,9 +69,15 @@ class LogReader:
     """
 
     def __init__(
-        self, path: LogPath, mapping: LogMapping, between: Between = WHOLE, *, by_index: bool = False
+        self,
+        path: LogPath,
+        mapping: LogMapping,
+        between: Between = WHOLE,
+        *,
+        by_index: bool = False,
+        also: Sequence[str] = (),
     ) -> None:
-        self.path = path
+        self.path, self._roles = path, (*MAIN_ROLES, *also)
         self._copies: Path | None = None
         self._in_part = by_index
         nearer = [readable_file(file, self._folder) for file in bag_files(path)]
@@ -75,16 +91,32 @@ class LogReader:
             check_overlap(path, between, self.limits, self.span_ns)
         self.candidates = self._candidates()
         self.plan: Plan = detect(path, self.candidates, mapping)
-        self.remarks: list[str] = [remark for _, remark in nearer if remark]
-        self.remarks += unreadable_kin(self.candidates, self.plan.uses)
         metadata = self.survey.metadata.get(METADATA_NAME, {}) if mapping.robot_from_log else {}
         own, without_sense = own_parameters(metadata)
         self.robot = own.overridden_by(mapping.robot)
+        find_wheel_channels(path, self.plan, self.candidates, replace(mapping, robot=self.robot))
+        self.remarks: list[str] = [remark for _, remark in nearer if remark]
+        self.remarks += [*unreadable_kin(self.candidates, self.plan.uses), *self._make_up_wheels()]
         self.findings: list[Finding] = [*without_sense, *drive_findings(self.candidates, mapping)]
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()
         self.message_counts = MessageCounts()
         self.position_bytes = 0
+
+    @property
+    def uses(self) -> dict[str, Use]:
+        """The channels that are read, by role."""
+        return {role: use for role, use in self.plan.uses.items() if role in self._roles}
+
+    def _make_up_wheels(self) -> list[str]:
+        """Give the robot the wheels by which a twist became wheel speeds, where it has none; and say so."""
+        use = self.plan.uses.get("torque")
+        values = {} if use is None else made_up(use.binding)
+        if use is None or not values:
+            return []
+        self.robot = replace(self.robot, **values)
+        said = ", ".join(f"{name} {value:g}" for name, value in values.items())
+        return [f"{use.channel.topic}: its twist is turned into wheel speeds with {said}, which is made up"]
 
     def _folder(self) -> Path:
         """The folder into which packed files are unpacked; it is removed with the reader."""
@@ -117,7 +149,7 @@ class LogReader:
     def has_checksums(self) -> bool:
         """Whether a checksum covers any message of the log; true of a log without messages."""
         _, crc = self.survey.data_end or (0, 0)
-        return bool(crc) or not self.survey.spans or any(is_covered(span) for span in self.survey.spans)
+        return bool(crc) or not self.survey.spans or any(map(is_covered, kinds_of(self.survey.spans)))
 
     @property
     def pose_is_odometry(self) -> bool:
@@ -148,8 +180,8 @@ class LogReader:
         self.losses = self._frame_losses()
         self._allowance.begin_pass()
         self._choose_clocks()
-        reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
-        used = {use.channel.id for use in self.plan.uses.values()}
+        reading = Reading(self.uses, self.clocks, self.files, self.losses, self.limits)
+        used = {use.channel.id for use in self.uses.values()}
         spans = wanted_spans(self.survey, None if everything else used, self.limits)
         before, bars = self._bytes_before(), self._first_bars()
         self.files.want(used)
@@ -170,11 +202,19 @@ class LogReader:
 
     def _choose_clocks(self) -> None:
         """The clock of each channel in use, and what is to be said about clocks that are apart."""
-        self.clocks, apart = choose_clocks(self.plan.uses)
+        self.clocks, apart = choose_clocks(self.uses)
+        for role in apart_from_pose(self.uses, self.clocks):
+            self._leave_out(role, "its stamps are seconds off the pose's: --clock log may help")
         reasons = {self.plan.uses[role].channel.topic: clock.reason for role, clock in self.clocks.items()}
         before = [found for found in self.findings if found.code not in {"clocks_apart", "stamp_unit"}]
         units = {self.plan.uses[role].channel.topic: clock.log_unit for role, clock in self.clocks.items()}
         self.findings = [*before, *apart, *stamp_unit_findings(reasons), *log_time_findings(units)]
+
+    def _leave_out(self, role: str, reason: str) -> None:
+        """Use a channel no longer."""
+        channel_id = self.plan.uses.pop(role).channel.id
+        self.clocks.pop(role)
+        self.plan.lacks[role, channel_id] = self.plan.why_not[channel_id] = reason
 
     def nothing_between(self, what: str) -> LogUnusable:
         """The error for limits within which no result can be made of the log; ``what`` says why."""
@@ -186,7 +226,9 @@ class LogReader:
         they could be seen.
         """
         unseen = self.survey.by_rows and self._in_part
-        return isinstance(self.path, Path) and (unseen or any(span.by_index for span in self.survey.spans))
+        return isinstance(self.path, Path) and (
+            unseen or any(span.by_index for span in kinds_of(self.survey.spans))
+        )
 
     def stretches(self) -> list[list[Span]] | None:
         """The spans of a few stretches that stand for the log; None where all of it has to be read.
@@ -197,7 +239,7 @@ class LogReader:
         by_rows = self.survey.by_rows and self.limits is None
         if not by_rows and not index_adds_up(self.survey):
             return None
-        used = {use.channel.id for use in self.plan.uses.values()}
+        used = {use.channel.id for use in self.uses.values()}
         spans = wanted_spans(self.survey, used or None, self.limits)
         chosen = stretches(spans)
         is_whole = sum(map(len, chosen)) == len(wanted_spans(self.survey, None, self.limits))
@@ -212,11 +254,11 @@ class LogReader:
         self.losses, self.message_counts = self._frame_losses(), MessageCounts()
         self._choose_clocks()
         self.findings = [f for f in self.findings if f.code != PLANARITY]
-        self.files.want({use.channel.id for use in self.plan.uses.values()})
+        self.files.want({use.channel.id for use in self.uses.values()})
         for spans in chosen:
             for clock in self.clocks.values():
                 clock.steps.restart()
-            reading = Reading(self.plan.uses, self.clocks, self.files, self.losses, self.limits)
+            reading = Reading(self.uses, self.clocks, self.files, self.losses, self.limits)
             yield joined([reading.push(g) for g in work_ahead(self.files.paths, spans, reading.begin)])
             self.message_counts.add(reading.message_counts)
             reading.finish()
@@ -250,17 +292,18 @@ class LogReader:
 
 def pieces(batch: RawBatch) -> Iterator[RawBatch]:
     """A batch by parts that follow each other in the file, so that what is made of a part fits in memory."""
-    signals = (batch.pose, batch.torque, batch.mode)
+    signals = (batch.pose, batch.torque, batch.mode, batch.wheels, batch.command)
     if max(map(len, signals)) <= _PIECE_ROWS:
         yield batch
         return
     orders = np.sort(np.concatenate([rows.order for rows in signals]))
     cuts = [*orders[_PIECE_ROWS::_PIECE_ROWS].tolist(), int(orders[-1]) + 1]
-    before = [0, 0, 0]
+    before = [0] * len(signals)
     for cut in cuts:
         after = [int(np.searchsorted(rows.order, cut)) for rows in signals]
-        parts = (between(rows, slice(a, b)) for rows, a, b in zip(signals, before, after, strict=True))
-        yield RawBatch(*parts, bars=batch.bars if cut == cuts[0] else ())
+        parts = [between(rows, slice(a, b)) for rows, a, b in zip(signals, before, after, strict=True)]
+        bars = batch.bars if cut == cuts[0] else ()
+        yield RawBatch(*parts[:3], bars=bars, wheels=parts[3], command=parts[4])
         before = after
 
 
@@ -276,16 +319,18 @@ def open_log(
     need_pose: bool = True,
     between: Between = WHOLE,
     by_index: bool = False,
+    also: Sequence[str] = (),
 ) -> LogReader:
     """Open a log, an MCAP file, a ROS bag or a rosbag2 directory, and find its signals.
 
     ``between`` leaves out what was logged before or after. ``by_index``: chunks are those of the file's
-    index, if it adds up, without a look at the file between them. Raises LogUnusable when it is no such file,
+    index, if it adds up, without a look at the file between them. ``also``: roles that are read besides pose,
+    torque and truth: ``wheel_speed``, ``command``. Raises LogUnusable when it is no such file,
     ChannelNotFound when it has no pose (unless ``need_pose`` is false) or when a topic that ``mapping``
     names does not serve.
     """
     try:
-        reader = LogReader(path, mapping, between, by_index=by_index)
+        reader = LogReader(path, mapping, between, by_index=by_index, also=also)
     except OSError as error:
         raise unreadable(path, error) from None
     if need_pose and reader.plan.pose is None:

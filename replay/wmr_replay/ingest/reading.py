@@ -12,6 +12,7 @@ from wmr_replay.ingest.channels.clocks import Clock
 from wmr_replay.ingest.channels.composed_transforms import composer_of
 from wmr_replay.ingest.channels.detect import Use
 from wmr_replay.ingest.channels.planarity import Planarity
+from wmr_replay.ingest.channels.position_steps import steps_of
 from wmr_replay.ingest.decoding.bindings import attitude_of
 from wmr_replay.ingest.decoding.column_builder import ColumnBuilder
 from wmr_replay.ingest.decoding.decoder import Decoded, Decoder
@@ -26,11 +27,26 @@ from wmr_replay.ingest.mcap.walk import N_CHANNEL_IDS, NO_LIMITS
 from wmr_replay.ingest.mcap.workspace import Workspace
 from wmr_schemas.absurd import MOST, n_absurd, without_absurd
 from wmr_schemas.arrays import F64, I64, U8, Bool
-from wmr_schemas.batches import MODE_COLUMNS, POSE_COLUMNS, TORQUE_COLUMNS, RawBatch, Rows
+from wmr_schemas.batches import (
+    COMMAND_COLUMNS,
+    MODE_COLUMNS,
+    POSE_COLUMNS,
+    TORQUE_COLUMNS,
+    WHEEL_COLUMNS,
+    RawBatch,
+    Rows,
+)
 
 COLUMNS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "truth": MODE_COLUMNS}
-PARTS = {"pose": POSE_COLUMNS, "torque": TORQUE_COLUMNS, "mode": MODE_COLUMNS}
+PARTS = {
+    "pose": POSE_COLUMNS,
+    "torque": TORQUE_COLUMNS,
+    "mode": MODE_COLUMNS,
+    "wheels": WHEEL_COLUMNS,
+    "command": COMMAND_COLUMNS,
+}
 """The fields of a batch, with their columns."""
+_FIELD_OF = {"wheel_speed": "wheels", "command": "command"}
 _TRUSTED_MESSAGES = 1 << 20
 
 
@@ -75,8 +91,14 @@ class Reading:
         self.decoders = {
             role: Decoder(use.definition, use.binding, composer_of(use.binding)) for role, use in uses.items()
         }
+        channels = list(dict.fromkeys(use.channel.id for use in uses.values()))
+        self.source_of = {role: channels.index(use.channel.id) for role, use in uses.items()}
+        """The place of each role's channel among the channels: one may serve in two roles."""
+        self.n_sources = len(channels)
         self.role_of = np.full(N_CHANNEL_IDS, -1)
-        self.role_of[[use.channel.id for use in uses.values()]] = range(len(uses))
+        self.role_of[channels] = range(len(channels))
+        steps = {role: steps_of(use.binding) for role, use in uses.items()}
+        self.steps = {role: stage for role, stage in steps.items() if stage is not None}
         self.limits_ns = NO_LIMITS if limits is None else np.array(limits, np.int64)
         self.same_ids = np.arange(N_CHANNEL_IDS)
         self.counts_by_workspace = defaultdict[Workspace, MessageCounts](MessageCounts)
@@ -96,7 +118,7 @@ class Reading:
     def begin(self, file: OpenFile, spans: Sequence[Span], workspace: Workspace) -> GroupInProgress:
         """Read spans of a file and decode the messages of known layouts. Safe to call in any thread."""
         n_expected = self._n_expected(spans)
-        table = MessageTable(len(self.uses), max(n_expected, default=0))
+        table = MessageTable(self.n_sources, max(n_expected, default=0))
         group = GroupInProgress([], table, self._columns(n_expected))
         ids = self.files.ids[spans[0].file_index]
         ids = self.same_ids if ids is None else ids
@@ -122,10 +144,10 @@ class Reading:
     def _read(self, group: GroupInProgress, data: U8) -> None:
         """Decode the block that was added last."""
         counts = group.messages.counts.tolist()
-        for role, decoder in enumerate(self.decoders.values()):
-            columns = group.columns[role]
-            if counts[role] > columns.n:
-                decoder.read(columns, data, *group.messages.places(role, columns.n, counts[role]))
+        for columns, (role, decoder) in zip(group.columns, self.decoders.items(), strict=True):
+            source = self.source_of[role]
+            if counts[source] > columns.n:
+                decoder.read(columns, data, *group.messages.places(source, columns.n, counts[source]))
 
     @property
     def message_counts(self) -> MessageCounts:
@@ -149,7 +171,8 @@ class Reading:
             rows |= self.clock_steps.push({role: found_rows[role] for role in WATCHED})
         self.n_used += int(group.messages.counts.sum())
         signals = (rows.get(role, Rows.empty(len(names))) for role, names in COLUMNS.items())
-        return RawBatch(*signals, bars=self.planarity.take_bars())
+        further = {name: rows[role] for role, name in _FIELD_OF.items() if role in rows}
+        return RawBatch(*signals, bars=self.planarity.take_bars(), **further)
 
     def _refuse(self, group: GroupInProgress, n: int) -> RawBatch:
         """No rows of a group with more messages than the log may hold."""
@@ -163,9 +186,10 @@ class Reading:
     def _rows(self, k: int, role: str, group: GroupInProgress) -> tuple[Rows, I64]:
         """The rows of one role out of a group, with their log times, and an account of its messages."""
         decoded, messages = self.decoders[role].finish(group.columns[k]), group.messages
-        t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(k) + self.n_used
-        publish_ns, log_ns = messages.publish_ns(k), messages.log_ns(k)
-        self.sequences[role, group.last.file_index].push(messages.sequence(k))
+        source = self.source_of[role]
+        t_ns, values, order = decoded.stamp_ns, decoded.values, messages.order(source) + self.n_used
+        publish_ns, log_ns = messages.publish_ns(source), messages.log_ns(source)
+        self.sequences[role, group.last.file_index].push(messages.sequence(source))
         if not decoded.all_used:
             self._count(role, decoded)
         kept = self.clocks[role].stamped(t_ns, publish_ns, log_ns, decoded.used)
@@ -174,6 +198,8 @@ class Reading:
             publish_ns, log_ns = publish_ns[kept], log_ns[kept]
         self.absurd[role] += n_absurd(values)
         stamps_ns = self.clocks[role].stamps(t_ns, publish_ns, log_ns)
+        if role in self.steps:
+            values = self.steps[role].push(stamps_ns, values)
         if role == "pose":
             self._watch(stamps_ns, decoded, kept)
         if role == "torque":
@@ -286,12 +312,12 @@ class Reading:
 
 def joined(batches: Sequence[RawBatch]) -> RawBatch:
     """One batch of several that follow one another."""
-    return RawBatch(
-        *(
-            concatenated([getattr(batch, name) for batch in batches], len(names))
-            for name, names in PARTS.items()
-        )
-    )
+
+    def whole(name: str) -> Rows:
+        return concatenated([getattr(batch, name) for batch in batches], len(PARTS[name]))
+
+    signals = (whole(name) for name in ("pose", "torque", "mode"))
+    return RawBatch(*signals, wheels=whole("wheels"), command=whole("command"))
 
 
 def concatenated(pieces: Sequence[Rows], n_columns: int) -> Rows:

@@ -1,5 +1,6 @@
 """Gap analysis and calibration of a log: read it, analyse it, and write the results where they are wanted."""
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -15,9 +16,9 @@ from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.measured_poses import with_measured_poses
+from wmr_replay.jobs.request_texts import request_texts
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
-from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_schemas import __version__
 from wmr_schemas.errors import InvalidSignal, LogUnusable
 from wmr_schemas.files import made_folder, whole_file, whole_files
@@ -85,13 +86,14 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
         progress,
         clock_offset_s=clock_offset_s,
     )
+    asked = {"clock_offset_s": clock_offset_s, "given": request_texts(mapping, between, base)}
     base, notes = base_for(base, whole.sha256)
     findings = checked_findings(path, whole, robot_of(whole.log, base))
     whole = with_measured_poses(whole)
     with errors_naming(path):
         result = analyse(whole.log, base, options, progress)
     result = finished(result, replace(whole, notes=notes + whole.notes), mode_topic, command)
-    document = document_of(result, options, str(path), whole.sha256, findings)
+    document = document_of(result, options, str(path), whole.sha256, findings, asked)
     return GapRun(document, result, whole.log, path, whole.sha256)
 
 
@@ -113,6 +115,8 @@ def write_gap(run: GapRun, out: Path, *, timeline: bool = True, report: bool = F
         if report:
             parts["report"].write_text(gap_page(run.document, traces, path.name), encoding="utf-8")
         if timeline:
+            from wmr_replay.timeline.gap.writer import write_gap_timeline  # noqa: PLC0415 – Rerun is slow to import
+
             identity = f"{path.stem}-{run.sha256[:16]}-gap"
             found = [msgspec.to_builtins(finding) for finding in run.document.findings]
             write_gap_timeline(parts["timeline"], run.result, path.name, identity, found)
@@ -152,7 +156,13 @@ def calibrate_log(
     whole = with_measured_poses(whole)
     with errors_naming(path):
         model = calibrate(whole.log, whole.log.robot, options)
-    model = replace(model, provenance=Provenance(whole.sha256, __version__, command))
+    asked = {
+        "modes": mode_source(options.modes, mode_topic),
+        "clock_offset_s": clock_offset_s,
+        "given": request_texts(mapping, between, None),
+    }
+    origin = Provenance(whole.sha256, __version__, command, json.dumps(asked, ensure_ascii=False))
+    model = replace(model, provenance=origin)
     return FitRun(model, whole.log, path, whole.notes, findings)
 
 
@@ -182,10 +192,15 @@ def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command
     """The result with what only the file's side knows: the mode's topic, remarks on the log, provenance."""
     return replace(
         result,
-        modes=result.modes if mode_topic is None else f"topic:{mode_topic}",
+        modes=mode_source(result.modes, mode_topic),
         notes=(*result.notes, *whole.notes),
         model=replace(result.model, provenance=Provenance(whole.sha256, __version__, command)),
     )
+
+
+def mode_source(modes: str, mode_topic: str | None) -> str:
+    """Where contact modes come from, as the option --modes spells it."""
+    return modes if mode_topic is None else f"topic:{mode_topic}"
 
 
 def names(path: LogPath, out: Path, *, timeline: bool, report: bool = False) -> dict[str, Path]:

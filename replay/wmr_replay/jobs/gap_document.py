@@ -1,7 +1,8 @@
 """A gap analysis as ``gap.json`` holds it: checked against the file's types, NaN and infinities as null."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from typing import Any
 
 import msgspec
 
@@ -14,9 +15,17 @@ from wmr_schemas.model_file import model_tables
 
 
 def document_of(
-    result: GapResult, options: GapOptions, log: str, log_sha256: str, findings: Iterable[Finding] = ()
+    result: GapResult,
+    options: GapOptions,
+    log: str,
+    log_sha256: str,
+    findings: Iterable[Finding] = (),
+    asked: Mapping[str, Any] = {},
 ) -> GapFile:
-    """The file's contents. Raises msgspec.ValidationError for a result that no file may hold."""
+    """The file's contents; ``asked``: further keys of its settings.
+
+    Raises msgspec.ValidationError for a result that no file may hold.
+    """
     same = ("verdict", "sentence", "modes", "base", "unnameable", "notes", "seed")
     contents = {name: getattr(result, name) for name in same} | {
         "effects": [asdict(effect) for effect in result.effects],
@@ -30,6 +39,7 @@ def document_of(
             "tolerance_m": options.tolerance_m,
             "tolerance_s": options.tolerance_s,
             "max_effects": options.max_effects,
+            **asked,
         },
         "version": __version__,
         "findings": [found.as_dict() for found in findings],

@@ -3,17 +3,19 @@
 import json
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import polars as pl
 
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
 from wmr_replay.tables import ParquetStream
 from wmr_replay.tables.summary import summary_frame
-from wmr_replay.timeline import Timeline
 from wmr_schemas.files import made_folder, whole_files
 from wmr_schemas.tables import HINDSIGHT, SAMPLES, polars_schema
 from wmr_schemas.text import json_text
+
+if TYPE_CHECKING:
+    from wmr_replay.timeline.writer import Timeline
 
 Live: TypeAlias = str | Callable[[], str | None]
 """Where a viewer takes rows as they come, or what gives that, None without a viewer."""
@@ -146,8 +148,10 @@ def summary_json(row: Mapping[str, Any]) -> str:
     return json_text({**row, **unfolded})
 
 
-def open_timeline(path: Path, facts: TimelineFacts, live: str | None = None) -> Timeline:
+def open_timeline(path: Path, facts: TimelineFacts, live: str | None = None) -> "Timeline":
     """A timeline that grows into ``path``, and into the viewer at ``live``."""
+    from wmr_replay.timeline.writer import Timeline  # noqa: PLC0415 – Rerun is slow to import
+
     return Timeline(
         path,
         log_name=facts.log_name,

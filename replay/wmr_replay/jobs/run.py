@@ -9,6 +9,7 @@ import polars as pl
 from wmr_replay.ingest import Between, LogPath, open_log
 from wmr_replay.jobs.replay import FileSource, Progress, Replay
 from wmr_replay.jobs.replay import RunTables as WholeTables
+from wmr_replay.jobs.request_texts import request_texts
 from wmr_replay.jobs.result_files import ENDINGS, Live, write_results
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
@@ -17,8 +18,8 @@ from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.run import RunTables, run_page
 from wmr_replay.tables.truth import read_side_truth
 from wmr_schemas.files import whole_file
-from wmr_schemas.mapping_file import LogMapping, mapping_toml
-from wmr_schemas.model_file import Model, model_to_toml
+from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.model_file import Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +127,3 @@ def write_report(target: Path, tables: RunTables, name: str) -> None:
     text = run_page(tables, name)
     with whole_file(target) as part:
         part.write_text(text, encoding="utf-8")
-
-
-def request_texts(mapping: LogMapping | None, between: Between | None, model: Model | None) -> dict[str, str]:
-    """What a run was asked for besides its settings, for ``summary.settings``: TOML files, limits as text."""
-    texts = {
-        "mapping": mapping_toml(mapping) if mapping else "",
-        "model": model_to_toml(model) if model else "",
-        "start": (between.start if between else None) or "",
-        "end": (between.end if between else None) or "",
-    }
-    return {name: text for name, text in texts.items() if text}

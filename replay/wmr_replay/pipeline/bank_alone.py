@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.align import SampleBatch, concatenate
-from wmr_replay.identify.filter_bank import Bank, BankSettings
+from wmr_replay.identify.filter_bank import Bank, BankSettings, torque_model
 from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
 from wmr_replay.pipeline.intake import Intake, stretch_length
 from wmr_replay.pipeline.memory import as_batch
@@ -44,7 +44,10 @@ def modes_in_hindsight(log: Log, model: ReplayModel, settings: Settings | None =
         return ModesInHindsight(np.empty(0, np.int64), np.empty((4, 0)))
     stretch = rows.part(slice(n_stretch))
     levels = initial_levels(stretch.without_outliers())
-    bank = Bank(model.robot, levels.step_s, BankSettings(), N_MODES, model.terms)
+    settings_of_bank = BankSettings()
+    bank = Bank(
+        torque_model(model.robot, settings_of_bank, model.terms), levels.step_s, settings_of_bank, N_MODES
+    )
     pieces = list(first_pass(bank, rows, Repairing(levels, stretch, settings.noise_time_constant_s)))
     second = bank.looking_back(settings.hindsight_lag_s)
     found = [] if second is None else [*(second.push(bins) for bins in pieces), second.finish()]

@@ -5,13 +5,13 @@ import numpy as np
 from wmr_replay.align import SampleBatch
 from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
-from wmr_replay.identify.filter_bank import BankIdentifier
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
 from wmr_replay.pipeline.hindsight import Record, SecondPass
 from wmr_replay.pipeline.identifiers import (
+    BANKS,
     follow_rate,
     make_identifier,
     undecided_where_barred,
@@ -96,7 +96,7 @@ class Chain:
         if self._record is None:
             return None
         looking_back = None
-        if isinstance(self._identifier, BankIdentifier):
+        if isinstance(self._identifier, BANKS):
             looking_back = self._identifier.looking_back(self._settings.hindsight_lag_s)
         return SecondPass(
             self._record,
@@ -152,7 +152,7 @@ class Chain:
         robot = self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
         answer = self._identifier.push(evidence)
-        if self._record is not None and isinstance(self._identifier, BankIdentifier):
+        if self._record is not None and isinstance(self._identifier, BANKS):
             self._record.push_bins(self._identifier.new_bins)
         verdict = undecided_while_filling(answer, derivatives.state == Status.WARMING_UP, self._all_modes)
         observed = self._observed(rows, derivatives, evidence, verdict)
@@ -182,6 +182,7 @@ class Chain:
             variances=variances,
             independence=self._independence_of(rows),
             restarts=rows.restarts,
+            wheels=rows.inputs[2:],
         )
 
     def _independence_of(self, rows: SampleBatch) -> F64:

@@ -14,6 +14,7 @@ from wmr_replay.pipeline.hindsight import Record
 from wmr_replay.pipeline.intake import Intake, stretch_length
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
+from wmr_replay.pipeline.stretch import has_wheel_speeds_alone
 from wmr_replay.quality.frozen import RepeatedRows
 from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.batches import RawBatch
@@ -102,9 +103,10 @@ class Engine:
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
-        self._chain = Chain(self.settings, self.model, stretch, self._bars, self._record)
+        settings = self.settings.by_wheel_speeds if has_wheel_speeds_alone(stretch) else self.settings
+        self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)
         return [
-            warming_up_columns(int(stretch.t_ns[0]), stretch, self.settings.all_modes),
+            warming_up_columns(int(stretch.t_ns[0]), stretch, settings.all_modes),
             *self._chain.push(rest),
         ]

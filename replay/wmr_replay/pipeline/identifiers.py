@@ -6,11 +6,14 @@ from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
 from wmr_replay.identify.undecided import Undecided
+from wmr_replay.identify.wheel_bank import WheelBankIdentifier
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import NO_IDENTIFIER, Settings
+from wmr_replay.pipeline.settings import NO_IDENTIFIER, WHEEL_BANK, Settings
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import Status
+
+BANKS = (BankIdentifier, WheelBankIdentifier)
 
 
 def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, step_s: float) -> Identifier:
@@ -35,12 +38,14 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
         algebraic = AlgebraicSettings(settings.min_confidence)
         return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
     bank = BankSettings(min_confidence=settings.min_confidence)
+    if settings.identifier == WHEEL_BANK:
+        return WheelBankIdentifier(model.robot, rules, step_s, bank)
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 
 
 def follow_rate(identifier: Identifier, step_s: float) -> None:
-    """The pose comes every ``step_s`` from now on; only the bank counts rows."""
-    if isinstance(identifier, BankIdentifier):
+    """The pose comes every ``step_s`` from now on; only the banks count rows."""
+    if isinstance(identifier, BANKS):
         identifier.change_rate(step_s)
 
 

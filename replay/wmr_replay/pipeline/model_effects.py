@@ -17,13 +17,15 @@ from wmr_replay.effects.theta import Values, theta_of
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
-from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
+from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
 from wmr_schemas.effects.own import Columns
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
 
+EFFECTS = effects_of("torque")
+"""The effects that a replay by torques applies."""
 FOLLOWED = tuple(name for name, effect in EFFECTS.items() if effect.followed)
 """Effects that an identifier finds itself, as a change of α, slipping or skidding."""
 Named = list[tuple[str, Values]]

@@ -1,6 +1,6 @@
 """Settings of a run; a value of None means "chosen from the initial stretch of the log"."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from wmr_schemas.errors import InvalidSetting
@@ -10,6 +10,8 @@ from wmr_schemas.robot import RobotParameters
 IDENTIFIERS = ("paper", "algebraic", "bank")
 NO_IDENTIFIER = "none"
 """For a replay that is asked for the data's quality alone; no choice of a user's."""
+WHEEL_BANK = "wheel_bank"
+"""What becomes of ``bank`` where a log has wheel speeds and no torques; no choice of a user's."""
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
 """8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
@@ -73,7 +75,7 @@ class Settings:
         self._check_differentiator()
 
     def _check_identifier(self) -> None:
-        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER):
+        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER, WHEEL_BANK):
             raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
         if not 0 <= self.min_confidence < 1:
             raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")
@@ -114,6 +116,11 @@ class Settings:
     def all_modes(self) -> ModeSet:
         """``mode_set`` of a row in which nothing is excluded."""
         return ModeSet.ALL if self.simultaneous else ModeSet.ALL_SINGLE
+
+    @property
+    def by_wheel_speeds(self) -> "Settings":
+        """The same for a log with wheel speeds and no torques: they tell slipping beside skidding."""
+        return replace(self, identifier=WHEEL_BANK, simultaneous=True) if self.identifier == "bank" else self
 
     def as_dict(self) -> dict[str, Any]:
         """The settings as ``summary.settings`` holds them."""

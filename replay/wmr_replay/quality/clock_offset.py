@@ -6,19 +6,22 @@ their sum ~ c₀ + c₁ dv_long/dt + c₂ v_long + c₃ sign(v_long), their diff
 has to be among them: the speed lags the acceleration, and would shift the best lag. Both sides pass through
 the same window and describe the same instants, see :class:`~wmr_replay.quality.interface.Observed`.
 
-The offset minimises Σ n log(1 − R²) over both pairs. Nothing is corrected and no row is barred: what is found
-depends on the log as a whole.
+The offset minimises Σ n log(1 − R²) over both pairs. Wheel speeds have one set of coefficients for the log.
+Efforts have one for each block of 5 s: wheels that slip pass on a part of the effort, and a block that slips
+throughout would blur the others. Nothing is corrected and no row is barred: what is found depends on the log
+as a whole.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
+from wmr_replay.quality.best_lag import best_lag
 from wmr_replay.quality.even_grid import EvenGrid
 from wmr_replay.quality.interface import Observed
-from wmr_replay.quality.lagged_fit import LaggedFit
+from wmr_replay.quality.lag_costs import BlockCosts, PooledCosts
 from wmr_schemas.arrays import F64, I8, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
@@ -57,6 +60,10 @@ class OffsetSettings:
     least_share: float = 0.3
     """R² that one pair reaches at the best lag; below, signals and motion have little in common."""
 
+    least_excess: float = 1.6
+    """Standard errors by which every other lag costs more. Of 300 pairs of motion and another log's efforts
+    none exceeds 1.4; where they belong together, the least of 300 logs of 180 s is 1.9."""
+
     delay_s: float = 0.3
     """Below this, `gap` names the offset as a delay."""
 
@@ -85,8 +92,8 @@ class ClockOffset:
         self._settings = settings
         n_lags, n_block = (round(s / settings.step_s) for s in (settings.largest_s, settings.block_s))
         self._grid = EvenGrid(settings.step_s, 8, settings.longest_gap_s)
-        self._speeds = [LaggedFit(1, n_lags, n_block) for _ in range(2)]
-        self._efforts = [LaggedFit(3, n_lags, n_block) for _ in range(2)]
+        self._speeds = [PooledCosts(1, n_lags, n_block) for _ in range(2)]
+        self._efforts = [BlockCosts(3, n_lags, n_block) for _ in range(2)]
         self._holds = HeldSamples()
 
     def push(self, rows: Observed) -> I8:
@@ -140,35 +147,20 @@ class ClockOffset:
         return [finding("clock_offset", Severity.NOTE if small else Severity.WARNING, text, advice=advice)]
 
 
-def estimated(signal: str, pairs: list[LaggedFit], settings: OffsetSettings) -> Estimate | None:
+def estimated(
+    signal: str, pairs: Sequence[PooledCosts | BlockCosts], settings: OffsetSettings
+) -> Estimate | None:
     """The best lag of both pairs together, and its jackknife deviation; None where the log does not tell."""
-    groups = [pair.groups for pair in pairs]
-    n_groups = min(map(len, groups))
-    if n_groups < settings.least_groups:
+    known = np.logical_and.reduce([pair.known for pair in pairs])
+    share = max(pair.share for pair in pairs)
+    if np.count_nonzero(known) < settings.least_groups or share < settings.least_share:
         return None
-    whole = [sums.sum(axis=0) for sums in groups]
-    share = max(float(pair.fits(sums)[1].max()) for pair, sums in zip(pairs, whole, strict=True))
-    lags = [best_lag(pairs, whole)]
-    lags += [best_lag(pairs, [s - g[k] for s, g in zip(whole, groups, strict=True)]) for k in range(n_groups)]
-    if share < settings.least_share or None in lags:
+    costs: F64 = np.sum([pair.costs() for pair in pairs], axis=0)
+    best = best_lag(costs, known)
+    if best is None or best.excess < settings.least_excess:
         return None
-    first, *without = (lag * settings.step_s for lag in lags if lag is not None)
-    sd_s = float(np.std(without) * np.sqrt(n_groups - 1))
-    return Estimate(signal, first, sd_s, share) if sd_s < settings.largest_sd_s else None
-
-
-def best_lag(pairs: list[LaggedFit], sums: list[F64]) -> float | None:
-    """The minimum of Σ n log(1 − R²) in steps, by the parabola through its three lags; None at an end."""
-    costs: F64 = np.zeros(1)
-    for pair, summed in zip(pairs, sums, strict=True):
-        n, share = pair.fits(summed)
-        costs = costs + n.max() * np.log1p(-share)
-    best = int(np.argmin(costs))
-    if not 0 < best < len(costs) - 1:
-        return None
-    before, at, after = costs[best - 1 : best + 2].tolist()
-    bend = before - 2 * at + after
-    return best - pairs[0].n_lags + ((before - after) / (2 * bend) if bend > 0 else 0.0)
+    sd_s = best.sd * settings.step_s
+    return Estimate(signal, best.lag * settings.step_s, sd_s, share) if sd_s < settings.largest_sd_s else None
 
 
 class HeldSamples:

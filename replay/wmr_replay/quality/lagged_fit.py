@@ -1,60 +1,61 @@
-"""How well one signal is explained by others at every lag, from running sums of bounded size.
+"""How well one signal is explained by others at every lag, block by block of a log.
 
-For each lag j the least-squares fit y[k] ≈ c₀ + Σ c_i x_i[k + j] over all k where both are known. The sums
-are kept for ``N_GROUPS`` groups of blocks of the log, so that the fit without any one group can be made as
-well: the jackknife's deviation holds for residuals that are correlated within a block.
+For each lag j the least-squares fit y[k] ≈ c₀ + Σ c_i x_i[k + j] over all k where both are known, from sums
+of products.
 """
+
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from wmr_schemas.arrays import F64
 
-N_GROUPS = 16
 RIDGE = 1e-9
 """Relative to the diagonal: a signal that never changes explains nothing, and is no error."""
 
 
-class LaggedFit:
-    """``push(x, y)`` points of an even grid, ``x`` (p, n) and ``y`` (n,), NaN where unknown.
+class LaggedSums:
+    """Stage: points of an even grid, ``x`` (p, n) and ``y`` (n,), NaN where unknown → sums of each block.
 
     Blocks of ``n_block`` points of y are summed once the x up to ``n_lags`` points later are there. The sums
     depend on the points alone, not on the batches. The last block is left out while it is not complete.
     """
 
     def __init__(self, n_signals: int, n_lags: int, n_block: int) -> None:
-        self.n_lags, self._n_block, self._n_blocks = n_lags, n_block, 0
+        self.n_lags, self.n_block, self._n_blocks = n_lags, n_block, 0
         self._rows, self._columns = np.triu_indices(n_signals + 1)
-        self._sums = np.zeros((N_GROUPS, len(self._rows), 2 * n_lags + 1, 3))
         self._x = np.full((n_signals, n_lags), np.nan)
         self._y = np.empty(0)
 
-    def push(self, x: F64, y: F64) -> None:
-        """The next points."""
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """(q, lags, 3) of the sums of a block."""
+        return len(self._rows), 2 * self.n_lags + 1, 3
+
+    def push(self, x: F64, y: F64) -> Iterator[tuple[int, F64]]:
+        """The next points; number and sums (q, lags, 3) of the blocks that they complete, of those in which
+        anything is known.
+        """
         self._x = np.concatenate([self._x, x], axis=1)
         self._y = np.concatenate([self._y, y])
-        begin, reach = 0, 2 * self.n_lags + self._n_block
-        while self._x.shape[1] - begin >= reach:
-            self._sum_up(self._x[:, begin : begin + reach], self._y[begin : begin + self._n_block])
-            begin += self._n_block
-        self._x, self._y = self._x[:, begin:], self._y[begin:]
+        reach = 2 * self.n_lags + self.n_block
+        while self._x.shape[1] >= reach:
+            sums = self._sums_of(self._x[:, :reach], self._y[: self.n_block])
+            self._x, self._y = self._x[:, self.n_block :], self._y[self.n_block :]
+            self._n_blocks += 1
+            if sums is not None:
+                yield self._n_blocks - 1, sums
 
-    def _sum_up(self, x: F64, y: F64) -> None:
-        """Add a block: y (n_block,) with the x (p, n_block + 2 n_lags) around it."""
-        group = self._sums[self._n_blocks % N_GROUPS]
-        self._n_blocks += 1
+    def _sums_of(self, x: F64, y: F64) -> F64 | None:
+        """Σ of 1, y and y² times the products of 1 and x: ``y`` (n_block,), ``x`` (p, n_block + 2 n_lags)."""
         known_x, known_y = np.isfinite(x).all(axis=0), np.isfinite(y)
         if not (known_x.any() and known_y.any()):
-            return
+            return None
         ones = np.where(known_x, np.vstack([np.ones(x.shape[1]), x]), 0.0)
         products = ones[self._rows] * ones[self._columns]
         powers = np.where(known_y, np.stack([np.ones(len(y)), y, y**2]), 0.0)
-        group += sliding_window_view(products, len(y), axis=1) @ powers.T
-
-    @property
-    def groups(self) -> F64:
-        """The sums of each group that has any, (g, q, lags, 3)."""
-        return self._sums[self._sums[:, 0].any(axis=(1, 2))]
+        return np.asarray(sliding_window_view(products, len(y), axis=1) @ powers.T)
 
     def fits(self, sums: F64) -> tuple[F64, F64]:
         """By lag the number of points (lags,), and the share of the variance of y that is explained."""

@@ -27,7 +27,7 @@ def frame_of(columns: Columns, schema: pl.Schema) -> pl.DataFrame:
     series = []
     for name, dtype in schema.items():
         if name not in columns:
-            series.append(pl.Series(name, dtype=dtype).extend_constant(None, n))
+            series.append(pl.Series(name, [None], dtype=dtype).new_from_index(0, n))
         elif name == "status":
             series.append(STATUS.gather(columns[name]).alias(name))
         elif dtype == pl.Float64:

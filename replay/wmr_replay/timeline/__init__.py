@@ -23,17 +23,3 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 
 Every view opens on the whole log. Recordings of comparisons and gap analyses: ``comparison``, ``gap``.
 """
-
-from wmr_replay.timeline.comparison import Side, comparison_text, write_comparison
-from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
-from wmr_replay.timeline.writer import Timeline
-
-__all__ = [
-    "Side",
-    "Timeline",
-    "ViewerUnavailable",
-    "comparison_text",
-    "open_viewer",
-    "viewer_command",
-    "write_comparison",
-]

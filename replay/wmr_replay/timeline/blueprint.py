@@ -11,12 +11,10 @@ from wmr_replay.timeline.views import (
     Page,
     Plot,
     Span,
-    findings_view,
     lanes_view,
     pages_view,
     path_view,
-    tabs_of,
-    text_view,
+    texts_view,
     window,
 )
 
@@ -73,17 +71,15 @@ class Contents:
 
 def layout(held: Contents, play_state: PlayState = PlayState.Paused) -> rrb.Blueprint:
     """The blueprint for a recording."""
-    texts = tabs_of([text_view("/description", "Verdict"), text_view("/how_to_read", "How to read")])
+    texts = texts_view(found=held.found)
     lanes = ["/mode/**", "/status"]
     right = None if held.span is None else lanes_and_pages(lanes, _pages(held), held.written, held.span)
     if right is None:
         return window(rrb.Vertical(texts), None)
     name = "Path [m] by mode, true in white" if held.true_path else "Path [m] by mode"
-    left: list[rrb.View | rrb.Container] = [path_view(held.frame, name), texts]
-    if held.found:
-        left.insert(1, findings_view())
-    shares = [54, 17, 29] if held.found else [68, 32]
-    return window(rrb.Vertical(*left, row_shares=shares), right, play_state=play_state)
+    shares = [58, 42] if held.found else [68, 32]
+    left = rrb.Vertical(path_view(held.frame, name), texts, row_shares=shares)
+    return window(left, right, play_state=play_state)
 
 
 def lanes_and_pages(

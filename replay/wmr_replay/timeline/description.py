@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wmr_schemas.text import markdown
+from wmr_schemas.text import markdown, shown
 
 _HOW_TO_READ = """\
 **Path**: as measured, in the colour of the estimated mode{true_path}. Green: ideal; orange: skidding; \
@@ -22,17 +22,26 @@ changes of mode and status are exact.
 
 
 def verdict_text(log_name: str, verdict: str | None, findings: Sequence[Mapping[str, Any]] = ()) -> str:
-    """Markdown: the log, the verdict, and the findings on the data, which their log may cut off."""
-    lines = [f"## {markdown(log_name)}", markdown((verdict or "").strip())]
-    if findings:
-        lines.append("\n".join(["**Data quality**", "", *map(finding_line, findings)]))
-    return "\n\n".join(line for line in lines if line)
+    """Markdown: the verdict, the findings on the data, the log."""
+    said = markdown((verdict or "").strip())
+    blocks = (said and f"**{said}**", findings_text(findings), f"Log: {markdown(log_name)}")
+    return "\n\n".join(block for block in blocks if block)
 
 
 def finding_line(found: Mapping[str, Any]) -> str:
     """A finding as an entry of a list."""
     text, advice = markdown(found["text"]), markdown(found["advice"])
     return f"- **{markdown(found['code'])}** ({found['severity']}): {text}. {advice}"
+
+
+def findings_text(findings: Sequence[Mapping[str, Any]]) -> str:
+    """Markdown: the findings as a list below their heading; empty without any."""
+    return "\n".join(["**Data quality**", "", *map(finding_line, findings)]) if findings else ""
+
+
+def log_text(found: Mapping[str, Any]) -> str:
+    """A finding as an entry of a log, whose view cuts long lines off: its kind, and where to read on."""
+    return shown(f"{found['code']} (see Verdict)")
 
 
 def how_to_read(

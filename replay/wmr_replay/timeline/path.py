@@ -9,8 +9,19 @@ import rerun as rr
 from wmr_replay.timeline import colours
 from wmr_schemas.arrays import F64, I8, I64
 
-LABEL_ROOM, LABEL_INSET = (0.13, 0.1), (0.085, 0.075)
-"""Room for the grid's labels on the left and below, and their distance from the edges: shares of the side."""
+
+@dataclass(frozen=True)
+class LabelRoom:
+    """Room for the grid's labels on the left and below, and their distance from these edges: shares of the
+    longer side. A label has a fixed size on the screen, and so a larger share of a small view.
+    """
+
+    room: tuple[float, float] = (0.16, 0.1)
+    inset: tuple[float, float] = (0.085, 0.075)
+
+
+SMALL_VIEW = LabelRoom((0.24, 0.18), (0.08, 0.13))
+"""For a view that has a third of the window's height."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +49,8 @@ def strips_by_mode(xy: F64, mode: I8) -> Strips:
 class Frame:
     """The smallest rectangle around all points seen."""
 
-    def __init__(self) -> None:
+    def __init__(self, labels: LabelRoom = LabelRoom()) -> None:
+        self.labels = labels
         self.low, self.high = np.full(2, np.inf), np.full(2, -np.inf)
 
     def include(self, xy: F64) -> None:
@@ -57,7 +69,7 @@ class Frame:
         the left and below.
         """
         sides, middle = self.sides(), (self.low + self.high) / 2
-        half, room = sides / 2 + share * sides.max(), sides.max() * np.array(LABEL_ROOM)
+        half, room = sides / 2 + share * sides.max(), sides.max() * np.array(self.labels.room)
         return middle - half - room, middle + half
 
 
@@ -68,13 +80,18 @@ def grid_step_m(side_m: float, lines: int = 4) -> float:
     return float(next(factor * power for factor in (1, 2, 5, 10) if factor * power >= raw * 0.999))
 
 
-def grid(low: F64, high: F64) -> tuple[list[F64], F64, list[str]]:
-    """Lines of constant x and y inside the rectangle, and for each the place and text of its label."""
-    step = grid_step_m(float((high - low).max()))
-    inset = (high - low).max() * np.diag(LABEL_INSET)
+def grid(frame: Frame) -> tuple[list[F64], F64, list[str]]:
+    """Lines of constant x and y inside the frame, and for each the place and text of its label.
+
+    No line goes through the room for labels, where two of them would overlap.
+    """
+    low, high = frame.with_margin()
+    first = low + frame.sides().max() * np.array(frame.labels.room)
+    step = grid_step_m(float((high - first).max()))
+    inset = (high - low).max() * np.diag(frame.labels.inset)
     lines, places, texts = [], [], []
     for axis, name in enumerate("xy"):
-        for k in range(math.ceil(low[axis] / step), math.floor(high[axis] / step) + 1):
+        for k in range(math.ceil(first[axis] / step), math.floor(high[axis] / step) + 1):
             ends = np.array([low, high])
             ends[:, axis] = k * step
             lines.append(ends)
@@ -114,9 +131,9 @@ def true_strip_columns(xy: F64) -> rr.ComponentColumnList:
     return rr.LineStrips2D.columns(strips=[xy])
 
 
-def log_grid(recording: rr.RecordingStream, low: F64, high: F64) -> None:
+def log_grid(recording: rr.RecordingStream, frame: Frame) -> None:
     """A labelled grid behind the path."""
-    lines, places, texts = grid(low, high)
+    lines, places, texts = grid(frame)
     thin, none = rr.Radius.ui_points(0.5), rr.Radius.ui_points(0)
     recording.log(
         "/path/grid/lines",

@@ -12,6 +12,7 @@ import rerun.blueprint as rrb
 
 from wmr_replay.timeline import colours
 from wmr_replay.timeline.columns import blank_holes, rows_to_draw, time_columns
+from wmr_replay.timeline.description import log_text
 from wmr_replay.timeline.path import (
     Frame,
     log_grid,
@@ -159,7 +160,7 @@ class Sink:
 
     def add_grid(self, frame: Frame) -> None:
         """The grid behind the path."""
-        log_grid(self.recording, *frame.with_margin())
+        log_grid(self.recording, frame)
 
     def add_text(self, markdown: str, entity: str = "/description") -> None:
         """A text panel."""
@@ -175,7 +176,7 @@ class Sink:
             return
         at_s = [found["where"][0][0] if found["where"] else 0.0 for found in findings]
         t_ns = pl.Series([self.start_ns + round(t_s * NS_PER_S) for t_s in at_s])
-        texts = [shown(f"{found['code']}: {found['text']}. {found['advice']}") for found in findings]
+        texts = [log_text(found) for found in findings]
         levels = [LEVELS[found["severity"]] for found in findings]
         self._send("/findings", t_ns, rr.TextLog.columns(text=texts, level=levels))
 

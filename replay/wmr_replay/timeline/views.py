@@ -130,6 +130,12 @@ def findings_view() -> rrb.TextLogView:
     return rrb.TextLogView(origin="/findings", name="Data quality", columns=columns)
 
 
+def texts_view(*, found: bool) -> rrb.Container:
+    """Tabs: the verdict, the findings on the data where there are any, how to read the recording."""
+    between = [findings_view()] if found else []
+    return tabs_of([text_view("/description", "Verdict"), *between, text_view("/how_to_read", "How to read")])
+
+
 def window(
     left: rrb.Container,
     right: rrb.Container | None,

@@ -21,7 +21,7 @@ import llvmlite
 import numba
 from numba.core import config
 
-from wmr_schemas.compiled.state import source_files, state_directory
+from wmr_schemas.compiled.state import source_paths, state_directory
 
 TESTED = {"0.68": "0.50"}
 """Minor versions of numba, and of the llvmlite beside it, whose internals are known."""
@@ -71,6 +71,6 @@ def directory_for(function: Any, processor: tuple[str, ...]) -> Path | None:
     """Where compiled code of the ``function`` is kept; None for one whose sources are not in the hash."""
     if function.__closure__ is not None:
         return None
-    if Path(function.__code__.co_filename) not in set(source_files().values()):
+    if Path(function.__code__.co_filename) not in source_paths():
         return None
     return state_directory(sys.version, numba.__version__, llvmlite.__version__, *processor)

@@ -11,7 +11,7 @@ from typing import Any
 from llvmlite.binding import create_new_function_pass_manager
 from numba.core.caching import NullCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, CompileResult
+from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler
 from numba.core.errors import NumbaError
@@ -22,6 +22,7 @@ from numba.core.types import unliteral
 from wmr_schemas.compiled import store
 from wmr_schemas.compiled.front_end import faster, own
 from wmr_schemas.compiled.internals import directory_for
+from wmr_schemas.compiled.kept_code import KeptCode
 from wmr_schemas.compiled.notice import tell
 
 EXPLICIT: dict[str, Any] = {"nopython": True, "_nrt": True, "error_model": "python", "boundscheck": None}
@@ -144,20 +145,20 @@ class KernelCache(NullCache):
         return None if file is None else str(file.parent)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled signature, or None."""
-        target_context.refresh()
+        """The compiled signature, or None, with numba's declarations up to date for what is compiled next."""
         file = self._file(sig, target_context.codegen())
         content = None if file is None else store.read(file)
-        if content is None:
-            return None
-        kept, payload = pickle.loads(content)
-        return CompileResult._rebuild(target_context, *payload) if kept == str(sig) else None
+        signature, kept = pickle.loads(content) if content is not None else (None, None)
+        if kept is not None and signature == str(sig):
+            return kept.restored(target_context)
+        target_context.refresh()
+        return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep a compiled signature."""
         file = self._file(sig, data.codegen)
         if file is not None and not data.lifted and not data.library.has_dynamic_globals:
-            store.write(file, dumps((str(sig), data._reduce())))
+            store.write(file, dumps((str(sig), KeptCode.of(data))))
 
 
 class Kernel(CPUDispatcher):
@@ -168,6 +169,9 @@ class Kernel(CPUDispatcher):
         super().__init__(py_func, locals, options)
         self._compiler = KernelCompiler(py_func, self.targetdescr, options, self.locals, Compiler)
         self._cache = KernelCache(py_func)
+
+    def _compilation_chain_init_hook(self) -> None:
+        """Nothing: where code is compiled, all installed packages are searched for extensions of numba."""
 
     @cached_property
     def part(self) -> Any:

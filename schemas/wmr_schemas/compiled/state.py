@@ -31,7 +31,7 @@ def register_sources(package: str) -> None:
         raise ModuleNotFoundError(f"no package {package!r} to register compiled functions of", name=package)
     if package not in _packages:
         _packages.append(package)
-        for cached in (source_files, state_directory):
+        for cached in (source_files, source_paths, state_directory):
             cached.cache_clear()
 
 
@@ -46,9 +46,16 @@ def source_files() -> dict[str, Path]:
         if spec.submodule_search_locations is None and spec.origin is not None:
             found[package] = Path(spec.origin)
         for place in spec.submodule_search_locations or ():
-            for file in sorted(Path(place).rglob("*.py")):
-                found[f"{package}/{file.relative_to(place).as_posix()}"] = file
+            for folder, _, names in os.walk(place):
+                room = folder.removeprefix(place).replace(os.sep, "/")
+                found |= {f"{package}{room}/{n}": Path(folder, n) for n in names if n.endswith(".py")}
     return found
+
+
+@cache
+def source_paths() -> frozenset[Path]:
+    """The places of :func:`source_files`."""
+    return frozenset(source_files().values())
 
 
 def hash_of(files: dict[str, Path], *others: str) -> str:

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 
 from wmr_schemas.effects import (
     body,
+    commands,
+    encoders,
     places,
     pose,
     resistance,
@@ -17,7 +19,15 @@ from wmr_schemas.effects import (
     tyres,
     wheels,
 )
-from wmr_schemas.effects.declaration import EffectDeclaration, Exact, Parameter, Range, Search, Separable
+from wmr_schemas.effects.declaration import (
+    BaseModel,
+    EffectDeclaration,
+    Exact,
+    Parameter,
+    Range,
+    Search,
+    Separable,
+)
 from wmr_schemas.effects.manoeuvres import Manoeuvre
 from wmr_schemas.effects.own import OwnEffect, own_effects
 
@@ -26,6 +36,7 @@ __all__ = [
     "BUILT_IN",
     "EFFECTS",
     "UNNAMED_PREFIX",
+    "BaseModel",
     "EffectDeclaration",
     "Exact",
     "Manoeuvre",
@@ -34,8 +45,10 @@ __all__ = [
     "Range",
     "Search",
     "Separable",
+    "built_in",
     "catalogue",
     "declared",
+    "effects_of",
     "own_effects",
 ]
 
@@ -43,9 +56,14 @@ UNNAMED_PREFIX = "unnamed:"
 """Prefix of an effect that only a dictionary term describes, ``unnamed:<channel>:<term>``; see
 :mod:`wmr_schemas.terms`.
 """
-FAMILIES = (response, resistance, wheels, body, pose, tyres, torques, places)
+FAMILIES = (response, resistance, wheels, body, pose, tyres, torques, places, encoders, commands)
 BUILT_IN: tuple[EffectDeclaration, ...] = tuple(effect for family in FAMILIES for effect in family.EFFECTS)
-"""The built-in effects in the order in which a scan looks for them."""
+"""The built-in effects of every base model, in the order in which a scan looks for them."""
+
+
+def built_in(base: BaseModel) -> tuple[EffectDeclaration, ...]:
+    """The built-in effects of a base model, in the order in which a scan looks for them."""
+    return tuple(effect for effect in BUILT_IN if base in effect.models)
 
 
 def by_number(effects: tuple[EffectDeclaration, ...]) -> dict[str, EffectDeclaration]:
@@ -54,8 +72,14 @@ def by_number(effects: tuple[EffectDeclaration, ...]) -> dict[str, EffectDeclara
 
 
 EFFECTS: dict[str, EffectDeclaration] = by_number(BUILT_IN)
+"""The built-in effects of every base model."""
 BEYOND: dict[str, EffectDeclaration] = by_number(simulator_only.EFFECTS)
 """Effects that only the simulator has: no candidate names them, no model file holds them."""
+
+
+def effects_of(base: BaseModel) -> dict[str, EffectDeclaration]:
+    """The built-in effects of a base model by name, in the order of their numbers."""
+    return {name: effect for name, effect in EFFECTS.items() if base in effect.models}
 
 
 def catalogue() -> Mapping[str, EffectDeclaration]:

@@ -17,9 +17,17 @@ INFINITE = float("inf")
 Channel = Literal["longitudinal", "lateral", "yaw", "both", "input", "measurement"]
 BaseModel = Literal["torque", "wheel_speed"]
 """What drives the base model: wheel torques, or measured (or commanded) wheel speeds."""
-ActsOn = Literal["robot", "acceleration", "wheel", "efforts", "pose", "tyre", "traction"]
+DrivenBy = Literal["torque", "wheel_speed", "command"]
+"""What drives a model, where measured and commanded wheel speeds make a difference."""
+BOTH: tuple[BaseModel, ...] = ("torque", "wheel_speed")
+WHEEL_SPEED: tuple[BaseModel, ...] = ("wheel_speed",)
+EVERY_INPUT: tuple[DrivenBy, ...] = ("torque", "wheel_speed", "command")
+ActsOn = Literal[
+    "robot", "acceleration", "wheel", "efforts", "pose", "tyre", "traction", "rolling", "commands"
+]
 """The robot's parameters; dv_long/dt or l·yaw_acc; the torque at a wheel; the commanded inputs; the measured
-pose; lateral tyre force; traction in a stretch of time or a region.
+pose; lateral tyre force; traction in a stretch of time or a region; the motion that follows from wheel
+speeds; the wheel speeds that follow from commands.
 """
 Extent = Literal["always", "time", "space"]
 Role = Literal["size", "time", "place"]
@@ -106,11 +114,13 @@ class Range:
 class Exact:
     """Effects that give the same poses whatever is driven, while the model also has those of ``beside``.
 
-    ``same_as`` holds names of effects, and of quantities that no effect of the catalogue describes.
+    ``same_as`` holds names of effects, and of quantities that no effect of the catalogue describes;
+    ``driven_by`` holds the inputs with which they are the same.
     """
 
     same_as: tuple[str, ...]
     beside: tuple[str, ...] = ()
+    driven_by: tuple[DrivenBy, ...] = EVERY_INPUT
 
 
 @dataclass(frozen=True)
@@ -161,6 +171,10 @@ class EffectDeclaration:
     """Whether the effect is absent where its size is 0, so that the size can be tested against 0."""
     needs_excitation: bool = True
     """Whether the torques must vary for the effect to be seen."""
+    needs_commands: bool = False
+    """Whether the wheel-speed base has the effect only where commands drive the model."""
+    wheel_speed_formula: str = ""
+    """The formula on the wheel-speed base, where it is another one."""
 
     def __post_init__(self) -> None:
         unknown = [key for key in (*self.ranges, *(self.vector or ())) if key not in self.parameters]
@@ -168,6 +182,12 @@ class EffectDeclaration:
             raise ValueError(f"{self.name} draws {', '.join(unknown)}, which it does not have")
         if not self.name or not self.parameters or not self.models:
             raise ValueError(f"{self.name!r} needs a name, a parameter and a base model")
+
+    def formula_of(self, base: BaseModel) -> str:
+        """The formula on a base model."""
+        return (
+            self.wheel_speed_formula if base == "wheel_speed" and self.wheel_speed_formula else self.formula
+        )
 
     @property
     def units(self) -> dict[str, str]:

@@ -1,6 +1,14 @@
 """Effects that act in a stretch of time or a region: a load taken on, traction lost."""
 
-from wmr_schemas.effects.declaration import INFINITE, Domain, EffectDeclaration, Parameter, Range, Separable
+from wmr_schemas.effects.declaration import (
+    BOTH,
+    INFINITE,
+    Domain,
+    EffectDeclaration,
+    Parameter,
+    Range,
+    Separable,
+)
 from wmr_schemas.effects.manoeuvres import Manoeuvre
 from wmr_schemas.modes import ContactMode
 
@@ -39,6 +47,8 @@ EFFECTS = (
         "alpha·(1 − loss) in an interval",
         {"start_s": _TIME, "end_s": _TIME, "loss": _LOSS},
         acts_on="traction",
+        models=BOTH,
+        wheel_speed_formula="wheel speeds·(1 − loss) in an interval",
         number=24,
         extent="time",
         followed=True,

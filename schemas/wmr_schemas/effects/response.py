@@ -1,6 +1,7 @@
 """Effects on how the robot responds to its torques: α and α_yaw times a factor."""
 
 from wmr_schemas.effects.declaration import (
+    BOTH,
     Domain,
     EffectDeclaration,
     Exact,
@@ -50,10 +51,16 @@ EFFECTS = (
         "alpha·(1 + ratio), alpha_yaw·(1 + ratio)",
         {"ratio": Parameter("1", 1e-3, -0.9, 10.0, _WEAKER, domain=Domain.ABOVE_MINUS_ONE)},
         acts_on="robot",
+        models=BOTH,
+        needs_commands=True,
+        wheel_speed_formula="commanded wheel speeds·(1 + ratio)",
         number=2,
         search=Search(clipped=True),
         ranges={"ratio": Range(0.12, 0.35, signed=True)},
-        exact=(Exact(("drive_gain", "wheel_radius", "wheel_inertia", "torque_constant")),),
+        exact=(
+            Exact(("drive_gain", "wheel_radius", "wheel_inertia", "torque_constant"), driven_by=("torque",)),
+            Exact(("drive_gain", "wheel_scale", "wheel_radius"), driven_by=("command",)),
+        ),
         relevant=0.25,
     ),
 )

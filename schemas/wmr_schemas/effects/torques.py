@@ -1,6 +1,7 @@
 """Effects between the commanded torque and the torque that acts."""
 
 from wmr_schemas.effects.declaration import (
+    BOTH,
     INFINITE,
     Domain,
     EffectDeclaration,
@@ -56,6 +57,9 @@ EFFECTS = (
             )
         },
         acts_on="efforts",
+        models=BOTH,
+        needs_commands=True,
+        wheel_speed_formula="commanded wheel speeds / (T·s + 1)",
         number=14,
         search=Search(grid=(0.03, 0.06, 0.1, 0.16, 0.25, 0.4)),
         ranges={"time_constant_s": Range(0.05, 0.25)},
@@ -78,10 +82,16 @@ EFFECTS = (
             )
         },
         acts_on="efforts",
+        models=BOTH,
+        needs_commands=True,
+        wheel_speed_formula="commanded wheel speeds, of t − delay",
         number=15,
         search=Search(grid=(-0.1, -0.05, 0.03, 0.06, 0.1, 0.15, 0.22, 0.3)),
         ranges={"delay_s": Range(0.05, 0.2)},
-        exact=(Exact(("input_delay", "pose_clock_offset")),),
+        exact=(
+            Exact(("input_delay", "pose_clock_offset"), driven_by=("torque",)),
+            Exact(("input_delay", "pose_delay", "pose_clock_offset"), driven_by=("command",)),
+        ),
         relevant=0.15,
     ),
     EffectDeclaration(

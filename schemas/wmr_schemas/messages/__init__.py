@@ -6,7 +6,11 @@
 
 POSE_TOPIC = "/pose"
 TORQUE_TOPIC = "/wheel_torques"
+WHEEL_TOPIC = "/wheel_speeds"
+COMMAND_TOPIC = "/wheel_commands"
+TWIST_TOPIC = "/cmd_vel"
 MODE_TOPIC = "/ground_truth/mode"
 METADATA_NAME = "wmr_replay"
 POSE_FRAME = "map"
+ROBOT_FRAME = "base_link"
 WHEEL_JOINTS = ("left_wheel_joint", "right_wheel_joint")

@@ -13,6 +13,11 @@ from wmr_schemas.signals import ModeTrack, PoseTrack, TorqueTrack
 WheelAngles: TypeAlias = tuple[F64, F64]
 """Angles of the left and the right wheel in rad, each of shape (n,)."""
 
+JointGroups: TypeAlias = tuple[list[F64], list[F64], list[F64]]
+"""Position, velocity and effort of (left, right), as in a JointState; an empty list where nothing is
+known.
+"""
+
 
 @dataclass(frozen=True)
 class MessageSchema:
@@ -36,6 +41,11 @@ class Codec:
     encode_pose: Callable[[PoseTrack], list[bytes]]
     encode_torque: Callable[[TorqueTrack, WheelAngles | None], list[bytes]]
     encode_mode: Callable[[ModeTrack], list[bytes]]
+    encode_joints: Callable[[I64, JointGroups], list[bytes]]
+    """Stamps and groups as messages of the schema ``torque``."""
+    twist: MessageSchema
+    encode_twist: Callable[[I64, F64, F64], list[bytes]]
+    """Stamps, v in m/s and yaw rate in rad/s."""
 
 
 class Template:
@@ -86,7 +96,7 @@ def yaw_quaternion(yaw_rad: F64) -> tuple[F64, F64]:
     return np.sin(yaw_rad / 2), np.cos(yaw_rad / 2)
 
 
-def wheel_columns(torque: TorqueTrack, angles: WheelAngles | None) -> tuple[list[F64], list[F64], list[F64]]:
+def wheel_columns(torque: TorqueTrack, angles: WheelAngles | None) -> JointGroups:
     """Position, velocity and effort of (left, right), as in a JointState; empty where nothing is known."""
     position = [] if angles is None else list(angles)
     speeds = [torque.left_radps, torque.right_radps]

@@ -10,9 +10,10 @@ import numpy as np
 import polars as pl
 
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
+from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
+    JointGroups,
     MessageSchema,
     WheelAngles,
     split_stamp,
@@ -72,9 +73,14 @@ def encode_pose(pose: PoseTrack) -> list[bytes]:
 
 def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> list[bytes]:
     """``wmr.JointState``; position and velocity are empty where unknown."""
-    position, velocity, effort = wheel_columns(torque, angles)
+    return encode_joints(torque.t_ns, wheel_columns(torque, angles))
+
+
+def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
+    """``wmr.JointState`` of the two wheels."""
+    position, velocity, effort = groups
     return encode(
-        timestamp=timestamp(torque.t_ns),
+        timestamp=timestamp(t_ns),
         frame_id=pl.lit(""),
         name=pl.lit(pl.Series([list(WHEEL_JOINTS)])),
         position=numbers(position),
@@ -90,6 +96,15 @@ def numbers(columns: list[F64]) -> pl.Expr:
     return pl.concat_list([column(values) for values in columns])
 
 
+def encode_twist(t_ns: I64, v_mps: F64, yaw_rate_radps: F64) -> list[bytes]:
+    """``wmr.TwistStamped``."""
+    zero = pl.lit(0.0)
+    linear = pl.struct(x=column(v_mps), y=zero, z=zero)
+    angular = pl.struct(x=zero, y=zero, z=column(yaw_rate_radps))
+    twist = pl.struct(linear=linear, angular=angular)
+    return encode(timestamp=timestamp(t_ns), frame_id=pl.lit(ROBOT_FRAME), twist=twist)
+
+
 def encode_mode(mode: ModeTrack) -> list[bytes]:
     """``wmr.ContactMode``."""
     return encode(timestamp=timestamp(mode.t_ns), mode=column(mode.mode))
@@ -101,6 +116,10 @@ _POSE_SCHEMA = {
         "position": vector_schema("x", "y", "z"),
         "orientation": vector_schema("x", "y", "z", "w"),
     },
+}
+_TWIST_SCHEMA = {
+    "type": "object",
+    "properties": {"linear": vector_schema("x", "y", "z"), "angular": vector_schema("x", "y", "z")},
 }
 CODEC = Codec(
     name="json",
@@ -121,4 +140,7 @@ CODEC = Codec(
     encode_pose=encode_pose,
     encode_torque=encode_torque,
     encode_mode=encode_mode,
+    encode_joints=encode_joints,
+    twist=schema("wmr.TwistStamped", timestamp=_TIME, frame_id=_STRING, twist=_TWIST_SCHEMA),
+    encode_twist=encode_twist,
 )

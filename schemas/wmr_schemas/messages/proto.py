@@ -11,10 +11,11 @@ import numpy as np
 from google.protobuf import timestamp_pb2
 from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet
 
-from wmr_schemas.arrays import I64, U8
-from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
+from wmr_schemas.arrays import F64, I64, U8
+from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
+    JointGroups,
     MessageSchema,
     Template,
     WheelAngles,
@@ -46,6 +47,8 @@ _MESSAGES: dict[str, tuple[str, ...]] = {
         "repeated double velocity",
         "repeated double effort",
     ),
+    "wmr.Twist": ("foxglove.Vector3 linear", "foxglove.Vector3 angular"),
+    "wmr.TwistStamped": (f"{_TIMESTAMP} timestamp", "string frame_id", "wmr.Twist twist"),
     "wmr.ContactMode": (f"{_TIMESTAMP} timestamp", "uint32 mode"),
 }
 
@@ -169,11 +172,23 @@ def encode_pose(pose: PoseTrack) -> list[bytes]:
 
 def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> list[bytes]:
     """``wmr.JointState``; position and velocity are empty where unknown."""
-    groups = wheel_columns(torque, angles)
+    return encode_joints(torque.t_ns, wheel_columns(torque, angles))
+
+
+def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
+    """``wmr.JointState`` of the two wheels."""
     names = [text(3, joint) for joint in WHEEL_JOINTS]
     arrays = [packed(number, len(group)) for number, group in enumerate(groups, start=4)]
     columns = [column.astype("<f8") for group in groups for column in group]
-    return joined(timestamp(), *names, *arrays).fill(len(torque), *stamps(torque.t_ns), *columns)
+    return joined(timestamp(), *names, *arrays).fill(len(t_ns), *stamps(t_ns), *columns)
+
+
+def encode_twist(t_ns: I64, v_mps: F64, yaw_rate_radps: F64) -> list[bytes]:
+    """``wmr.TwistStamped``."""
+    linear, angular = vector(True, False, False), vector(False, False, True)
+    twist = joined(nested(1, linear), nested(2, angular))
+    template = joined(timestamp(), text(2, ROBOT_FRAME), nested(3, twist))
+    return template.fill(len(t_ns), *stamps(t_ns), v_mps.astype("<f8"), yaw_rate_radps.astype("<f8"))
 
 
 def encode_mode(mode: ModeTrack) -> list[bytes]:
@@ -193,4 +208,7 @@ CODEC = Codec(
     encode_pose=encode_pose,
     encode_torque=encode_torque,
     encode_mode=encode_mode,
+    encode_joints=encode_joints,
+    twist=schema("wmr.TwistStamped"),
+    encode_twist=encode_twist,
 )

@@ -4,10 +4,11 @@ import struct
 
 import numpy as np
 
-from wmr_schemas.arrays import I64
-from wmr_schemas.messages import POSE_FRAME, WHEEL_JOINTS
+from wmr_schemas.arrays import F64, I64
+from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
+    JointGroups,
     MessageSchema,
     Template,
     WheelAngles,
@@ -55,6 +56,20 @@ string[] name
 float64[] position
 float64[] velocity
 float64[] effort
+{_HEADER}"""
+
+TWIST_STAMPED = f"""\
+std_msgs/Header header
+geometry_msgs/Twist twist
+{_SEPARATOR}
+MSG: geometry_msgs/Twist
+geometry_msgs/Vector3 linear
+geometry_msgs/Vector3 angular
+{_SEPARATOR}
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
 {_HEADER}"""
 
 CONTACT_MODE = f"""\
@@ -112,14 +127,24 @@ def encode_pose(pose: PoseTrack) -> list[bytes]:
 
 def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> list[bytes]:
     """``sensor_msgs/msg/JointState``; position and velocity are empty where unknown."""
+    return encode_joints(torque.t_ns, wheel_columns(torque, angles))
+
+
+def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
+    """``sensor_msgs/msg/JointState`` of the two wheels."""
     template = count(message(""), len(WHEEL_JOINTS))
     for joint in WHEEL_JOINTS:
         string(template, joint)
-    groups = wheel_columns(torque, angles)
     for group in groups:
         doubles(template, len(group))
     columns = [column.astype("<f8") for group in groups for column in group]
-    return template.fill(len(torque), *stamps(torque.t_ns), *columns)
+    return template.fill(len(t_ns), *stamps(t_ns), *columns)
+
+
+def encode_twist(t_ns: I64, v_mps: F64, yaw_rate_radps: F64) -> list[bytes]:
+    """``geometry_msgs/msg/TwistStamped``."""
+    template = message(ROBOT_FRAME).align(8).slot(8).double().double().double().double().slot(8)
+    return template.fill(len(t_ns), *stamps(t_ns), v_mps.astype("<f8"), yaw_rate_radps.astype("<f8"))
 
 
 def encode_mode(mode: ModeTrack) -> list[bytes]:
@@ -138,4 +163,7 @@ CODEC = Codec(
     encode_pose=encode_pose,
     encode_torque=encode_torque,
     encode_mode=encode_mode,
+    encode_joints=encode_joints,
+    twist=MessageSchema("geometry_msgs/msg/TwistStamped", TWIST_STAMPED.encode()),
+    encode_twist=encode_twist,
 )

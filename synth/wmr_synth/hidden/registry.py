@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import declared
+from wmr_schemas.effects import BaseModel, declared
 from wmr_schemas.errors import InvalidSetting
 from wmr_synth.plants.motion import Motion
 
@@ -28,6 +28,17 @@ WORDS = {
     "wheel_eccentricity": "½·A·sin(wheel angle) of each wheel",
 }
 """Forms other than the candidate's."""
+ROLLING_WORDS = {
+    "lateral_slip": "builds up over .1 m of way, as a tyre's does",
+    "turning_slip": "|yaw_rate| as yaw_rate·tanh(yaw_rate/.05)",
+    "slip_ratio": "the acceleration through a lag of .05 s",
+    "slope_slip": "in proportion to tanh(rim speed/.05)",
+    "low_grip_patch": WORDS["low_friction_patch"],
+    "speed_deadzone": WORDS["torque_deadzone"],
+    "speed_saturation": WORDS["torque_saturation"],
+    "actuator_lag": "two poles of half the time constant each, one of them with the drive's own lag",
+}
+"""Forms other than the candidate's, of robots that wheel speeds drive."""
 Values = Mapping[str, float]
 
 
@@ -61,8 +72,10 @@ def register_form(name: str, form: OwnForm) -> None:
     OWN_FORMS[name] = form
 
 
-def words_of(name: str) -> str:
+def words_of(name: str, base: BaseModel = "torque") -> str:
     """The form of an effect in the simulator. Raises InvalidSetting where it has none."""
+    if base == "wheel_speed" and name in ROLLING_WORDS:
+        return ROLLING_WORDS[name]
     if name in OWN_FORMS:
         return OWN_FORMS[name].words
     if declared(name).number < 0:

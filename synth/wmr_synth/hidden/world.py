@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from wmr_schemas.arrays import I64
-from wmr_schemas.effects import declared
+from wmr_schemas.effects import BaseModel, declared
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -19,13 +19,14 @@ from wmr_synth.hidden.measurement import MEASURED
 from wmr_synth.hidden.own import own_acceleration
 from wmr_synth.hidden.parameters import CHANGES, hidden_of
 from wmr_synth.hidden.parse import parse_hide
+from wmr_synth.hidden.placing import PATCH_SHARE, is_open, placed_at
 from wmr_synth.hidden.registry import OWN_FORMS, words_of
+from wmr_synth.hidden.rolling import ROLLING_CHANGES
 from wmr_synth.hidden.simulate import simulate_hidden
 from wmr_synth.plants.motion import Motion
 from wmr_synth.sensors import stream
 
-PATCH_SHARE = (0.2, 0.5)
-"""A drawn patch lies where the robot drives with much torque, at a moment within these shares of the log."""
+KNOWN = {*CHANGES, *ROLLING_CHANGES, *MEASURED, "pose_delay"}
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,19 @@ class World:
     def __post_init__(self) -> None:
         names = [effect.name for effect in self.effects]
         for name in names:
-            if name not in CHANGES and name not in MEASURED and name not in OWN_FORMS:
+            if name not in KNOWN and name not in OWN_FORMS:
                 raise InvalidSetting(f"the simulator has no effect {name!r}")
             if names.count(name) > 1:
                 raise InvalidSetting(f"{name} is given twice")
         for effect in self.effects:
             check_sizes(effect)
+
+    def check_base(self, base: BaseModel) -> None:
+        """Raises InvalidSetting naming an effect that robots of the base model do not have."""
+        for effect in self.effects:
+            if base not in declared(effect.name).models:
+                other = "wheel speeds" if base == "torque" else "wheel torques"
+                raise InvalidSetting(f"{effect.name} is an effect of robots that {other} drive")
 
     @property
     def extends(self) -> bool:
@@ -68,13 +76,13 @@ def model_world(model: Model) -> World:
     return World(model.effects, plain=True, disturbance=from_model(model.noise))
 
 
-def describe_effects(world: World) -> list[dict[str, Any]]:
+def describe_effects(world: World, base: BaseModel = "torque") -> list[dict[str, Any]]:
     """The effects for ``<stem>.truth.json``: catalogue names and parameters, and the form really used."""
     return [
         {
             "name": effect.name,
             "parameters": effect.parameters,
-            "form": declared(effect.name).formula if world.plain else words_of(effect.name),
+            "form": declared(effect.name).formula_of(base) if world.plain else words_of(effect.name, base),
         }
         for effect in world.effects
     ]
@@ -107,16 +115,9 @@ def move_in(
     return settled, motion(settled.effects)
 
 
-def is_open(effect: Effect) -> bool:
-    """Whether the effect's place is still to be decided."""
-    return any(np.isnan(value) for value in effect.parameters.values())
-
-
 def place(effect: Effect, motion: Motion, rng: np.random.Generator) -> Effect:
     """The effect where the robot is at a time drawn from the quarter with the largest torques."""
     first, last = np.searchsorted(motion.t_ns, np.array(PATCH_SHARE) * motion.t_ns[-1])
     torque = np.abs(motion.effort_left_nm + motion.effort_right_nm)[first : last + 1]
     row = int(first + rng.choice(np.flatnonzero(torque >= np.quantile(torque, 0.75))))
-    there = {"x_m": float(motion.x_m[row]), "y_m": float(motion.y_m[row])}
-    kept = {key: value for key, value in effect.parameters.items() if not np.isnan(value)}
-    return replace(effect, parameters={key: (there | kept)[key] for key in effect.parameters})
+    return placed_at(effect, float(motion.x_m[row]), float(motion.y_m[row]))

@@ -2,8 +2,9 @@
 
 import difflib
 
-from wmr_schemas.effects import BEYOND, EFFECTS
+from wmr_schemas.effects import BEYOND, effects_of
 from wmr_schemas.errors import InvalidSetting
+from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.suites.damage import DAMAGES
 from wmr_synth.suites.definition import LogSpec, Suite
 
@@ -49,10 +50,20 @@ def dropouts() -> tuple[LogSpec, ...]:
 def hidden_effects() -> tuple[LogSpec, ...]:
     """The patrol with each effect hidden in turn, with two, and with none; one drive too gentle to tell."""
     parameters = {"duration_s": 120.0, "noise": "rtk", "mode_topic": False}
-    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in EFFECTS | BEYOND}
+    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in effects_of("torque") | BEYOND}
     hidden |= {"hidden-payload-and-slope": ["payload", "slope"], "hidden-nothing": []}
     logs = tuple(LogSpec(name, "patrol", 1, parameters | {"hide": hide}) for name, hide in hidden.items())
     return (*logs, LogSpec("hidden-nothing-cruise", "cruise", 1, parameters))
+
+
+def encoders() -> tuple[LogSpec, ...]:
+    """Robots by wheel speeds: both chassis at each noise, each effect hidden in turn, and none."""
+    kinds = ("encoders", "skid-steer")
+    plain = tuple(drive(f"{kind}-{noise}", kind, noise=noise) for kind in kinds for noise in NOISE_LEVELS)
+    parameters = {"noise": "rtk", "mode_topic": False, "nominal_error": 0.0}
+    hidden = {f"hidden-{name.replace('_', '-')}": [name] for name in effects_of("wheel_speed")}
+    logs = (LogSpec(name, "encoders", 1, parameters | {"hide": hide}) for name, hide in hidden.items())
+    return (*plain, *logs)
 
 
 def encodings() -> tuple[LogSpec, ...]:
@@ -80,6 +91,7 @@ _SUITES = (
     Suite("rates", 1, "one drive from 20 Hz to 1 kHz, torques slower and faster", rates()),
     Suite("dropouts", 1, "one drive with messages lost, jitter, a clock ahead", dropouts()),
     Suite("hidden-effects", 1, "a patrol with each effect that a model may lack, and none", hidden_effects()),
+    Suite("encoders", 1, "robots by wheel speeds: two chassis, three noises, each hidden effect", encoders()),
     Suite("encodings", 1, "one drive in ROS 2 CDR, protobuf and JSON", encodings()),
     Suite("damaged", 1, "one drive, its file broken in a dozen ways", damaged()),
     Suite("long", 1, "an hour at 1 kHz: 7.2 million messages, 430 MB", long()),

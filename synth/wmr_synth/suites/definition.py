@@ -14,11 +14,13 @@ from wmr_synth.scenarios import Scenario
 from wmr_synth.sensors import NOISE_LEVELS, Sensors
 from wmr_synth.suites.damage import DAMAGES
 from wmr_synth.synthesis import SimulatedLog, default_world, find_scenario, synthesise
+from wmr_synth.wheel_speed.encoders import EncoderSensors, rates_hz
 
-SENSOR_NAMES = tuple(f.name for f in fields(Sensors))
-NUMBERS = ("duration_s", "noise_variance", "wrong_modes", *SENSOR_NAMES)
+SENSOR_NAMES = tuple(f.name for f in fields(EncoderSensors))
+"""Those of robots that wheel speeds drive among them."""
+NUMBERS = ("duration_s", "noise_variance", "wrong_modes", "nominal_error", *SENSOR_NAMES)
 """Parameters that are numbers, named as in ``<stem>.truth.json``."""
-TEXTS = ("encoding", "noise", "disturbance")
+TEXTS = ("encoding", "noise", "disturbance", "commands")
 SWITCHES = ("truth", "mode_topic")
 PARAMETERS = (*NUMBERS, *TEXTS, *SWITCHES, "hide", "robot", "chunk_bytes")
 
@@ -83,6 +85,8 @@ class LogSpec:
             sd = float(self.parameters["noise_variance"]) ** 0.5
             changes |= {"noise_xy_sd_m": sd, "noise_yaw_sd_rad": sd}
         changes |= {name: float(v) for name, v in self.parameters.items() if name in SENSOR_NAMES}
+        if unknown := [name for name in changes if not hasattr(self.plan.sensors, name)]:
+            raise InvalidSetting(f"log {self.name}: {self.scenario} has no {unknown[0]}")
         return replace(self.plan.sensors, **changes)
 
     def robot(self) -> RobotParameters:
@@ -107,13 +111,15 @@ class LogSpec:
             robot=self.robot(),
             world=self.world(),
             wrong_modes=float(self.parameters.get("wrong_modes", 0.0)),
+            nominal_error=self.parameters.get("nominal_error"),
+            commands_as=self.parameters.get("commands"),
         )
 
     @property
     def n_messages(self) -> int:
         """About how many messages the log holds."""
         sensors = self.sensors()
-        return round(self.duration_s * (sensors.rate_hz + sensors.torque_rate_hz))
+        return round(self.duration_s * sum(rates_hz(sensors)))
 
 
 def noise_level(name: str) -> tuple[float, float]:

@@ -90,6 +90,7 @@ def test_a_result_repeats_its_call(settings, tmp_path, log):
     kept = tmp_path / "kept.summary.json"
     (tmp_path / "drive.wmr/drive.summary.json").rename(kept)
     (tmp_path / "robot.toml").unlink()
+    (tmp_path / "wmr-replay.toml").write_text("min-sideslip = 0.1\nend = 3\nmax_hold_s = 0.5\n")
     assert settings("--config", kept) == first
     (tmp_path / "stored.toml").write_text(first["given"]["mapping"])
     assert read_mapping(tmp_path / "stored.toml").pose_topic == "/pose"

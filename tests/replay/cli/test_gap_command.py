@@ -3,12 +3,16 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from unittest.mock import ANY
 
+import msgspec
 import numpy as np
 import pytest
 
 import wmr_replay.jobs.gap as gap_command
+import wmr_replay.timeline.gap.writer as gap_writer
 from wmr_replay import cli
 from wmr_replay.cli.compiling import LINE
 from wmr_replay.jobs.base_model import base_for
@@ -40,7 +44,7 @@ def analysed(monkeypatch, made_up_gap):
 
     def analyse(log, base, options, progress):
         seen.update(log=log, base=base, options=options)
-        return seen["result"]
+        return replace(seen["result"], modes=options.modes, seed=options.seed)
 
     monkeypatch.setattr(gap_command, "analyse", analyse)
     monkeypatch.setattr(gap_command, "checked_findings", lambda *_: ())
@@ -234,7 +238,7 @@ def test_an_interruption_leaves_older_results_alone(run, log, analysed, tmp_path
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gap_command, "write_gap_timeline", stop)
+    monkeypatch.setattr(gap_writer, "write_gap_timeline", stop)
     code, _, err = run("gap", log)
     assert code == 130
     assert "nothing half-written" in err
@@ -293,3 +297,53 @@ def test_a_hidden_effect_is_named_from_the_command_line(tmp_path):
     assert found.gap.held_out.after < 0.5 * found.gap.held_out.before
     for use in (("synth", "patrol", "--out", "again.mcap", "--duration", "10"), ("run", "drag.mcap")):
         command(*use, "--model", "drag.wmr/drag.model.toml")
+
+
+def without_origin(model):
+    return replace(model, provenance=replace(model.provenance, command=""))
+
+
+def test_a_result_repeats_its_call(run, log, analysed, tmp_path):
+    """Every option that decides the answer comes from the result, whatever the project's file says now."""
+    (tmp_path / "robot.toml").write_text("clock = 'log'\n[robot]\nmass_kg = 31.0\n")
+    (tmp_path / "base.toml").write_text("[robot]\nalpha = 0.31\n[provenance]\nversion = '0.1'\n")
+    options = ["--tolerance", "3.7:2.5", "--max-effects", 2, "--seed", 5, "--clock-offset", -0.03]
+    options += ["--map", tmp_path / "robot.toml", "--pose", "/pose", "--start", 1, "--end", "5.5"]
+    given = [*options, "--modes", "ideal", "--model", tmp_path / "base.toml"]
+    assert run("gap", log, *given, "--out", "one", "--no-rrd")[0] == 0
+    first, asked = read_gap(tmp_path / "one/drive.gap.json"), (analysed["options"], analysed["base"])
+    assert first.settings.clock_offset_s == -0.03
+    assert set(first.settings.given) == {"mapping", "model", "start", "end"}
+    for file in tmp_path.glob("*.toml"):
+        file.unlink()
+    (tmp_path / "wmr-replay.toml").write_text("torque = '/nowhere'\nmodes = 'identified'\nno-rrd = true\n")
+    assert run("gap", log, "--config", "one/drive.gap.json", "--out", "two") == (0, ANY, "")
+    assert (analysed["options"], analysed["base"]) == asked
+    assert without_origin_in(read_gap(tmp_path / "two/drive.gap.json")) == without_origin_in(first)
+    assert names(tmp_path / "two") == FILES - {"drive.gap.rrd"}
+    run("gap", log, "--config", "one/drive.gap.json", "--seed", 6, "--out", "three")
+    assert read_gap(tmp_path / "three/drive.gap.json").seed == 6
+
+
+def without_origin_in(found):
+    """gap.json but for the command line in its model."""
+    origin = {name: text for name, text in found.model.provenance.items() if name != "command"}
+    return msgspec.structs.replace(found, model=msgspec.structs.replace(found.model, provenance=origin))
+
+
+def test_a_fit_repeats_its_call_from_its_model(run, log, analysed, tmp_path, monkeypatch):
+    (tmp_path / "robot.toml").write_text("[robot]\nmass_kg = 31.0\n")
+    given = ["--map", tmp_path / "robot.toml", "--modes", "ideal", "--clock-offset", 0.02, "--end", 5]
+    run("fit", log, *given, "--out", "one")
+    first, poses = read_model(tmp_path / "one/drive.model.toml"), len(analysed["log"].pose)
+    (tmp_path / "robot.toml").unlink()
+    assert run("fit", log, "--config", "one/drive.model.toml", "--out", "two") == (0, ANY, "")
+    again = read_model(tmp_path / "two/drive.model.toml")
+    assert without_origin(again) == without_origin(first)
+    assert again.provenance.settings
+    assert (analysed["options"].modes, len(analysed["log"].pose)) == ("ideal", poses)
+    assert analysed["log"].robot.mass_kg == 31.0
+    (tmp_path / "bare.toml").write_text("[robot]\nalpha = 1.0\n[provenance]\nversion = '0.1'\n")
+    code, _, err = run("fit", log, "--config", "bare.toml")
+    assert code == 2
+    assert "bare.toml: [provenance] settings: is missing" in err

@@ -10,7 +10,8 @@ import pytest
 
 from wmr_replay.api.viewer import screenshot, serve
 from wmr_replay.cli.options.viewing import Viewing
-from wmr_replay.timeline import ViewerUnavailable, viewer
+from wmr_replay.timeline import viewer
+from wmr_replay.timeline.viewer import ViewerUnavailable
 from wmr_schemas.errors import InvalidSetting
 
 ASKED = {"view": False, "serve": False, "bind": "127.0.0.1", "screenshot": None}
@@ -133,3 +134,25 @@ def test_a_server_that_ends_at_once_says_why(monkeypatch):
     monkeypatch.setattr(viewer, "RERUN_WITH_US", (sys.executable, "-c", code))
     with pytest.raises(ViewerUnavailable, match="no such thing"):
         serve()
+
+
+def test_quiet_still_says_where_the_server_is_and_why_there_is_none(command, log, tmp_path, monkeypatch):
+    """The address is what was asked for. Nothing else is said."""
+
+    class Server:
+        page, address = "http://127.0.0.1:1/?url=x", "rerun+http://127.0.0.1:2/proxy"
+
+        def wait(self):
+            pass
+
+        stop = wait
+
+    def serve(*_, bind):
+        if bind == "192.0.2.1":
+            raise ViewerUnavailable("cannot listen at 192.0.2.1")
+        return Server()
+
+    monkeypatch.setattr("wmr_replay.api.viewer.serve", serve)
+    call = ("compare", log, "--set-b", "window_s=.5", "--out", tmp_path, "--serve", "--quiet")
+    assert command(*call) == (0, "", f"viewer at {Server.page}\n")
+    assert command(*call, "--bind", "192.0.2.1") == (0, "", "warning: cannot listen at 192.0.2.1\n")

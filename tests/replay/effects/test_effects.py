@@ -17,19 +17,19 @@ from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.model_effects import FOLLOWED, change_pose, change_torque
 from wmr_schemas.batches import Rows
-from wmr_schemas.effects import BUILT_IN, EffectDeclaration, OwnEffect, Parameter, Search, Separable, own
+from wmr_schemas.effects import EffectDeclaration, OwnEffect, Parameter, Search, Separable, built_in, own
 from wmr_schemas.effects.own import own_effects
 from wmr_schemas.model_file import Effect
 from wmr_synth import hidden_log
 
 
 def test_every_parameter_of_every_effect_has_a_form():
-    for effect in BUILT_IN:
+    for effect in built_in("torque"):
         for key, parameter in effect.parameters.items():
             formed = (effect.name, key) in PLACES or (effect.name, key) in FIELDS
             assert formed == (parameter.role == "size"), (effect.name, key)
             assert is_place(effect.name, key) != formed
-    declared = {(effect.name, key) for effect in BUILT_IN for key in effect.parameters}
+    declared = {(effect.name, key) for effect in built_in("torque") for key in effect.parameters}
     assert set(PLACES) | set(FIELDS) <= declared
     assert len(set(PLACES.values())) == len(PLACES) == len(Theta) - 2
 

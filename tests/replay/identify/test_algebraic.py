@@ -46,7 +46,7 @@ def evidence_of(name, seed, sensors, duration_s=None, window_s=0.4):
     true = log.mode.mode[np.searchsorted(log.mode.t_ns, t_ns, side="right") - 1]
     nothing, independence = np.zeros(len(t_ns)), np.full(len(t_ns), float(INDEPENDENT))
     return (
-        Evidence(t_ns, pose, efforts, motion, force, nothing, variances, independence, nothing > 0),
+        Evidence(t_ns, pose, efforts, motion, force, nothing, variances, independence, nothing > 0, efforts),
         true,
         (t_ns - t_ns[0]) * 1e-9,
     )

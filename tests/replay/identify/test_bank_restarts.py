@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from wmr_replay.identify.filter_bank import bank
+from wmr_replay.identify.filter_bank import model
 from wmr_replay.pipeline.memory import as_batch
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 from wmr_synth import Sensors, synthesise
@@ -38,7 +38,7 @@ def failing(real, at_s, how):
 def test_a_bin_that_cannot_be_followed_costs_a_new_start_and_no_crash(log, log_rows, monkeypatch, how):
     rows = log_rows(log)
     clean = rows.samples()
-    monkeypatch.setattr(bank, "run_bins", failing(bank.run_bins, 6.0, how))
+    monkeypatch.setattr(model, "run_bins", failing(model.run_bins, 6.0, how))
     whole = rows.samples()
     pieces = rows.samples(cuts=range(0, rows.n, 37))
     assert whole.equals(pieces)

@@ -132,7 +132,16 @@ def identify(motion, force, robot, window_ns=100_000_000):
     n = len(force)
     independence, unused = np.full(n, float(INDEPENDENT)), np.full((3, n), np.nan)
     evidence = Evidence(
-        stamps(n), unused, unused[:2], motion, force, np.zeros(n), unused[:2], independence, unused[0] > 0
+        stamps(n),
+        unused,
+        unused[:2],
+        motion,
+        force,
+        np.zeros(n),
+        unused[:2],
+        independence,
+        unused[0] > 0,
+        unused[:2],
     )
     return PaperIdentifier(rules).push(evidence)
 

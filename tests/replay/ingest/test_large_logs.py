@@ -1,16 +1,22 @@
 """``info`` of logs with many chunks or rows: its cost hardly grows with them, and it says what it read."""
 
 import sqlite3
+import struct
 import time
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.typesys import Stores, get_typestore
 
 import wmr_replay as wr
 from wmr_replay.cli.printing.info import part_read
+from wmr_replay.ingest.bags.ros1_bag import Ros1Bag
 from wmr_replay.ingest.mcap import chunk_index as chunk_indexes
 from wmr_replay.ingest.mcap import index_survey, stretches
 from wmr_replay.ingest.mcap.chunk_index import ChunkIndex, chunk_index, joined
@@ -20,6 +26,7 @@ from wmr_schemas import PoseTrack
 from wmr_schemas.messages import ros2
 
 T0, STEP_NS = 1_700_000_000_000_000_000, 10_000_000
+POSE = "geometry_msgs/msg/PoseStamped"
 
 
 def poses(n: int) -> list[bytes]:
@@ -58,12 +65,32 @@ def db3(path: Path, n: int, *, indexed: bool = True) -> Path:
         bag.execute(
             "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)"
         )
-        kind = "geometry_msgs/msg/PoseStamped"
-        topics = [(1, "/pose", kind, "cdr"), (2, "/late", kind, "cdr"), (3, "/never", kind, "cdr")]
+        topics = [(1, "/pose", POSE, "cdr"), (2, "/late", POSE, "cdr"), (3, "/never", POSE, "cdr")]
         bag.executemany("INSERT INTO topics VALUES (?, ?, ?, ?)", topics)
         bag.executemany("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
         if indexed:
             bag.execute("CREATE INDEX timestamp_idx ON messages (timestamp ASC)")
+    return path
+
+
+def bag(path: Path, n: int) -> Path:
+    """A ROS 1 bag of n poses by two publishers, a chunk for each; a text with every 50th."""
+    path = path.with_suffix(".bag")
+    kinds = get_typestore(Stores.ROS1_NOETIC)
+    writer = Ros1Writer(path)
+    writer.chunk_threshold = 64
+    with writer:
+        poses = [
+            writer.add_connection("/pose", POSE, typestore=kinds, callerid=f"/node{k}") for k in range(2)
+        ]
+        chat = writer.add_connection("/chat", "std_msgs/msg/String", typestore=kinds)
+        for k in range(n):
+            t = T0 + k * STEP_NS
+            stamp = struct.pack("<3I", k, t // 10**9, t % 10**9)
+            frame, numbers = struct.pack("<I3s", 3, b"map"), struct.pack("<7d", np.sin(k * 0.01), *[0] * 5, 1)
+            if k % 50 == 7:
+                writer.write(chat, t, struct.pack("<I2s", 2, b"hi"))
+            writer.write(poses[k % 2], t, stamp + frame + numbers)
     return path
 
 
@@ -77,11 +104,11 @@ def info_s(path: Path) -> float:
     return min(taken)
 
 
-@pytest.mark.parametrize("make", [mcap, db3])
+@pytest.mark.parametrize("make", [mcap, db3, bag])
 def test_ten_times_the_chunks_or_rows_cost_less_than_three_times_as_much(tmp_path, monkeypatch, make):
     monkeypatch.setattr(stretches, "WHOLE_BYTES", 12 << 20)
     monkeypatch.setattr(stretches, "SAMPLED_BYTES", 8 << 20)
-    n = 1500 if make is mcap else 24_000
+    n = {mcap: 1500, db3: 24_000, bag: 2000}[make]
     small, large = make(tmp_path / "small", n), make(tmp_path / "large", 10 * n)
     assert info_s(large) < 3 * info_s(small)
 
@@ -101,6 +128,41 @@ def test_chunks_by_the_index_are_those_that_the_mcap_library_reads(tmp_path):
         assert span.counts.keys() == chunk.message_index_offsets.keys()
     assert sum(span.counts[2] for span in spans) == 200
     assert sum(span.counts.get(1, 0) for span in spans) == 4
+
+
+def test_chunks_by_a_bags_index_are_those_that_rosbags_reads(tmp_path):
+    path = bag(tmp_path / "a", 200)
+    found = Ros1Bag(path).survey()
+    with Ros1Reader(path) as reader:
+        expected, topics = list(reader.chunk_infos), {c.id: c.topic for c in reader.connections}
+    assert isinstance(found.spans, ChunkIndex)
+    assert len(found.spans) == len(expected) >= 200
+    for span, chunk in zip(found.spans, expected, strict=True):
+        assert (span.offset, span.data_offset, span.head) == (chunk.pos, chunk.pos, None)
+        assert span.times_ns == (chunk.start_time, chunk.end_time - 1)
+        counts = Counter()
+        for connection, n in chunk.connection_counts.items():
+            counts[topics[connection]] += n
+        assert {found.catalogue.channels[k].topic: n for k, n in span.counts.items()} == counts
+    stops = [span.offset for span in found.spans[1:]]
+    assert [span.offset + span.data_bytes for span in found.spans[:-1]] == stops
+    assert {found.catalogue.channels[k].topic: n for k, n in found.statistics.items()} == {
+        "/pose": 200,
+        "/chat": 4,
+    }
+
+
+@pytest.mark.parametrize("field", [b"chunk_pos=", b"start_time=", b"count=", b"op=\x06"])
+def test_a_bag_whose_index_is_of_another_form_is_walked(tmp_path, field):
+    path = bag(tmp_path / "a", 30)
+    content = bytearray(path.read_bytes())
+    at = content.rindex(field)
+    content[at + (len(field) - 1 if field.startswith(b"op") else 0)] ^= 0x10
+    path.write_bytes(content)
+    found = Ros1Bag(path).survey()
+    assert not isinstance(found.spans, ChunkIndex)
+    assert found.truncated
+    assert len(found.spans) >= 30
 
 
 def test_chunks_of_two_files_stand_one_after_another_under_common_ids(tmp_path):

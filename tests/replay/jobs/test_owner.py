@@ -6,6 +6,7 @@ import pytest
 
 import wmr_replay as wr
 from wmr_replay.jobs.owner import Claim, OtherLog, outdated
+from wmr_replay.jobs.pair_owner import Compared, OtherPair, PairClaim
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Model, Provenance, model_to_toml
 from wmr_schemas.robot import RobotParameters
@@ -116,3 +117,44 @@ def test_a_comparison_without_timeline_leaves_no_older_one(logs, tmp_path, comma
     assert "drive.compare.rrd" in files(tmp_path)
     command("compare", *sides, "--no-rrd")
     assert set(files(tmp_path)) == {"drive.compare.json"}
+
+
+def test_the_comparison_of_another_pair_is_left_as_it_is(logs, tmp_path, command, monkeypatch):
+    """Refused before anything is replayed; with --force nothing of the first stays."""
+    monkeypatch.chdir(logs)
+    place = ("--out", tmp_path / "c")
+    command("compare", "monday/drive.mcap", "--set-b", "identifier=paper", "--report", *place)
+    before = files(tmp_path / "c")
+    assert len(before) == 3
+    with monkeypatch.context() as nothing_replayed:
+        nothing_replayed.setattr("wmr_replay.api.compare.replay", None)
+        for other in (("tuesday/drive.mcap",), ("--set-b", "identifier=algebraic")):
+            done = command("compare", "monday/drive.mcap", *other, *place, code=2)
+            assert "another pair than monday/drive.mcap and " in done.stderr
+            assert "--force" in done.stderr
+    assert files(tmp_path / "c") == before
+    command("compare", "monday/drive.mcap", "tuesday/drive.mcap", "--force", "--no-rrd", *place)
+    assert set(files(tmp_path / "c")) == {"drive.compare.json"}
+    command("compare", "monday/drive.mcap", "tuesday/drive.mcap", "--no-rrd", *place)
+
+
+def test_a_pair_is_the_same_where_its_places_are_or_its_names_and_logs(tmp_path, monkeypatch):
+    inside, elsewhere = tmp_path / "here" / "c", tmp_path / "c"
+    inside.mkdir(parents=True)
+    elsewhere.mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    def is_same(directory, *sides):
+        stored = {"a": "before/d", "b": "after/d", "log_sha256": {"a": "1", "b": "1"}}
+        (directory / "d.compare.json").write_text(json.dumps(stored))
+        try:
+            PairClaim(directory, "d", *(Compared(*side) for side in sides)).check()
+        except OtherPair:
+            return False
+        return True
+
+    one, other = (lambda: "1"), (lambda: "2")
+    assert is_same(inside, ("before/d", other), (str(tmp_path / "here/after/d"), other))
+    assert not is_same(inside, ("after/d", one), ("before/d", one))
+    assert is_same(elsewhere, ("before/d", one), ("after/d", one))
+    assert not is_same(elsewhere, ("before/d", one), ("after/d", other))

@@ -15,7 +15,7 @@ from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality.clock_offset import ClockOffset, HeldSamples
 from wmr_replay.quality.even_grid import EvenGrid
 from wmr_replay.quality.interface import Observed
-from wmr_replay.quality.lagged_fit import LaggedFit
+from wmr_replay.quality.lagged_fit import LaggedSums
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import Sensors, synthesise
@@ -100,6 +100,39 @@ def test_without_a_relation_there_is_no_estimate(rows):
     assert monitored(rows).estimate() is None
 
 
+def slipping(rows, shares, seed=7):
+    """The rows with a share of the efforts that reaches the ground, another every 5 s, and the rest of it
+    anything: wheels that slip.
+    """
+    share = np.repeat(shares, 200)[: len(rows.t_s)]
+    lost = 10 * np.stack([wandering(rows.t_s, seed + k)[0] for k in range(2)])
+    efforts = rows.smoothed[:2] + np.where(share < 1, lost, 0.0)
+    smoothed = np.concatenate([share * efforts, rows.smoothed[2:]])
+    return rows._replace(smoothed=smoothed, inputs=smoothed)
+
+
+def test_blocks_that_slip_do_not_blur_the_others():
+    shares = np.tile([1.0, 0.04, 1.0, 0.5], 9)
+    found = monitored(slipping(observed(0.4, speeds=False, length_s=180.0), shares)).estimate()
+    assert found.offset_s == pytest.approx(0.4, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_efforts_of_another_drive_have_no_best_lag(seed):
+    rows, other = (observed(speeds=False, length_s=180.0, seed=k) for k in (seed, seed + 50))
+    assert not monitored(rows._replace(smoothed=other.smoothed, inputs=other.inputs)).findings()
+
+
+def test_drag_and_dry_friction_are_no_offset():
+    rows = observed(speeds=False, length_s=180.0)
+    v, rate = rows.motion.v_long_mps, rows.motion.yaw_rate_radps
+    drag = 20 * v + 15 * np.sign(v) + np.array([[-4.0], [4.0]]) * (rate + np.sign(rate))
+    smoothed = np.concatenate([rows.smoothed[:2] + drag, rows.smoothed[2:]])
+    monitor = monitored(rows._replace(smoothed=smoothed, inputs=smoothed))
+    assert not monitor.findings()
+    assert monitor.estimate().offset_s == pytest.approx(0.0, abs=0.02)
+
+
 def test_periodic_motion_has_no_best_lag():
     t_s = np.arange(0, 60, 0.025)
     v = np.sin(2 * np.pi * t_s)
@@ -151,9 +184,8 @@ def test_a_fit_at_every_lag_is_numpys():
     rng = np.random.default_rng(4)
     x, y = rng.normal(size=(2, 160)), rng.normal(size=160)
     y[7], x[0, 30] = np.nan, np.nan
-    fit = LaggedFit(2, 3, 50)
-    fit.push(x, y)
-    n, share = fit.fits(fit.groups.sum(axis=0))
+    fit = LaggedSums(2, 3, 50)
+    n, share = fit.fits(sum(sums for _, sums in fit.push(x, y)))
     padded = np.concatenate([np.full((2, 3), np.nan), x, np.full((2, 3), np.nan)], axis=1)
     for k, lag in enumerate(range(-3, 4)):
         shifted = padded[:, 3 + lag : 3 + lag + 150]

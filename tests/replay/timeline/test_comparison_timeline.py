@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 from rerun.chunk import RrdReader
 
-from wmr_replay.timeline import Side, write_comparison
+from wmr_replay.timeline.comparison import Side, write_comparison
 from wmr_replay.timeline.comparison.differences import carried, differences
 
 START_NS = 1_700_000_000_000_000_000

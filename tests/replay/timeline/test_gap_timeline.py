@@ -160,7 +160,9 @@ def test_findings_on_the_data_are_there(made_up_gap, tmp_path):
 
 def test_the_text_holds_verdict_effects_and_gaps(made_up_gap):
     text = gap_text(made_up_gap.gap_result(), "drive.mcap")
-    assert "**The base model lacks viscous_drag" in text
+    assert text.startswith("**The base model lacks viscous_drag")
     assert "| viscous_drag | c1_per_s = 0.203 1/s | 0.196 … 0.21 |" in text
     assert "| position | 24 mm | 5.2 mm | 4.9 mm |" in text
+    found = finding("coloured_noise", Severity.WARNING, "a correlation time of .3 s").as_dict()
+    assert "- **coloured_noise** (warning): a" in gap_text(made_up_gap.gap_result(), "drive.mcap", [found])
     assert "| yaw | 2.4 mrad | 0.52 mrad | 0.49 mrad |" in text

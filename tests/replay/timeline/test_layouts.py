@@ -85,7 +85,7 @@ def test_a_plot_without_its_own_quantity_is_left_out_and_so_is_an_empty_page() -
 def test_findings_and_a_true_path_are_named() -> None:
     held = Contents(RUN, frame(), Span(0, 9), found=True, true_path=True)
     names = [view.name for view in views_of(layout(held).root_container)]
-    assert names[:2] == ["Path [m] by mode, true in white", "Data quality"]
+    assert names[:4] == ["Path [m] by mode, true in white", "Verdict", "Data quality", "How to read"]
 
 
 def test_a_recording_of_nothing_shows_its_texts() -> None:

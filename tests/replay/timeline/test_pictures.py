@@ -12,10 +12,12 @@ from PIL import Image
 import wmr_replay as wr
 from wmr_replay.api.compare import Comparison
 from wmr_replay.regress.replayed import Asked, replay
-from wmr_replay.timeline import Timeline, ViewerUnavailable, colours, picture
+from wmr_replay.timeline import colours, picture
 from wmr_replay.timeline.colours import MODE_COLOURS
 from wmr_replay.timeline.gap.writer import write_gap_timeline
 from wmr_replay.timeline.picture import HEIGHT, WIDTH, headless_viewer, settled, take_picture
+from wmr_replay.timeline.viewer import ViewerUnavailable
+from wmr_replay.timeline.writer import Timeline
 from wmr_schemas.findings import Severity, finding
 from wmr_schemas.modes import ContactMode
 from wmr_synth import Sensors, record, synthesise

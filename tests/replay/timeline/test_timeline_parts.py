@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from wmr_replay.timeline import ViewerUnavailable, open_viewer, viewer_command
 from wmr_replay.timeline.description import verdict_text
-from wmr_replay.timeline.path import Frame, grid_step_m, strips_by_mode
+from wmr_replay.timeline.path import SMALL_VIEW, Frame, LabelRoom, grid, grid_step_m, strips_by_mode
 from wmr_replay.timeline.robot import Scales
 from wmr_replay.timeline.sink import application_of
+from wmr_replay.timeline.viewer import ViewerUnavailable, open_viewer, viewer_command
 from wmr_schemas.findings import Severity, finding
 
 
@@ -34,6 +34,26 @@ def test_a_straight_path_gets_a_frame_with_some_width() -> None:
     assert low[0] < 0.0
     assert high[0] > 80.0
     assert high[1] - low[1] >= 10
+
+
+@pytest.mark.parametrize("labels", [LabelRoom(), SMALL_VIEW])
+@pytest.mark.parametrize("size", [(12.0, 9.0), (80.0, 0.0), (0.3, 7.0)])
+def test_labels_stand_below_and_left_of_the_path_and_apart(
+    labels: LabelRoom, size: tuple[float, float]
+) -> None:
+    frame = Frame(labels)
+    frame.include(np.array([[-7.1, -3.3], [size[0] - 7.1, size[1] - 3.3]]))
+    low, _ = frame.with_margin()
+    _, places, texts = grid(frame)
+    side = float(frame.sides().max())
+    assert len(texts) >= 2
+    for (x, y), text in zip(places, texts, strict=True):
+        if text.startswith("x"):
+            assert low[1] + 0.07 * side < y < frame.low[1] - 0.05 * side
+        else:
+            assert low[0] + 0.07 * side < x < frame.low[0] - 0.05 * side
+    apart = np.abs(places[:, None] - places) / side + np.eye(len(places))[:, :, None]
+    assert np.all((apart[:, :, 0] > 0.15) | (apart[:, :, 1] > 0.09))
 
 
 def test_viewer_command_quotes_the_file() -> None:

@@ -14,7 +14,7 @@ import click
 
 from wmr_replay.cli.commands import ALIASES, COMMANDS
 from wmr_replay.cli.config.files import ConfigFile, entries, project_file, read_config
-from wmr_replay.cli.config.stored import FileText
+from wmr_replay.cli.config.stored import DECIDING, FileText
 from wmr_replay.cli.options.places import LogPlace
 from wmr_schemas.errors import InvalidFile
 from wmr_schemas.text import shown
@@ -36,13 +36,24 @@ def apply_files(ctx: click.Context, path: Path | None) -> None:
     from_project: set[str] = set()
     for config in files:
         options, others = options_of(ctx, config)
+        if config.is_result:
+            defaults, settings = undecided(defaults), {}
         defaults |= options
         settings |= others
         from_project = (
             from_project | {*options, *others} if config.is_project else from_project - {*options, *others}
         )
     ctx.default_map = {**(ctx.default_map or {}), **defaults}
+    from_project &= {*defaults, *settings}
     ctx.meta.update({FILES: files, SETTINGS: settings, FROM_PROJECT: from_project})
+
+
+def undecided(defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """The project's options without those that decide an answer: a result states all of these."""
+    from wmr_replay.api.request import SettingsArguments
+
+    deciding = DECIDING | set(SettingsArguments.__annotations__)
+    return {name: value for name, value in defaults.items() if name not in deciding}
 
 
 def options_of(ctx: click.Context, config: ConfigFile) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -19,15 +19,20 @@ class ConfigFile:
     path: Path
     content: Mapping[str, Any]
     is_project: bool = False
+    is_result: bool = False
 
 
 def read_config(path: Path) -> ConfigFile:
-    """A TOML file, or the JSON file of a result. Raises InvalidFile."""
+    """A TOML file, or the file of a result: its JSON, or the model of a fit. Raises InvalidFile."""
     if path.suffix == ".json":
         from wmr_replay.cli.config.stored import stored_options
 
-        return ConfigFile(path, stored_options(path, read_json(path)))
+        return ConfigFile(path, stored_options(path, read_json(path)), is_result=True)
     content = read_toml(path)
+    if "provenance" in content:
+        from wmr_replay.cli.config.stored import model_options
+
+        return ConfigFile(path, model_options(path, content), is_result=True)
     return ConfigFile(path, tool_table(path, content) if path.name == SHARED_FILE else content)
 
 

@@ -30,7 +30,8 @@ def common_options() -> list[click.Option]:
             is_eager=True,
             expose_value=False,
             callback=read_files,
-            help="Options from a TOML file, or from a result (<stem>.summary.json, <stem>.gap.json).",
+            help="Options from a TOML file, or from a result: <stem>.summary.json, <stem>.gap.json, "
+            "<stem>.model.toml of a fit.",
         ),
         click.Option(
             ["-q", "--quiet"],
@@ -38,7 +39,7 @@ def common_options() -> list[click.Option]:
             is_eager=True,
             expose_value=False,
             callback=lambda _ctx, _param, given: speak_at(Level.QUIET, given),
-            help="Print nothing but errors, and what --json prints.",
+            help="Print nothing but errors, what --json prints, and the address of --serve.",
         ),
         click.Option(
             ["-v", "--verbose"],

@@ -73,7 +73,8 @@ def blind_options(command: F) -> F:
 
 def mapping_from_options(options: Mapping[str, str | Path | None]) -> "LogMapping":
     """The mapping file, if any, with the options on top of it."""
-    from wmr_schemas.mapping_file import CLOCKS, LogMapping, read_mapping
+    from wmr_schemas.mapping_file import LogMapping, read_mapping
+    from wmr_schemas.units import CLOCKS
 
     path, torque = options["map"], options["torque"]
     mapping = read_mapping(path) if isinstance(path, Path) else LogMapping()

@@ -16,6 +16,9 @@ SCENARIOS = (
     "random-traction-limited",
     "patrol",
     "cruise",
+    "encoders",
+    "skid-steer",
+    "warehouse",
 )
 SUITES = (
     "paper",
@@ -23,6 +26,7 @@ SUITES = (
     "rates",
     "dropouts",
     "hidden-effects",
+    "encoders",
     "encodings",
     "damaged",
     "long",

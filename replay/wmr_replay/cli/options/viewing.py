@@ -77,13 +77,13 @@ class Viewing:
 
     def _start_server(self, *recordings: Path) -> str | None:
         from wmr_replay.api.viewer import serve
-        from wmr_replay.cli.printing.plain import say
+        from wmr_replay.cli.printing.plain import tell
 
         self._server = _or_warning(lambda: serve(*recordings, bind=self.bind))
         if self._server is None:
             return None
         atexit.register(self._server.stop)
-        say(f"viewer at {self._server.page}", err=True)
+        tell(f"viewer at {self._server.page}")
         return self._server.address
 
     def show(self, *recordings: Path) -> None:
@@ -108,11 +108,11 @@ T = TypeVar("T")
 
 def _or_warning(act: Callable[[], T]) -> T | None:
     """What ``act`` gives; a warning and None where there is no viewer."""
-    from wmr_replay.cli.printing.plain import say
-    from wmr_replay.timeline import ViewerUnavailable
+    from wmr_replay.cli.printing.plain import tell
+    from wmr_replay.timeline.viewer import ViewerUnavailable
 
     try:
         return act()
     except ViewerUnavailable as error:
-        say(f"warning: {error}", err=True)
+        tell(f"warning: {error}")
         return None

@@ -1,6 +1,6 @@
 """What ``compare`` prints: the differences as tables of text, or as JSON."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,6 @@ if TYPE_CHECKING:
 
 def print_comparisons(
     comparisons: Sequence["Comparison"],
-    files: Sequence[Mapping[str, Path]],
     lonely: Sequence[str],
     out: Path,
     *,
@@ -25,9 +24,10 @@ def print_comparisons(
     if as_json:
         echo_json([comparison.as_dict() for comparison in comparisons])
         return
-    from wmr_replay.timeline import viewer_command
+    from wmr_replay.timeline.viewer import viewer_command
 
-    for comparison, written in zip(comparisons, files, strict=True):
+    for comparison in comparisons:
+        written = comparison.files
         say(str(comparison))
         say(f"\nresults   {out}/")
         if "report" in written:

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 _LABEL = 8
 """Columns of the labels."""
 _ROLES = ("pose", "torque", "truth")
-_IN_USE = ("pose", "torque", "wheel_speed", "truth")
+_FURTHER = (("wheels", "wheel_speed"), ("command", "command"))
+_IN_USE = ("pose", "torque", "wheel_speed", "command", "truth")
 
 
 def print_info(info: "LogInfo", *, as_json: bool) -> None:
@@ -88,6 +89,7 @@ def serves_as(row: dict[str, Any]) -> str:
 def lines(info: "LogInfo") -> list[tuple[str, str]]:
     """Each role with its clock, the robot's parameters, and whatever was lost or noticed."""
     found = [(role, role_line(info, role)) for role in _ROLES]
+    found += [(label, use_line(info, role)) for label, role in _FURTHER if info.used[role]]
     known = ", ".join(
         f"{name} {value if isinstance(value, str) else f'{value:.5g}'}"
         for name, value in info.robot.known().items()
@@ -138,13 +140,21 @@ def role_line(info: "LogInfo", role: str) -> str:
     """The channel and its clock, or how to name one."""
     channel = next((row for row in info.channels if row["role"] == role), None)
     speeds = info.used.get("wheel_speed")
-    if role == "torque" and speeds is not None:
+    if role == "torque" and speeds is not None and info.used["torque"] is None:
         return (
             f"none: {speeds['topic']} holds wheel speeds, but no effort ({info.clock_notes['wheel_speed']})"
         )
     if channel is None:
         return "none" + ("" if role == "truth" else f" found; name one with --{role} TOPIC or --map FILE")
     return f"{channel['topic']}: {info.clock_notes[role]}"
+
+
+def use_line(info: "LogInfo", role: str) -> str:
+    """A channel that is there, what its values are, and its clock."""
+    used = info.used[role] or {}
+    clock = info.clock_notes.get(role) or info.clock_notes.get("torque", "")
+    what = f" ({used['read_as']})" if "read_as" in used else ""
+    return f"{used['topic']}{what}: {clock}"
 
 
 def mapping_line(path: "Path", mapping: "LogMapping") -> str:
@@ -155,6 +165,8 @@ def mapping_line(path: "Path", mapping: "LogMapping") -> str:
         "pose": mapping.pose_topic,
         "torque": mapping.torque_topic and mapping.torque_topic + sides,
         "truth": mapping.truth_topic,
+        "wheel speeds": mapping.wheel_speed_topic,
+        "commands": mapping.command_topic,
     }
     parts = [f"{name} {topic}" for name, topic in topics.items() if topic]
     if mapping.robot is not None:

@@ -12,6 +12,7 @@ from rich.segment import Segment
 from rich.text import Text
 
 from wmr_replay.cli import activity
+from wmr_replay.cli.verbosity import heard
 from wmr_schemas.text import shown, shown_lines
 
 
@@ -19,6 +20,12 @@ def say(text: object, *, err: bool = False, end: str = "\n") -> None:
     """Print text in its own lines, control codes escaped."""
     activity.stop()
     print(shown_lines(text), end=end, file=sys.stderr if err else sys.stdout, flush=True)
+
+
+def tell(text: object) -> None:
+    """The same on standard error under --quiet too: what was asked for, such as the address of a server."""
+    activity.stop()
+    print(shown_lines(text), file=heard(), flush=True)
 
 
 def console_of(**options: Any) -> Console:

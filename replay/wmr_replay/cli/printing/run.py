@@ -24,7 +24,7 @@ def print_result(result: "Result", *, as_json: bool) -> None:
     """The summary as JSON; or modes, scores where there is a truth, what was noticed, the verdict, and how
     to open the viewer.
     """
-    from wmr_replay.timeline import viewer_command
+    from wmr_replay.timeline.viewer import viewer_command
 
     row, console = result.summary.row(0, named=True), console_of(soft_wrap=True)
     width = output_width()

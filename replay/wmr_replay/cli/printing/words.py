@@ -53,6 +53,6 @@ def next_steps(found: "Gap", log: Path) -> Iterator[tuple[str, str]]:
     if "report" in found.files:
         yield "report", str(found.files["report"])
     if "timeline" in found.files:
-        from wmr_replay.timeline import viewer_command
+        from wmr_replay.timeline.viewer import viewer_command
 
         yield "viewer", viewer_command(found.files["timeline"])

@@ -8,14 +8,13 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg.blas import dgemm, dgemv
-from scipy.linalg.lapack import dgesv
 
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.compiled.lean import lean
+from wmr_schemas.lapack import routines
 from wmr_schemas.modes import ContactMode
 
 Windows = list[tuple[int, int]]
@@ -69,7 +68,7 @@ def residuals(z0: F64, window: Window, z: F64, ahead: F64, out: F64) -> float:
 
 def solved(N: F64, g: F64) -> F64:
     """N⁻¹ g. Raises LinAlgError where N is singular or not finite."""
-    _, _, x, failed = dgesv(N, g)
+    _, _, x, failed = routines("_flapack").dgesv(N, g)
     if failed or not np.isfinite(N).all():
         raise np.linalg.LinAlgError("the normal equations of a window are singular or not finite")
     return np.asarray(x)
@@ -81,7 +80,7 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
     v_lat is free only where the window starts in a skid. ``rounds`` bounds the steps, ``tries`` the dampings
     tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
     """
-    m = len(window.rows)
+    m, blas = len(window.rows), routines("_fblas")
     free = N_MOTION if skids(window.rows[0, Row.MODE], window.theta) else N_MOTION - 1
     z, damping, scratch = z0.copy(), 1e-6, (np.zeros(N_STATE), np.zeros(N_STATE))
     at, moved, A = np.empty(3 * m), np.empty(3 * m), np.empty((3 * m, free))
@@ -92,7 +91,7 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
             other[j] += 1e-6
             residuals(other, window, *scratch, moved)
             A[:, j] = (at - moved) / 1e-6
-        N, g = dgemm(1.0, A.T, A.T, trans_b=True), dgemv(1.0, A.T, at)
+        N, g = blas.dgemm(1.0, A.T, A.T, trans_b=True), blas.dgemv(1.0, A.T, at)
         tried, lower = z.copy(), False
         for _ in range(tries):
             damped = N.copy()

@@ -5,10 +5,10 @@ from functools import cached_property
 
 from wmr_replay.effects.theta import Theta, places_of
 from wmr_schemas.effects import (
-    BUILT_IN,
     UNNAMED_PREFIX,
     EffectDeclaration,
     Parameter,
+    built_in,
     catalogue,
     declared,
     own_effects,
@@ -59,11 +59,11 @@ class Candidate:
         return self.declaration.search.grid
 
 
-LIBRARY = tuple(Candidate(declaration) for declaration in BUILT_IN)
+LIBRARY = tuple(Candidate(declaration) for declaration in built_in("torque"))
 BY_NAME = {candidate.name: candidate for candidate in LIBRARY}
 SKID = "undeclared_skid"
 """An effect only where the modes are given as facts: an identifier calls it skidding."""
-LOCAL = tuple(e.name for e in BUILT_IN if e.taken_for == ContactMode.SLIPPING)
+LOCAL = tuple(e.name for e in built_in("torque") if e.taken_for == ContactMode.SLIPPING)
 """Losses of traction in a stretch of time or a region, which an identifier may call slipping."""
 
 

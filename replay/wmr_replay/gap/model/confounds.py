@@ -6,11 +6,15 @@ Both come from the declarations in ``wmr_schemas.effects``.
 from collections.abc import Iterator
 
 from wmr_schemas.effects import EffectDeclaration, Manoeuvre, catalogue
+from wmr_schemas.effects.declaration import DrivenBy
 from wmr_schemas.modes import ContactMode
 
 
-def confound_class(names: tuple[str, ...], name: str, *, identified: bool = False) -> tuple[str, ...]:
-    """All that cannot be told from ``name`` beside the other effects ``names`` of a model, itself first.
+def confound_class(
+    names: tuple[str, ...], name: str, *, identified: bool = False, driven_by: DrivenBy = "torque"
+) -> tuple[str, ...]:
+    """All that cannot be told from ``name`` beside the other effects ``names`` of a model, itself first;
+    ``driven_by`` says what drives the model.
 
     With ``identified`` modes the identifier declares a skid, and one stiffness cannot be told from another:
     the effects taken for skidding are one class.
@@ -22,7 +26,7 @@ def confound_class(names: tuple[str, ...], name: str, *, identified: bool = Fals
     for effect in effects.values():
         for confound in effect.exact:
             members = {effect.name, *confound.beside}
-            if name in members and members <= set(names):
+            if driven_by in confound.driven_by and name in members and members <= set(names):
                 found |= set(confound.same_as)
     return (name, *sorted(found - {name}))
 

@@ -12,9 +12,11 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
-from wmr_schemas.effects import BUILT_IN
+from wmr_schemas.effects import built_in
 
-CONFOUNDED_FORMS = tuple({effect.name, *effect.other_forms} for effect in BUILT_IN if effect.other_forms)
+CONFOUNDED_FORMS = tuple(
+    {effect.name, *effect.other_forms} for effect in built_in("torque") if effect.other_forms
+)
 """Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 

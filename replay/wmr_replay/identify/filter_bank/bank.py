@@ -5,19 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
-from wmr_replay.identify.filter_bank.hindsight import LookingBack, Pass, learned_prior
+from wmr_replay.identify.filter_bank.bins import Bins
+from wmr_replay.identify.filter_bank.hindsight import LookingBack, Pass
 from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses, restore, snapshot
 from wmr_replay.identify.filter_bank.long_steps import LongSteps
+from wmr_replay.identify.filter_bank.model import N_LAST, BankModel, TorqueModel
 from wmr_replay.identify.filter_bank.priors import PRIORS
-from wmr_replay.identify.filter_bank.start import start_hypotheses
-from wmr_replay.identify.filter_bank.states import make_prior, with_alpha
-from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
+from wmr_replay.identify.filter_bank.states import make_prior
+from wmr_replay.identify.filter_bank.steps import Drift, Rhythm
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.robot import RobotParameters
 
-N_OUTPUTS = 7
 MOST_BLOCK = 1 << 20
 """Bins of one pass. There are fewer only near a bin at which the bank diverges, to find it quickly."""
 ALPHA_KNOWN_WITHIN = PRIORS.alpha_known_within
@@ -53,16 +52,27 @@ class BankSettings:
     """Least posterior of a named mode."""
 
 
-class Bank:
-    """Stage: bins in, after each of them the posterior over the modes and α."""
+def torque_model(robot: RobotParameters, settings: BankSettings, terms: Terms) -> TorqueModel:
+    """The model of a robot that is driven by wheel torques."""
+    s = settings
+    drift = Drift(
+        np.array(s.velocity_diffusions),
+        np.array(s.disturbances_mps2),
+        s.alpha_diffusion_share,
+        s.rho_diffusion_per_s,
+        s.cap_diffusion_per_s,
+    )
+    return TorqueModel(make_prior(robot), terms, drift, s.start_bins)
 
-    def __init__(
-        self, robot: RobotParameters, step_s: float, settings: BankSettings, n_modes: int, terms: Terms
-    ) -> None:
-        self.settings, self._terms, self._n_modes = settings, terms, n_modes
-        self._first_prior = self._prior = make_prior(robot)
+
+class Bank:
+    """Stage: bins in, after each of them the posterior over the modes and what else the model tells."""
+
+    def __init__(self, model: BankModel, step_s: float, settings: BankSettings, n_modes: int) -> None:
+        self.settings, self._n_modes = settings, n_modes
+        self._first_model = self._model = model
         self._hypotheses = make_hypotheses(settings.most_hypotheses * (n_modes + 2) + 4)
-        self._step_s, self._last = step_s, np.zeros(4)
+        self._step_s, self._last = step_s, np.zeros(N_LAST)
         self._waiting: Bins | None = None
         self._origin_ns, self._long_steps = 0, LongSteps()
         self._block = MOST_BLOCK
@@ -73,13 +83,13 @@ class Bank:
         self.rows_per_bin = max(1, round(self.settings.bin_s / step_s))
 
     def push(self, bins: Bins, alpha: F64, alpha_sd: F64, done: I64) -> F64:
-        """What the bank says after each bin, (7, m): posterior, mean and variance of ln α, whether the pose
-        has just jumped; NaN before its start.
+        """What the bank says after each bin, (k, m), the posterior first; NaN before its start. With torques
+        the mean and variance of ln α follow, and whether the pose has just jumped.
 
         A robot without a nominal α starts where a regression, ``alpha`` (n,) with ``alpha_sd`` at rows with
         which ``done`` (n,) bins were complete, knows it.
         """
-        said, n = [np.full((N_OUTPUTS, 0), np.nan)], 0
+        said, n = [np.full((self._model.n_answers, 0), np.nan)], 0
         while n < len(bins.stamps):
             rows = done >= n
             found = self._advance(bins.part(n, None), alpha[rows], alpha_sd[rows], done[rows] - n)
@@ -95,28 +105,25 @@ class Bank:
         waiting = bins if self._waiting is None else self._waiting.then(bins)
         begin = self._first_start(held, len(waiting.stamps), alpha, alpha_sd, done)
         if begin is None:
-            self._waiting = waiting.part(max(0, len(waiting.stamps) - self.settings.start_bins), None)
-            return np.full((N_OUTPUTS, len(bins.stamps)), np.nan)
-        first = waiting.part(max(0, begin - self.settings.start_bins), begin)
+            self._waiting = waiting.part(max(0, len(waiting.stamps) - self._model.least_bins), None)
+            return np.full((self._model.n_answers, len(bins.stamps)), np.nan)
+        first = waiting.part(max(0, begin - self._model.least_bins), begin)
         self._waiting, self._origin_ns = None, int(first.stamps[-1])
         self._long_steps = self._long_steps.from_origin()
-        start_hypotheses(
-            self._hypotheses, first, self._prior, self._n_modes, np.array(self.settings.disturbances_mps2)
-        )
-        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
-        return np.full((N_OUTPUTS, begin - held), np.nan)
+        self._model.start(self._hypotheses, first, self._n_modes, self._last)
+        return np.full((self._model.n_answers, begin - held), np.nan)
 
     def _first_start(self, held: int, total: int, alpha: F64, alpha_sd: F64, done: I64) -> int | None:
         """How many of the waiting bins precede the bank's first step: enough of them, and α known."""
-        least = self.settings.start_bins
-        if not np.isnan(self._prior.ln_alpha):
+        least = self._model.least_bins
+        if not self._model.needs_alpha:
             return least if total >= least else None
         known = alpha_sd <= ALPHA_KNOWN_WITHIN * alpha
         ready = known & (held + done >= least)
         if not ready.any():
             return None
         row = int(np.argmax(ready))
-        self._prior = with_alpha(self._prior, float(alpha[row]))
+        self._model = self._model.with_alpha(float(alpha[row]))
         return held + int(done[row])
 
     def _step(self, bins: Bins) -> F64:
@@ -129,7 +136,7 @@ class Bank:
         n = len(seconds)
         if not n:
             self._start_again()
-            return np.full((N_OUTPUTS, 0), np.nan)
+            return np.full((self._model.n_answers, 0), np.nan)
         before = snapshot(self._hypotheses), self._last.copy()
         said = self._filtered(bins.part(0, n), seconds)
         if said is not None:
@@ -139,35 +146,25 @@ class Bank:
         self._last[:] = before[1]
         if n > 1:
             self._block = n // 2
-            return np.full((N_OUTPUTS, 0), np.nan)
+            return np.full((self._model.n_answers, 0), np.nan)
         self._start_again()
-        return np.full((N_OUTPUTS, 1), np.nan)
+        return np.full((self._model.n_answers, 1), np.nan)
 
     def _start_again(self) -> None:
         """As before the first bin."""
         self._hypotheses.size[0] = 0
         self._last[:] = 0.0
-        self._prior, self._waiting = self._first_prior, None
+        self._model, self._waiting = self._first_model, None
         self._long_steps = self._long_steps.from_origin()
 
     def _filtered(self, bins: Bins, seconds: F64) -> F64 | None:
         """The bank's answers after each bin, or None where some are no numbers: it has diverged."""
-        drift, rhythm = self._drift(), self._rhythm(self.settings.split_s)
+        rhythm = self._rhythm(self.settings.split_s)
         try:
-            said = run_bins(
-                self._hypotheses, bins.values, seconds, self._last, self._prior, self._terms, drift, rhythm
-            )
+            said = self._model.run(self._hypotheses, bins.values, seconds, self._last, rhythm)
         except (ZeroDivisionError, ValueError):
             return None
-        return np.concatenate(said[:3]) if np.isfinite(said.posterior).all() else None
-
-    def _drift(self) -> Drift:
-        """Diffusions as the settings have them."""
-        s = self.settings
-        velocity, disturbance = np.array(s.velocity_diffusions), np.array(s.disturbances_mps2)
-        return Drift(
-            velocity, disturbance, s.alpha_diffusion_share, s.rho_diffusion_per_s, s.cap_diffusion_per_s
-        )
+        return said.answers if np.isfinite(said.answers[:4]).all() else None
 
     def _rhythm(self, split_s: float) -> Rhythm:
         """The bank's time steps with branchings ``split_s`` apart."""
@@ -178,8 +175,7 @@ class Bank:
         """A second pass over the same bins with the parameters learned; None before the bank starts."""
         if not self._hypotheses.size[0]:
             return None
-        prior, s = learned_prior(self._hypotheses, self._prior), self.settings
-        rhythm, bin_s = self._rhythm(s.hindsight_split_s), self.rows_per_bin * self._step_s
+        rhythm, bin_s = self._rhythm(self.settings.hindsight_split_s), self.rows_per_bin * self._step_s
         interval_s = bin_s * max(1, math.ceil(rhythm.split_s / bin_s - 1e-6))
-        second = Pass(prior, self._terms, self._n_modes, self._drift(), rhythm, interval_s, s.start_bins)
+        second = Pass(self._model.learned(self._hypotheses), self._n_modes, rhythm, interval_s)
         return LookingBack(second, lag_s)

@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, make_hypotheses
+from wmr_replay.identify.filter_bank.bins import Bins
+from wmr_replay.identify.filter_bank.hypotheses import make_hypotheses
 from wmr_replay.identify.filter_bank.long_steps import LongSteps
-from wmr_replay.identify.filter_bank.start import start_hypotheses
-from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, Prior
-from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
-from wmr_replay.identify.terms import Terms
+from wmr_replay.identify.filter_bank.model import N_LAST, BankModel
+from wmr_replay.identify.filter_bank.states import LN_ALPHA
+from wmr_replay.identify.filter_bank.steps import Rhythm
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 
@@ -32,43 +31,13 @@ class Intervals(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pass:
-    """What the second pass takes from the first: prior, model terms, number of modes, drift, rhythm and the
-    first fit's length.
-    """
+    """What the second pass takes from the first: model, number of modes, and rhythm."""
 
-    prior: Prior
-    terms: Terms
+    model: BankModel
     n_modes: int
-    drift: Drift
     rhythm: Rhythm
     interval_s: float
     """Whole bins that make up a split interval."""
-    start_bins: int
-
-
-def learned_prior(hypotheses: HypothesisSet, prior: Prior) -> Prior:
-    """The prior with what the first pass knows at its end of ln α, ln β, ln c and ρ.
-
-    An interval of the parameters is at least as wide as ``LEAST_SD``: the first pass has seen the same log.
-    """
-    n = int(hypotheses.size[0])
-    weight = np.exp(hypotheses.log_weight[:n])
-    weight /= weight.sum()
-    mean = weight @ hypotheses.mean[:n]
-    off = hypotheses.mean[:n] - mean
-    variance = weight @ (np.diagonal(hypotheses.covariance[:n], axis1=1, axis2=2) + off**2)
-    sd = np.maximum(np.sqrt(variance), LEAST_SD)
-    return prior._replace(
-        ln_alpha=float(mean[LN_ALPHA]),
-        ln_alpha_sd=min(float(sd[LN_ALPHA]), prior.ln_alpha_sd),
-        ln_beta=prior.ln_beta if np.isnan(prior.ln_beta) else float(mean[LN_BETA]),
-        ln_c=float(mean[LN_C]),
-        ln_c_sd=min(float(sd[LN_C]), prior.ln_c_sd),
-    )
-
-
-LEAST_SD = 0.05
-"""Of ln α and ln c in the second pass: a load of 5 % comes and goes within a log."""
 
 
 class LookingBack:
@@ -79,7 +48,7 @@ class LookingBack:
         self._second = second
         self._room = max(1, round(lag_s / second.interval_s))
         self._hypotheses = make_hypotheses(room, self._room)
-        self._last = np.zeros(4)
+        self._last = np.zeros(N_LAST)
         self._waiting: Bins | None = None
         self._origin_ns, self._long_steps = 0, LongSteps()
 
@@ -89,7 +58,7 @@ class LookingBack:
         while len(bins.stamps):
             if not self._hypotheses.size[0]:
                 bins = bins if self._waiting is None else self._waiting.then(bins)
-                if len(bins.stamps) < self._second.start_bins:
+                if len(bins.stamps) < self._second.model.least_bins:
                     self._waiting = bins
                     break
                 bins = self._begin(bins)
@@ -102,12 +71,12 @@ class LookingBack:
         """Bins through the bank; behind a step that is too long, or numbers that it cannot follow, it forgets
         all, as the first pass does.
         """
-        second, model = self._second, (self._hypotheses, bins.values, seconds, self._last)
+        run, rhythm = self._second.model.run, self._second.rhythm
         try:
-            said = run_bins(*model, second.prior, second.terms, second.drift, second.rhythm)
+            said = run(self._hypotheses, bins.values, seconds, self._last, rhythm)
         except (ZeroDivisionError, ValueError):
             return self._forget()
-        if not len(seconds) or not np.isfinite(said.posterior).all():
+        if not len(seconds) or not np.isfinite(said.answers[:4]).all():
             return self._forget()
         return self._intervals(said.smoothed)
 
@@ -132,12 +101,11 @@ class LookingBack:
 
     def _begin(self, waiting: Bins) -> Bins:
         """Start the hypotheses on the first bins; the bins that are left."""
-        second, n = self._second, self._second.start_bins
+        n = self._second.model.least_bins
         first, self._waiting = waiting.part(0, n), None
         self._origin_ns = int(first.stamps[-1])
         self._long_steps = self._long_steps.from_origin()
-        start_hypotheses(self._hypotheses, first, second.prior, second.n_modes, second.drift.disturbance)
-        self._last[1:3] = first.values[FORCE, -1], first.values[TURN, -1]
+        self._second.model.start(self._hypotheses, first, self._second.n_modes, self._last)
         return waiting.part(n, None)
 
     def _intervals(self, smoothed: F64) -> Intervals:

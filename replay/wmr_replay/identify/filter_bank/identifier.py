@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from wmr_replay.identify.filter_bank.bank import N_OUTPUTS, Bank, BankSettings
+from wmr_replay.identify.filter_bank.bank import Bank, BankSettings, torque_model
 from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
 from wmr_replay.identify.filter_bank.hindsight import LookingBack
 from wmr_replay.identify.filter_bank.priors import PRIORS
@@ -32,8 +32,8 @@ class BankIdentifier:
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._n_modes = 4 if both else 3
-        self._bank = Bank(robot, step_s, settings, self._n_modes, terms)
-        self._bin, self._said = open_bin(), np.full(N_OUTPUTS, np.nan)
+        self._bank = Bank(torque_model(robot, settings, terms), step_s, settings, self._n_modes)
+        self._bin, self._said = open_bin(), np.full(7, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
 

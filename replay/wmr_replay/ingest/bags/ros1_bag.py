@@ -5,13 +5,15 @@ was not closed has no index; its chunks are found one after another, and each is
 """
 
 import os
-from bisect import bisect_right
-from collections import Counter
 from contextlib import suppress
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+
 from wmr_replay.ingest.bags.ros1_chunk import chunk_records, unpacked_chunk
+from wmr_replay.ingest.bags.ros1_index import bag_index
 from wmr_replay.ingest.bags.ros1_records import (
     MOST_HEADER_BYTES,
     Op,
@@ -21,6 +23,7 @@ from wmr_replay.ingest.bags.ros1_records import (
     records_in,
     u32_at,
 )
+from wmr_replay.ingest.mcap.chunk_selection import counts_of
 from wmr_replay.ingest.mcap.chunks import NO_BYTES, Block, Span, SpanFile, Unreadable
 from wmr_replay.ingest.mcap.container import Container
 from wmr_replay.ingest.mcap.records import Channel, Malformed, Schema
@@ -68,42 +71,23 @@ class Ros1Bag(Container):
             return False
         file.seek(start)
         data = file.read()
-        records = list(records_in(data))
-        infos = [record for record in records if record.op == Op.CHUNK_INFO]
-        connections = [record for record in records if record.op == Op.CONNECTION]
         try:
-            if (len(connections), len(infos)) != (header.u32(b"conn_count"), header.u32(b"chunk_count")):
-                return False
-            for record in connections:
+            n_connections = header.u32(b"conn_count")
+            for record in islice(records_in(data), n_connections):
+                if record.op != Op.CONNECTION:
+                    raise Malformed("a connection that is not in the index")
                 self.channels.enter(record, data[record.start : record.stop])
-            places = sorted({info.u64(b"chunk_pos") for info in infos})
-            if len(places) < len(infos):
-                return False
-            spans = [self._span(info, data, places, start) for info in infos]
+            n_chunks = header.u32(b"chunk_count")
+            found.spans = bag_index(data, self.channels.of_connection, start) if n_chunks else []
+            if len(found.spans) != n_chunks:
+                raise Malformed("chunks that are not in the index")
         except Malformed:
             self.channels.clear()
             return False
-        found.spans = sorted(spans, key=lambda span: span.offset)
-        counts = Counter[int]()
-        for span in found.spans:
-            counts.update(span.counts)
-        found.statistics = dict(counts)
+        ids, n, _ = counts_of(found.spans)
+        summed = np.bincount(ids, n, N_CHANNEL_IDS)
+        found.statistics = {int(k): int(summed[k]) for k in np.flatnonzero(summed)}
         return True
-
-    def _span(self, info: Record, data: bytes, places: list[int], index_start: int) -> Span:
-        """The chunk, and the index records behind it, that a record of the index describes. Raises
-        Malformed.
-        """
-        start, counts = info.u64(b"chunk_pos"), Counter[int]()
-        for k in range(info.u32(b"count")):
-            place = info.start + 8 * k
-            counts[self.channels.id_of(u32_at(data, place))] += u32_at(data, place + 4)
-        following = bisect_right(places, start)
-        stop = places[following] if following < len(places) else index_start
-        if not 0 < start < stop <= index_start:
-            raise Malformed(f"a chunk at byte {start}")
-        times_ns = (info.time_ns(b"start_time"), info.time_ns(b"end_time"))
-        return Span(start, start, stop - start, counts=dict(counts), times_ns=times_ns)
 
     def _by_walk(self, found: Survey, file: BinaryIO, position: int) -> None:
         """Fill in the chunks one after another, and the connections that stand in them."""

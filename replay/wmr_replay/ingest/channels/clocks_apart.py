@@ -28,6 +28,8 @@ STEADY = (0.5, 2.0)
 """Log time passed per time stamped over the first messages; else the recorder wrote them from a buffer."""
 LEAST_PASSED, LEAST_BETWEEN_S = 1e-3, 1e-3
 """Below these, within the channels and between them, the log time stands still, and is no clock at all."""
+EXTRA = ("wheel_speed", "command")
+"""Roles that a replay does without."""
 REMEDY = "set the clocks (chrony, PTP) before recording"
 
 
@@ -63,6 +65,15 @@ def choose_clocks(uses: Mapping[str, Use]) -> tuple[dict[str, Clock], list[Findi
         clocks = {role: Clock("log time", "clocks apart") for role in uses}
         said = "log time is used for both", f"{REMEDY}; --clock header keeps the stamps"
     return clocks, [finding("clocks_apart", Severity.WARNING, f"{text}: {said[0]}", advice=said[1])]
+
+
+def apart_from_pose(uses: Mapping[str, Use], clocks: Mapping[str, Clock]) -> list[str]:
+    """The roles besides pose and torque whose clock is apart from the pose's: their rows cannot be used."""
+    if "pose" not in uses:
+        return []
+    pose = clock_offset(clocks["pose"], first_messages(uses["pose"]))
+    offsets = {role: clock_offset(clocks[role], first_messages(uses[role])) for role in uses if role in EXTRA}
+    return [role for role, own in offsets.items() if pose and own and are_apart(pose, own)]
 
 
 def are_apart(pose: ClockOffset, torque: ClockOffset) -> bool:

@@ -1,7 +1,8 @@
 """Detection: a channel for each of pose, torque and true mode, and for every other channel a reason.
 
 A topic that the user names is used. Otherwise an external pose comes before odometry, canonical topics come
-first, and a joint state counts when it names a left and a right wheel.
+first, and a joint state counts when it names a left and a right wheel. Wheel speeds and commands are found
+last, see :mod:`wmr_replay.ingest.channels.wheel_channels`.
 """
 
 from collections.abc import Callable
@@ -20,14 +21,15 @@ from wmr_replay.ingest.channels.roles import (
     torque_role,
     truth_role,
 )
+from wmr_replay.ingest.channels.wheel_bindings import read_as
 from wmr_replay.ingest.decoding.bindings import Binding
 from wmr_replay.ingest.decoding.encodings import Definition
 from wmr_replay.ingest.mcap.records import Channel
 from wmr_replay.ingest.mcap.sampling import Sample
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.errors import ChannelNotFound
-from wmr_schemas.mapping_file import Clock as ClockWish
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.units import Clock as ClockWish
 
 Test = Callable[[Candidate, LogMapping, Frames], tuple[Binding, Rank]]
 ROLES: dict[str, Test] = {"pose": pose_role, "torque": torque_role, "truth": truth_role}
@@ -35,7 +37,11 @@ WANTED = {
     "pose": f"pose ({', '.join(POSE_SCHEMAS)})",
     "torque": "wheel torques (a JointState or DynamicJointState with a left and a right wheel joint)",
     "truth": "true contact mode (ContactMode)",
+    "wheel_speed": "wheel speeds (a JointState, a controller's state or odometry)",
+    "command": "commands (a Twist, or wheel speeds by joints)",
 }
+_SECTIONS = {"wheel_speed": "wheel_speeds", "command": "commands"}
+"""Of the mapping file, for roles that no option names."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,8 @@ class Plan:
     why_not: dict[int, str] = field(default_factory=dict)
     serves_as: dict[int, tuple[str, ...]] = field(default_factory=dict)
     """By channel id what its first messages would serve for; see :func:`signals_in`."""
+    lacks: dict[tuple[str, int], str] = field(default_factory=dict)
+    """By role and channel id why a channel holds no wheel speeds or commands."""
     pose_is_odometry: bool = False
     frames: Frames = field(default_factory=Frames)
 
@@ -85,9 +93,16 @@ class Plan:
         return next((role for role, use in self.uses.items() if use.channel.id == channel_id), None)
 
     def as_dict(self) -> dict[str, dict[str, object]]:
-        """Id, topic and schema of the channels in use, by role."""
+        """Id, topic and schema of the channels in use, by role; ``read_as`` where wheel speeds are made of
+        something else.
+        """
         return {
-            role: {"id": use.channel.id, "topic": use.channel.topic, "schema": use.schema_name}
+            role: {
+                "id": use.channel.id,
+                "topic": use.channel.topic,
+                "schema": use.schema_name,
+                **({"read_as": words} if (words := read_as(use.binding)) else {}),
+            }
             for role, use in self.uses.items()
         }
 
@@ -173,6 +188,8 @@ def not_found(
     available = [(c.channel.topic, c.schema_name, reason(c, role, plan)) for c in found]
     wanted = WANTED[role] + (f" on topic {topic}" if topic else joints)
     advice = f"Name the topic with --{role} TOPIC, or map the log's topics and joints with --map FILE."
+    if role in _SECTIONS:
+        advice = f"Name topic and fields in [{_SECTIONS[role]}] of --map FILE."
     near = near_topics(topic, (c.channel.topic for c in found)) if topic else ""
     return ChannelNotFound(wanted, path, available, f"{near}\n{advice}" if near else advice)
 
@@ -189,5 +206,7 @@ def reason(candidate: Candidate, role: str, plan: Plan) -> str:
     used_as = plan.role(candidate.channel.id)
     if used_as is not None and used_as != role:
         return f"in use as {used_as}"
+    if (role, candidate.channel.id) in plan.lacks:
+        return plan.lacks[role, candidate.channel.id]
     noted = plan.why_not.get(candidate.channel.id, UNRELATED)
     return kinds(role, serves_as) or (lacks[0] if lacks and noted == UNRELATED else noted)

@@ -1,9 +1,12 @@
 """A topic that was named and does not serve: what its channel holds instead, and the nearest names."""
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 
 MOST_NEAR = 3
+COMMANDED = re.compile(r"cmd|command|set_?point|target|desired|reference|goal", re.I)
+"""Topics of what is wanted, not measured."""
 
 
 def near_topics(topic: str, others: Iterable[str]) -> str:

@@ -4,6 +4,7 @@ import re
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.frames import TRANSFORM_SCHEMAS, Frames
+from wmr_replay.ingest.channels.named import COMMANDED
 from wmr_replay.ingest.channels.pose_accuracy import decades_too_coarse
 from wmr_replay.ingest.channels.torque_bindings import (
     FieldTorqueBinding,
@@ -20,8 +21,9 @@ from wmr_replay.ingest.decoding.bindings import (
     PoseBinding,
 )
 from wmr_replay.ingest.decoding.encodings import Definition
-from wmr_schemas.mapping_file import ANGLE_UNITS, LogMapping, PoseFields
+from wmr_schemas.mapping_file import LogMapping, PoseFields
 from wmr_schemas.messages import MODE_TOPIC, POSE_TOPIC, TORQUE_TOPIC
+from wmr_schemas.units import ANGLE_UNITS
 
 POSE_SCHEMAS = ("PoseStamped", "PoseInFrame", "TransformStamped", "PoseWithCovarianceStamped", "Odometry")
 """In the order of preference."""
@@ -57,6 +59,11 @@ def stamp_paths(definition: Definition) -> tuple[str, str] | None:
             if all(definition.has(path) for path in paths):
                 return paths
     return None
+
+
+def stamp_of(candidate: Candidate) -> tuple[str, str] | None:
+    """Where a channel's messages carry their own time."""
+    return stamp_paths(candidate.definition)
 
 
 def is_odometry(candidate: Candidate, binding: Binding | None = None) -> bool:
@@ -106,7 +113,7 @@ def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> 
     wanted, definition = mapping.pose, candidate.definition
     stamp = stamp_paths(definition)
     if wanted.x and wanted.y and wanted.yaw:
-        _check_fields(candidate, wanted.x, wanted.y, wanted.yaw)
+        check_fields(candidate, wanted.x, wanted.y, wanted.yaw)
         return PlanarPoseBinding(wanted.x, wanted.y, wanted.yaw, stamp)
     if candidate.short_name in TRANSFORM_SCHEMAS and not wanted.position:
         alone = candidate.short_name in {"TransformStamped", "FrameTransform"}
@@ -118,7 +125,7 @@ def _pose_binding(candidate: Candidate, mapping: LogMapping, frames: Frames) -> 
     return PoseBinding(*form, stamp)
 
 
-def _check_fields(candidate: Candidate, *paths: str) -> None:
+def check_fields(candidate: Candidate, *paths: str) -> None:
     """Raises DoesNotServe unless the messages have all of these fields."""
     for path in paths:
         if not candidate.has(path):
@@ -130,9 +137,11 @@ def torque_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tu
     if mapping.torque_topic is None and not _may_have_torques(candidate):
         raise DoesNotServe(UNRELATED)
     binding = _torque_binding(candidate, mapping)
-    recipe = candidate.try_out(binding)
+    has_effort = bool(candidate.try_out(binding).columns[0].terms)
+    if not (has_effort or mapping.torque_topic) and COMMANDED.search(candidate.channel.topic):
+        raise DoesNotServe("by its topic commands, no measured wheel speeds")
     return binding, (
-        not recipe.columns[0].terms,
+        not has_effort,
         candidate.channel.topic != TORQUE_TOPIC,
         -candidate.n_messages,
     )
@@ -151,7 +160,7 @@ def _torque_binding(candidate: Candidate, mapping: LogMapping) -> Binding:
     wheels = Wheels(mapping.left_joints, mapping.right_joints, wanted.torque_gains, wanted.speed_gains)
     if wanted.left_fields and wanted.right_fields:
         speeds = wanted.left_speed_fields, wanted.right_speed_fields
-        _check_fields(candidate, *wanted.left_fields, *wanted.right_fields, *speeds[0], *speeds[1])
+        check_fields(candidate, *wanted.left_fields, *wanted.right_fields, *speeds[0], *speeds[1])
         return FieldTorqueBinding(stamp, (wanted.left_fields, wanted.right_fields), speeds, wheels)
     if candidate.has("joint_names", "interface_values"):
         return InterfaceBinding(stamp, wheels, wanted.efforts or "effort", wanted.speeds or "velocity")
@@ -167,7 +176,7 @@ def truth_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tup
     path = mapping.truth.path
     if mapping.truth_topic is None and not candidate.short_name.endswith("ContactMode"):
         raise DoesNotServe(UNRELATED)
-    _check_fields(candidate, path)
+    check_fields(candidate, path)
     binding = ModeBinding(stamp_paths(candidate.definition), path)
     candidate.try_out(binding)
     return binding, (candidate.channel.topic != MODE_TOPIC, -candidate.n_messages)

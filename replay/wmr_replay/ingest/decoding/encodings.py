@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from wmr_replay.ingest.budgets import Allowance, OverBudget
 from wmr_replay.ingest.decoding.binary_program import compile_program
@@ -12,7 +12,6 @@ from wmr_replay.ingest.decoding.cdr import cdr_layout, ros1_layout
 from wmr_replay.ingest.decoding.json_source import JsonSource, json_layout
 from wmr_replay.ingest.decoding.json_template import compile_template
 from wmr_replay.ingest.decoding.layout import Layout, Source, Spend, Undecodable
-from wmr_replay.ingest.decoding.protobuf import has_field, parse_descriptor, protobuf_layout
 from wmr_replay.ingest.decoding.ros_definitions import (
     Node,
     UnknownDefinition,
@@ -21,9 +20,6 @@ from wmr_replay.ingest.decoding.ros_definitions import (
 )
 from wmr_replay.ingest.mcap.records import Channel, Schema
 from wmr_schemas.arrays import F64, I64, U8, Bool
-
-if TYPE_CHECKING:
-    from google.protobuf.descriptor import Descriptor
 
 
 class Program(Protocol):
@@ -78,32 +74,6 @@ class RosDefinition:
         """Walk one message. Raises Undecodable."""
         with accounted(self.allowance) as spend:
             return self.walk(self.node, message, spend)
-
-    def source(self, data: U8, starts: I64, lengths: I64) -> Source:
-        """The messages as columns, by byte offset."""
-        return BinarySource(data, starts, lengths)
-
-    def program(self, layout: Layout, recipe: Recipe) -> Program | None:
-        """The pass that compares words and gathers numbers, where it can express the layout."""
-        return compile_program(layout, recipe)
-
-
-class ProtobufDefinition:
-    """Protobuf messages, by their descriptor."""
-
-    spelling_varies = False
-
-    def __init__(self, descriptor: "Descriptor", allowance: Allowance) -> None:
-        self.descriptor, self.allowance = descriptor, allowance
-
-    def has(self, path: str) -> bool:
-        """Whether the descriptor has such a field."""
-        return has_field(self.descriptor, path)
-
-    def layout(self, message: bytes) -> Layout:
-        """Walk one message. Raises Undecodable."""
-        with accounted(self.allowance) as spend:
-            return protobuf_layout(self.descriptor, message, spend)
 
     def source(self, data: U8, starts: I64, lengths: I64) -> Source:
         """The messages as columns, by byte offset."""
@@ -183,5 +153,7 @@ def define(
     except OverBudget as error:
         raise UnknownDefinition(str(error)) from None
     if not is_text:
-        return ProtobufDefinition(parse_descriptor(schema.name, schema.data), allowance)
+        from wmr_replay.ingest.decoding.protobuf_definition import ProtobufDefinition  # noqa: PLC0415 – slow
+
+        return ProtobufDefinition(schema.name, schema.data, allowance)
     return RosDefinition(parse_definition(schema.name, schema.encoding, text), _ROS[encoding], allowance)

@@ -30,8 +30,10 @@ _MOST_CHANNELS = _AT_ONCE = 1 << 16
 class ChunkIndex(Sequence[Span]):
     """n chunks as spans, in columns (n,).
 
-    ``names`` are the compressions, ``compression`` (n,) which of them. Messages: the ``k``-th chunk has
-    ``n[first[k]:first[k + 1]]`` of the channels ``ids[first[k]:first[k + 1]]``.
+    A chunk whose data start where it does (``data_offset`` = ``offset``) is one of a bag, whose head is read
+    with it and whose ``uncompressed`` size is 0. ``names`` are the compressions, ``compression`` (n,) which
+    of them. Messages: the ``k``-th chunk has ``n[first[k]:first[k + 1]]`` of the channels
+    ``ids[first[k]:first[k + 1]]``.
     """
 
     offset: I64
@@ -64,15 +66,19 @@ class ChunkIndex(Sequence[Span]):
         offset, data_offset, stored = int(self.offset[k]), int(self.data_offset[k]), int(self.stored[k])
         times_ns = int(self.start_ns[k]), int(self.end_ns[k])
         name, own = self.names[self.compression[k]], slice(*self.first[k : k + 2].tolist())
+        counts = dict(zip(self.ids[own].tolist(), self.n[own].tolist(), strict=True))
+        file_index = int(self.file_index[k])
+        if data_offset == offset:
+            return Span(offset, offset, stored, counts=counts, times_ns=times_ns, file_index=file_index)
         head_bytes = data_offset - offset - HEAD.size
         return Span(
             offset,
             data_offset,
             stored,
             ChunkHead(*times_ns, int(self.uncompressed[k]), 0, name, stored, head_bytes),
-            counts=dict(zip(self.ids[own].tolist(), self.n[own].tolist(), strict=True)),
+            counts=counts,
             times_ns=times_ns,
-            file_index=int(self.file_index[k]),
+            file_index=file_index,
             by_index=True,
         )
 
@@ -124,14 +130,14 @@ def chunk_index(summary: bytes, starts: I64, lengths: I64, size_bytes: int) -> C
     """
     data, stops = np.frombuffer(summary, np.uint8), starts + lengths
     demand((lengths >= _MAP_AT).all(), "a chunk index that is too short")
-    start_ns, end_ns, place, length = (_numbers(data, starts + 8 * k, 8) for k in range(4))
-    map_bytes = _numbers(data, starts + _MAP_SIZE_AT, 4).astype(np.int64)
+    start_ns, end_ns, place, length = (numbers_at(data, starts + 8 * k, 8) for k in range(4))
+    map_bytes = numbers_at(data, starts + _MAP_SIZE_AT, 4).astype(np.int64)
     after = starts + _MAP_AT + map_bytes
     demand(not (map_bytes % _PLACE_BYTES).any() and (after + 12 <= stops).all(), "its map of places")
-    name_bytes = _numbers(data, after + 8, 4).astype(np.int64)
+    name_bytes = numbers_at(data, after + 8, 4).astype(np.int64)
     tail = after + 12 + name_bytes
     demand((tail + 16 <= stops).all(), "the name of its compression")
-    index, stored, uncompressed = (_numbers(data, at, 8) for at in (after, tail, tail + 8))
+    index, stored, uncompressed = (numbers_at(data, at, 8) for at in (after, tail, tail + 8))
     limit = np.uint64(size_bytes)
     demand((np.stack([place, length, index, stored]) <= limit).all(), "places beyond the file's end")
     offset, whole, behind, packed = (column.astype(np.int64) for column in (place, length, index, stored))
@@ -167,7 +173,7 @@ def demand(holds: np.bool_ | bool, what: str) -> None:
         raise Malformed(f"the chunk index: {what}")
 
 
-def _numbers(data: U8, at: I64, n_bytes: int) -> U64:
+def numbers_at(data: U8, at: I64, n_bytes: int) -> U64:
     """Little-endian numbers (n,) of so many bytes at these places."""
     numbers: U64 = np.empty(len(at), np.uint64)
     for start in range(0, len(at), _AT_ONCE):
@@ -197,7 +203,7 @@ def _counts(data: U8, at: I64, n_entries: I64, stop: I64, size_bytes: int) -> tu
     first = np.cumsum(n_entries) - n_entries
     ordinal = np.repeat(np.arange(len(at)), n_entries)
     places = at[ordinal] + _PLACE_BYTES * (np.arange(len(ordinal)) - first[ordinal])
-    ids, begin = _numbers(data, places, 2).astype(np.int64), _numbers(data, places + 2, 8)
+    ids, begin = numbers_at(data, places, 2).astype(np.int64), numbers_at(data, places + 2, 8)
     demand((begin <= np.uint64(size_bytes)).all(), "a message index beyond the file's end")
     starts = begin.astype(np.int64)
     if ((np.diff(starts) < 0) & (np.diff(ordinal) == 0)).any():

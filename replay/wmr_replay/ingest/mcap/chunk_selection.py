@@ -52,6 +52,13 @@ def log_span_ns(found: Survey) -> tuple[int, int]:
     return first_ns, max((end for _, end in times), default=first_ns)
 
 
+def kinds_of(spans: Sequence[Span]) -> Sequence[Span]:
+    """Spans among which every kind of head is met: of an index in columns one with a head, one without."""
+    if not isinstance(spans, ChunkIndex):
+        return spans
+    return [spans[int(k)] for k in np.unique(spans.data_offset == spans.offset, return_index=True)[1]]
+
+
 def are_timed(spans: Sequence[Span]) -> bool:
     """Whether the times of all spans are known."""
     return isinstance(spans, ChunkIndex) or all(span.times_ns for span in spans)

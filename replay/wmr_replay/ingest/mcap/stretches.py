@@ -49,6 +49,8 @@ def stretches(spans: Sequence[Span]) -> list[list[Span]]:
 def _sizes(spans: Sequence[Span]) -> I64:
     """Bytes of records in each of n spans."""
     if isinstance(spans, ChunkIndex):
-        return np.minimum(spans.uncompressed, np.uint64(LARGEST_BYTES)).astype(np.int64)
+        unknown = spans.data_offset == spans.offset
+        n_bytes = np.where(unknown, (spans.stored * _PACKED_RATIO).astype(np.uint64), spans.uncompressed)
+        return np.minimum(n_bytes, np.uint64(LARGEST_BYTES)).astype(np.int64)
     sizes = (extent(span)[0] * (1 if span.head is not None else _PACKED_RATIO) for span in spans)
     return np.fromiter((min(size, LARGEST_BYTES) for size in sizes), np.int64, len(spans))

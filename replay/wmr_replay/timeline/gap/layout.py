@@ -6,7 +6,7 @@ import rerun.blueprint as rrb
 
 from wmr_replay.timeline.blueprint import lanes_and_pages
 from wmr_replay.timeline.path import Frame
-from wmr_replay.timeline.views import Page, Plot, Span, findings_view, path_view, tabs_of, text_view, window
+from wmr_replay.timeline.views import Page, Plot, Span, path_view, texts_view, window
 
 COMMON = ("/path/grid/**", "/path/key", "/path/held_out", "/path/regions", "/path/robot/**")
 
@@ -43,10 +43,7 @@ def gap_layout(
     names = {"base": f"Base model, error × {factor:g}", "extended": f"Extended model, error × {factor:g}"}
     models = ("base", "extended") if extended else ("base",)
     paths = [path_view(frame, names[model], (*COMMON, f"/path/{model}/**"), always=()) for model in models]
-    texts: list[rrb.View] = [text_view("/description", "Verdict"), text_view("/how_to_read", "How to read")]
-    if found:
-        texts.insert(1, findings_view())
-    shares = [37, 37, 26] if extended else [64, 36]
-    left = rrb.Vertical(*paths, tabs_of(texts), row_shares=shares)
+    shares = [39, 39, 22] if extended else [70, 30]
+    left = rrb.Vertical(*paths, texts_view(found=found), row_shares=shares)
     right = lanes_and_pages(("/mode", "/part"), PAGES, written, span, lanes_share=20)
     return window(left, right, left_share=42)

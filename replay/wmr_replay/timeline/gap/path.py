@@ -7,7 +7,7 @@ import numpy as np
 import rerun as rr
 
 from wmr_replay.timeline import colours
-from wmr_replay.timeline.path import Frame, pen
+from wmr_replay.timeline.path import SMALL_VIEW, Frame, pen
 from wmr_replay.timeline.sink import Sink
 from wmr_schemas.arrays import F64, I64, Bool
 
@@ -84,7 +84,7 @@ def cut(traces: "Traces") -> list[tuple[int, int]]:
 
 def frame_of(traces: "Traces") -> Frame:
     """The rectangle around the measured path."""
-    frame = Frame()
+    frame = Frame(SMALL_VIEW)
     frame.include(traces.measured[:, :2])
     return frame
 

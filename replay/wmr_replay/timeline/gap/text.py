@@ -1,7 +1,9 @@
 """The text panel of a gap recording: the verdict, the effects as a table, how to read the rest."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+from wmr_replay.timeline.description import findings_text
 from wmr_schemas.text import markdown
 
 if TYPE_CHECKING:
@@ -20,16 +22,17 @@ extended model blue.
 """
 
 
-def gap_text(result: "GapResult", log_name: str) -> str:
+def gap_text(result: "GapResult", log_name: str, findings: Sequence[Mapping[str, Any]] = ()) -> str:
     """Markdown for the text panel."""
-    blocks = [f"## {markdown(log_name)}", f"**{markdown(result.sentence.strip())}**"]
+    blocks = [f"**{markdown(result.sentence.strip())}**"]
     if result.effects:
         head = "| effect | parameter | 95 % interval |\n| --- | --- | --- |"
         blocks.append("\n".join([head, *(row for effect in result.effects for row in effect_rows(effect))]))
     rows = (gap_row("position", result.position, "mm"), gap_row("yaw", result.yaw, "mrad"))
     head = "| held-out gap | before | after | floor |\n| --- | --- | --- | --- |"
     blocks.append("\n".join([head, *rows]))
-    return "\n\n".join(blocks)
+    blocks += [findings_text(findings), f"Log: {markdown(log_name)}"]
+    return "\n\n".join(block for block in blocks if block)
 
 
 def effect_rows(effect: "FoundEffect") -> list[str]:

@@ -81,7 +81,7 @@ def write_gap_timeline(
         sink.add_robot(fewer)
         add_paths(sink, traces, errors.without_extended() if not extended else errors, result.where.regions)
         add_key(sink, frame, errors)
-        sink.add_text(gap_text(result, log_name))
+        sink.add_text(gap_text(result, log_name, findings))
         sink.add_text(HOW_TO_READ.format(factor=errors.factor, speed_s=SPEED_S), "/how_to_read")
         sink.add_findings(findings)
         span = Span(float(traces.t_s[0]), float(traces.t_s[-1]))

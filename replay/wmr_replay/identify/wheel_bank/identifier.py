@@ -1,0 +1,66 @@
+"""The wheel-speed bank as an identifier: rows go into bins, and rows report the last bin."""
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
+from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
+from wmr_replay.identify.filter_bank.hindsight import LookingBack
+from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.interface import Evidence, Verdict
+from wmr_replay.identify.posterior import BinEstimates, decide
+from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
+from wmr_replay.identify.wheel_bank.model import WheelModel
+from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
+from wmr_replay.identify.wheel_bank.states import make_wheel_prior
+from wmr_replay.identify.wheel_bank.steps import JUMPED, N_ANSWERS
+from wmr_schemas.arrays import I8, Bool
+from wmr_schemas.modes import ModeSet
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.status import Status
+
+N_MODES = 4
+
+
+def without_torque(verdict: Verdict, known: Bool) -> I8:
+    """The outcome of each row (n,); where wheel speeds are ``known``, torques are not what is missing."""
+    turns = verdict.mode_set & int(ModeSet.SKIDDING) != 0
+    reason = np.where(turns, Status.NOT_TURNING, Status.NOT_EXCITED)
+    return np.where(known & (verdict.outcome == Status.NO_TORQUE), reason, verdict.outcome).astype(np.int8)
+
+
+class WheelBankIdentifier:
+    """Stage: evidence in, verdicts out, for a robot whose wheel speeds are known and whose torques are not.
+
+    C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank.
+    """
+
+    def __init__(self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings) -> None:
+        self.settings, self._paper = settings, PaperIdentifier(rules)
+        self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
+        self._bank = Bank(WheelModel(make_wheel_prior(robot)), step_s, settings, N_MODES)
+        self._bin, self._said = open_bin(), np.full(N_ANSWERS, np.nan)
+        self.new_bins = Bins.none()
+        """The bins that the last ``push`` completed."""
+
+    def change_rate(self, step_s: float) -> None:
+        """The pose comes every ``step_s`` from the next row on."""
+        self._bank.change_rate(step_s)
+
+    def push(self, evidence: Evidence) -> Verdict:
+        """Rows in strictly increasing time; NaN until the bank has started."""
+        paper = self._paper.push(evidence)
+        speeds = evidence.wheels * self._radius_m
+        known = evidence.t_ns, evidence.pose, speeds, evidence.variances, evidence.restarts
+        self.new_bins, done = into_bins(*known, self._bank.rows_per_bin, self._bin)
+        found = self._bank.push(self.new_bins, paper.alpha, paper.alpha_sd, done)
+        said = np.concatenate([self._said[:, None], found], axis=1)
+        self._said = said[:, -1]
+        unknown = np.full(said.shape[1], np.nan)
+        answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
+        driven = evidence._replace(force=speeds[0] + speeds[1])
+        verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
+        return verdict._replace(outcome=without_torque(verdict, np.isfinite(driven.force)))
+
+    def looking_back(self, lag_s: float) -> LookingBack | None:
+        """A second pass over the same bins with the parameters learned; None before the bank starts."""
+        return self._bank.looking_back(lag_s)

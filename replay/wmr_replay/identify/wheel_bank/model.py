@@ -1,0 +1,46 @@
+"""The model of hypotheses about a robot with encoders, as the bank asks for it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
+from wmr_replay.identify.filter_bank.model import Said, moments
+from wmr_replay.identify.filter_bank.steps import Rhythm
+from wmr_replay.identify.wheel_bank.start import start_wheel_hypotheses
+from wmr_replay.identify.wheel_bank.states import LN_SCALE, WheelPrior
+from wmr_replay.identify.wheel_bank.steps import N_ANSWERS, run_wheel_bins
+from wmr_schemas.arrays import F64
+
+LEAST_SD = 0.002
+"""Of every parameter in the second pass, in its own unit: tyres change by so much with their load."""
+
+
+@dataclass(frozen=True, eq=False)
+class WheelModel:
+    """Wheel speeds move the robot, but for the slip velocities."""
+
+    prior: WheelPrior
+    n_answers: int = N_ANSWERS
+    least_bins: int = 1
+    needs_alpha: bool = False
+
+    def with_alpha(self, alpha: float) -> "WheelModel":
+        """The same model."""
+        return self
+
+    def start(self, hypotheses: HypothesisSet, bins: Bins, n_modes: int, last: F64) -> None:
+        """See :func:`~.start.start_wheel_hypotheses`."""
+        start_wheel_hypotheses(hypotheses, bins, self.prior, n_modes)
+        last[1:3] = bins.values[FORCE, -1], bins.values[TURN, -1]
+
+    def run(self, hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm) -> Said:
+        """See :func:`~.steps.run_wheel_bins`."""
+        return run_wheel_bins(hypotheses, values, seconds, last, rhythm)
+
+    def learned(self, hypotheses: HypothesisSet) -> "WheelModel":
+        """The model with what the first pass knows of the parameters at its end."""
+        mean, sd = moments(hypotheses)
+        narrow = np.minimum(np.maximum(sd[LN_SCALE:], LEAST_SD), self.prior.sd)
+        return replace(self, prior=WheelPrior(mean[LN_SCALE:], narrow))

@@ -1,0 +1,91 @@
+"""Switches between modes: the slip velocities that begin and end, and when a switch is hypothesised."""
+
+import math
+
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
+from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.wheel_bank.states import (
+    LN_TRACK,
+    N_STATES,
+    PSI,
+    S_DIFF,
+    S_LAT,
+    S_SUM,
+    SKIDDING,
+    SKIDDING_SLIPPING,
+    SLIPPING,
+    X,
+    Y,
+)
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled.lean import lean
+
+SPLIT_LOG_WEIGHT = PRIORS.split_log_weight
+SQRT_12 = math.sqrt(12.0)
+
+
+@lean
+def stop(mean: F64, covariance: F64, state: int, variance: float) -> None:
+    """A slip velocity that has ended: what it was tells nothing any more, and elastic slip is left."""
+    mean[state] = 0.0
+    for i in range(N_STATES):
+        covariance[state, i] = covariance[i, state] = 0.0
+    covariance[state, state] = variance
+
+
+@lean
+def spread(mean: F64, covariance: F64, along: float, across: float, turn: float) -> None:
+    """A slip that began or ended at an uncertain instant leaves the pose uncertain by these lengths."""
+    cos, sin = math.cos(mean[PSI]), math.sin(mean[PSI])
+    covariance[X, X] += (along * cos) ** 2 + (across * sin) ** 2
+    covariance[Y, Y] += (along * sin) ** 2 + (across * cos) ** 2
+    covariance[X, Y] += (along * along - across * across) * cos * sin
+    covariance[Y, X] = covariance[X, Y]
+    covariance[PSI, PSI] += turn * turn
+
+
+@lean
+def switch(mean: F64, covariance: F64, before: int, mode: int, when_sd: float, calm: float) -> None:
+    """The state's jump from the mode ``before`` into ``mode``, at an instant known within ``when_sd``."""
+    slipped, slips = before in (SLIPPING, SKIDDING_SLIPPING), mode in (SLIPPING, SKIDDING_SLIPPING)
+    skidded, skids = before in (SKIDDING, SKIDDING_SLIPPING), mode in (SKIDDING, SKIDDING_SLIPPING)
+    if slipped and not slips:
+        spread(
+            mean, covariance, mean[S_SUM] * when_sd, 0.0, mean[S_DIFF] * when_sd * math.exp(-mean[LN_TRACK])
+        )
+        stop(mean, covariance, S_SUM, calm)
+        stop(mean, covariance, S_DIFF, calm)
+    if skidded and not skids:
+        spread(mean, covariance, 0.0, mean[S_LAT] * when_sd, 0.0)
+        stop(mean, covariance, S_LAT, calm)
+
+
+@lean
+def split(hypotheses: HypothesisSet, n_modes: int, interval_s: float, rate: float, calm: F64) -> None:
+    """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
+    mode. ``calm`` (levels,) are the variances of elastic slip.
+    """
+    switched = 1.0 - math.exp(-rate * interval_s)
+    when_sd = interval_s / SQRT_12
+    each = math.log(switched / (n_modes - 1))
+    for parent in range(hypotheses.size[0]):
+        if hypotheses.log_weight[parent] < SPLIT_LOG_WEIGHT:
+            continue
+        before = hypotheses.mode[parent]
+        for mode in range(n_modes):
+            child = hypotheses.size[0]
+            if child == hypotheses.mode.shape[0] or mode == before:
+                continue
+            copy(hypotheses, parent, child)
+            hypotheses.mode[child] = mode
+            hypotheses.log_weight[child] += each
+            hypotheses.size[0] += 1
+            switch(
+                hypotheses.mean[child],
+                hypotheses.covariance[child],
+                before,
+                mode,
+                when_sd,
+                calm[hypotheses.level[child]],
+            )
+        hypotheses.log_weight[parent] += math.log1p(-switched)

@@ -1,0 +1,112 @@
+"""From commands to wheel speeds: a driver that tracks references, and the drive behind the commands.
+
+    command   v = v_ref cos e_ψ + k_x e_x      ω = ω_ref + v_ref k_y e_y + k_ψ sin e_ψ      (Kanayama 1990)
+              u_R = (v + l_c ω)/r      u_L = (v − l_c ω)/r, r the stated radius, l_c the driver's half-track
+    drive     u(t − delay), its rate limited, then φ̈ = (u − φ̇)/T
+
+A wheel's controller is stiff: the ground does not slow the wheel down.
+"""
+
+import math
+from typing import NamedTuple
+
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled import compiled
+from wmr_synth.hidden import forms
+from wmr_synth.hidden.rolling import RollingHidden
+
+X, Y, YAW, V, TURN, SKID, PHI_R, PHI_L, W_R, W_L = range(10)
+TARGET_R, TARGET_L, LAG_R, LAG_L = 10, 11, 12, 13
+DEFLECTED, BUILT_UP, ROUGH_LONG, ROUGH_LAT, ROUGH_TURN = 14, 15, 16, 17, 18
+A_LONG, YAW_ACC, V_LAT, SLIP_R, SLIP_L, LOST_R, LOST_L = 19, 20, 21, 22, 23, 24, 25
+N_STATES = 26
+"""Pose; v_long, l_e·yaw_rate and sideways velocity beyond the robot's own; wheel angles and speeds; states of
+the drive; states of the slip; and what is derived: accelerations, v_lat, slip velocities in all, and those
+that friction or a hidden loss makes.
+"""
+
+
+class Tracking(NamedTuple):
+    """The driver's gains k_x (1/s), k_y (1/m²), k_ψ (1/s), and the largest commands; 0 gains: open loop."""
+
+    ahead_per_s: float = 0.0
+    across_per_m2: float = 0.0
+    heading_per_s: float = 0.0
+    v_mps: float = 3.0
+    yaw_rate_radps: float = 3.0
+
+
+class Rig(NamedTuple):
+    """A robot's coefficients as the compiled plant reads them."""
+
+    right_radius_m: float
+    left_radius_m: float
+    stated_radius_m: float
+    half_track_m: float
+    stated_half_track_m: float
+    icr_offset_m: float
+    lateral_slip_s: float
+    load_mps2: float
+    """Load of a wheel by the robot's mass, g·carried/2."""
+    yaw_inertia: float
+    """(gyration/l_e)²."""
+    compliance: float
+    """Slip by force at 1 m/s; 0 without elastic slip."""
+    roughness: float
+    lag_s: float
+    acceleration_radps2: float
+
+
+@compiled
+def commanded(wanted: F64, state: F64, tracking: Tracking, rig: Rig) -> tuple[float, float]:
+    """The commanded wheel speeds (left, right) in rad/s; ``wanted``: v, ω, x, y, yaw of the reference."""
+    v, yaw_rate = wanted[0], wanted[1]
+    if tracking.heading_per_s > 0.0 and abs(v) + abs(yaw_rate) > 1e-3:
+        off_x, off_y = wanted[2] - state[X], wanted[3] - state[Y]
+        cosine, sine = math.cos(state[YAW]), math.sin(state[YAW])
+        ahead, across = off_x * cosine + off_y * sine, off_y * cosine - off_x * sine
+        turned = math.sin(wanted[4] - state[YAW])
+        yaw_rate += v * tracking.across_per_m2 * across + tracking.heading_per_s * turned
+        v = v * math.cos(wanted[4] - state[YAW]) + tracking.ahead_per_s * ahead
+    v = max(-tracking.v_mps, min(tracking.v_mps, v))
+    turn = rig.half_track_m * max(-tracking.yaw_rate_radps, min(tracking.yaw_rate_radps, yaw_rate))
+    return (v - turn) / rig.stated_radius_m, (v + turn) / rig.stated_radius_m
+
+
+@compiled
+def shaped(left: float, right: float, rig: Rig, h: RollingHidden) -> tuple[float, float]:
+    """Commands behind what acts on them at once: gains, dead zone, saturation."""
+    mean, half = h.gain * 0.5 * (right + left), h.gain * h.turn_gain * 0.5 * (right - left)
+    r = rig.stated_radius_m
+    left_mps = forms.dead_zone((mean - half) * r, h.deadzone_mps, h.plain)
+    right_mps = forms.dead_zone((mean + half) * r, h.deadzone_mps, h.plain)
+    left_mps = forms.saturation(left_mps, h.saturation_mps, h.plain)
+    right_mps = forms.saturation(right_mps, h.saturation_mps, h.plain)
+    return left_mps / r, right_mps / r
+
+
+@compiled
+def share_of(dt: float, time_constant_s: float) -> float:
+    """Share of a step that a first-order lag makes within ``dt``."""
+    return 1.0 if time_constant_s <= 0.0 else -math.expm1(-dt / time_constant_s)
+
+
+@compiled
+def turn_wheel(wheel: int, u: float, dt: float, state: F64, rig: Rig, h: RollingHidden) -> None:
+    """A wheel's angle and speed ``dt`` seconds later; ``wheel`` is 0 for the right, 1 for the left one.
+
+    The hidden lag has two poles of T/2 each, the second with the drive's own lag; plain one of T.
+    """
+    target, lag, speed, angle = TARGET_R + wheel, LAG_R + wheel, W_R + wheel, PHI_R + wheel
+    most = dt * min(rig.acceleration_radps2, h.acceleration_mps2 / rig.stated_radius_m)
+    before = state[target]
+    state[target] += max(-most, min(most, u - before))
+    through = state[target]
+    if h.lag_s > 0.0:
+        share = share_of(dt, h.lag_s if h.plain else 0.5 * h.lag_s)
+        state[lag] += share * (through - state[lag])
+        through = state[lag]
+    was = state[speed]
+    behind_s = rig.lag_s + (0.0 if h.plain else 0.5 * h.lag_s)
+    state[speed] += share_of(dt, behind_s) * (through - was)
+    state[angle] += 0.5 * dt * (was + state[speed])
