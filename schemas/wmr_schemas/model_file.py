@@ -35,6 +35,15 @@ class NoiseModel:
     disturbance_yaw_mps2_rthz: float | None = field(
         default=None, metadata=described("(m/s²)/√Hz", "white disturbance on half_track_m·d(yaw_rate)/dt")
     )
+    slip_longitudinal_mps_rthz: float | None = field(
+        default=None, metadata=described("(m/s)/√Hz", "slip velocity ahead, where wheel speeds drive the model")
+    )
+    slip_lateral_mps_rthz: float | None = field(
+        default=None, metadata=described("(m/s)/√Hz", "slip velocity sideways, likewise")
+    )
+    slip_yaw_radps_rthz: float | None = field(
+        default=None, metadata=described("(rad/s)/√Hz", "error of the yaw rate, likewise")
+    )
 
 
 @dataclass(frozen=True)
@@ -56,6 +65,9 @@ class Provenance:
     )
     version: str = field(default="", metadata=described("–", "version of wmr-replay that wrote the file"))
     command: str = field(default="", metadata=described("–", "the command line that wrote it"))
+    base_model: str = field(
+        default="", metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do")
+    )
     settings: str = field(
         default="", metadata=described("–", "of a fit: JSON, enough to repeat it with `--config`")
     )

@@ -163,6 +163,27 @@ class Traces:
     quantities: Mapping[str, F64] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class OdometryError:
+    """Error of dead reckoning at a window's end: root mean square and median of the position, and the root
+    mean square of the yaw.
+    """
+
+    position_rms_m: float
+    position_median_m: float
+    yaw_rms_rad: float
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Dead reckoning over ``seconds`` from the measured pose at each window's start, held out."""
+
+    seconds: float
+    windows: int
+    before: OdometryError
+    after: OdometryError
+
+
 @dataclass(frozen=True, eq=False)
 class GapResult:
     """The result of one log.
@@ -186,3 +207,5 @@ class GapResult:
     notes: tuple[str, ...]
     traces: Traces
     candidates: tuple[CandidateScore, ...] = ()
+    base_model: Literal["torque", "wheel_speed"] = "torque"
+    odometry: Odometry | None = None

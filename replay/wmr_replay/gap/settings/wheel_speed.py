@@ -86,6 +86,10 @@ class GateSettingsWheelSpeed:
     fitted_in_full: int = 4
     """Best candidates by score that are fitted in full. Numerics: the true one is among the best three."""
 
+    near: float = 0.3
+    """Candidates whose score is below this share of the best one's are not fitted. Numerics: a slope
+    misjudges the gain of a large effect by half."""
+
     most_effects: int = 8
     """Most effects that are looked for. Physics: a skid-steered robot lacks five at once."""
 
@@ -102,8 +106,20 @@ class GateSettingsWheelSpeed:
     least_driven_m: float = 2.0
     """Least way that the wheels turn, m. Physics: less is nothing to calibrate."""
 
-    relevant_reduction: float = 0.0
-    """Least relative reduction of the held-out gap. Judgement: significance and hold-out decide."""
+    most_loss_sd: float = 0.1
+    """Most standard deviation of a loss in a time or a place. Encoder benchmark: a spinning wheel's varies."""
+
+    most_steady_square: float = 3.0
+    most_steady_error: float = 20.0
+    """Most mean square of whitened errors within that time or place, each at most so large. Statistics: 1 is
+    expected; three allows for the edges."""
+
+    most_unseen: int = 4
+    """Most effects of a relevant size that a log may miss and still be said to lack nothing. Judgement: as for
+    torques."""
+
+    least_turning_rad: float = 0.5
+    """Least turning of the robot in the log, rad. Physics: less shows no track."""
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,12 @@ def fit(problem: Problem, parameters: tuple[Parameter, ...], start: Values, nois
     return at(problem, parameters, values, noises)
 
 
+def refit(problem: Problem, parameters: tuple[Parameter, ...], start: Values, noises: Noises) -> Fit:
+    """The best values of ``parameters`` at a given noise."""
+    values, _ = gauss_newton(problem, parameters, start, noises, robustly=True)
+    return at(problem, parameters, values, noises)
+
+
 def at(problem: Problem, parameters: tuple[Parameter, ...], values: Values, noises: Noises) -> Fit:
     """The likelihood, information and robust covariance at given values."""
     white = whitened(problem, parameters, values, noises)

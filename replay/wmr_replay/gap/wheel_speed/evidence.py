@@ -1,5 +1,6 @@
 """Whether an effect is there: significance over clusters of errors, and likelihood of what was not fitted."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -8,10 +9,10 @@ from scipy.special import fdtrc
 
 from wmr_replay.gap.wheel_speed.candidates import PLACES
 from wmr_replay.gap.wheel_speed.drive import Values
-from wmr_replay.gap.wheel_speed.estimate import Fit, block_deviance, gauss_newton, inverse
-from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, Bool
 
 
 def p_value(fit: Fit, name: str, n_scanned: int) -> float:
@@ -66,6 +67,31 @@ def held_out_p(before: F64, after: F64) -> float:
     if not np.any(change):
         return 1.0
     return float(wilcoxon(change, alternative="greater").pvalue)
+
+
+def steady_loss(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a loss in a time or a place is the same all through: a wheel that spins for a moment, which is a
+    contact mode and no effect, leaves errors within it, and an uncertain loss.
+    """
+    own = problem.settings.gates
+    loss = fit.parameters.index(Parameter(name, "loss"))
+    inside = inside_of(problem, fit.values[name], name)
+    white = View.of(problem, fit.noises, robustly=False)
+    errors = white.errors(fit.values)
+    mine = white.bins.inside & inside[np.maximum(white.bins.table, 0)]
+    if not mine.any():
+        return False
+    left = float(np.mean(np.minimum(errors[:, mine] ** 2, own.most_steady_error**2)))
+    return bool(fit.sd[loss] < own.most_loss_sd and left < own.most_steady_square)
+
+
+def inside_of(problem: Problem, place: Mapping[str, float], name: str) -> Bool:
+    """Bins (n,) in an interval or a disc."""
+    if name == "slip_interval":
+        t_s = problem.bins.t_s
+        return np.asarray((t_s > place["start_s"]) & (t_s < place["end_s"]))
+    x_m, y_m = problem.bins.mean(problem.record.pose[:2])
+    return np.asarray(np.hypot(x_m - place["x_m"], y_m - place["y_m"]) < place["radius_m"])
 
 
 def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -> tuple[bool, float]:

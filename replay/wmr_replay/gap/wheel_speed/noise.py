@@ -100,16 +100,16 @@ def fit_noise(errors: F64, bins: Bins, settings: FitSettings, start: Noise | Non
         return float(deviance(white, settings.clip, settings.reject).sum()) + whitening.log_determinant(bins)
 
     at = np.log([max(v, 1e-3 * scale) for v in first])
-    simplex = np.vstack([at, *(at + 0.7 * np.eye(4))])
+    simplex = np.vstack([at, *(at + (0.7 if start is None else 0.3) * np.eye(4))])
     found = minimize(
         objective,
         at,
         method="Nelder-Mead",
         options={
             "initial_simplex": simplex,
-            "maxfev": settings.noise_evaluations,
-            "xatol": 0.03,
-            "fatol": 0.05,
+            "maxfev": settings.noise_evaluations // (1 if start is None else 3),
+            "xatol": 0.05,
+            "fatol": 0.2,
         },
     )
     return noise_from(found.x)

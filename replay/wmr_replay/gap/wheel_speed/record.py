@@ -114,7 +114,7 @@ def stretches_of(
     speeds = np.stack([track.left_radps[known], track.right_radps[known]])
     pose_s = (log.pose.t_ns - start_ns) / NS_PER_S
     covered = (pose_s >= wheel_s[0]) & (pose_s <= wheel_s[-1])
-    parts = split(log.pose, pose_s, wheel_s, covered, settings)
+    parts = split(log.pose, pose_s, wheel_s, covered, log.breaks_ns, settings)
     measured = log.wheels if driven_by == "command" else None
     remembers = driven_by == "command" and measured is None
     lead_s = settings.command_lead_s if remembers else settings.lead_s
@@ -162,7 +162,14 @@ def start_speeds(track: WheelSpeedTrack | None, start_ns: int, settings: LayoutS
     )
 
 
-def split(pose: PoseTrack, pose_s: F64, wheel_s: F64, covered: Bool, settings: LayoutSettings) -> list[I64]:
+def split(  # noqa: PLR0917 – what may end a stretch
+    pose: PoseTrack,
+    pose_s: F64,
+    wheel_s: F64,
+    covered: Bool,
+    breaks_ns: tuple[int, ...],
+    settings: LayoutSettings,
+) -> list[I64]:
     """Rows of the poses of each stretch."""
     step_s = np.diff(pose_s)
     longest_s = max(settings.pose_gap_s, 5 * float(np.median(step_s)))
@@ -176,6 +183,7 @@ def split(pose: PoseTrack, pose_s: F64, wheel_s: F64, covered: Bool, settings: L
     at_origin &= np.abs(pose.yaw_rad) < settings.origin_m
     apart |= at_origin[1:] & ~at_origin[:-1]
     apart |= covered[1:] != covered[:-1]
+    apart |= np.isin(np.arange(1, len(pose_s)), np.searchsorted(pose.t_ns, breaks_ns))
     label = np.concatenate([[0], np.cumsum(apart)])
     rows = np.split(np.arange(len(pose_s)), np.flatnonzero(np.diff(label)) + 1)
     return [part for part in rows if len(part) >= settings.least_rows and covered[part].all()]

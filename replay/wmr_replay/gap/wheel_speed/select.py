@@ -6,12 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.gap.wheel_speed.candidates import absent, candidates_of, parameters_of
-from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises
-from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, p_value
+from wmr_replay.gap.model.confounds import confound_class
+from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
+from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.places import MOST_CELLS
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
+from wmr_schemas.effects.declaration import DrivenBy
 
+NEAR_BIC = 10.0
+"""BIC difference below which two effects explain a record nearly as well: "very strong" evidence begins here
+(Kass and Raftery 1995).
+"""
 Progress = Callable[[str, float], None]
 
 
@@ -56,13 +63,10 @@ def fitted_with(problem: Problem, current: Fit, name: str, start: dict[str, floa
 
 
 def without(problem: Problem, current: Fit, name: str) -> Fit:
-    """``current`` refitted without one effect."""
+    """``current`` refitted without one effect, at the same noise."""
     values = {key: value for key, value in current.values.items() if key != name}
     parameters = tuple(one for one in current.parameters if one.effect != name)
-    if not parameters:
-        noises = fit_noises(problem, values, current.noises)
-        return at(problem, parameters, values, noises)
-    return fit(problem, parameters, values, current.noises)
+    return refit(problem, parameters, values, current.noises)
 
 
 def base_fit(problem: Problem, noises: Noises | None = None) -> Fit:
@@ -107,13 +111,15 @@ def next_effect(  # noqa: PLR0917 – the state of a selection
 ) -> Fit | None:
     """The fit with the likeliest candidate that passes every gate; None where none does."""
     promising = [s for s in scores if s.gain > price(problem, len(s.start))]
-    chosen = promising[: problem.settings.gates.fitted_in_full]
+    best = max((s.gain for s in promising), default=0.0)
+    near = [s for s in promising if s.gain > problem.settings.gates.near * best]
+    chosen = near[: problem.settings.gates.fitted_in_full]
     fits = [(s, fitted_with(problem, current, s.name, s.start)) for s in chosen]
-    fits.sort(key=lambda pair: pair[1].minus_two_log + price(problem, len(pair[0].start)))
+    fits = simplest_first(problem, fits)
     taken = None
     for score, one in fits:
         gain = current.minus_two_log - one.minus_two_log
-        p, failed = p_value(one, score.name, n_scanned), ""
+        p, failed = p_value(one, score.name, n_scanned * places_scanned(score.name)), ""
         if gain < price(problem, len(score.start)):
             failed = "significance"
         elif taken is None:
@@ -126,39 +132,74 @@ def next_effect(  # noqa: PLR0917 – the state of a selection
     return taken
 
 
+def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
+    """Candidates by BIC, the best first; of a class that is the same in any motion, the one with the fewest
+    parameters where the others are hardly better.
+    """
+
+    def cost(pair: tuple[Score, Fit]) -> float:
+        return pair[1].minus_two_log + price(problem, len(pair[0].start))
+
+    ranked = sorted(fits, key=cost)
+    if ranked:
+        same = same_in_any_motion(problem, ranked[0][0].name)
+        near = [pair for pair in ranked if pair[0].name in same and cost(pair) < cost(ranked[0]) + NEAR_BIC]
+        ranked.sort(key=lambda pair: (pair is not min(near, key=lambda p: len(p[0].start)), cost(pair)))
+    return ranked
+
+
+def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
+    """The confound class of an effect alone, itself first."""
+    driven_by: DrivenBy = "command" if problem.record.driven_by == "command" else "wheel_speed"
+    return confound_class((name,), name, driven_by=driven_by)
+
+
 def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
     if p > problem.settings.gates.level:
         return "significance"
+    if name in PLACES and not steady_loss(problem, after, name):
+        return "contact mode"
     return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
+
+
+def places_scanned(name: str) -> int:
+    """Times or places at which an effect was tried, for the correction of its p."""
+    return MOST_CELLS**2 // 2 if name in PLACES else 1
 
 
 def eliminated(
     problem: Problem, current: Fit, found: list[str], n_scanned: int, tried: list[Tried]
 ) -> tuple[Fit, tuple[Named, ...]]:
     """The model less the effects that the others explain, and those that stay."""
-    names, kept = list(found), []
+    names, kept, lesser = list(found), [], {}
     while names:
-        weakest = max(names, key=lambda name: p_value(current, name, n_scanned))
-        lesser = without(problem, current, weakest)
-        gain = lesser.minus_two_log - current.minus_two_log
-        p = p_value(current, weakest, n_scanned)
-        if p <= problem.settings.gates.level and gain >= price(problem, len(parameters_of(weakest))):
+        lesser = {name: without(problem, current, name) for name in names}
+        failing = [
+            (lesser[name].minus_two_log - current.minus_two_log, name)
+            for name in names
+            if p_value(current, name, n_scanned * places_scanned(name)) > problem.settings.gates.level
+            or lesser[name].minus_two_log - current.minus_two_log < price(problem, len(parameters_of(name)))
+        ]
+        if not failing:
             break
+        gain, weakest = min(failing)
+        p = p_value(current, weakest, n_scanned * places_scanned(weakest))
         tried.append(Tried(len(found), weakest, gain, 0.0, p, "needed"))
         names.remove(weakest)
-        current = lesser
+        current = fit(problem, lesser[weakest].parameters, lesser[weakest].values, current.noises)
     for name in names:
-        lesser = without(problem, current, name)
-        others = alternatives(problem, current, lesser, name)
-        kept.append(Named(name, p_value(current, name, n_scanned), others))
+        others = alternatives(problem, current, lesser[name], name)
+        kept.append(Named(name, p_value(current, name, n_scanned * places_scanned(name)), others))
     return current, tuple(kept)
 
 
 def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[tuple[str, float], ...]:
     """Other candidates in the place of an effect that explain nearly as much, by their loss of BIC."""
     pool = tuple(
-        c for c in candidates_of(problem.record) if c.name != name and c.name not in full.values
+        c
+        for c in candidates_of(problem.record)
+        if c.name not in (*same_in_any_motion(problem, name), *full.values)
     )
     own = lesser.minus_two_log - full.minus_two_log - price(problem, len(parameters_of(name)))
     found = []
@@ -166,7 +207,13 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
         extra = price(problem, len(score.start))
         if score.gain - extra < own - 60.0 or score.gain <= 0:
             continue
-        rival = fitted_with(problem, lesser, score.name, score.start)
+        values = {**lesser.values, score.name: absent(score.name) | score.start}
+        rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
+        tries = len(pool) * places_scanned(score.name)
+        if p_value(rival, score.name, tries) > problem.settings.gates.level:
+            continue
+        if score.name in PLACES and not steady_loss(problem, rival, score.name):
+            continue
         delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
         found.append((score.name, max(float(delta), 0.0)))
     return tuple(sorted(found, key=lambda pair: pair[1])[:3])

@@ -1,0 +1,59 @@
+"""The gap before and after, over windows that were held out and over those that were fitted."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.estimation.path_error import WindowErrors
+from wmr_replay.gap.wheel_speed.estimate import Fit
+from wmr_replay.gap.wheel_speed.evidence import Folds, folds_of
+from wmr_replay.gap.wheel_speed.predict import Problem
+from wmr_replay.gap.wheel_speed.units import FOLDS, unit_of_blocks
+from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
+from wmr_schemas.arrays import F64
+
+
+class Proof(NamedTuple):
+    """A model's gap: each window simulated with the fold that did not fit it, and with the fit to all."""
+
+    held_out: Gaps
+    trained: Gaps
+
+
+def proof_of(problem: Problem, windows: Windows, fit: Fit, pose_sd: tuple[float, float]) -> Proof:
+    """The gaps of one model. The base model has no parameters, and the same gaps either way."""
+    trained = gaps_of(problem, windows, fit.values, pose_sd)
+    if not fit.parameters:
+        return Proof(trained, trained)
+    return Proof(held_out_gaps(problem, windows, folds_of(problem, fit), pose_sd), trained)
+
+
+def held_out_gaps(problem: Problem, windows: Windows, folds: Folds, pose_sd: tuple[float, float]) -> Gaps:
+    """Every window with the values of the fold that held it out."""
+    unit = unit_of_blocks(problem.bins, problem.settings)
+    fold_of = unit[windows.block] % FOLDS
+    parts = [gaps_of(problem, windows, values, pose_sd) for values in folds.values]
+    return Gaps(
+        WindowErrors(*(picked([getattr(p.errors, f) for p in parts], fold_of) for f in WindowErrors._fields)),
+        picked([p.end_m for p in parts], fold_of),
+        picked([p.end_rad for p in parts], fold_of),
+        picked([p.simulated for p in parts], fold_of),
+    )
+
+
+def picked(parts: list[F64], fold_of: F64) -> F64:
+    """By window (…, W, …) the part of its fold; windows are the axis of that length."""
+    axis = next(k for k, n in enumerate(parts[0].shape) if n == len(fold_of))
+    shape = [1] * parts[0].ndim
+    shape[axis] = len(fold_of)
+    return np.asarray(np.choose(np.asarray(fold_of).reshape(shape), parts))
+
+
+def pose_noise(problem: Problem, fit: Fit) -> tuple[float, float]:
+    """Standard deviation of a single pose, in x and y [m] and in yaw [rad], from that of a bin's mean."""
+    many = float(np.median(problem.bins.count)) ** 0.5
+    ahead, left, yaw = (noise.white * many for noise in fit.noises)
+    return float(np.sqrt((ahead**2 + left**2) / 2)), float(yaw)
+
+
+__all__ = ["Proof", "pose_noise", "proof_of", "windows_of"]
