@@ -68,7 +68,7 @@ def wander(n: int, rng: np.random.Generator) -> tuple[F64, F64]:
 
 
 def teleop(duration_s: float, rng: np.random.Generator) -> Profile:
-    """A hand at a joystick: jerky speed and turning at once, let go now and then; no ramps but the drive's."""
+    """A hand at a joystick: jerky speed and turning at once; no ramps but the drive's."""
     n = int(np.ceil(duration_s / LOOK_S)) + 1
     stick = np.empty((n, 2))
     stick[0] = 0.0

@@ -218,15 +218,22 @@ def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, 
     assert json.loads(out)["robot"]["alpha_sd"] == 0.002
 
 
-@pytest.mark.parametrize("failing", ["gap_to_json", "model_to_toml", "write_gap_timeline"])
+@pytest.mark.parametrize(
+    ("module", "failing"),
+    [
+        (gap_command, "gap_to_json"),
+        (gap_command, "model_to_toml"),
+        (gap_timeline, "write_gap_timeline"),
+    ],
+)
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt, 130), (OSError, 2), (ZeroDivisionError, 70)])
 def test_whatever_stops_the_writing_leaves_nothing(
-    run, log, analysed, tmp_path, monkeypatch, failing, error, code
+    run, log, analysed, tmp_path, monkeypatch, module, failing, error, code
 ):
     def stop(*_):
         raise error
 
-    monkeypatch.setattr(gap_command, failing, stop)
+    monkeypatch.setattr(module, failing, stop)
     assert run("gap", log)[0] == code
     assert not (tmp_path / "drive.wmr").exists()
 
