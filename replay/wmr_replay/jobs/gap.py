@@ -180,12 +180,12 @@ def write_model(run: FitRun, out: Path) -> Path:
 
 
 @contextmanager
-def errors_naming(path: LogPath) -> Iterator[None]:
+def errors_naming(path: LogPath, advice: str = TRY_LONGER) -> Iterator[None]:
     """Turn an InvalidSignal of the analysis into a LogUnusable that names the log."""
     try:
         yield
     except InvalidSignal as error:
-        raise LogUnusable(path, str(error), TRY_LONGER.format(path=path)) from error
+        raise LogUnusable(path, str(error), advice.format(path=path)) from error
 
 
 def finished(result: GapResult, whole: WholeLog, mode_topic: str | None, command: str) -> GapResult:

@@ -23,6 +23,8 @@ GROUPS = {
         "--identifier",
         "--min-confidence",
         "--modes",
+        "--base",
+        "--input",
         "--tolerance",
         "--max-effects",
         "--hindsight",

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.model_file import Model
+from wmr_schemas.model_file import Model, Odometry
 
 Verdict = Literal["named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation"]
 
@@ -161,27 +161,6 @@ class Traces:
     held_out: F64
     mode: F64
     quantities: Mapping[str, F64] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class OdometryError:
-    """Error of dead reckoning at a window's end: root mean square and median of the position, and the root
-    mean square of the yaw.
-    """
-
-    position_rms_m: float
-    position_median_m: float
-    yaw_rms_rad: float
-
-
-@dataclass(frozen=True)
-class Odometry:
-    """Dead reckoning over ``seconds`` from the measured pose at each window's start, held out."""
-
-    seconds: float
-    windows: int
-    before: OdometryError
-    after: OdometryError
 
 
 @dataclass(frozen=True, eq=False)

@@ -114,12 +114,48 @@ class GateSettingsWheelSpeed:
     """Most mean square of whitened errors within that time or place, each at most so large. Statistics: 1 is
     expected; three allows for the edges."""
 
+    tolerance_m: float = 0.003
+    tolerance_s: float = 4.0
+    """An effect counts when it moves the simulated path by more in this time. ``GapOptions`` sets them."""
+
     most_unseen: int = 4
     """Most effects of a relevant size that a log may miss and still be said to lack nothing. Judgement: as for
     torques."""
 
+    most_vague: float = 5.0
+    """Most standard deviation of a calibrated parameter, in sizes that matter in practice
+    (``EffectDeclaration.relevant``). Judgement: a vaguer one is no calibration."""
+
     least_turning_rad: float = 0.5
     """Least turning of the robot in the log, rad. Physics: less shows no track."""
+
+
+@dataclass(frozen=True)
+class ModeSettingsWheelSpeed:
+    """When a wheel slips or the robot skids."""
+
+    rounds: int = 5
+    """Rounds of robust regression. Numerics: the fourth changes nothing."""
+
+    soft: float = 2.0
+    """Errors of so many standard deviations count half (Cauchy's weights). Statistics: 2.4 keeps 95 % of the
+    efficiency; a fifth of the rows may slip."""
+
+    far_out: float = 4.0
+    """Slip stands out by so many robust standard deviations. Statistics: 1 row in 16000 by chance."""
+
+    slip_mps: float = 0.05
+    slip_share: float = 0.03
+    skid_mps: float = 0.03
+    """Least slip velocity of a wheel, in m/s and as a share of the speed, and of the body sideways. Physics:
+    elastic slip is none; as contact modes are scored."""
+
+    widen_bins: int = 1
+    """Bins beside a slip that go with it. Numerics: the width of the difference."""
+
+    most_masked: float = 0.6
+    """Largest share of a record that may be slip; beyond, none is masked. Judgement: what happens most of the
+    time is no exception."""
 
 
 @dataclass(frozen=True)
@@ -128,4 +164,5 @@ class WheelSpeedSettings:
 
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
+    modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

@@ -10,6 +10,7 @@ from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.wheel_speed.assemble import assemble
 from wmr_replay.gap.wheel_speed.base import Base, base_of
 from wmr_replay.gap.wheel_speed.bins import bins_of
+from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
 from wmr_replay.gap.wheel_speed.select import select
@@ -28,7 +29,6 @@ def analyse_wheel_speeds(
     progress: Progress | None = None,
     *,
     driven_by: str = "wheel_speed",
-    most_effects: int | None = None,
 ) -> GapResult:
     """The effects that ``base`` (default: the first log's nominal lengths) lacks to explain ``logs``.
 
@@ -38,15 +38,18 @@ def analyse_wheel_speeds(
     tell("base model", 0.0)
     own = base_of(logs[0].robot, base)
     problem = problem_of(logs, own, options, driven_by)
-    most = options.gates.wheel_speed.gates.most_effects if most_effects is None else most_effects
-    selection = select(problem, most, tell)
+    if options.modes == "identified" and driven_by != "command":
+        problem = ideal_only(problem, {})
+    selection = select(problem, options.max_effects, tell)
     tell("proving", 0.85)
-    return assemble(problem, selection, own, options)
+    return assemble(selection, own, options)
 
 
 def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: str) -> Problem:
     """The data set of the logs. Raises InvalidSignal where it is too short."""
-    settings = options.gates.wheel_speed
+    given = options.gates.wheel_speed
+    gates = replace(given.gates, tolerance_m=options.tolerance_m, tolerance_s=options.tolerance_s)
+    settings = replace(given, gates=gates)
     record = record_of(logs, settings.layout, driven_by)
     bins = bins_of(record, settings.layout)
     if not len(bins.table):
@@ -54,8 +57,5 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     units = int(unit_of_blocks(bins, settings).max()) + 1
     if units < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
-        raise InvalidSignal("pose", f"{seconds:.3g} s of driving with wheel speeds are too short an analysis")
+        raise InvalidSignal("pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis")
     return Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
-
-
-__all__ = ["analyse_wheel_speeds", "problem_of", "replace"]

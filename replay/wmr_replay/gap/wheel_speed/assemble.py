@@ -1,7 +1,5 @@
 """From a selection to the result that ``gap.json``, timeline, report and plots are made of."""
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
@@ -18,8 +16,6 @@ from wmr_replay.gap.result.result import (
     GapMetric,
     GapResult,
     HeldOutGap,
-    Odometry,
-    OdometryError,
     TrainGap,
     Verdict,
 )
@@ -33,21 +29,23 @@ from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
 from wmr_replay.gap.wheel_speed.units import held_out_bins, unit_of_blocks
 from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
-from wmr_replay.gap.wheel_speed.windows import Gaps, windows_of
+from wmr_replay.gap.wheel_speed.windows import windows_of
 from wmr_schemas.arrays import F64
-from wmr_schemas.model_file import Effect, Model, NoiseModel
+from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
 
 SAME_LENGTH_S = 0.05
 """Windows whose length differs from the wanted one by less are said to be of that length."""
 
 
-def assemble(problem: Problem, selection: Selection, base: Base, options: GapOptions) -> GapResult:
+def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult:
     """The result with verdict, gaps, places and detectable sizes."""
-    pose_sd = pose_noise(problem, selection.fit)
+    problem = selection.problem
+    pose_sd = pose_noise(problem)
     windows = windows_of(problem, options.gates.windows.window_s)
     proofs = [proof_of(problem, windows, one, pose_sd) for one in (selection.base, selection.fit)]
     effects = tuple(found_effect(problem, selection, named) for named in selection.found)
-    detectable = minimum_detectable(selection.left, options)
+    names = tuple(named.name for named in selection.found)
+    detectable = minimum_detectable(problem, selection.left, names, options)
     verdict, reasons = verdict_of(problem, selection, detectable)
     held_out = held_out_bins(problem.bins, unit_of_blocks(problem.bins, problem.settings), 0)
     return GapResult(
@@ -143,13 +141,16 @@ def too_calm(problem: Problem) -> str:
     return ""
 
 
-def minimum_detectable(scores: tuple[Score, ...], options: GapOptions) -> dict[str, Detectable]:
+def minimum_detectable(
+    problem: Problem, scores: tuple[Score, ...], found_names: tuple[str, ...], options: GapOptions
+) -> dict[str, Detectable]:
     """The least size of each effect that a test at the level would find in nine logs of ten."""
     own = options.gates.detectable
     z = float(-ndtri(own.level / max(len(scores), 1) / 2) - ndtri(1 - own.power))
     found = {}
+    hidden = {other for name in found_names for other in same_in_any_motion(problem, name)}
     for score in sorted(scores, key=lambda one: DECLARED[one.name].number):
-        if DECLARED[score.name].zero_is_absent and score.information.size and score.information[0, 0] > 0:
+        if score.name not in hidden and DECLARED[score.name].zero_is_absent and score.information.size and score.information[0, 0] > 0:
             unit = next(iter(DECLARED[score.name].units.values()))
             found[score.name] = Detectable(z / float(np.sqrt(score.information[0, 0])), unit)
     return found
@@ -173,13 +174,17 @@ def metric(proofs: list[Proof], what: str, unit: str, seconds: float, options: G
 
 def odometry(proofs: list[Proof], seconds: float) -> Odometry:
     """The error of dead reckoning at each window's end, from the measured pose at its start; held out."""
-    before, after = (odometry_error(p.held_out) for p in proofs)
-    return Odometry(seconds, len(proofs[0].held_out.end_m), before, after)
-
-
-def odometry_error(gaps: Gaps) -> OdometryError:
-    """Root mean squares and the median."""
-    return OdometryError(rms(gaps.end_m), median(gaps.end_m), rms(gaps.end_rad))
+    before, after = (p.held_out for p in proofs)
+    return Odometry(
+        seconds=seconds,
+        windows=len(before.end_m),
+        position_rms_before_m=rms(before.end_m),
+        position_rms_after_m=rms(after.end_m),
+        position_median_before_m=median(before.end_m),
+        position_median_after_m=median(after.end_m),
+        yaw_rms_before_rad=rms(before.end_rad),
+        yaw_rms_after_rad=rms(after.end_rad),
+    )
 
 
 def median(values: F64) -> float:
@@ -202,13 +207,16 @@ def extended_model(
         for effect in effects
     )
     return Model(
-        robot=base.robot, noise=noise_model(problem, fit), effects=merged_effects(base.effects, new)
+        robot=base.robot,
+        robot_sd=base.robot_sd,
+        noise=noise_model(problem, fit),
+        effects=merged_effects(base.effects, new),
     )
 
 
 def noise_model(problem: Problem, fit: Fit) -> NoiseModel:
     """Noise of a pose, and densities of the slip velocities."""
-    position, yaw = pose_noise(problem, fit)
+    position, yaw = pose_noise(problem)
     return NoiseModel(
         position_sd_m=position,
         yaw_sd_rad=yaw,
@@ -216,8 +224,3 @@ def noise_model(problem: Problem, fit: Fit) -> NoiseModel:
         slip_lateral_mps_rthz=fit.noises[1].density,
         slip_yaw_radps_rthz=fit.noises[2].density,
     )
-
-
-def with_notes(result: GapResult, notes: tuple[str, ...]) -> GapResult:
-    """The result with further notes."""
-    return replace(result, notes=(*result.notes, *notes))

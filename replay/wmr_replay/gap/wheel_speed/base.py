@@ -1,6 +1,6 @@
 """The base model of a robot that wheel speeds drive."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED
@@ -18,6 +18,7 @@ class Base:
     effects: tuple[Effect, ...]
     source: str
     unnameable: tuple[str, ...] = ()
+    robot_sd: dict[str, float] = field(default_factory=dict)
 
     @property
     def chassis(self) -> Chassis:
@@ -41,4 +42,6 @@ def base_of(robot: RobotParameters, model: Model | None) -> Base:
             "give nominal values in [robot] of --map or --model",
         )
     source = "metadata record" if model is None else "model file"
-    return Base(given, () if model is None else model.effects, source)
+    if model is None:
+        return Base(given, (), source)
+    return Base(given, model.effects, source, robot_sd=model.robot_sd)

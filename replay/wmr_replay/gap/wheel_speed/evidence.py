@@ -12,6 +12,7 @@ from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
+from wmr_replay.gap.wheel_speed.windows import rolled, windows_of
 from wmr_schemas.arrays import F64, Bool
 
 
@@ -67,6 +68,15 @@ def held_out_p(before: F64, after: F64) -> float:
     if not np.any(change):
         return 1.0
     return float(wilcoxon(change, alternative="greater").pvalue)
+
+
+def moves_path(problem: Problem, before: Values, after: Values) -> bool:
+    """Whether an effect moves the simulated path by more than the tolerance somewhere."""
+    own = problem.settings.gates
+    windows = windows_of(problem, own.tolerance_s)
+    paths = [rolled(windows, problem.predicted_at_poses(values)) for values in (before, after)]
+    apart = np.where(windows.inside, np.hypot(*(paths[1] - paths[0])[:2]), 0.0)
+    return bool(apart.max(initial=0.0) > own.tolerance_m)
 
 
 def steady_loss(problem: Problem, fit: Fit, name: str) -> bool:

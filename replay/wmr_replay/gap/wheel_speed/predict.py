@@ -1,6 +1,6 @@
 """The unrolled path that a model predicts, beside the measured one."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -37,7 +37,10 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A record with its bins, the robot, the base model's effects, and the bins that are fitted (n,)."""
+    """A record with its bins, the robot, the base model's effects, and the bins that are fitted (n,).
+
+    ``bins`` leave out slip; ``whole`` are those with it, in which effects in a time or a place are looked for.
+    """
 
     record: Record
     bins: Bins
@@ -45,6 +48,12 @@ class Problem:
     base: Values
     fitted: Bool
     settings: WheelSpeedSettings = field(default_factory=WheelSpeedSettings)
+    whole: Bins | None = None
+
+    @property
+    def with_slip(self) -> "Problem":
+        """The problem with the moments of slip."""
+        return self if self.whole is None else replace(self, bins=self.whole, whole=None)
 
     @property
     def smooth_rows(self) -> int:

@@ -9,10 +9,12 @@ import numpy as np
 from wmr_replay.gap.model.confounds import confound_class
 from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
-from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, moves_path, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
+from wmr_schemas.effects import EffectDeclaration
 from wmr_schemas.effects.declaration import DrivenBy
 
 NEAR_BIC = 10.0
@@ -45,10 +47,11 @@ class Named:
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """The base model's fit, the fit with what was found, the effects in the order found, all tried, and the
-    scores of the last scan.
+    """The problem as it stands in the end, the base model's fit, the fit with what was found, the effects in
+    the order found, all tried, and the scores of the last scan.
     """
 
+    problem: Problem
     base: Fit
     fit: Fit
     found: tuple[Named, ...]
@@ -81,55 +84,73 @@ def price(problem: Problem, n_parameters: int) -> float:
 
 
 def select(problem: Problem, most: int, progress: Progress | None = None) -> Selection:
-    """The effects that the record proves, one after the other."""
-    base = base_fit(problem)
-    current, found, tried = base, [], []
-    candidates = candidates_of(problem.record)
-    scores: tuple[Score, ...] = ()
-    for stage in range(most + 1):
-        scores = scan(problem, current, candidates)
-        if stage == most:
-            break
+    """The effects that the record proves, one after the other: those that last, then those in a time or a
+    place, which slip may hide.
+    """
+    search = Search(problem, base_fit(problem), candidates_of(problem.record), [])
+    for stage in range(most):
         if progress is not None:
             progress("naming", 0.1 + 0.7 * stage / most)
-        taken = next_effect(problem, current, scores, len(candidates), stage, tried)
-        if taken is None:
+        following = search.next_lasting(stage) or search.next_place(stage)
+        if following is None:
             break
-        current = taken
-        found.append(taken.parameters[-1].effect)
-    current, kept = eliminated(problem, current, found, len(candidates), tried)
-    return Selection(base, current, kept, tuple(tried), scores)
+        search = following
+    current, kept = eliminated(search)
+    problem = search.problem
+    left = scan(problem, current, tuple(c for c in search.candidates if c.name not in PLACES))
+    base = base_fit(problem) if search.found else search.current
+    return Selection(problem, base, current, kept, tuple(search.tried), left)
 
 
-def next_effect(  # noqa: PLR0917 – the state of a selection
-    problem: Problem,
-    current: Fit,
-    scores: tuple[Score, ...],
-    n_scanned: int,
-    stage: int,
-    tried: list[Tried],
-) -> Fit | None:
-    """The fit with the likeliest candidate that passes every gate; None where none does."""
-    promising = [s for s in scores if s.gain > price(problem, len(s.start))]
-    best = max((s.gain for s in promising), default=0.0)
-    near = [s for s in promising if s.gain > problem.settings.gates.near * best]
-    chosen = near[: problem.settings.gates.fitted_in_full]
-    fits = [(s, fitted_with(problem, current, s.name, s.start)) for s in chosen]
-    fits = simplest_first(problem, fits)
-    taken = None
-    for score, one in fits:
-        gain = current.minus_two_log - one.minus_two_log
-        p, failed = p_value(one, score.name, n_scanned * places_scanned(score.name)), ""
-        if gain < price(problem, len(score.start)):
-            failed = "significance"
-        elif taken is None:
-            failed = gate(problem, current, one, score.name, p)
-        tried.append(
-            Tried(stage, score.name, gain, gain - price(problem, len(score.start)), p, failed)
-        )
-        if not failed and taken is None:
-            taken = one
-    return taken
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The state of a selection."""
+
+    problem: Problem
+    current: Fit
+    candidates: tuple[EffectDeclaration, ...]
+    tried: list[Tried]
+    found: tuple[str, ...] = ()
+
+    def next_lasting(self, stage: int) -> "Search | None":
+        """With the likeliest effect that acts all the time and passes every gate; None where none does."""
+        problem, current = self.problem, self.current
+        scores = scan(problem, current, tuple(c for c in self.candidates if c.name not in PLACES))
+        promising = [s for s in scores if s.gain > price(problem, len(s.start))]
+        best = max((s.gain for s in promising), default=0.0)
+        near = [s for s in promising if s.gain > problem.settings.gates.near * best]
+        chosen = near[: problem.settings.gates.fitted_in_full]
+        fits = [(s, fitted_with(problem, current, s.name, s.start)) for s in chosen]
+        for score, one in simplest_first(problem, fits):
+            if not self.failing(stage, problem, current, one, score.name):
+                return replace(self, current=one, found=(*self.found, score.name))
+        return None
+
+    def next_place(self, stage: int) -> "Search | None":
+        """With the loss of traction in a time or a place that passes every gate, slip identified again."""
+        whole, own = self.problem.with_slip, self.current
+        current = at(whole, own.parameters, own.values, own.noises)
+        pool = tuple(c for c in self.candidates if c.name in PLACES)
+        for score in scan(whole, current, pool):
+            if score.gain <= price(whole, len(score.start)):
+                continue
+            values = {**current.values, score.name: absent(score.name) | score.start}
+            one = refit(whole, (*current.parameters, *parameters_of(score.name)), values, current.noises)
+            if not self.failing(stage, whole, current, one, score.name):
+                place = {score.name: one.values[score.name]}
+                problem = ideal_only(self.problem, place) if self.problem.whole else self.problem
+                refitted = fit(problem, one.parameters, one.values, one.noises)
+                return replace(self, problem=problem, current=refitted, found=(*self.found, score.name))
+        return None
+
+    def failing(self, stage: int, problem: Problem, before: Fit, after: Fit, name: str) -> str:
+        """The gate that an effect does not pass, which is noted; empty where it passes all."""
+        cost = price(problem, len(parameters_of(name)))
+        gain = before.minus_two_log - after.minus_two_log
+        p = p_value(after, name, len(self.candidates) * places_scanned(name))
+        failed = "significance" if gain < cost else gate(problem, before, after, name, p)
+        self.tried.append(Tried(stage, name, gain, gain - cost, p, failed))
+        return failed
 
 
 def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
@@ -158,6 +179,8 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
     if p > problem.settings.gates.level:
         return "significance"
+    if not moves_path(problem, before.values, after.values):
+        return "tolerance"
     if name in PLACES and not steady_loss(problem, after, name):
         return "contact mode"
     return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
@@ -168,29 +191,30 @@ def places_scanned(name: str) -> int:
     return MOST_CELLS**2 // 2 if name in PLACES else 1
 
 
-def eliminated(
-    problem: Problem, current: Fit, found: list[str], n_scanned: int, tried: list[Tried]
-) -> tuple[Fit, tuple[Named, ...]]:
+def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
     """The model less the effects that the others explain, and those that stay."""
-    names, kept, lesser = list(found), [], {}
+    problem, current, names = search.problem, search.current, list(search.found)
+    n_scanned, lesser = len(search.candidates), dict[str, Fit]()
+
+    def p_of(name: str) -> float:
+        return p_value(current, name, n_scanned * places_scanned(name))
+
     while names:
         lesser = {name: without(problem, current, name) for name in names}
+        gains = {name: lesser[name].minus_two_log - current.minus_two_log for name in names}
         failing = [
-            (lesser[name].minus_two_log - current.minus_two_log, name)
+            (gains[name], name)
             for name in names
-            if p_value(current, name, n_scanned * places_scanned(name)) > problem.settings.gates.level
-            or lesser[name].minus_two_log - current.minus_two_log < price(problem, len(parameters_of(name)))
+            if name not in PLACES
+            and (p_of(name) > problem.settings.gates.level or gains[name] < price(problem, len(parameters_of(name))))
         ]
         if not failing:
             break
         gain, weakest = min(failing)
-        p = p_value(current, weakest, n_scanned * places_scanned(weakest))
-        tried.append(Tried(len(found), weakest, gain, 0.0, p, "needed"))
+        search.tried.append(Tried(len(search.found), weakest, gain, 0.0, p_of(weakest), "needed"))
         names.remove(weakest)
         current = fit(problem, lesser[weakest].parameters, lesser[weakest].values, current.noises)
-    for name in names:
-        others = alternatives(problem, current, lesser[name], name)
-        kept.append(Named(name, p_value(current, name, n_scanned * places_scanned(name)), others))
+    kept = [Named(name, p_of(name), alternatives(problem, current, lesser[name], name)) for name in names]
     return current, tuple(kept)
 
 
@@ -205,20 +229,13 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
     found = []
     for score in scan(problem, lesser, pool):
         extra = price(problem, len(score.start))
-        if score.gain - extra < own - 60.0 or score.gain <= 0:
+        if score.gain - extra < own - 60.0 or score.gain <= 0 or score.name in PLACES:
             continue
         values = {**lesser.values, score.name: absent(score.name) | score.start}
         rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
         tries = len(pool) * places_scanned(score.name)
         if p_value(rival, score.name, tries) > problem.settings.gates.level:
             continue
-        if score.name in PLACES and not steady_loss(problem, rival, score.name):
-            continue
         delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
         found.append((score.name, max(float(delta), 0.0)))
     return tuple(sorted(found, key=lambda pair: pair[1])[:3])
-
-
-def merged(problem: Problem, values: dict[str, dict[str, float]]) -> Problem:
-    """The problem whose base model has further effects."""
-    return replace(problem, base={**problem.base, **values})
