@@ -223,7 +223,7 @@ def test_fit_writes_the_model_and_shows_intervals(run, log, analysed, tmp_path, 
     [
         (gap_command, "gap_to_json"),
         (gap_command, "model_to_toml"),
-        (gap_timeline, "write_gap_timeline"),
+        (gap_writer, "write_gap_timeline"),
     ],
 )
 @pytest.mark.parametrize(("error", "code"), [(KeyboardInterrupt, 130), (OSError, 2), (ZeroDivisionError, 70)])
