@@ -100,6 +100,17 @@ class GateSettingsWheelSpeed:
     held_out_level: float = 0.05
     """Level of the test that held-out blocks are likelier with the effect. Statistics."""
 
+    least_reduction: float = 0.1
+    least_above_floor: float = 0.3
+    least_doubtless: float = 0.02
+    doubtless: float = 1e-4
+    """The held-out gap shrinks by a tenth, or by so much of what stands above the noise floor, or by a fiftieth
+    where its test is below ``doubtless``. Judgement: as for torques."""
+
+    least_relevant: float = 0.2
+    """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
+    little, every encoder is late by part of a step."""
+
     least_units: int = 6
     """Fewest units for a verdict: two in each third. Statistics."""
 

@@ -24,7 +24,8 @@ from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.estimate import Fit
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.proof import Proof, pose_noise, proof_of
+from wmr_replay.gap.wheel_speed.held_out import pose_noise
+from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
 from wmr_replay.gap.wheel_speed.units import held_out_bins, unit_of_blocks

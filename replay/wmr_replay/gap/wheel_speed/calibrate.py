@@ -14,7 +14,8 @@ from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.proof import pose_noise, proof_of
+from wmr_replay.gap.wheel_speed.held_out import pose_noise
+from wmr_replay.gap.wheel_speed.proof import proof_of
 from wmr_replay.gap.wheel_speed.select import base_fit
 from wmr_replay.gap.wheel_speed.windows import windows_of
 from wmr_schemas.errors import InvalidSignal

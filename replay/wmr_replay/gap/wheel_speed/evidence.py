@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import fdtrc
@@ -10,6 +9,8 @@ from scipy.special import fdtrc
 from wmr_replay.gap.wheel_speed.candidates import PLACES
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
+from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
+from wmr_replay.gap.wheel_speed.held_out import Folds, held_out_gaps, pose_noise
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
 from wmr_replay.gap.wheel_speed.windows import rolled, windows_of
@@ -30,12 +31,6 @@ def p_value(fit: Fit, name: str, n_scanned: int) -> float:
     wald = float(size @ inverse(inverse(inverse(fit.spread[np.ix_(which, which)]))) @ size) / len(which)
     free = max(fit.n_clusters - len(fit.parameters), 5)
     return min(1.0, float(fdtrc(len(which), free, wald)) * n_scanned)
-
-
-class Folds(NamedTuple):
-    """A model fitted to two thirds of the record, three times: its values by fold."""
-
-    values: tuple[Values, ...]
 
 
 def folds_of(problem: Problem, fit: Fit) -> Folds:
@@ -68,6 +63,40 @@ def held_out_p(before: F64, after: F64) -> float:
     if not np.any(change):
         return 1.0
     return float(wilcoxon(change, alternative="greater").pvalue)
+
+
+def matters(fit: Fit, name: str, share: float) -> bool:
+    """Whether an effect's size reaches a share of what matters in practice, where that is declared."""
+    declared = DECLARED[name]
+    if declared.relevant is None or not declared.zero_is_absent:
+        return True
+    key = next(iter(declared.parameters))
+    return abs(fit.values[name][key]) >= share * declared.relevant
+
+
+def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
+    """Whether the held-out gap in position or in yaw shrinks enough, each window simulated by the fold that did
+    not fit it.
+    """
+    own, windows = problem.settings.gates, windows_of(problem, problem.settings.gates.tolerance_s)
+    pose_sd = pose_noise(problem)
+    before, after = (held_out_gaps(problem, windows, folds, pose_sd).errors for folds in (without, with_it))
+    return any(
+        shrinks(getattr(before, key), getattr(after, key), getattr(before, floor), own)
+        for key, floor in (("position_m", "floor_m"), ("yaw_rad", "floor_rad"))
+    )
+
+
+def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) -> bool:
+    """By a tenth, or by a third of what stands above the floor, or by less where the test leaves no doubt."""
+    square = [float(np.mean(values**2)) for values in (before, after, floor)]
+    reduction = 1 - np.sqrt(square[1] / max(square[0], 1e-300))
+    above = (square[0] - square[1]) / max(square[0] - square[2], 1e-300) if square[0] > square[2] else 0.0
+    p = held_out_p(np.log(before), np.log(after))
+    if p > own.held_out_level:
+        return False
+    doubtless = reduction > own.least_doubtless and p < own.doubtless
+    return bool(reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless)
 
 
 def moves_path(problem: Problem, before: Values, after: Values) -> bool:
@@ -109,10 +138,11 @@ def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -
 
     An effect in a time or a place shows in a few units only, which the sum decides.
     """
-    before = held_out_deviance(problem, folds_of(problem, without), with_it)
-    after = held_out_deviance(problem, folds_of(problem, with_it), with_it)
+    folds = folds_of(problem, without), folds_of(problem, with_it)
+    before, after = (held_out_deviance(problem, one, with_it) for one in folds)
     gained = float((before - after).sum())
     if name in PLACES:
         return gained > 0, float(np.exp(-max(gained, 0.0)))
     p = held_out_p(before, after)
-    return gained > 0 and p < problem.settings.gates.held_out_level, p
+    holds = gained > 0 and p < problem.settings.gates.held_out_level
+    return holds and narrows_gap(problem, *folds), p

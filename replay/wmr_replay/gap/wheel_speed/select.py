@@ -9,7 +9,7 @@ import numpy as np
 from wmr_replay.gap.model.confounds import confound_class
 from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
-from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, moves_path, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS
 from wmr_replay.gap.wheel_speed.predict import Problem
@@ -179,6 +179,8 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
     if p > problem.settings.gates.level:
         return "significance"
+    if not matters(after, name, problem.settings.gates.least_relevant):
+        return "tolerance"
     if not moves_path(problem, before.values, after.values):
         return "tolerance"
     if name in PLACES and not steady_loss(problem, after, name):
