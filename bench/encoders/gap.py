@@ -1,9 +1,9 @@
-"""Which effect ``gap`` names on robots that wheel speeds drive: ``python -m bench.encoders.gap [--part report]``.
+"""Which effect ``gap`` names on robots that wheel speeds drive: ``python -m bench.encoders.gap``.
 
 Every effect of the base is hidden in turn, in a form of its own, on each driver family, chassis and noise; as
 many logs again hide nothing. The base model is the true calibration of the robot. Prints the share of logs
-whose first name is right, the share of logs without a hidden effect on which something is named, and the share
-of intervals that hold the true value.
+whose first name is right, the share of logs without a hidden effect on which something is named, and the
+share of intervals that hold the true value.
 """
 
 import argparse
@@ -14,9 +14,9 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from bench.encoders.drivers import SKID_STEER_PACE, driver_of
 from bench.encoders.split import part
+
 from wmr_replay.api.simulation import world_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import GapResult

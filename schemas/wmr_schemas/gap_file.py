@@ -175,7 +175,9 @@ class Asked(Part, frozen=True):
         float, Meta(description="added to the stamps of torques and wheel speeds, s")
     ] = 0.0
     base: Annotated[str, Meta(description="base model asked for; empty: the torques'")] = ""
-    input: Annotated[str, Meta(description="`measured` or `commands`, where wheel speeds drive the model")] = ""
+    input: Annotated[
+        str, Meta(description="`measured` or `commands`, where wheel speeds drive the model")
+    ] = ""
     given: Annotated[
         dict[str, str],
         Meta(description="`mapping` and `model` as the text of their files, `start` and `end`, where named"),
@@ -255,7 +257,8 @@ class GapFile(Part, frozen=True):
         Literal["torque", "wheel_speed"], Meta(description="what drives the base model")
     ] = "torque"
     odometry: Annotated[
-        OdometryError | None, Meta(description="where wheel speeds drive the model: the error of dead reckoning")
+        OdometryError | None,
+        Meta(description="where wheel speeds drive the model: the error of dead reckoning"),
     ] = None
 
 

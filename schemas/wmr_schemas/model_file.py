@@ -36,7 +36,8 @@ class NoiseModel:
         default=None, metadata=described("(m/s²)/√Hz", "white disturbance on half_track_m·d(yaw_rate)/dt")
     )
     slip_longitudinal_mps_rthz: float | None = field(
-        default=None, metadata=described("(m/s)/√Hz", "slip velocity ahead, where wheel speeds drive the model")
+        default=None,
+        metadata=described("(m/s)/√Hz", "slip velocity ahead, where wheel speeds drive the model"),
     )
     slip_lateral_mps_rthz: float | None = field(
         default=None, metadata=described("(m/s)/√Hz", "slip velocity sideways, likewise")
@@ -69,7 +70,8 @@ class Provenance:
         default="", metadata=described("–", "of a fit: JSON, enough to repeat it with `--config`")
     )
     base_model: str = field(
-        default="", metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do")
+        default="",
+        metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do"),
     )
 
 
@@ -80,12 +82,16 @@ class Odometry:
     seconds: float = field(metadata=described("s", "length of a window; each starts at its measured pose"))
     windows: float = field(metadata=described("–", "held-out windows"))
     position_rms_before_m: float = field(
-        metadata=described("m", "error of the position at a window's end by the nominal robot, root mean square")
+        metadata=described(
+            "m", "error of the position at a window's end by the nominal robot, root mean square"
+        )
     )
     position_rms_after_m: float = field(metadata=described("m", "the same by the calibrated robot"))
     position_median_before_m: float = field(metadata=described("m", "the median, nominal"))
     position_median_after_m: float = field(metadata=described("m", "the median, calibrated"))
-    yaw_rms_before_rad: float = field(metadata=described("rad", "error of the yaw, root mean square, nominal"))
+    yaw_rms_before_rad: float = field(
+        metadata=described("rad", "error of the yaw, root mean square, nominal")
+    )
     yaw_rms_after_rad: float = field(metadata=described("rad", "the same, calibrated"))
 
 

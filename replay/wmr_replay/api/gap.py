@@ -180,7 +180,8 @@ def gap(
             robot where wheel speeds drive the model.
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
-        base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where the
+        base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where
+        the
             log has them, else wheel speeds.
         inputs: Of wheel speeds: ``measured``, or the ``commands``.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.

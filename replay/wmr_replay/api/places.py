@@ -15,7 +15,17 @@ Place: TypeAlias = LocalPlace | RemotePath
 """A file or directory of this machine, or a URL: as text (``s3://bucket/log.mcap``) or as ``URL``."""
 URL = RemotePath
 
-__all__ = ["URL", "LocalPlace", "LogPath", "Place", "check_writable", "home_of", "local_path", "place_of", "places_of"]
+__all__ = [
+    "URL",
+    "LocalPlace",
+    "LogPath",
+    "Place",
+    "check_writable",
+    "home_of",
+    "local_path",
+    "place_of",
+    "places_of",
+]
 
 
 def place_of(given: Place) -> LogPath:

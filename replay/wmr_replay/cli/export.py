@@ -15,7 +15,9 @@ from wmr_replay.cli.help import GroupedCommand
     required=True,
     help="ros2-diff-drive: YAML for the diff_drive_controller of ROS 2.",
 )
-@click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else it is printed.")
+@click.option(
+    "--out", type=click.Path(dir_okay=False, path_type=Path), help="File to write; else it is printed."
+)
 def command(model: Path, to: str, out: Path | None) -> None:
     """Write the wheel scales and the effective track of MODEL as another tool's parameters.
 

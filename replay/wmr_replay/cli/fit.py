@@ -11,7 +11,6 @@ from wmr_replay.cli.options.mapping import blind_options, log_options
 from wmr_replay.cli.options.settings import CLOCK_OFFSET
 from wmr_schemas.text import encodable
 
-
 BASE_OPTION = base_option("torque", "wheel-speed")
 
 
@@ -28,7 +27,7 @@ BASE_OPTION = base_option("torque", "wheel-speed")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as JSON.")
 @CLOCK_OFFSET
 @blind_options
-def command(  # noqa: PLR0917
+def command(
     logs: tuple[Path, ...],
     base: str,
     modes: str,
@@ -39,8 +38,8 @@ def command(  # noqa: PLR0917
 ) -> None:
     """Calibrate the base model of a robot on LOG: alpha, yaw gain, noise, stiffness where it is excited.
 
-    Where wheel speeds drive the model: wheel scales, effective track, centre of rotation, pose delay and noise,
-    on one log or several, and the error of dead reckoning before and after, on what was held out.
+    Where wheel speeds drive the model: wheel scales, effective track, centre of rotation, pose delay and
+    noise, on one log or several, and the error of dead reckoning before and after, on what was held out.
 
     Writes <stem>.model.toml, with a standard deviation beside every value that was fitted.
 

@@ -100,8 +100,9 @@ def command(  # noqa: PLR0917
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
 
-    Simulates the log's own torques, or where it has none its wheel speeds, names the missing effect where the log allows it, and proves it on a part
-    of the log that was not fitted. Writes <stem>.gap.json, <stem>.gap.rrd and the extended <stem>.model.toml.
+    Simulates the log's own torques, or where it has none its wheel speeds, names the missing effect where
+    the log allows it, and proves it on a part of the log that was not fitted. Writes <stem>.gap.json,
+    <stem>.gap.rrd and the extended <stem>.model.toml.
 
     \b
     Examples:

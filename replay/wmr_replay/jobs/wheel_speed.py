@@ -1,4 +1,4 @@
-"""Gap analysis and calibration of robots whose base model wheel speeds or commands drive: one log or several."""
+"""Gap analysis and calibration of robots whose base model wheel speeds or commands drive."""
 
 import hashlib
 import json
@@ -76,7 +76,7 @@ def read_all(
     paths: Sequence[LogPath], request: Request, base: Model | None, progress: Progress | None
 ) -> Read:
     """All logs, checked. Raises LogUnusable for a robot of another class and for data that bar an answer."""
-    wholes, findings, notes = [], [], []
+    wholes, findings, notes = list[WholeLog](), list[Finding](), list[str]()
     for path in paths:
         whole = request.read(path, progress)
         found = checked_findings(path, whole, robot_of(whole.log, base))
@@ -160,9 +160,7 @@ def calibrate_wheel_logs(
         "given": request_texts(request.mapping, request.between, None),
     }
     settings = json.dumps(asked, ensure_ascii=False)
-    model = replace(
-        model, provenance=Provenance(read.sha256, __version__, command, settings, WHEEL_SPEED)
-    )
+    model = replace(model, provenance=Provenance(read.sha256, __version__, command, settings, WHEEL_SPEED))
     return FitRun(model, logs[0], paths[0], (*notes, *read.notes), read.findings)
 
 

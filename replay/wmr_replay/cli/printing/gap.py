@@ -18,6 +18,7 @@ from wmr_schemas.text import figure, shown
 if TYPE_CHECKING:
     from wmr_replay.api.gap import Gap as GapAnswer
     from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut, OdometryError
+    from wmr_schemas.model_file import Odometry
 
 WIDTH = 100
 STYLES = {
@@ -90,7 +91,7 @@ def inputs_of(found: "GapAnswer") -> str:
     return f"{len(log.wheels) if log.wheels is not None else 0} wheel speeds"
 
 
-def odometry_line(odometry: "OdometryError") -> str:
+def odometry_line(odometry: "OdometryError | Odometry") -> str:
     """The error of dead reckoning before and after."""
     o = odometry
     sizes = (o.position_rms_before_m, o.position_rms_after_m, o.position_median_before_m)

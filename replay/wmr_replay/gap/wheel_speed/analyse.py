@@ -57,5 +57,7 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     units = int(unit_of_blocks(bins, settings).max()) + 1
     if units < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
-        raise InvalidSignal("pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis")
+        raise InvalidSignal(
+            "pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis"
+        )
     return Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)

@@ -23,8 +23,8 @@ from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.estimate import Fit
-from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.held_out import pose_noise
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
@@ -64,15 +64,12 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
         seed=options.seed,
         notes=(*reasons, *short_windows(windows.seconds, options)),
         traces=traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float)),
-        candidates=tuple(CandidateScore(*one_tried(t)) for t in selection.tried),
+        candidates=tuple(
+            CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried
+        ),
         base_model="wheel_speed",
         odometry=odometry(proofs, windows.seconds),
     )
-
-
-def one_tried(tried: object) -> tuple[object, ...]:
-    """The fields of a candidate that was fitted."""
-    return tuple(vars(tried).values())
 
 
 def short_windows(seconds: float, options: GapOptions) -> tuple[str, ...]:
@@ -88,11 +85,13 @@ def found_effect(problem: Problem, selection: Selection, named: Named) -> FoundE
     fit, declared = selection.fit, DECLARED[named.name]
     tail = float(-stdtrit(max(fit.n_clusters - len(fit.parameters), 5), 0.025))
     parameters = {
-        one.key: Estimate(float(value), (float(value - tail * sd), float(value + tail * sd)), declared.units[one.key])
+        one.key: Estimate(
+            float(value), (float(value - tail * sd), float(value + tail * sd)), declared.units[one.key]
+        )
         for one, value, sd in zip(fit.parameters, fit.sizes, fit.sd, strict=True)
         if one.effect == named.name
     }
-    close = tuple(name for name, delta in named.alternatives if delta < 10.0)  # noqa: PLR2004
+    close = tuple(name for name, delta in named.alternatives if delta < 10.0)
     return FoundEffect(
         name=named.name,
         channel=declared.channel,
@@ -115,7 +114,7 @@ def verdict_of(
             f"{one.name} and {other} explain the log almost equally well"
             for one in selection.found
             for other, delta in one.alternatives
-            if delta < 10.0  # noqa: PLR2004
+            if delta < 10.0
         ]
         return ("ambiguous", tuple(close)) if close else ("named", ())
     if reason := too_calm(problem):
@@ -151,7 +150,12 @@ def minimum_detectable(
     found = {}
     hidden = {other for name in found_names for other in same_in_any_motion(problem, name)}
     for score in sorted(scores, key=lambda one: DECLARED[one.name].number):
-        if score.name not in hidden and DECLARED[score.name].zero_is_absent and score.information.size and score.information[0, 0] > 0:
+        if (
+            score.name not in hidden
+            and DECLARED[score.name].zero_is_absent
+            and score.information.size
+            and score.information[0, 0] > 0
+        ):
             unit = next(iter(DECLARED[score.name].units.values()))
             found[score.name] = Detectable(z / float(np.sqrt(score.information[0, 0])), unit)
     return found

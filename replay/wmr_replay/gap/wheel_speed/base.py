@@ -33,7 +33,9 @@ class Base:
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:
     """The base of a model file, else of the log's own parameters. Raises InvalidSignal without lengths."""
-    given = robot if model is None else RobotParameters.from_values(robot.known() | model.robot.known(), "model")
+    given = (
+        robot if model is None else RobotParameters.from_values(robot.known() | model.robot.known(), "model")
+    )
     lacking = [key for key in ("wheel_radius_m", "half_track_m") if getattr(given, key) is None]
     if lacking:
         raise InvalidSignal(

@@ -44,7 +44,9 @@ class Bins:
 
 
 def bins_of(record: Record, settings: LayoutSettings, left_out: Bool | None = None) -> Bins:
-    """The bins of a record; a block ends where a stretch ends, a bin is empty, or a pose is ``left_out`` (N,)."""
+    """The bins of a record; a block ends with its stretch, at an empty bin, and where poses are
+    ``left_out`` (N,).
+    """
     pose_step_s = float(np.median(np.diff(record.pose_s)))
     bin_s = max(settings.bin_s, pose_step_s)
     stretch = record.stretch_of_pose
@@ -56,7 +58,7 @@ def bins_of(record: Record, settings: LayoutSettings, left_out: Bool | None = No
     usable = np.ones(len(start), bool)
     if left_out is not None:
         usable = np.add.reduceat(left_out.astype(np.int64), start) == 0
-    size = max(int(round(settings.block_s / bin_s)), settings.least_bins)
+    size = max(round(settings.block_s / bin_s), settings.least_bins)
     table, block_of = blocks_of(index[start], stretch[start], usable, size, settings.least_bins)
     t_s = np.add.reduceat(record.pose_s, start) / count
     return Bins(bin_s, start, count, t_s, stretch[start], table, block_of)

@@ -1,7 +1,6 @@
 """Calibrating the wheel-speed base: wheel scales, effective track, centre of rotation, pose delay, noise."""
 
 from collections.abc import Sequence
-
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +11,9 @@ from wmr_replay.gap.wheel_speed.assemble import noise_model, odometry
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
+from wmr_replay.gap.wheel_speed.held_out import pose_noise
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.held_out import pose_noise
 from wmr_replay.gap.wheel_speed.proof import proof_of
 from wmr_replay.gap.wheel_speed.select import base_fit
 from wmr_replay.gap.wheel_speed.windows import windows_of
@@ -60,7 +59,7 @@ def calibrate_wheel_speeds(
 
 def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:
     """The fit of what the motion shows, and what it does not: an sd beyond ``most_sd`` of a useful size."""
-    names, unseen = list(CALIBRATED), []
+    names, unseen = list(CALIBRATED), list[str]()
     while names:
         parameters = tuple(one for name in names for one in parameters_of(name))
         fitted = fit(problem, parameters, {name: absent(name) for name in names})
@@ -78,7 +77,9 @@ def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:
 
 def effect_of(fitted: Fit, name: str) -> Effect:
     """An effect with its standard deviation, as a model file holds it."""
-    mine = [(one.key, v, s) for one, v, s in zip(fitted.parameters, fitted.sizes, fitted.sd, strict=True) if one.effect == name]
+    mine = [
+        (one.key, v, s)
+        for one, v, s in zip(fitted.parameters, fitted.sizes, fitted.sd, strict=True)
+        if one.effect == name
+    ]
     return Effect(name, {key: float(v) for key, v, _ in mine}, {key: float(s) for key, _, s in mine})
-
-

@@ -1,6 +1,6 @@
-"""From commands to wheel speeds: the effects of the drive, applied in the order in which a command meets them.
+"""From commands to wheel speeds: the effects of the drive, in the order in which a command meets them.
 
-    command → dead zone → saturation → gains → delay → acceleration limit → lag → wheel
+command → dead zone → saturation → gains → delay → acceleration limit → lag → wheel
 """
 
 from collections.abc import Callable, Mapping
@@ -60,10 +60,10 @@ def delayed(record: Record, speeds: F64, delay_s: float) -> F64:
 
 
 def lagged(record: Record, speeds: F64, time_s: float) -> F64:
-    """First-order lag, dy/dt = (u − y)/T, exact for a held u; see :func:`stretch_by_stretch` for its start."""
+    """First-order lag, dy/dt = (u − y)/T, exact for a held u; starts as in :func:`stretch_by_stretch`."""
     from scipy.signal import lfilter  # noqa: PLC0415 – a second of start-up
 
-    if time_s < 1e-6:  # noqa: PLR2004
+    if time_s < 1e-6:
         return speeds
     keep = float(np.exp(-record.step_s / time_s))
 

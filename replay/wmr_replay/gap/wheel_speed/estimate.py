@@ -50,12 +50,16 @@ class Fit:
     def spread(self) -> F64:
         """The covariance (p, p) that tests and intervals use: robust, but never below the likelihood's."""
         own = inverse(self.information)
-        grown = np.maximum(np.diag(self.covariance), np.diag(own)) / np.maximum(np.diag(self.covariance), 1e-300)
+        grown = np.maximum(np.diag(self.covariance), np.diag(own)) / np.maximum(
+            np.diag(self.covariance), 1e-300
+        )
         scale = np.sqrt(grown)
         return np.asarray(self.covariance * np.outer(scale, scale))
 
 
-def fit(problem: Problem, parameters: tuple[Parameter, ...], start: Values, noises: Noises | None = None) -> Fit:
+def fit(
+    problem: Problem, parameters: tuple[Parameter, ...], start: Values, noises: Noises | None = None
+) -> Fit:
     """The best values of ``parameters`` from ``start`` on; ``noises`` where given are the first guess."""
     own, values = problem.settings.fit, start
     for number in range(own.rounds):
@@ -63,7 +67,7 @@ def fit(problem: Problem, parameters: tuple[Parameter, ...], start: Values, nois
         values, moved = gauss_newton(problem, parameters, values, noises, robustly=number > 0)
         if number and not moved:
             break
-    assert noises is not None  # noqa: S101 – own.rounds ≥ 1
+    assert noises is not None
     return at(problem, parameters, values, noises)
 
 
@@ -79,7 +83,13 @@ def at(problem: Problem, parameters: tuple[Parameter, ...], values: Values, nois
     information = white.columns.T @ white.columns
     covariance, n_clusters = robust(white, information)
     return Fit(
-        parameters, values, noises, minus_two_log(problem, values, noises), information, covariance, n_clusters
+        parameters,
+        values,
+        noises,
+        minus_two_log(problem, values, noises),
+        information,
+        covariance,
+        n_clusters,
     )
 
 
@@ -193,9 +203,7 @@ def fit_noises(problem: Problem, values: Values, start: Noises | None = None) ->
     return found[0], found[1], found[2]
 
 
-def whitened(
-    problem: Problem, parameters: tuple[Parameter, ...], values: Values, noises: Noises
-) -> White:
+def whitened(problem: Problem, parameters: tuple[Parameter, ...], values: Values, noises: Noises) -> White:
     """Errors and columns of the fitted blocks, whitened, weighted and in one row."""
     view = View.of(problem, noises)
     return view.rows(view.errors(values), view.columns(values, parameters))

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import fdtrc
 
+from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
 from wmr_replay.gap.wheel_speed.candidates import PLACES
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
-from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
 from wmr_replay.gap.wheel_speed.held_out import Folds, held_out_gaps, pose_noise
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
@@ -75,8 +75,8 @@ def matters(fit: Fit, name: str, share: float) -> bool:
 
 
 def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
-    """Whether the held-out gap in position or in yaw shrinks enough, each window simulated by the fold that did
-    not fit it.
+    """Whether the held-out gap in position or in yaw shrinks enough; each window is simulated by the fold
+    that did not fit it.
     """
     own, windows = problem.settings.gates, windows_of(problem, problem.settings.gates.tolerance_s)
     pose_sd = pose_noise(problem)
@@ -96,7 +96,9 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
     if p > own.held_out_level:
         return False
     doubtless = reduction > own.least_doubtless and p < own.doubtless
-    return bool(reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless)
+    return bool(
+        reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless
+    )
 
 
 def moves_path(problem: Problem, before: Values, after: Values) -> bool:
@@ -109,19 +111,27 @@ def moves_path(problem: Problem, before: Values, after: Values) -> bool:
 
 
 def steady_loss(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether a loss in a time or a place is the same all through: a wheel that spins for a moment, which is a
-    contact mode and no effect, leaves errors within it, and an uncertain loss.
+    """Whether a loss in a time or a place is the same all through: a wheel that spins for a moment, which
+    is a contact mode and no effect, leaves errors within it, and an uncertain loss.
+
+    Only bins count in which the robot would drive; half of them have to be explained in every channel.
     """
     own = problem.settings.gates
     loss = fit.parameters.index(Parameter(name, "loss"))
-    inside = inside_of(problem, fit.values[name], name)
     white = View.of(problem, fit.noises, robustly=False)
-    errors = white.errors(fit.values)
+    inside = inside_of(problem, fit.values[name], name) & driving(problem)
     mine = white.bins.inside & inside[np.maximum(white.bins.table, 0)]
-    if not mine.any():
+    if mine.sum() * problem.bins.step_s < own.least_steady_s:
         return False
-    left = float(np.mean(np.minimum(errors[:, mine] ** 2, own.most_steady_error**2)))
-    return bool(fit.sd[loss] < own.most_loss_sd and left < own.most_steady_square)
+    square = np.median(white.errors(fit.values)[:, mine] ** 2, axis=1)
+    return bool(fit.sd[loss] < own.most_loss_sd and square.max() < own.most_steady_square)
+
+
+def driving(problem: Problem) -> Bool:
+    """Bins (n,) in which the wheels turn."""
+    step = np.diff(problem.predicted({}), axis=1, prepend=0.0) / problem.bins.step_s
+    rim = np.abs(step[0]) + np.abs(step[2]) * problem.chassis.half_track_m
+    return np.asarray(rim > problem.settings.gates.driving_mps)
 
 
 def inside_of(problem: Problem, place: Mapping[str, float], name: str) -> Bool:

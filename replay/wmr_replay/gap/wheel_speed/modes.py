@@ -1,8 +1,8 @@
 """Moments in which wheels slip or the robot skids: contact modes, which are no missing effects.
 
 Rates of the unrolled path's errors over two bins are regressed robustly on everything that acts all the time,
-so that no lasting effect is taken for slip. What then stands far out of the rest is slip, where it also exceeds
-what counts as slip at all.
+so that no lasting effect is taken for slip. What then stands far out of the rest is slip, where it also
+exceeds what counts as slip at all.
 """
 
 from dataclasses import replace

@@ -54,7 +54,9 @@ class Whitening(NamedTuple):
     @classmethod
     def of(cls, noise: Noise, bins: Bins) -> "Whitening":
         """For the blocks of ``bins``. Raises LinAlgError where the covariance is singular."""
-        return cls(np.linalg.cholesky(covariance(noise, bins.step_s, bins.table.shape[1])))
+        return cls(
+            np.asarray(np.linalg.cholesky(covariance(noise, bins.step_s, bins.table.shape[1])), np.float64)
+        )
 
     def __call__(self, blocks: F64, bins: Bins) -> F64:
         """Whitened blocks (…, K, B); 0 behind the end of a block and at its free start."""
@@ -125,7 +127,7 @@ def rough(errors: F64, bins: Bins) -> Noise:
     """A first guess: white noise from second differences, slip from what is left over a second."""
     second = np.diff(errors, 2, axis=1)[bins.inside[:, 2:]]
     white = float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6)
-    lag = max(1, min(int(round(1.0 / bins.step_s)), errors.shape[1] - 1))
+    lag = max(1, min(round(1.0 / bins.step_s), errors.shape[1] - 1))
     far = (errors[:, lag:] - errors[:, :-lag])[bins.inside[:, lag:]]
     spread = float(np.median(np.abs(far))) / 0.6745 / np.sqrt(lag * bins.step_s) if far.size else white
     white = max(white, 1e-6)

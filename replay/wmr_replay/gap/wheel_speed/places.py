@@ -1,12 +1,16 @@
 """Where and when traction is lost: intervals of time and discs on the ground, scanned cell by cell."""
 
 import numpy as np
+from scipy.optimize import minimize
 
 from wmr_replay.gap.wheel_speed.estimate import Fit, View
 from wmr_replay.gap.wheel_speed.predict import Problem, from_start
 from wmr_schemas.arrays import F64, Bool
 
 MOST_CELLS = 120
+LEAST_RADIUS_M = 0.1
+SIMPLEX = {"start_s": 0.7, "end_s": -0.7, "x_m": 0.25, "y_m": 0.25, "radius_m": 0.15, "loss": -0.1}
+"""First steps of the simplex."""
 RADII_M = (0.4, 0.6, 0.8, 1.0, 1.3)
 Found = tuple[float, dict[str, float]]
 """Gain, and the parameters at which it is reached."""
@@ -19,7 +23,7 @@ def lost(problem: Problem, current: Fit, inside: Bool) -> F64:
     step = np.diff(path, axis=-1, prepend=path[..., :1])
     step = np.where(bins.inside, step, 0.0)
     step[..., 0] = 0.0
-    share = np.where(bins.inside, inside[:, np.maximum(bins.table, 0)], False)  # noqa: FBT003
+    share = np.where(bins.inside, inside[:, np.maximum(bins.table, 0)], False)
     return from_start(-np.cumsum(step[:, None] * share[None], axis=-1), bins)
 
 
@@ -74,3 +78,29 @@ def scan_discs(problem: Problem, current: Fit) -> Found:
                 where = {"x_m": float(part[k, 0]), "y_m": float(part[k, 1]), "radius_m": radius_m}
                 best = (float(gain[k]), {**where, "loss": float(loss[k])})
     return best
+
+
+def refined(problem: Problem, current: Fit, name: str, start: dict[str, float]) -> dict[str, float]:
+    """The interval or disc and its loss of the highest likelihood near a start, by a simplex."""
+    view, keys = View.of(problem, current.noises), list(start)
+    at = np.array([start[key] for key in keys])
+    steps = np.array([SIMPLEX[key] for key in keys])
+
+    def objective(x: F64) -> float:
+        place = dict(zip(keys, x.tolist(), strict=True))
+        if not 0 <= place["loss"] < 1 or place.get("radius_m", 1.0) < LEAST_RADIUS_M:
+            return 1e12
+        return view.deviance(view.errors({**current.values, name: place}))
+
+    found = minimize(
+        objective,
+        at,
+        method="Nelder-Mead",
+        options={
+            "initial_simplex": np.vstack([at, at + np.diag(steps)]),
+            "maxfev": 120,
+            "fatol": 1.0,
+            "xatol": 0.01,
+        },
+    )
+    return dict(zip(keys, found.x.tolist(), strict=True))

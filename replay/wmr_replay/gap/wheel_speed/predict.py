@@ -39,7 +39,8 @@ class Parameter(NamedTuple):
 class Problem:
     """A record with its bins, the robot, the base model's effects, and the bins that are fitted (n,).
 
-    ``bins`` leave out slip; ``whole`` are those with it, in which effects in a time or a place are looked for.
+    ``bins`` leave out slip; ``whole`` are those with it, in which effects in a time or a place are looked
+    for.
     """
 
     record: Record
@@ -87,7 +88,7 @@ class Problem:
         return from_start(self.bins.blocks(self.measured - self.predicted(values)), self.bins)
 
     def column(self, values: Values, which: Parameter) -> F64:
-        """d predicted / d parameter in blocks, (3, K, B); one-sided where the bound is near."""
+        """D predicted / d parameter in blocks, (3, K, B); one-sided where the bound is near."""
         step, at = which.step, values.get(which.effect, {}).get(which.key, 0.0)
         low, high = which.bounds
         up, down = min(at + step, high), max(at - step, low)

@@ -34,10 +34,10 @@ class Stretch(NamedTuple):
 class Record:
     """The data set. M rows of the grid, N poses, S stretches.
 
-    ``left_rad``, ``right_rad`` (M + S,) are the wheels' angles at the grid's edges; ``first`` (S + 1,) the first
-    grid row of each stretch, ``first_pose`` (S + 1,) its first pose. ``at`` (N,) is the grid coordinate of
-    each pose. ``measured`` (3, N) is the path unrolled: ahead, left, yaw. ``world`` (3, M) is the measured pose
-    at the middle of each grid row, ``time_s`` (M,) its time from the first log's start.
+    ``left_rad``, ``right_rad`` (M + S,) are the wheels' angles at the grid's edges; ``first`` (S + 1,) the
+    first grid row of each stretch, ``first_pose`` (S + 1,) its first pose. ``at`` (N,) is the grid
+    coordinate of each pose. ``measured`` (3, N) is the path unrolled: ahead, left, yaw. ``world`` (3, M) is
+    the measured pose at the middle of each grid row, ``time_s`` (M,) its time from the first log's start.
     """
 
     step_s: float
@@ -162,7 +162,7 @@ def start_speeds(track: WheelSpeedTrack | None, start_ns: int, settings: LayoutS
     )
 
 
-def split(  # noqa: PLR0917 – what may end a stretch
+def split(
     pose: PoseTrack,
     pose_s: F64,
     wheel_s: F64,
@@ -223,7 +223,7 @@ class Grid(NamedTuple):
         return np.asarray(first_s - self.lead_s + self.step_s * np.arange(n_steps + 1))
 
 
-def stretch(  # noqa: PLR0917 – the parts of one row range
+def stretch(
     pose: PoseTrack, t_s: F64, rows: I64, angles: Angles, grid: Grid, starting: StartSpeeds
 ) -> Stretch:
     """The stretch of the poses ``rows`` at times ``t_s`` (n,)."""
@@ -295,4 +295,4 @@ def unrolled(part: Stretch) -> F64:
 def is_anchored(parts: list[Stretch]) -> bool:
     """Whether the stretches share one world: false where several all start at the same pose, their own."""
     starts = np.array([(p.x_m[0], p.y_m[0], p.yaw_rad[0]) for p in parts])
-    return len(parts) < 3 or bool(np.ptp(starts, axis=0).max() > 1e-6)  # noqa: PLR2004
+    return len(parts) < 3 or bool(np.ptp(starts, axis=0).max() > 1e-6)

@@ -45,8 +45,10 @@ def motion(record: Record, chassis: Chassis, effects: Values, smooth_rows: int) 
     half_track_m = chassis.half_track_m * (1 + effects.get("effective_track", {}).get("ratio", 0.0))
     ahead = chassis.radius_m * (right + left) / 2
     yaw = chassis.radius_m * (right - left) / 2 / half_track_m
-    moving = (np.abs(wheels) > MOVING_RADPS).any(axis=0)
-    rolled = with_slip(record, Motion(ahead, np.zeros_like(ahead), yaw), moving, chassis, effects, smooth_rows)
+    moving: Bool = np.asarray((np.abs(wheels) > MOVING_RADPS).any(axis=0))
+    rolled = with_slip(
+        record, Motion(ahead, np.zeros_like(ahead), yaw), moving, chassis, effects, smooth_rows
+    )
     return as_measured(record, rolled, effects)
 
 
@@ -72,7 +74,7 @@ def in_disc(world: F64, p: Mapping[str, float]) -> F64:
     return np.asarray(expit((p["radius_m"] - away_m) / EDGE_M))
 
 
-def with_slip(  # noqa: PLR0917 – what slip depends on
+def with_slip(
     record: Record, nominal: Motion, moving: Bool, chassis: Chassis, effects: Values, smooth_rows: int
 ) -> Motion:
     """The motion with slip ahead, sideways and downhill."""

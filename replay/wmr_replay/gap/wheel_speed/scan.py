@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import absent, parameters_of
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, White, inverse
-from wmr_replay.gap.wheel_speed.places import scan_intervals, scan_discs
+from wmr_replay.gap.wheel_speed.places import scan_discs, scan_intervals
 from wmr_replay.gap.wheel_speed.predict import Problem, from_start
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import EffectDeclaration
@@ -62,12 +62,15 @@ def by_slope(view: View, white: White, errors: F64, values: Values, effect: Effe
     return Score(effect.name, gain, start, information)
 
 
-def on_grid(  # noqa: PLR0917 – what a scan knows
+def on_grid(
     problem: Problem, view: View, white: White, errors: F64, values: Values, effect: EffectDeclaration
 ) -> Score:
     """The best of the values at which an effect is tried."""
     (key,) = effect.parameters
-    before, best = problem.predicted(values), Score(effect.name, 0.0, {key: effect.search.grid[0]}, np.zeros((1, 1)))
+    before, best = (
+        problem.predicted(values),
+        Score(effect.name, 0.0, {key: effect.search.grid[0]}, np.zeros((1, 1))),
+    )
     projector = inverse(white.columns.T @ white.columns) @ white.columns.T
     for value in effect.search.grid:
         change = problem.predicted({**values, effect.name: {key: value}}) - before

@@ -1,8 +1,8 @@
 """Forward selection and backward elimination of effects, with the reason why each other one is not named."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of,
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
 from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
 from wmr_replay.gap.wheel_speed.modes import ideal_only
-from wmr_replay.gap.wheel_speed.places import MOST_CELLS
+from wmr_replay.gap.wheel_speed.places import MOST_CELLS, refined
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
 from wmr_schemas.effects import EffectDeclaration
@@ -111,6 +111,8 @@ class Search:
     candidates: tuple[EffectDeclaration, ...]
     tried: list[Tried]
     found: tuple[str, ...] = ()
+    rivals: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    """Of effects in a time or a place: the others that passed, by how much less likely they are."""
 
     def next_lasting(self, stage: int) -> "Search | None":
         """With the likeliest effect that acts all the time and passes every gate; None where none does."""
@@ -131,17 +133,23 @@ class Search:
         whole, own = self.problem.with_slip, self.current
         current = at(whole, own.parameters, own.values, own.noises)
         pool = tuple(c for c in self.candidates if c.name in PLACES)
+        passing = []
         for score in scan(whole, current, pool):
             if score.gain <= price(whole, len(score.start)):
                 continue
-            values = {**current.values, score.name: absent(score.name) | score.start}
+            place = refined(whole, current, score.name, score.start)
+            values = {**current.values, score.name: place}
             one = refit(whole, (*current.parameters, *parameters_of(score.name)), values, current.noises)
             if not self.failing(stage, whole, current, one, score.name):
-                place = {score.name: one.values[score.name]}
-                problem = ideal_only(self.problem, place) if self.problem.whole else self.problem
-                refitted = fit(problem, one.parameters, one.values, one.noises)
-                return replace(self, problem=problem, current=refitted, found=(*self.found, score.name))
-        return None
+                passing.append((one.minus_two_log, score.name, one))
+        if not passing:
+            return None
+        least, name, one = min(passing, key=lambda entry: entry[0])
+        close = tuple((other, cost - least) for cost, other, _ in passing if other != name)
+        problem = ideal_only(self.problem, {name: one.values[name]}) if self.problem.whole else self.problem
+        refitted = fit(problem, one.parameters, one.values, one.noises)
+        found, rivals = (*self.found, name), {**self.rivals, name: close}
+        return replace(self, problem=problem, current=refitted, found=found, rivals=rivals)
 
     def failing(self, stage: int, problem: Problem, before: Fit, after: Fit, name: str) -> str:
         """The gate that an effect does not pass, which is noted; empty where it passes all."""
@@ -208,7 +216,10 @@ def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
             (gains[name], name)
             for name in names
             if name not in PLACES
-            and (p_of(name) > problem.settings.gates.level or gains[name] < price(problem, len(parameters_of(name))))
+            and (
+                p_of(name) > problem.settings.gates.level
+                or gains[name] < price(problem, len(parameters_of(name)))
+            )
         ]
         if not failing:
             break
@@ -216,7 +227,14 @@ def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
         search.tried.append(Tried(len(search.found), weakest, gain, 0.0, p_of(weakest), "needed"))
         names.remove(weakest)
         current = fit(problem, lesser[weakest].parameters, lesser[weakest].values, current.noises)
-    kept = [Named(name, p_of(name), alternatives(problem, current, lesser[name], name)) for name in names]
+    kept = [
+        Named(
+            name,
+            p_of(name),
+            search.rivals[name] if name in PLACES else alternatives(problem, current, lesser[name], name),
+        )
+        for name in names
+    ]
     return current, tuple(kept)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.bins import Bins
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, Bool
 
 FOLDS = 3
 
@@ -20,11 +20,11 @@ def unit_of_blocks(bins: Bins, settings: WheelSpeedSettings) -> I64:
     return unit
 
 
-def held_out_bins(bins: Bins, unit: I64, fold: int) -> np.ndarray:
+def held_out_bins(bins: Bins, unit: I64, fold: int) -> Bool:
     """Bins (n,) of the units that ``fold`` (0, 1 or 2) holds out."""
-    return np.where(bins.block_of >= 0, unit[np.maximum(bins.block_of, 0)] % FOLDS == fold, False)  # noqa: FBT003
+    return np.where(bins.block_of >= 0, unit[np.maximum(bins.block_of, 0)] % FOLDS == fold, False)
 
 
 def sums(values: F64, unit: I64) -> F64:
     """Sums (u,) over units of values by block (K,)."""
-    return np.bincount(unit, values)
+    return np.asarray(np.bincount(unit, values), np.float64)

@@ -36,7 +36,9 @@ def locate(problem: Problem, base: Fit, extended: Fit, settings: LocateSettings)
     )
 
 
-def regimes(problem: Problem, errors: F64, known: F64, settings: LocateSettings) -> Mapping[str, tuple[Regime, ...]]:
+def regimes(
+    problem: Problem, errors: F64, known: F64, settings: LocateSettings
+) -> Mapping[str, tuple[Regime, ...]]:
     """Mean squares of whitened errors (3, n) by speed and yaw rate of the base model."""
     speeds = np.abs(speeds_of(problem, {})[:, known])
     step_s = np.full(errors.shape[1], problem.bins.step_s)
@@ -67,7 +69,7 @@ def slip_velocities(problem: Problem, values: Values) -> F64:
     return np.where(same, out, np.nan).T
 
 
-def traces_of(  # noqa: PLR0917 – both models and where they are compared
+def traces_of(
     problem: Problem, windows: Windows, base: Fit, extended: Fit, pose_sd: tuple[float, float], held_out: F64
 ) -> Traces:
     """Measured and simulated poses by bin, and the slip velocities that either model leaves."""

@@ -58,7 +58,9 @@ def windows_of(problem: Problem, window_s: float) -> Windows:
     for w, own in enumerate(poses):
         rows[w, : len(own)] = own
     spans = [float(problem.record.pose_s[p[-1]] - problem.record.pose_s[p[0]]) for p in poses]
-    return Windows(rows, float(np.median(spans)) if short and spans else window_s, np.array([k for k, _, _ in ends]))
+    return Windows(
+        rows, float(np.median(spans)) if short and spans else window_s, np.array([k for k, _, _ in ends])
+    )
 
 
 class Simulated(NamedTuple):
