@@ -71,7 +71,7 @@ PAGES ?=
 docs-commands: $(TOOLS) ## run every command block of every page: minutes, for the night; PAGES=docs/ci.md runs one
 	$(PY) docs/run_commands.py $(PAGES)
 
-BENCH ?= differentiator ingest first_use
+BENCH ?= differentiator ingest first_use latency
 bench: $(TOOLS) ## speed and accuracy beside peers, which it installs; BENCH=ingest runs one of bench/
 	$(INSTALL) --no-build-isolation --editable '.[bench]'
 	$(foreach name,$(BENCH),$(PY) bench/$(name).py &&) true

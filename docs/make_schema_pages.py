@@ -23,6 +23,7 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import STATUS_MEANING
 from wmr_schemas.tables import CONFUSION, GAP_TRACES, HINDSIGHT, SAMPLES, SEGMENTS, SUMMARY, TRUTH, Column
+from wmr_schemas.wheel_fields import CommandFields, WheelSpeedFields
 from wmr_synth.hidden.drawing import describe_range
 from wmr_synth.hidden.registry import words_of
 
@@ -97,15 +98,16 @@ def effects(base: BaseModel) -> str:
     return table(("name", "acts on", "form", "parameters (unit)"), rows)
 
 
-def hidden() -> str:
-    """The effects that the simulator can hide."""
+def hidden(base: BaseModel) -> str:
+    """The effects that the simulator can hide on a base model."""
+    beyond = {name: effect for name, effect in BEYOND.items() if base in effect.models}
     rows = (
         (
             code(name),
-            words_of(name),
+            words_of(name, base),
             ", ".join(f"{code(key)} {describe_range(within)}" for key, within in effect.ranges.items()),
         )
-        for name, effect in (effects_of("torque") | BEYOND).items()
+        for name, effect in (effects_of(base) | beyond).items()
     )
     return table(("name", "form in the simulator", "range of a bare name"), rows)
 
@@ -151,6 +153,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "pose_fields": lambda: further(PoseFields),
     "torque_fields": lambda: further(TorqueFields),
     "truth_fields": lambda: further(TruthFields),
+    "wheel_fields": lambda: further(WheelSpeedFields),
+    "command_fields": lambda: further(CommandFields),
     "noise": lambda: keys(NoiseModel),
     "provenance": lambda: keys(Provenance),
     "modes": modes,
@@ -158,7 +162,8 @@ BLOCKS: dict[str, Callable[[], str]] = {
     "findings": findings,
     "effects": lambda: effects("torque"),
     "wheel_speed_effects": lambda: effects("wheel_speed"),
-    "hidden": hidden,
+    "hidden": lambda: hidden("torque"),
+    "hidden_wheel_speed": lambda: hidden("wheel_speed"),
     "gap": gap,
 }
 

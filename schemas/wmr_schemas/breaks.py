@@ -3,6 +3,7 @@
 A break is the stamp of the first row of a stretch that does not follow on the one before it.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import TypeVar
@@ -15,7 +16,7 @@ from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueT
 BREAKS_NAME, KEY = "wmr_replay_breaks", "breaks_ns"
 """The metadata record of a log that has breaks, and its key."""
 MOST_BREAKS = 100_000
-_LARGEST = 2**63
+_LARGEST, _NUMBER = 2**63, re.compile(r"-?[0-9]{1,19}")
 
 Track = TypeVar("Track", PoseTrack, TorqueTrack, WheelSpeedTrack, CommandTrack, ModeTrack)
 
@@ -28,10 +29,9 @@ def to_metadata(breaks_ns: tuple[int, ...]) -> dict[str, str]:
 def from_metadata(record: Mapping[str, str]) -> tuple[int, ...]:
     """The breaks of an untrusted record, in order; none where it is damaged."""
     words = record.get(KEY, "").split(maxsplit=MOST_BREAKS)
-    if len(words) > MOST_BREAKS or not all(word.lstrip("-").isdecimal() for word in words):
+    if len(words) > MOST_BREAKS or not all(_NUMBER.fullmatch(word) for word in words):
         return ()
-    found = {int(word) for word in words if len(word) < len(str(_LARGEST)) + 1}
-    return tuple(sorted(t_ns for t_ns in found if -_LARGEST <= t_ns < _LARGEST))
+    return tuple(sorted({t_ns for t_ns in map(int, words) if -_LARGEST <= t_ns < _LARGEST}))
 
 
 def stretches(log: Log, hole_s: float | None = None) -> list[Log]:

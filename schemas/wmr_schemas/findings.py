@@ -152,7 +152,7 @@ KINDS: dict[str, FindingKind] = {
         FindingKind(
             "wheel_speed_sign",
             "wheel speeds have the wrong sign: the slip velocities sigma are wrong, the modes are not",
-            "give left_speed_sign = -1, right_speed_sign = -1 or both in the torque section of --map",
+            "give left_sign = -1, right_sign = -1 or both in the wheel_speeds section of --map",
             explained_by=NO_HEADING,
         ),
         FindingKind(
@@ -165,7 +165,7 @@ KINDS: dict[str, FindingKind] = {
         FindingKind(
             "wheel_speed_unit",
             "wheel speeds and motion disagree by a constant factor: a unit or the wheel radius is wrong",
-            "give speed_unit or speed_scale for the torque, or the robot's wheel_radius_m, in --map",
+            "give unit or scale in the wheel_speeds section, or the robot's wheel_radius_m, in --map",
             explained_by=("yaw_unit", "rate_too_low"),
         ),
         FindingKind(

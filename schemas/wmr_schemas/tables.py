@@ -3,7 +3,9 @@
 The documentation pages are made from these lists, and a test holds every written table against them.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import polars as pl
 
@@ -35,6 +37,20 @@ def _with_sd(name: str, unit: str, meaning: str) -> tuple[Column, Column]:
     return _real(name, unit, meaning), _real(f"{name}_sd", unit, f"standard deviation of {name}")
 
 
+LEARNT_OF_WHEELS: tuple[Column, ...] = (
+    *_with_sd("wheel_scale", "–", "true over nominal wheel speed, as learnt so far; from wheel speeds"),
+    *_with_sd("effective_half_track_m", "m", "half track that the turning shows; from wheel speeds"),
+    *_with_sd("icr_offset_m", "m", "x of the centre of rotation: v_lat = −x·yaw_rate; from wheel speeds"),
+)
+WHEEL_ESTIMATES: tuple[Column, ...] = (
+    *_with_sd("slip_left_mps", "m/s", "left wheel's speed minus the ground's; from wheel speeds alone"),
+    *_with_sd("slip_right_mps", "m/s", "right wheel's speed minus the ground's; from wheel speeds alone"),
+    *_with_sd("slip_ratio_left", "–", "slip over the larger of wheel and ground speed; null near standstill"),
+    *_with_sd("slip_ratio_right", "–", "the same on the right"),
+    *LEARNT_OF_WHEELS,
+)
+"""What wheel speeds tell where no torque is known; null elsewhere."""
+
 SAMPLES: tuple[Column, ...] = (
     Column(
         "t_ns", pl.Int64, "ns", "stamp of the pose sample (header stamp, since the epoch of the log's clock)"
@@ -59,6 +75,7 @@ SAMPLES: tuple[Column, ...] = (
         "m/s",
         "difference slip velocity, right minus left (−σ₁); from wheel speeds and half track",
     ),
+    *WHEEL_ESTIMATES,
     *_with_sd("c_k_mps", "m/s", "the kinematic constraint C_k = −v_lat; 0 unless the robot skids"),
     *_with_sd(
         "c_d_mps2",
@@ -163,6 +180,7 @@ SUMMARY: tuple[Column, ...] = (
     _real("share_skidding_slipping", "–", "share estimated both at once"),
     _real("share_undecided", "–", "share undecided"),
     *_with_sd("alpha", "(m/s²)/(N·m)", "last estimate of α"),
+    *LEARNT_OF_WHEELS,
     _real("accuracy", "–", "share of rows after warm-up whose mode is the true one; −1 counts as wrong"),
     _real("decided_share", "–", "share of rows after warm-up with a mode"),
     _real("accuracy_decided", "–", "accuracy over those"),
@@ -245,3 +263,8 @@ TRUTH: tuple[Column, ...] = (
 def polars_schema(columns: tuple[Column, ...]) -> pl.Schema:
     """The polars schema of a table, in the order of its columns."""
     return pl.Schema({column.name: column.dtype for column in columns})
+
+
+def driven_by(row: Mapping[str, Any]) -> str:
+    """What the rows of input hold, by the summary's row: torques, or wheel speeds without any."""
+    return "torques" if row.get("wheel_scale") is None else "wheel speeds"

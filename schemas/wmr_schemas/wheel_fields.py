@@ -56,9 +56,9 @@ class CommandFields:
     clock: Clock | None = field(default=None, metadata=described("string", "`header`, `publish` or `log`"))
 
     @property
-    def signs(self) -> tuple[float, float]:
-        """The signs of both sides."""
-        return self.left_sign, self.right_sign
+    def name_values(self) -> bool:
+        """Whether they say where the values stand, and not only what they are."""
+        return bool(self.values or self.left_fields or self.linear)
 
     def gains(self, wheel_radius_m: float) -> tuple[float, float]:
         """Rad/s, or rad, of the wheel per unit of the values, left and right, with their signs."""

@@ -24,7 +24,7 @@ from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled_loop import simulate
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
-from wmr_synth.wheel_speed.encoders import EncoderSensors, measure_wheels, rates_hz
+from wmr_synth.wheel_speed.encoders import OF_TORQUES, EncoderSensors, measure_wheels, rates_hz
 from wmr_synth.wheel_speed.log import drive
 from wmr_synth.wheel_speed.plan import CommandsAs, RollingPlan
 
@@ -231,6 +231,7 @@ def describe(
     name: str, seed: int, duration_s: float, sensors: Sensors, robot: RobotParameters, modes: ModeTrack
 ) -> dict[str, object]:
     """The facts of ``<stem>.truth.json``."""
+    unused = OF_TORQUES if isinstance(sensors, EncoderSensors) else ()
     switches = [
         {"t_s": (t_ns - START_NS) / NS_PER_S, "mode": mode}
         for t_ns, mode in zip(modes.t_ns.tolist(), modes.mode.tolist(), strict=True)
@@ -240,7 +241,7 @@ def describe(
         "seed": seed,
         "start_ns": START_NS,
         "duration_s": duration_s,
-        "sensors": asdict(sensors),
+        "sensors": {key: value for key, value in asdict(sensors).items() if key not in unused},
         "robot": robot.known(),
         "modes": switches,
     }

@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -302,15 +303,21 @@ def test_the_banks_outlier_bound_is_edited_in_a_copy_and_the_update_changes_at_o
     assert mean() == pytest.approx(3.0 / (3.0 / 0.01) ** 2)
 
 
-def test_the_quicker_front_end_generates_the_code_that_numba_generates() -> None:
+def test_the_quicker_front_end_generates_the_code_that_numba_generates(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """A loop with several ways back, a generator, and variables that live across blocks.
 
-    Nothing is inlined: numba counts labels over all that a process inlines, and their order depends on it.
+    What lowers to fewer instructions is left out: it generates other code, for the same numbers. Nothing is
+    inlined: numba counts labels over all that a process inlines, and their order depends on it.
     """
     import numba
     from numba.core.compiler_lock import global_compiler_lock
 
+    from wmr_schemas.compiled import lowering
     from wmr_schemas.compiled.front_end import faster
+
+    monkeypatch.setattr(lowering, "replacements", tuple)
 
     @numba.njit
     def odd(n):  # type: ignore[no-untyped-def]
@@ -342,6 +349,68 @@ def test_the_quicker_front_end_generates_the_code_that_numba_generates() -> None
     assert code() == plain
     with global_compiler_lock, faster():
         assert code() == plain
+
+
+def steps_through(a: Any, at: Any, out: Any) -> Any:
+    """Every kind of index and range that is lowered in a way of our own: ``a`` (n, m, 3), ``at`` three."""
+    i, j, k = at
+    out[0], out[1], out[2], out[-1] = a[i, j, k], a[-1, j, -2], a[0, 0, 0], a[i][j][k]
+    plane, row, column = a[i], a[i, -1], a[:, 0, 1]
+    out[3], out[4], out[5], out[6] = plane[j, 2], row[-1], column[-1], plane[0, 1:][1]
+    plane[j, 0] += 0.5
+    row[k] *= 2.0
+    for start, stop, step in ((0, 3, 1), (2, 2, 1), (3, 1, 1), (5, -1, -2), (0, 7, 3)):
+        for n in range(start, stop, step):
+            out[7] += n + 0.25 * step
+    for n in range(len(a)):
+        for m in range(n, a.shape[1]):
+            if a[n, m, 0] > a[i, j, 0]:
+                continue
+            out[8] += a[n, m, n - 1] * (m + 1)
+        out[9] = n
+    for n in range(-3):
+        out[9] += n
+    at[0] = len(plane) + row.shape[0] + column.size
+    return plane[j, 0] + out[-1]
+
+
+@pytest.mark.parametrize("allocates", [True, False])
+@pytest.mark.parametrize("layout", ["C", "F", "A"])
+def test_items_views_and_ranges_are_those_of_python(
+    layout: str, allocates: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from wmr_schemas.compiled import compiled, kernels
+
+    monkeypatch.setattr(kernels, "own", None)  # what the quicker front end cannot compile is an error here
+    function = compiled(nogil=True, _nrt=allocates)(steps_through)
+    given = np.random.default_rng(3).normal(size=(4, 10, 3))
+    arrays = {"C": given, "F": np.asfortranarray(given), "A": given[:, ::2]}
+    asked, told = arrays[layout].copy(order="K"), arrays[layout].copy(order="K")
+    if layout == "A":
+        asked, told = given.copy()[:, ::2], given.copy()[:, ::2]
+    at, at_told = np.array([2, -3, 1]), np.array([2, -3, 1])
+    out, out_told = np.zeros(11), np.zeros(11)
+    assert function(asked, at, out) == steps_through(told, at_told, out_told)
+    for ours, pythons in ((asked, told), (at, at_told), (out, out_told)):
+        np.testing.assert_array_equal(ours, pythons)
+
+
+def test_an_array_that_dies_at_the_head_of_a_loop_is_given_up_once() -> None:
+    from wmr_schemas.compiled import compiled
+
+    @compiled
+    def total(n):  # type: ignore[no-untyped-def]
+        first = np.ones(n)
+        last = np.full(n, 2.0)
+        sum_ = first.sum() if n > 2 else 0.0
+        for i in range(n):
+            sum_ += last[i]
+            if sum_ > 100.0:
+                last = np.zeros(n)
+        return sum_
+
+    for _ in range(100):
+        assert [total(n) for n in (1, 3, 50)] == [2.0, 9.0, 102.0]
 
 
 def test_numbas_own_timers_count_as_no_listener_and_a_users_listener_does() -> None:

@@ -131,3 +131,39 @@ def test_help_shows_examples(synth):
     code, out, _ = synth("--help")
     assert code == 0
     assert "wmr-replay synth paper-acceleration --out demo.mcap" in out
+
+
+def test_options_of_encoders_and_commands_reach_the_log(synth, tmp_path):
+    options = ("--encoder-ticks", 512, "--wheel-rate", 40, "--commands", "twist", "--command-rate", 20)
+    path = tmp_path / "a.mcap"
+    assert synth("skid-steer", "--out", path, *QUICK, *options, "--nominal-error", 0)[0] == 0
+    facts = json.loads((tmp_path / "a.truth.json").read_text(encoding="utf-8"))
+    assert facts["sensors"]["encoder_ticks"] == 512
+    assert "torque_rate_hz" not in facts["sensors"]
+    assert facts["calibration"]["wheel_scale"]["ratio"] == 0
+    with path.open("rb") as file:
+        counts = make_reader(file).get_summary().statistics.channel_message_counts
+    with path.open("rb") as file:
+        topics = {channel.id: channel.topic for channel in make_reader(file).get_summary().channels.values()}
+    assert {topics[key]: n for key, n in counts.items() if topics[key] != "/ground_truth/mode"} == {
+        "/pose": 101,
+        "/wheel_speeds": 80,
+        "/cmd_vel": 41,
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("encoders", "--torque-rate", "5"), "records no torques"),
+        (("encoders", "--hide", "payload"), "robots that wheel torques drive"),
+        (("patrol", "--hide", "wheel_scale"), "robots that wheel speeds drive"),
+        (("patrol", "--wheel-rate", "5"), "no sensor option"),
+        (("patrol", "--commands", "twist"), "driven by torques"),
+    ],
+)
+def test_options_of_the_other_kind_of_robot_are_refused(synth, tmp_path, arguments, says):
+    code, _, err = synth(*arguments, "--duration", "1", "--out", tmp_path / "x.mcap")
+    assert code == 2
+    assert says in err
+    assert list(tmp_path.iterdir()) == []

@@ -15,7 +15,7 @@ from wmr_synth.hidden.disturbance import parse_disturbance
 from wmr_synth.hidden.world import drawn_world, model_world
 from wmr_synth.sensors import NOISE_LEVELS
 from wmr_synth.synthesis import default_world
-from wmr_synth.wheel_speed.encoders import EncoderSensors
+from wmr_synth.wheel_speed.encoders import OF_TORQUES, EncoderSensors
 
 RobotLike: TypeAlias = RobotParameters | LocalPlace
 """Robot parameters, or the path of a TOML file with a ``[robot]`` table."""
@@ -84,7 +84,7 @@ def sensors_of(
     if unknown := set(given) - set(vars(scenario.sensors)):
         known = ", ".join(vars(scenario.sensors))
         raise InvalidSetting(f"no sensor option {', '.join(sorted(unknown))}; known are {known}")
-    of_torques = sorted({"torque_rate_hz", "noise_effort_sd_nm"} & set(given))
+    of_torques = [name for name in OF_TORQUES if name in given]
     if of_torques and isinstance(scenario.sensors, EncoderSensors):
         raise InvalidSetting(f"{scenario.name} records no torques: leave out {', '.join(of_torques)}")
     if noise_variance is not None:

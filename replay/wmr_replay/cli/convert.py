@@ -53,7 +53,9 @@ def _convert_csv(csv: Path, map_path: Path, out: Path, encoding: str) -> None:
 
     converted = convert(csv, map_path, out, encoding=encoding)
     left_out = f", {converted.n_left_out} left out" if converted.n_left_out else ""
-    say(f"wrote {out}: {converted.n_rows} rows{left_out}")
+    n_breaks = len(converted.log.breaks_ns)
+    windows = f" in {n_breaks + 1} windows" if n_breaks else ""
+    say(f"wrote {out}: {converted.n_rows} rows{windows}{left_out}")
 
 
 def _convert_bag(log: Path, out: Path) -> None:

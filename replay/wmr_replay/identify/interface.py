@@ -32,12 +32,35 @@ class Evidence(NamedTuple):
     wheels: F64
 
 
+class WheelEstimates(NamedTuple):
+    """What wheel speeds tell at each row, (n,), each with its standard deviation; columns of the samples."""
+
+    slip_left_mps: F64
+    slip_left_mps_sd: F64
+    slip_right_mps: F64
+    slip_right_mps_sd: F64
+    slip_ratio_left: F64
+    slip_ratio_left_sd: F64
+    slip_ratio_right: F64
+    slip_ratio_right_sd: F64
+    wheel_scale: F64
+    wheel_scale_sd: F64
+    effective_half_track_m: F64
+    effective_half_track_m_sd: F64
+    icr_offset_m: F64
+    icr_offset_m_sd: F64
+
+    def without(self, rows: Bool) -> "WheelEstimates":
+        """NaN in the rows of a mask."""
+        return WheelEstimates(*(np.where(rows, np.nan, column) for column in self))
+
+
 class Verdict(NamedTuple):
     """An identifier's answer at each row, (n,); NaN where unknown.
 
     C_d with the thresholds of C_k and C_d; ``posterior`` (4, n) over ideal, skidding, slipping, both, all NaN
     without probabilities; α in (m/s²)/(N·m) with its standard deviation; ``mode`` (ContactMode), ``mode_set``
-    (ModeSet) and ``outcome`` (Status).
+    (ModeSet) and ``outcome`` (Status). ``wheels`` where wheel speeds are what is known.
     """
 
     c_d_mps2: F64
@@ -49,6 +72,7 @@ class Verdict(NamedTuple):
     mode: I8
     mode_set: U8
     outcome: I8
+    wheels: WheelEstimates | None = None
 
 
 class Identifier(Protocol):

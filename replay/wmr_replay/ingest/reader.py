@@ -116,7 +116,7 @@ class LogReader:
             return []
         self.robot = replace(self.robot, **values)
         said = ", ".join(f"{name} {value:g}" for name, value in values.items())
-        return [f"{use.channel.topic}: its twist is turned into wheel speeds with {said}, which is made up"]
+        return [f"{use.channel.topic}: turned into wheel speeds with {said}, which is made up"]
 
     def _folder(self) -> Path:
         """The folder into which packed files are unpacked; it is removed with the reader."""
@@ -163,7 +163,8 @@ class LogReader:
         The truth is stamped when it changes, so its steps mean nothing.
         """
         found = ((role, clock.steps.describe()) for role, clock in self.clocks.items() if role != "truth")
-        return [f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text]
+        notes = (f"{self.plan.uses[role].channel.topic}: {text}" for role, text in found if text)
+        return list(dict.fromkeys(notes))
 
     @property
     def clock_notes(self) -> list[str]:

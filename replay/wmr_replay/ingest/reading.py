@@ -307,7 +307,8 @@ class Reading:
             if n
         ]
         n = self.not_concerned["torque"]
-        return [*found, f"{topics['torque']}: {n} messages name no wheel joint"] if n else found
+        found += [f"{topics['torque']}: {n} messages name no wheel joint"] if n else []
+        return list(dict.fromkeys(found))
 
 
 def joined(batches: Sequence[RawBatch]) -> RawBatch:

@@ -95,11 +95,9 @@ def read_whole(
         inputs.commands,
         breaks_between(reader, pose.t_ns),
     )
-    moved_note = (
-        f"{clock_offset_s:+g} s were added to the stamps of the {WORDS[need]}" if clock_offset_s else ""
-    )
     log, wheels_note = with_one_pair_of_wheels(reader, log, need)
-    said = [moved_note, *reader.losses.notes, *reader.remarks, *reader.stamp_notes]
+    shift = f"{clock_offset_s:+g} s were added to the stamps of the {WORDS[need]}" if clock_offset_s else ""
+    said = [shift, *reader.losses.notes, *reader.remarks, *reader.stamp_notes]
     notes = tuple(note for note in [*said, pose_note, torque_note, mode_note, wheels_note] if note)
     return WholeLog(log, sha256_of(path), notes, tuple(reader.findings))
 
@@ -162,11 +160,10 @@ def with_one_pair_of_wheels(reader: LogReader, log: Log, need: Need) -> tuple[Lo
     if use is None or not values:
         return log, ""
     if need != "commands":
-        return replace(
-            log, commands=None
-        ), f"{use.channel.topic}: wheel_radius_m or half_track_m is not known"
+        lacking = " and ".join(values)
+        return replace(log, commands=None), f"{use.channel.topic}: left out, since {lacking} is not known"
     said = ", ".join(f"{name} {value:g}" for name, value in values.items())
-    note = f"{use.channel.topic}: its twist is turned into wheel speeds with {said}, which is made up"
+    note = f"{use.channel.topic}: turned into wheel speeds with {said}, which is made up"
     return replace(log, wheels=None, robot=replace(log.robot, **values)), note
 
 

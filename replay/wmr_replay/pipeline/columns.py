@@ -50,7 +50,8 @@ def estimated_columns(
 ) -> Columns:
     """Every estimate of the kept rows; ``pose`` (3, n) is the smoothed one."""
     columns = motion._asdict() | verdict._asdict() | dict(zip(SMOOTHED_POSE, pose, strict=True))
-    del columns["outcome"], columns["posterior"]
+    del columns["outcome"], columns["posterior"], columns["wheels"]
+    columns |= {} if verdict.wheels is None else verdict.wheels._asdict()
     columns |= dict(zip(POSTERIOR, verdict.posterior, strict=True))
     return columns | {
         "c_k_mps": -motion.v_lat_mps,

@@ -53,6 +53,7 @@ def undecided_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet)
     """Rows of the mask ``filling`` get no verdict: the differentiator's window is not full there."""
     return verdict._replace(
         posterior=np.where(filling, np.nan, verdict.posterior),
+        wheels=None if verdict.wheels is None else verdict.wheels.without(filling),
         mode=np.where(filling, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
         mode_set=np.where(filling, all_modes, verdict.mode_set).astype(np.uint8),
         outcome=np.where(filling, Status.WARMING_UP, verdict.outcome).astype(np.int8),
@@ -70,6 +71,7 @@ def undecided_where_barred(verdict: Verdict, barred: I8, all_modes: ModeSet) -> 
         posterior=np.where(rows, np.nan, verdict.posterior),
         alpha=np.where(rows, np.nan, verdict.alpha),
         alpha_sd=np.where(rows, np.nan, verdict.alpha_sd),
+        wheels=None if verdict.wheels is None else verdict.wheels.without(rows),
         mode=np.where(rows, ContactMode.UNDECIDED, verdict.mode).astype(np.int8),
         mode_set=np.where(rows, all_modes, verdict.mode_set).astype(np.uint8),
         outcome=np.where(rows, barred, verdict.outcome).astype(np.int8),

@@ -18,7 +18,10 @@ def as_batch(log: Log) -> RawBatch:
     pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
     signals: list[tuple[I64, F64]] = [(log.pose.t_ns, pose)]
     none = np.empty(0, np.int64)
-    if log.torque is None:
+    if log.torque is None and log.wheels is not None:
+        speeds = np.stack([log.wheels.left_radps, log.wheels.right_radps])
+        signals.append((log.wheels.t_ns, np.concatenate([np.full(speeds.shape, np.nan), speeds])))
+    elif log.torque is None:
         signals.append((none, np.empty((4, 0))))
     else:
         t = log.torque
@@ -32,6 +35,17 @@ def as_batch(log: Log) -> RawBatch:
     order[np.argsort(stamps, kind="stable")] = np.arange(len(stamps))
     orders = np.split(order, np.cumsum([len(t_ns) for t_ns, _ in signals])[:-1])
     return RawBatch(*(Rows(t_ns, o, values) for (t_ns, values), o in zip(signals, orders, strict=True)))
+
+
+def inputs_of(log: Log) -> tuple[I64, F64]:
+    """Stamps and rows (4, n) of torques and wheel speeds; of wheel speeds alone where no torque is known."""
+    if log.torque is not None:
+        t = log.torque
+        return t.t_ns, np.stack([t.left_nm, t.right_nm, t.left_radps, t.right_radps])
+    if log.wheels is None:
+        return np.empty(0, np.int64), np.empty((4, 0))
+    unknown = np.full(len(log.wheels), np.nan)
+    return log.wheels.t_ns, np.stack([unknown, unknown, log.wheels.left_radps, log.wheels.right_radps])
 
 
 def replay_columns(

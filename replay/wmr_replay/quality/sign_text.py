@@ -52,6 +52,9 @@ def sides_swapped(s: Snapshot) -> Told:
 def wheel_speed_sign(s: Snapshot) -> Told:
     """Reversed wheel speeds, both or one."""
     side = {Wheels.LEFT_REVERSED: "left", Wheels.RIGHT_REVERSED: "right"}.get(s.wheels)
-    keys = f"{side}_speed_sign = -1" if side else "left_speed_sign = -1 and right_speed_sign = -1"
+    keys = f"{side}_sign = -1" if side else "left_sign = -1 and right_sign = -1"
     which = f"the {side} wheel turns" if side else "both wheels turn"
-    return f"{which} backwards while the robot moves ahead", f"give {keys} {UNDER_TORQUE}"
+    return (
+        f"{which} backwards while the robot moves ahead",
+        f"give {keys} in the wheel_speeds section of --map",
+    )

@@ -16,7 +16,7 @@ from wmr_replay.report.run_figures import NORMAL_95
 from wmr_replay.tables.drawn import DRAWN
 from wmr_replay.timeline.colours import mode_name
 from wmr_schemas.modes import MODES
-from wmr_schemas.tables import ANOMALIES
+from wmr_schemas.tables import ANOMALIES, driven_by
 
 TONE = "#1f7a4d"
 BARRED, WARNED = "#b3261e", "#b26a00"
@@ -79,7 +79,8 @@ def shares_of(row: Mapping[str, Any]) -> list[tuple[str, str, float]]:
 def fact_list(row: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     """The main numbers."""
     rate = "" if row["rate_hz"] is None else f" at {row['rate_hz']:.4g} Hz"
-    found = [("length", length(row["duration_s"]), f"{row['n_pose']} poses{rate}, {row['n_torque']} torques")]
+    inputs = f"{row['n_torque']} {driven_by(row)}"
+    found = [("length", length(row["duration_s"]), f"{row['n_pose']} poses{rate}, {inputs}")]
     if row["alpha"] is not None:
         robot = json.loads(row["settings"]).get("robot") or {}
         nominal = "" if robot.get("alpha") is None else f"; nominal {robot['alpha']:.4g}"

@@ -23,8 +23,9 @@ from wmr_schemas.findings import Finding, findings_json
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import BARRING, Status
-from wmr_schemas.tables import SUMMARY, polars_schema
+from wmr_schemas.tables import LEARNT_OF_WHEELS, SUMMARY, polars_schema
 
+LEARNT = tuple(column.name for column in LEARNT_OF_WHEELS)
 BARRED_LABELS = frozenset(status.label for status in BARRING)
 """Rows of these end the validity of the α before them."""
 
@@ -40,6 +41,8 @@ class SummaryCollector:
     first_ns: int | None = None
     last_ns: int = 0
     alpha: tuple[float, float] | None = None
+    learnt: dict[str, float] = field(default_factory=dict)
+    """Last known values of what wheel speeds teach about the robot."""
 
     def push(self, samples: pl.DataFrame) -> None:
         """Take a batch of the samples table in."""
@@ -59,6 +62,7 @@ class SummaryCollector:
         self.alpha = known.row(0) if known is not None else self.alpha
         if samples["status"][-1] in BARRED_LABELS:
             self.alpha = None
+        self.learnt |= last_known(samples, LEARNT)
 
     @property
     def duration_s(self) -> float:
@@ -79,6 +83,12 @@ class SummaryCollector:
         """Shares of the rows after warm-up by status."""
         warm = {name: n for name, n in self.statuses.items() if name != Status.WARMING_UP.label}
         return {name: n / sum(warm.values()) for name, n in warm.items()}
+
+
+def last_known(samples: pl.DataFrame, names: Sequence[str]) -> dict[str, float]:
+    """The last value of each of these columns that has any."""
+    known = [name for name in names if name in samples and samples[name].count()]
+    return {name: float(samples[name].drop_nulls()[-1]) for name in known}
 
 
 @dataclass(frozen=True)
@@ -137,6 +147,7 @@ def summary_row(
     row |= {"duration_s": collected.duration_s, "rate_hz": facts.rate_hz, "n_gaps": facts.n_gaps}
     row |= {"n_pose_jumps": facts.n_pose_jumps, "n_outliers": facts.n_outliers}
     row |= asdict(facts.counts) | facts.losses | {f"share_{label}": share for label, share in shares.items()}
+    row |= collected.learnt
     row |= {"alpha": alpha, "alpha_sd": alpha_sd} | asdict(score_runs(runs))
     row |= {"brier": collected.calibration.brier, "ece": collected.calibration.ece}
     if alpha is not None and facts.alpha_true:
@@ -146,7 +157,14 @@ def summary_row(
     if later is not None:
         row |= hindsight_columns(later)
         told, said = later, mode_shares(later.runs.finish())
-    row["verdict"] = verdict_sentence(said, told.status_shares(), torque, collected.alpha, facts.robot)
+    row["verdict"] = verdict_sentence(
+        said,
+        told.status_shares(),
+        torque or bool(collected.learnt),
+        collected.alpha,
+        facts.robot,
+        collected.learnt,
+    )
     return row
 
 

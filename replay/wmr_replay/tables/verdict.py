@@ -1,11 +1,17 @@
 """The verdict: the result of a replay in a sentence or two."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import BARRING, STATUS_MEANING, Status
 
 WORTH_SAYING = 0.05
+LEARNT = (
+    ("wheel_scale", "wheel scale", ""),
+    ("effective_half_track_m", "effective half track", " m"),
+    ("icr_offset_m", "centre of rotation at x =", " m"),
+)
 
 REASONS = {
     Status.WARMING_UP: "the window was filling",
@@ -28,11 +34,12 @@ def verdict_sentence(
     torque: bool,
     alpha: tuple[float, float] | None,
     robot: RobotParameters,
+    learnt: Mapping[str, float] = MappingProxyType({}),
 ) -> str:
     """The verdict on the rows after warm-up.
 
     ``shares`` by mode label (with ``undecided``) and ``statuses`` by status are shares of those rows;
-    ``alpha`` is the last estimate with its sd.
+    ``alpha`` is the last estimate with its sd; ``learnt`` see :func:`wheel_sentence`.
     """
     if not shares:
         return "Nothing can be said: the log ends before the differentiator's window is full."
@@ -41,7 +48,20 @@ def verdict_sentence(
     if alpha is not None:
         nominal = "" if robot.alpha is None else f" (nominal {robot.alpha:.4g})"
         sentences.append(f"alpha = {alpha[0]:.4g} ± {1.96 * alpha[1]:.2g} (m/s²)/(N·m){nominal}.")
+    sentences += wheel_sentence(learnt)
     return " ".join(sentences)
+
+
+def wheel_sentence(learnt: Mapping[str, float]) -> list[str]:
+    """What wheel speeds have taught about the robot, with 95 % intervals; see ``LEARNT_OF_WHEELS``."""
+    if not learnt:
+        return []
+    parts = [
+        f"{words} {learnt[name]:.4g} ± {1.96 * learnt[f'{name}_sd']:.2g}{unit}"
+        for name, words, unit in LEARNT
+        if name in learnt
+    ]
+    return [f"By the wheel speeds: {', '.join(parts)}."]
 
 
 def mode_sentence(shares: Mapping[str, float]) -> str:

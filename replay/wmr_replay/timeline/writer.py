@@ -63,7 +63,11 @@ class Timeline:
         self._stride, self._live = self._strides[max_rate_hz], live is not None
         self._block_rows = LIVE_BLOCK_ROWS if self._live else BLOCK_ROWS
         self._truth, self._torque = truth, torque
-        self._sink = Sink(recording_into(self._file.path, recording_id, live), live=self._live)
+        try:
+            self._sink = Sink(recording_into(self._file.path, recording_id, live), live=self._live)
+        except BaseException:  # an interruption: nobody else knows the file yet
+            self._file.discard()
+            raise
         self._lanes = [(lane, Changes(lane)) for lane in LANES]
         self._later: Changes | None = None
         self._frame = Frame()

@@ -120,7 +120,7 @@ class KernelCompiler(_FunctionCompiler):
         try:
             with callees_as_parts(codegen, faster):
                 return super().compile(args, return_type)
-        except (NumbaError, NotImplementedError):
+        except (NumbaError, NotImplementedError, AssertionError, AttributeError, TypeError):
             with callees_as_parts(codegen, own):
                 return super().compile(args, return_type)
 

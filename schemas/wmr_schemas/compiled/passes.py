@@ -101,8 +101,16 @@ def processed_where_read(run: Any) -> Any:
     return processed
 
 
+REFERENCES_ALONE = frozenset(("nopython_rewrites", "ir_legalization"))
+"""Passes that serve functions which allocate: the first joins expressions of whole arrays, the second tells
+where variables are given up.
+"""
+
+
 def run_pass(self: Any, index: int, instance: Any, state: Any) -> None:
     """``PassManager._runPass`` without events, times and checks of the pass."""
+    if not state.flags.nrt and instance.name() in REFERENCES_ALONE:
+        return
     instance.analysis = self._analysis
     with errors.new_error_context("Pass {name}", name=instance.name()):
         changed = instance.run_initialization(state)
@@ -116,6 +124,17 @@ def run_pass(self: Any, index: int, instance: Any, state: Any) -> None:
 def untimed(kind: str, callback: Any) -> Iterator[None]:
     """``event.install_timer`` that measures nothing."""
     yield
+
+
+class Silent:
+    """In place of a logger: numba logs each statement that it visits, at a level that is off."""
+
+    def debug(self, *arguments: Any) -> None:
+        """Nothing."""
+
+    def isEnabledFor(self, level: int) -> bool:  # noqa: N802 – the name of logging
+        """Never."""
+        return False
 
 
 class ErrorContext:

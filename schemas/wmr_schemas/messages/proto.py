@@ -86,7 +86,7 @@ def schema(message: str) -> MessageSchema:
     """A serialised FileDescriptorSet with the message's file last, after what it refers to."""
     files = FileDescriptorSet()
     timestamp_pb2.DESCRIPTOR.CopyToProto(files.file.add())
-    for name in dependencies_first(message):
+    for name in dict.fromkeys(dependencies_first(message)):
         files.file.append(file_descriptor(name))
     return MessageSchema(message, files.SerializeToString(deterministic=True))
 

@@ -29,6 +29,7 @@ from wmr_synth.wheel_speed.drive import (
     BUILT_UP,
     DEFLECTED,
     LOST_L,
+    LOST_LAT,
     LOST_R,
     ROUGH_LAT,
     ROUGH_LONG,
@@ -71,8 +72,9 @@ def grip_lost(t: float, state: F64, h: RollingHidden) -> float:
 @compiled
 def gripped(
     rims: Pair, rough: Pair, dt: float, lost: float, drift_mps: float, state: F64, rig: Rig, h: RollingHidden
-) -> Pair:
-    """(v_long*, l_e·yaw_rate*) of the rims (right, left), with every slip that is no friction's.
+) -> Triple:
+    """(v_long*, l_e·yaw_rate*) of the rims (right, left), and the slip ahead that is the robot's own by a
+    hidden effect.
 
     ``rough`` are the slips by uneven ground, ``drift_mps`` a slope's drift ahead.
     """
@@ -82,10 +84,11 @@ def gripped(
         1.0 - rolling_forms.turning_share(h.turning_slip_s_per_m, yaw_rate, rig.stated_half_track_m, h.plain)
     )
     if h.slip_ratio_s != 0.0:
-        time_s = rolling_forms.deflection_time(h.plain)
-        state[DEFLECTED] += share_of(dt, time_s) * (mean - state[DEFLECTED])
-        ahead -= h.slip_ratio_s * (mean - state[DEFLECTED]) / time_s
-    return ahead + drift_mps + rough[0], half + rough[1]
+        grown = share_of(dt, rolling_forms.deflection_time(h.plain)) * (mean - state[DEFLECTED])
+        state[DEFLECTED] += grown
+        ahead -= h.slip_ratio_s * grown / dt
+    ahead += drift_mps
+    return ahead + rough[0], half + rough[1], mean - ahead
 
 
 @compiled
@@ -157,16 +160,16 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     cosine, sine = math.cos(state[YAW]), math.sin(state[YAW])
     gate = rolling_forms.drift_share(speed, h.plain)
     ahead = gate * (h.drift_x_mps * cosine + h.drift_y_mps * sine)
-    aside = gate * (h.drift_y_mps * cosine - h.drift_x_mps * sine) + uneven * state[ROUGH_LAT]
+    aside = gate * (h.drift_y_mps * cosine - h.drift_x_mps * sine)
     lost = grip_lost(t, state, h)
     bumps = uneven * state[ROUGH_LONG], uneven * state[ROUGH_TURN]
-    wanted = gripped(rims, bumps, dt, lost, ahead, state, rig, h)
+    v_wanted, turn_wanted, own = gripped(rims, bumps, dt, lost, ahead, state, rig, h)
     yaw_rate = state[TURN] / rig.half_track_m
     carried = state[V_LAT] * yaw_rate + push[0]
     work[0] = state[V] + dt * carried
     work[1] = state[TURN] + dt * push[2]
     work[2] = state[SKID] + dt * (push[1] - state[V] * yaw_rate)
-    forces(wanted, work, mu, dt, rig, work[3:])
+    forces((v_wanted, turn_wanted), work, mu, dt, rig, work[3:])
     f_right, f_left = work[3], work[4]
     state[A_LONG] = carried + f_right + f_left
     turning = push[2] + (f_right - f_left) / rig.yaw_inertia
@@ -175,7 +178,8 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     state[V] += dt * state[A_LONG]
     state[TURN] += dt * turning
     state[SKID] = work[2] + dt * (work[5] + work[6])
-    state[V_LAT] = sideways(dt, state, rig, h) + aside + state[SKID]
+    state[LOST_LAT] = state[SKID] + uneven * state[ROUGH_LAT]
+    state[V_LAT] = sideways(dt, state, rig, h) + aside + state[LOST_LAT]
     turned = 0.5 * dt * (yaw_rate + state[TURN] / rig.half_track_m)
     heading = state[YAW] + 0.5 * turned
     along, across = 0.5 * dt * (v + state[V]), 0.5 * dt * (v_lat + state[V_LAT])
@@ -183,5 +187,4 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     state[Y] += along * math.sin(heading) + across * math.cos(heading)
     state[YAW] += turned
     state[SLIP_R], state[SLIP_L] = rims[0] - state[V] - state[TURN], rims[1] - state[V] + state[TURN]
-    state[LOST_R] = wanted[0] + wanted[1] + lost * rims[0] - state[V] - state[TURN]
-    state[LOST_L] = wanted[0] - wanted[1] + lost * rims[1] - state[V] + state[TURN]
+    state[LOST_R], state[LOST_L] = state[SLIP_R] - own, state[SLIP_L] - own

@@ -18,11 +18,11 @@ from wmr_synth.hidden.rolling import RollingHidden
 X, Y, YAW, V, TURN, SKID, PHI_R, PHI_L, W_R, W_L = range(10)
 TARGET_R, TARGET_L, LAG_R, LAG_L = 10, 11, 12, 13
 DEFLECTED, BUILT_UP, ROUGH_LONG, ROUGH_LAT, ROUGH_TURN = 14, 15, 16, 17, 18
-A_LONG, YAW_ACC, V_LAT, SLIP_R, SLIP_L, LOST_R, LOST_L = 19, 20, 21, 22, 23, 24, 25
-N_STATES = 26
-"""Pose; v_long, l_e·yaw_rate and sideways velocity beyond the robot's own; wheel angles and speeds; states of
-the drive; states of the slip; and what is derived: accelerations, v_lat, slip velocities in all, and those
-that friction or a hidden loss makes.
+A_LONG, YAW_ACC, V_LAT, SLIP_R, SLIP_L, LOST_R, LOST_L, LOST_LAT = 19, 20, 21, 22, 23, 24, 25, 26
+N_STATES = 27
+"""Pose; v_long, l_e·yaw_rate, and the sideways velocity by friction; wheel angles and speeds; states of the
+drive; states of the slip. Derived: accelerations, v_lat, slip velocities at the wheels, and the slip that is
+not the robot's own, at the wheels and sideways.
 """
 
 

@@ -11,6 +11,8 @@ from wmr_synth.plants.motion import Motion
 from wmr_synth.sensors import Sensors, arrived, measured, stream
 
 TURN_RAD = 2 * np.pi
+OF_TORQUES = ("torque_rate_hz", "noise_effort_sd_nm")
+"""Fields of ``Sensors`` that a robot without torques does not use."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The ground under the wheels: dry floor, and slippery stretches under one or both sides."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,13 +10,18 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S
 @dataclass(frozen=True, eq=False)
 class Ground:
     """Coefficients of friction under the left and the right wheels, and what of them holds sideways, a share;
-    held from their stamp (ns) on, (n,) each.
+    held from their stamp (ns) on, (n,) each. Dry and slippery stretches take turns, a dry one comes first.
     """
 
     t_ns: I64
     left: F64
     right: F64
     sideways: F64
+
+    def holding(self) -> "Ground":
+        """The same slippery stretches, between which the ground holds any force."""
+        dry = np.arange(len(self.t_ns)) % 2 == 0
+        return replace(self, left=np.where(dry, np.inf, self.left), right=np.where(dry, np.inf, self.right))
 
 
 @dataclass(frozen=True)
@@ -30,7 +35,7 @@ class Floor:
     sideways: tuple[float, float] = (0.15, 0.8)
     """Share of the grip that holds sideways on slippery ground: less on sand or wet grass than on ice."""
     one_side: float = 0.2
-    """Share of the slippery stretches under one side alone."""
+    """Share of the slippery stretches that are so under one side, the other has √(dry·slippery)."""
 
     def drawn(self, duration_s: float, rng: np.random.Generator) -> Ground:
         """A dry floor with stretches of wet or icy ground."""
@@ -41,7 +46,7 @@ class Floor:
         side = np.where(rng.uniform(0.0, 1.0, n) < self.one_side, rng.integers(1, 3, n), 0)
         starts_s = np.concatenate([[0.0], np.cumsum(lengths)[:-1]])
         left, right = (
-            np.stack([np.full(n, dry), np.where(side == spared, dry, wet)], axis=1).ravel()
+            np.stack([np.full(n, dry), np.where(side == spared, np.sqrt(dry * wet), wet)], axis=1).ravel()
             for spared in (1, 2)
         )
         across = np.stack([np.ones(n), rng.uniform(*self.sideways, n)], axis=1).ravel()

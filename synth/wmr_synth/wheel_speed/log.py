@@ -43,8 +43,8 @@ class RollingDrive:
 
     def seen(self) -> Motion:
         """The motion as a pose sensor reports it at the pose instants."""
-        delay_ns = delay_of(self.world.effects)
-        at_pose = self.motion.at(np.maximum(self.pose_ns - delay_ns, 0))
+        looked_at = np.maximum(self.pose_ns - delay_of(self.world.effects), 0)
+        at_pose = self.motion.take(np.searchsorted(self.motion.t_ns, looked_at))
         return as_seen(replace(at_pose, t_ns=self.pose_ns), self.world.effects)
 
     def commands_from(self, start_ns: int) -> CommandTrack:
@@ -67,7 +67,7 @@ class RollingDrive:
         }
         keys = ("t_s", "left", "right", "sideways")
         rows = np.column_stack([g.t_ns / NS_PER_S, g.left, g.right, g.sideways]).tolist()
-        friction = [dict(zip(keys, row, strict=True)) for row in rows]
+        friction = [{k: None if isinf(v) else v for k, v in zip(keys, row, strict=True)} for row in rows]
         facts = {"base_model": "wheel_speed", "true_robot": true, "calibration": calibration}
         return facts | {"friction": friction}
 
@@ -82,7 +82,8 @@ def drive(
 ) -> RollingDrive:
     """The plan driven by one robot with the ``nominal`` lengths in a world.
 
-    A world out of a model file has the robot that the model says, on dry ground without unevenness.
+    A world out of a model file has the robot that the model says. Its dry ground, like that of a textbook
+    robot, holds any force.
     """
     command_ns = sampling_instants(duration_s, sensors.command_rate_hz, 0.0, stream(seed, "scenario", 1))
     pose_ns = sampling_instants(duration_s, sensors.rate_hz, sensors.jitter_s, stream(seed, "pose_jitter"))
@@ -115,6 +116,8 @@ def robot_of(plan: RollingPlan, nominal: RobotParameters, world: World, seed: in
 def outside_of(plan: RollingPlan, world: World, robot: WheelRobot, duration_s: float, seed: int) -> Outside:
     """Ground, unevenness and disturbance of a drive."""
     ground = plan.floor.drawn(duration_s, stream(seed, "ground"))
+    if plan.textbook or world.plain:
+        ground = ground.holding()
     t_ns = np.arange(0, round(duration_s * NS_PER_S), GRID_NS)
     rough = np.zeros((len(t_ns), 3))
     if robot.roughness > 0:

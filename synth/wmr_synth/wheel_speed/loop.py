@@ -15,11 +15,11 @@ from wmr_synth.wheel_speed.contact import slide
 from wmr_synth.wheel_speed.drive import (
     A_LONG,
     LOST_L,
+    LOST_LAT,
     LOST_R,
     N_STATES,
     PHI_L,
     PHI_R,
-    SKID,
     SLIP_L,
     SLIP_R,
     TURN,
@@ -43,7 +43,7 @@ from wmr_synth.wheel_speed.modes import modes_of
 MAX_STEP_S = 0.001
 RECORDED = (
     *(X, Y, YAW, V, V_LAT, TURN, A_LONG, YAW_ACC, SLIP_R, SLIP_L),
-    *(LOST_R, LOST_L, SKID, PHI_L, PHI_R, W_L, W_R),
+    *(LOST_R, LOST_L, LOST_LAT, PHI_L, PHI_R, W_L, W_R),
 )
 """The states that a record holds at every instant."""
 
@@ -192,5 +192,5 @@ def motion_of(t_ns: I64, record: F64, rig: Rig) -> Motion:
         right_rad=column[PHI_R],
         left_radps=column[W_L],
         right_radps=column[W_R],
-        mode=modes_of(column[SKID], lost, column[V]),
+        mode=modes_of(column[LOST_LAT], lost, column[V]),
     )

@@ -13,6 +13,7 @@ from wmr_replay.align.exact import OK, OUTLIER, POSE_JUMP
 from wmr_replay.align.repair import PoseRepair
 from wmr_replay.align.track import CAPACITY, fresh_track, line, make_room, put
 from wmr_synth import SCENARIOS, synthesise
+from wmr_synth.wheel_speed.plan import RollingPlan
 
 STEP_S = 0.01
 
@@ -123,6 +124,8 @@ def test_no_jump_and_no_outlier_is_seen_in_sixty_logs_without_any(variance):
     for seed in range(2):
         for name, scenario in SCENARIOS.items():
             rate = 1000.0 if variance > 1e-3 else 100.0
+            if scenario.duration_s > 600 or (rate > 100 and isinstance(scenario.plan, RollingPlan)):
+                continue
             sd = variance**0.5
             sensors = replace(scenario.sensors, rate_hz=rate, noise_xy_sd_m=sd, noise_yaw_sd_rad=sd)
             pose = synthesise(name, seed=seed, sensors=sensors).log.pose

@@ -310,3 +310,20 @@ def test_a_load_that_changes_alpha_is_followed(log_rows, factor):
 
 def test_parameters_have_their_places():
     assert (LN_ALPHA, LN_BETA, LN_C, RHO, AHEAD, AROUND) == (6, 7, 8, 9, 10, 11)
+
+
+def test_weights_at_the_start_are_those_that_compiled_code_normalises():
+    from wmr_replay.identify.filter_bank.bank import BankSettings
+    from wmr_replay.identify.filter_bank.bins import Bins
+    from wmr_replay.identify.filter_bank.hypotheses import log_prior_of_level
+    from wmr_replay.identify.filter_bank.start import start_hypotheses
+
+    levels = BankSettings().disturbances_mps2
+    values = np.tile(np.array([[0.1], [0.2], [0.3], [1e-4], [1e-4], [1e-4], [1.0], [0.0], [0.0]]), 30)
+    hypotheses, expected = make_hypotheses(64), make_hypotheses(64)
+    start_hypotheses(hypotheses, Bins(values, np.arange(30) * 20_000_000), PRIOR, 4, np.array(levels))
+    expected.size[0] = 4 * len(levels)
+    for h in range(4 * len(levels)):
+        expected.log_weight[h] = log_prior_of_level(h % len(levels))
+    normalise(expected)
+    np.testing.assert_array_equal(hypotheses.log_weight, expected.log_weight)

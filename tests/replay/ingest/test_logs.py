@@ -75,13 +75,18 @@ def test_turtlebot_odometry_equals_the_independent_reader(turtlebot):
     np.testing.assert_allclose(yaw_rad, turns.as_euler("ZYX")[:, 0], rtol=0, atol=1e-14)
 
 
-def test_turtlebot_joint_states_are_all_there_and_all_empty(turtlebot):
+def test_turtlebot_joint_states_have_no_effort_and_speeds_by_their_positions(turtlebot):
     reader, batches = turtlebot
     t_ns, values = columns(batches, "torque")
     messages = [m for _, m in reference(reader.path, "/joint_states")]
     assert t_ns.tolist() == [stamp_ns(m) for m in messages]
     assert all(len(m.effort) == len(m.velocity) == 0 for m in messages)
-    assert np.isnan(values).all()
+    assert np.isnan(values[:2]).all()
+    places = np.array(
+        [[m.position[m.name.index(f"wheel_{side}_joint")] for m in messages] for side in ("left", "right")]
+    )
+    speeds = np.diff(places) / np.diff(t_ns) * 1e9
+    np.testing.assert_allclose(values[2:, 1:], speeds, rtol=1e-9, atol=1e-9)
     assert reader.losses.n_torque_empty == len(messages) == 2741
     assert not reader.losses.any()
 
@@ -89,7 +94,7 @@ def test_turtlebot_joint_states_are_all_there_and_all_empty(turtlebot):
 def test_turtlebot_pose_is_told_to_be_odometry_and_its_clock_to_be_off(turtlebot):
     reader, _ = turtlebot
     assert reader.pose_is_odometry
-    assert {role: use.channel.id for role, use in reader.plan.uses.items()} == {"pose": 3, "torque": 2}
+    assert {role: use.channel.id for role, use in reader.uses.items()} == {"pose": 3, "torque": 2}
     offsets = [stamp_ns(m) - raw.log_time for raw, m in reference(reader.path, "/odom")]
     assert min(offsets) < 0 < max(offsets)
     assert reader.clocks["pose"].name == "header stamp"

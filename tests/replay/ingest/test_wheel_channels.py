@@ -16,9 +16,11 @@ import wmr_replay as wr
 from wmr_replay.ingest import Between
 from wmr_replay.ingest import open_log as open_reader
 from wmr_replay.ingest.tracks import read_whole
-from wmr_schemas import RobotParameters
+from wmr_schemas import CommandTrack, Log, PoseTrack, RobotParameters, WheelSpeedTrack
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
 from wmr_schemas.mapping_file import LogMapping, read_mapping
+from wmr_schemas.wheel_fields import WheelSpeedFields
+from wmr_synth import write_mcap
 
 N, STEP_NS, T0 = 300, 20_000_000, 1_700_000_000_000_000_000
 T_NS = T0 + np.arange(N) * STEP_NS
@@ -80,11 +82,12 @@ def types(real_shapes):
 def write_log(types, real_shapes, tmp_path_factory):
     """``write_log({topic: (type, fields of row k)})``: a log of a pose at every stamp and these channels."""
 
-    def write(channels: dict) -> Path:
+    def write(channels: dict, pose: np.ndarray | None = None) -> Path:
         path = tmp_path_factory.mktemp("wheels") / "log.mcap"
         entries = []
         for k, t_ns in enumerate(T_NS.tolist()):
-            place = {"position": real_shapes.vector(0.01 * k), "orientation": real_shapes.turned(0.001 * k)}
+            x, y, yaw = (0.01 * k, 0.0, 0.001 * k) if pose is None else pose[:, k]
+            place = {"position": real_shapes.vector(x, y), "orientation": real_shapes.turned(yaw)}
             entries.append((t_ns, "/mocap/pose", {"header": real_shapes.stamped(t_ns), "pose": place}))
             for topic, (_, fields) in channels.items():
                 if (row := fields(k)) is not None:
@@ -331,7 +334,7 @@ def test_commands_of_made_up_wheels_stand_alone(write_log, rows):
 def test_a_joint_states_commands_are_no_measured_speeds(write_log, rows):
     log = write_log({"/wheel_commands": ("joints", rows["joints"](PAIR, (LEFT, RIGHT)))})
     assert_speeds(whole(log, need="commands").log.commands)
-    with pytest.raises(ChannelNotFound, match="in use as command"):
+    with pytest.raises(ChannelNotFound, match="by its topic commands"):
         whole(log)
 
 
@@ -401,6 +404,40 @@ def test_a_log_in_json_and_what_is_hostile_in_it(tmp_path):
     np.testing.assert_array_equal(track.left_radps[known], LEFT[at])
 
 
+@pytest.mark.parametrize("encoding", ["ros2", "protobuf", "json"])
+@pytest.mark.parametrize("commands_as", ["wheels", "twist"])
+def test_every_encoding_gives_the_same(encoding, commands_as, tmp_path):
+    pose = PoseTrack(T_NS, 0.1 * AT_S, 0 * AT_S, 0.1 * AT_S)
+    wheels, commands = (
+        WheelSpeedTrack(T_NS + 1000, LEFT, RIGHT),
+        CommandTrack(T_NS[::5], RIGHT[::5], LEFT[::5]),
+    )
+    log = Log(pose, None, None, ROBOT, wheels, commands)
+    write_mcap(log, tmp_path / "log.mcap", encoding=encoding, angles=ANGLES, commands_as=commands_as)
+    read = whole(tmp_path / "log.mcap", LogMapping(), need="commands").log
+    np.testing.assert_array_equal(read.wheels.t_ns, T_NS + 1000)
+    np.testing.assert_array_equal(read.wheels.left_radps, LEFT)
+    np.testing.assert_array_equal(read.commands.t_ns, T_NS[::5])
+    np.testing.assert_allclose(read.commands.left_radps, RIGHT[::5], atol=1e-12)
+    np.testing.assert_allclose(read.commands.right_radps, LEFT[::5], atol=1e-12)
+
+
+def test_rim_speeds_of_unknown_wheels_are_those_of_wheels_of_one_metre(write_log, rows):
+    log = write_log({"/joint_states": ("joints", rows["joints"](PAIR, (R * LEFT, R * RIGHT)))})
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(unit="m/s"))
+    assert_speeds(whole(log, mapping).log.wheels)
+    unknown = whole(log, replace(mapping, robot=None)).log
+    assert_speeds(unknown.wheels, R * LEFT, R * RIGHT)
+    assert (unknown.robot.wheel_radius_m, unknown.robot.half_track_m) == (1.0, None)
+
+
+def test_a_message_of_countless_wheels_is_left_alone(write_log, rows):
+    names = [f"{side}_wheel_{k}" for k in range(9) for side in ("left", "right")]
+    log = write_log({"/joint_states": ("joints", rows["joints"](names, (), [ANGLES[0]] * 18))})
+    with pytest.raises(LogUnusable, match="no row has a speed of both wheels"):
+        whole(log)
+
+
 def test_positions_that_jump_repeat_stamps_or_run_backwards_give_no_invented_speed(real_shapes):
     from wmr_replay.ingest.channels.position_steps import PositionSteps
     from wmr_replay.ingest.channels.wheel_bindings import FieldSides, PositionBinding
@@ -414,6 +451,34 @@ def test_positions_that_jump_repeat_stamps_or_run_backwards_give_no_invented_spe
         left, right = np.concatenate([stage.push(t_ns[p], np.stack([place[p], -place[p]])) for p in parts], 1)
         np.testing.assert_allclose(left, [np.nan, 1.0, 1.0, 2.0, np.nan, 1.0, np.nan])
         np.testing.assert_allclose(right, -left)
+
+
+def test_keys_without_a_topic_are_heeded_beside_torques_too(write_log, rows):
+    efforts = (LEFT, RIGHT)
+    log = write_log({"/joint_states": ("joints", rows["joints"](PAIR, (LEFT, -RIGHT), (), efforts))})
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(right_sign=-1.0, unit="rpm", scale=30 / np.pi))
+    for need in ("torque", "wheel_speed"):
+        read = whole(log, mapping, need=need).log
+        assert_speeds(read.wheels)
+        np.testing.assert_array_equal(read.torque.left_nm, LEFT)
+    with pytest.raises(ChannelNotFound, match="no field left"):
+        whole(log, replace(MAP, wheel_speeds=WheelSpeedFields(left_fields=("left",), right_fields=("r",))))
+
+
+@pytest.mark.parametrize(
+    ("fields", "code"),
+    [({}, None), ({"scale": 10.0}, "wheel_speed_unit"), ({"left_sign": -1.0}, "wheel_speed_sign")],
+)
+def test_units_and_signs_are_judged_whatever_the_source(fields, code, write_log, rows):
+    path_m, yaw = np.cumsum(V) * STEP_NS / 1e9, np.cumsum(TURN) * STEP_NS / 1e9
+    x, y = (np.cumsum(V * part(yaw)) * STEP_NS / 1e9 for part in (np.cos, np.sin))
+    assert path_m[-1] > 3
+    log = write_log(
+        {"/joint_states": ("joints", rows["joints"](PAIR, (), ANGLES))}, pose=np.stack([x, y, yaw])
+    )
+    mapping = replace(MAP, wheel_speeds=WheelSpeedFields(unit="rad", **fields))
+    found = {finding["code"] for finding in wr.open_log(log, mapping=mapping).info().findings}
+    assert found - {"coloured_noise"} == ({code} if code else set())
 
 
 def test_what_was_found_is_written_to_a_mapping_and_found_again_by_it(write_log, rows, real_shapes, tmp_path):

@@ -10,7 +10,7 @@ from wmr_replay.cli.printing.json import echo_json
 from wmr_replay.cli.printing.layout import labelled, output_width, print_title, wrapped
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.modes import MODES, ContactMode
-from wmr_schemas.tables import ANOMALIES
+from wmr_schemas.tables import ANOMALIES, driven_by
 from wmr_schemas.text import figure
 
 LABEL = 10
@@ -64,7 +64,8 @@ def overview(row: Mapping[str, Any]) -> str:
     tuning = json.loads(row["settings"])["tuning"]
     rate = "" if row["rate_hz"] is None else f" at {figure(row['rate_hz'])} Hz"
     window = f", window {tuning['window_s']:.3g} s, delay {tuning['delay_s']:.3g} s" if tuning else ""
-    return f"{row['duration_s']:.1f} s, {row['n_pose']} poses{rate}, {row['n_torque']} torques{window}"
+    inputs = f"{row['n_torque']} {driven_by(row)}"
+    return f"{row['duration_s']:.1f} s, {row['n_pose']} poses{rate}, {inputs}{window}"
 
 
 def design_lines(row: Mapping[str, Any]) -> list[str]:
@@ -119,8 +120,9 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
 
 def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
     """Every anomaly that was counted."""
+    expected = {"truncated"} if driven_by(row) == "torques" else {"truncated", "n_torque_empty"}
     return [
-        f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name != "truncated"
+        f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name not in expected
     ]
 
 

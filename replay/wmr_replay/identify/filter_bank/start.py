@@ -1,11 +1,15 @@
-"""Initial hypotheses: a quadratic through the first bins, in every mode and level of disturbance."""
+"""Initial hypotheses: a quadratic through the first bins, in every mode and level of disturbance.
 
+Plain Python, since a start calls it once: to compile takes a thousand times as long.
+"""
+
+import math
 from itertools import product
 
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import Bins
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, log_prior_of_level, normalise
+from wmr_replay.identify.filter_bank.hypotheses import CALM_LOG_PRIOR, N_CALM, HypothesisSet
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     AHEAD,
@@ -25,7 +29,6 @@ from wmr_replay.identify.filter_bank.states import (
     X,
     Y,
 )
-from wmr_replay.identify.filter_bank.switches import stop_skidding
 from wmr_schemas.arrays import F64, I64
 
 LEAST_SPEED_SD_MPS = PRIORS.least_start_speed_sd_mps
@@ -43,11 +46,20 @@ def start_hypotheses(
         half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
         hypotheses.covariance[h, AHEAD, AHEAD] = variance
         hypotheses.covariance[h, AROUND, AROUND] = variance / half_track_m**2
-        hypotheses.log_weight[h] = log_prior_of_level(level)
+        hypotheses.log_weight[h] = min(level - N_CALM, 0) * CALM_LOG_PRIOR
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
-            stop_skidding(hypotheses.mean[h], hypotheses.covariance[h])
-    hypotheses.size[0] = n_modes * len(disturbances_mps2)
-    normalise(hypotheses)
+            hypotheses.mean[h, V_LAT] = 0.0
+            hypotheses.covariance[h, V_LAT] = hypotheses.covariance[h, :, V_LAT] = 0.0
+    hypotheses.size[0] = n = n_modes * len(disturbances_mps2)
+    hypotheses.log_weight[:n] -= log_sum(hypotheses.log_weight[:n])
+
+
+def log_sum(log_weight: F64) -> float:
+    """Logarithm of Σ exp(weight), summed in the order and rounding of :func:`.hypotheses.normalise`."""
+    top, total = float(log_weight.max()), 0.0
+    for weight in log_weight:
+        total += math.exp(weight - top)
+    return top + math.log(total)
 
 
 def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:

@@ -9,6 +9,7 @@ from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
+from wmr_replay.identify.wheel_bank.estimates import wheel_estimates
 from wmr_replay.identify.wheel_bank.model import WheelModel
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import make_wheel_prior
@@ -59,7 +60,10 @@ class WheelBankIdentifier:
         answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
         driven = evidence._replace(force=speeds[0] + speeds[1])
         verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
-        return verdict._replace(outcome=without_torque(verdict, np.isfinite(driven.force)))
+        return verdict._replace(
+            outcome=without_torque(verdict, np.isfinite(driven.force)),
+            wheels=wheel_estimates(said[:, done], speeds),
+        )
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
         """A second pass over the same bins with the parameters learned; None before the bank starts."""

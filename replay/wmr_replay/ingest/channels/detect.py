@@ -204,9 +204,9 @@ def reason(candidate: Candidate, role: str, plan: Plan) -> str:
         except DoesNotServe as why:
             lacks += [str(why)] if str(why) != UNRELATED else []
     used_as = plan.role(candidate.channel.id)
-    if used_as is not None and used_as != role:
-        return f"in use as {used_as}"
     if (role, candidate.channel.id) in plan.lacks:
         return plan.lacks[role, candidate.channel.id]
+    if used_as in ROLES and used_as != role:
+        return f"in use as {used_as}"
     noted = plan.why_not.get(candidate.channel.id, UNRELATED)
     return kinds(role, serves_as) or (lacks[0] if lacks and noted == UNRELATED else noted)

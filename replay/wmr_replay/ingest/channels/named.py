@@ -24,4 +24,4 @@ def near_topics(topic: str, others: Iterable[str]) -> str:
 def kinds(role: str, serves_as: Mapping[str, tuple[str, ...]]) -> str:
     """What a channel serves as, where that is not the role looked for: ``torque, no pose``."""
     others = [kind for kinds in serves_as.values() for kind in kinds]
-    return f"{', '.join(others)}, no {role}" if others and role not in serves_as else ""
+    return f"{', '.join(others)}, no {role.replace('_', ' ')}" if others and role not in serves_as else ""

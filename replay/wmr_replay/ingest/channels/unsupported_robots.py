@@ -21,7 +21,7 @@ def drive_findings(found: Sequence[Candidate], mapping: LogMapping) -> list[Find
 
     A log may hold several robots: where the user names the channels, other channels' names bar nothing.
     """
-    named = {mapping.pose_topic, mapping.torque_topic} - {None}
+    named = {mapping.pose_topic, mapping.torque_topic, mapping.wheel_speed_topic} - {None}
     chosen = [candidate for candidate in found if not named or candidate.channel.topic in named]
     findings = []
     if signs := _signs(found, _SIDEWAYS):

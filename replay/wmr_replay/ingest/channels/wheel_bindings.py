@@ -111,6 +111,8 @@ class SpeedBinding:
     stamp: tuple[str, str] | None
     sides: Sides
     gains: Gains = (1.0, 1.0)
+    made_up_radius_m: float | None = None
+    """The wheel radius by which speeds of the rims were turned, where the robot's is not known."""
     n_raw: int = 2
 
     def recipe(self, layout: Layout) -> Recipe:
@@ -255,6 +257,8 @@ def wheels_of(binding: Binding) -> Binding:
 def made_up(binding: Binding) -> dict[str, float]:
     """The robot's parameters that a binding of wheel speeds had to make up."""
     wheels = wheels_of(binding)
+    if isinstance(wheels, SpeedBinding) and wheels.made_up_radius_m is not None:
+        return {"wheel_radius_m": wheels.made_up_radius_m}
     return wheels.pair.parameters() if isinstance(wheels, TwistBinding) else {}
 
 

@@ -12,11 +12,12 @@ from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.detect import Plan, Use, not_found
 from wmr_replay.ingest.channels.first_rows import first_rows, has_efforts, has_speeds
 from wmr_replay.ingest.channels.roles import UNRELATED, Rank
-from wmr_replay.ingest.channels.wheel_bindings import InputBinding, TwistBinding
+from wmr_replay.ingest.channels.wheel_bindings import InputBinding, made_up
 from wmr_replay.ingest.channels.wheel_roles import NOTHING, command_role, wheel_speed_role
 from wmr_replay.ingest.decoding.bindings import Binding
 from wmr_replay.ingest.storage.source import LogPath
 from wmr_schemas.mapping_file import LogMapping
+from wmr_schemas.wheel_fields import WheelSpeedFields
 
 WORDS = {"wheel_speed": "wheel speed", "command": "command"}
 _TESTS = {"wheel_speed": wheel_speed_role, "command": command_role}
@@ -61,13 +62,16 @@ def _find_wheel_speeds(
     """Give wheel speeds a channel, unless that of the torques has them."""
     torque, topic = plan.uses.get("torque"), mapping.wheel_speed_topic
     efforts, speeds = (False, False) if torque is None else _held_by(torque)
-    if topic is None and (speeds or (torque is not None and mapping.torque_topic)):
+    asked = topic is not None or mapping.wheel_speeds != WheelSpeedFields() or any(mapping.wheel_speed_joints)
+    if not asked and (speeds or (torque is not None and mapping.torque_topic)):
         return
     ranked = _ranked(path, plan, "wheel_speed", candidates, mapping, topic)
-    if efforts and topic is None:
+    if efforts and not asked:
         ranked = [found for found in ranked if not _is_made_up(found.binding)]
     if not ranked:
         return
+    if topic is None and torque is not None:
+        ranked.sort(key=lambda found: found.id != torque.channel.id)
     best = ranked[0]
     if torque is not None and torque.channel.id == best.id:
         _choose(plan, "torque", ranked, InputBinding(best.binding, torque.binding), mapping)
@@ -86,8 +90,8 @@ def _held_by(use: Use) -> tuple[bool, bool]:
 
 
 def _is_made_up(binding: Binding) -> bool:
-    """Whether a twist is turned by wheels that are not the robot's."""
-    return isinstance(binding, TwistBinding) and bool(binding.pair.virtual)
+    """Whether speeds were made by wheels that are not the robot's."""
+    return bool(made_up(binding))
 
 
 def _ranked(
@@ -115,7 +119,8 @@ def _ranked(
         found = Found(rank, candidate, binding)
         plan.serves_as[found.id] = tuple(dict.fromkeys((*plan.serves_as.get(found.id, ()), WORDS[role])))
         ranked.append(found)
-    if topic and not ranked:
+    fields = mapping.commands if role == "command" else mapping.wheel_speeds
+    if (topic or fields.name_values) and not ranked:
         raise not_found(path, role, list(candidates), plan, topic)
     return sorted(ranked, key=lambda found: (found.rank, found.id))
 

@@ -26,7 +26,7 @@ from wmr_replay.ingest.channels.wheel_bindings import (
 from wmr_replay.ingest.decoding.bindings import Binding, NotConcerned
 from wmr_replay.ingest.decoding.layout import Undecodable
 from wmr_schemas.mapping_file import Joints, LogMapping
-from wmr_schemas.units import TURN_UNITS
+from wmr_schemas.units import RIM_SPEED, TURN_UNITS
 from wmr_schemas.wheel_fields import CommandFields, WheelSpeedFields
 
 NOTHING = "no wheel speeds"
@@ -53,12 +53,15 @@ _NOT_BY_WHEELS = re.compile(
 _LAST = re.compile(r"cmd_vel_out$", re.I)
 _INPUT_OF_A_MUX = re.compile(r"nav|teleop|joy|key|web|raw|smooth|input|unlimited|monitor|collision", re.I)
 
+MOST_WHEELS = 8
+"""On one side, of which each has a column of positions."""
 BY_SPEEDS, BY_POSITIONS, BY_TWIST = range(3)
 
 
 def wheel_speed_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Speeds of wheels before positions before the twist of odometry that is the wheels'."""
-    topic, named = candidate.channel.topic, mapping.wheel_speed_topic is not None
+    topic = candidate.channel.topic
+    named = mapping.wheel_speed_topic is not None or mapping.wheel_speeds.name_values
     if not named:
         if not _may_hold(candidate, _JOINTS | _TWISTS):
             raise DoesNotServe(NOTHING)
@@ -79,7 +82,8 @@ def _is_of_wheels(candidate: Candidate) -> bool:
 
 def command_role(candidate: Candidate, mapping: LogMapping, frames: Frames) -> tuple[Binding, Rank]:
     """Commanded wheel speeds before twists; of twists the one that is nearest to the drive."""
-    topic, named = candidate.channel.topic, mapping.command_topic is not None
+    topic = candidate.channel.topic
+    named = mapping.command_topic is not None or mapping.commands.name_values
     if not named and not _may_hold(candidate, _COMMANDS):
         raise DoesNotServe(NOTHING)
     bindings = _command_bindings(candidate, mapping, anyway=named or bool(COMMANDED.search(topic)))
@@ -126,12 +130,11 @@ def _wheel_bindings(candidate: Candidate, mapping: LogMapping) -> Iterator[tuple
     """What a channel's messages may hold of wheel speeds, best first."""
     wanted, pair = mapping.wheel_speeds, WheelPair.of(mapping.robot)
     wheels = _wheels(mapping.wheel_speed_joints, mapping)
-    if wanted.linear or wanted.left_fields or wanted.values or wanted.are_positions:
+    if wanted.name_values or wanted.are_positions:
         yield _wanted_wheels(candidate, wanted, wheels, pair)
         return
-    gains = wanted.gains(pair.radius_m)
     for sides in _joint_sides(candidate, wheels, wanted.names, _SPEEDS, "velocity"):
-        yield SpeedBinding(stamp_of(candidate), sides, gains), BY_SPEEDS
+        yield _speeds(candidate, sides, wanted, pair), BY_SPEEDS
     radians = replace(wanted, unit="rad")
     for sides in _joint_sides(candidate, wheels, wanted.names, _POSITIONS, "position"):
         yield positions(candidate, sides, radians, pair), BY_POSITIONS
@@ -150,7 +153,13 @@ def _wanted_wheels(
     )
     if wanted.are_positions:
         return positions(candidate, sides, wanted, pair), BY_POSITIONS
-    return SpeedBinding(stamp_of(candidate), sides, wanted.gains(pair.radius_m)), BY_SPEEDS
+    return _speeds(candidate, sides, wanted, pair), BY_SPEEDS
+
+
+def _speeds(candidate: Candidate, sides: Sides, wanted: CommandFields, pair: WheelPair) -> SpeedBinding:
+    """Speeds in the unit that the mapping gives."""
+    radius_m = pair.parameters().get("wheel_radius_m") if wanted.unit == RIM_SPEED else None
+    return SpeedBinding(stamp_of(candidate), sides, wanted.gains(pair.radius_m), radius_m)
 
 
 def _command_bindings(
@@ -158,18 +167,18 @@ def _command_bindings(
 ) -> Iterator[tuple[Binding, int]]:
     """What a channel's messages may hold of commands, best first; ``anyway``: its name says so."""
     wanted, pair = mapping.commands, WheelPair.of(mapping.robot)
-    wheels, gains = _wheels(mapping.command_joints, mapping), wanted.gains(pair.radius_m)
+    wheels = _wheels(mapping.command_joints, mapping)
     if wanted.linear and wanted.angular:
         yield _twist(candidate, wanted.linear, wanted.angular, wanted, pair), BY_TWIST
         return
     forms = (*_WANTED, *_WANTED_BY_TOPIC) if anyway else _WANTED
     if wanted.left_fields or wanted.values:
         sides = _wanted_sides(candidate, wanted, wheels, forms, "velocity")
-        yield SpeedBinding(stamp_of(candidate), sides, gains), BY_SPEEDS
+        yield _speeds(candidate, sides, wanted, pair), BY_SPEEDS
         return
     interface = "velocity" if anyway else None
     for found in _joint_sides(candidate, wheels, wanted.names, forms, interface):
-        yield SpeedBinding(stamp_of(candidate), found, gains), BY_SPEEDS
+        yield _speeds(candidate, found, wanted, pair), BY_SPEEDS
     if anyway:
         yield from _twists(candidate, wanted, pair)
 
@@ -241,6 +250,8 @@ def positions(
 ) -> PositionBinding:
     """Positions of as many wheels as the first message has that fits. Raises DoesNotServe."""
     left, right = _first_values(candidate, sides)
+    if max(len(left), len(right)) > MOST_WHEELS:
+        raise DoesNotServe(f"positions of {max(len(left), len(right))} wheels on one side")
     leaves = [leaf for column in (*left, *right) for leaf, _ in column.terms]
     ranges = {counter_range(leaf.dtype) for leaf in leaves}
     own = next(iter(ranges)) if len(ranges) == 1 else None
