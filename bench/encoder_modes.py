@@ -44,7 +44,9 @@ def yardstick(simulated: SimulatedLog, noise: str) -> tuple[float, float]:
     posterior = modes_told(wheels, pose, NOISE_LEVELS[noise], step_s, robot)
     warm = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9 > WARM_S
     true = true_modes(simulated)[warm]
-    return float((posterior[:, warm].argmax(axis=0) == true).mean()), calibration_error(posterior[:, warm], true)
+    return float((posterior[:, warm].argmax(axis=0) == true).mean()), calibration_error(
+        posterior[:, warm], true
+    )
 
 
 def true_modes(simulated: SimulatedLog) -> I8:
@@ -59,7 +61,9 @@ def false_slips_an_hour(family: str, chassis: str, noise: str, seed: int) -> flo
     """Slips told on dry ground, an hour, behind the warm-up."""
     simulated = made(family, chassis, noise, seed, slippery=False)
     told = wr.replay(simulated.log, hindsight=False).samples.collect()
-    slips = told["mode"].is_in(["slipping", "skidding_slipping"]).to_numpy() & ~np.isin(true_modes(simulated), (2, 3))
+    slips = told["mode"].is_in(["slipping", "skidding_slipping"]).to_numpy() & ~np.isin(
+        true_modes(simulated), (2, 3)
+    )
     begins = int((np.diff(slips.astype(int)) > 0).sum())
     return begins / (told["t_s"][-1] / 3600)
 

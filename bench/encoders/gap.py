@@ -121,7 +121,9 @@ def report(answers: list[Answer]) -> None:
     for effect, mine in by_effect.items():
         names = Counter(" + ".join(one.names) or one.verdict for one in mine)
         right = sum(one.right for one in mine)
-        print(f"{effect or '(nothing)':22s} {right}/{len(mine)}  {dict(names.most_common(4))}")
+        inside = [held for one in mine for held in one.covered]
+        held = f"{sum(inside)}/{len(inside)} intervals" if inside else ""
+        print(f"{effect or '(nothing)':22s} {right}/{len(mine)} {held}  {dict(names.most_common(4))}")
     single = [one for one in answers if one.case.effect]
     plain = [one for one in answers if not one.case.effect]
     covered = [inside for one in single for inside in one.covered]

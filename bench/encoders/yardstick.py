@@ -101,9 +101,7 @@ def moved(mean: F64, speeds: F64, dt: float, robot: tuple[float, float, float], 
     return after, jacobian
 
 
-def updated(
-    weight: F64, mean: F64, covariance: F64, pose: F64, variance: F64
-) -> tuple[F64, F64, F64]:
+def updated(weight: F64, mean: F64, covariance: F64, pose: F64, variance: F64) -> tuple[F64, F64, F64]:
     """Weights, means and covariances after a pose."""
     error = pose - mean[:, :3]
     inside = covariance[:, :3, :3] + np.diag(variance)

@@ -54,10 +54,10 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     bins = bins_of(record, settings.layout)
     if not len(bins.table):
         raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
-    units = int(unit_of_blocks(bins, settings).max()) + 1
-    if units < settings.gates.least_units:
+    problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
+    if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
         raise InvalidSignal(
             "pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis"
         )
-    return Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
+    return problem

@@ -23,14 +23,15 @@ from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.estimate import Fit
-from wmr_replay.gap.wheel_speed.held_out import pose_noise
+from wmr_replay.gap.wheel_speed.evidence import folds_of
+from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
-from wmr_replay.gap.wheel_speed.units import held_out_bins, unit_of_blocks
+from wmr_replay.gap.wheel_speed.units import held_out_bins
 from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
-from wmr_replay.gap.wheel_speed.windows import windows_of
+from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
 
@@ -48,7 +49,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     names = tuple(named.name for named in selection.found)
     detectable = minimum_detectable(problem, selection.left, names, options)
     verdict, reasons = verdict_of(problem, selection, detectable)
-    held_out = held_out_bins(problem.bins, unit_of_blocks(problem.bins, problem.settings), 0)
+    held_out = held_out_bins(problem, 0)
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, reasons),
@@ -68,7 +69,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
             CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried
         ),
         base_model="wheel_speed",
-        odometry=odometry(proofs, windows.seconds),
+        odometry=odometry(problem, (selection.base, selection.fit), options),
     )
 
 
@@ -177,11 +178,16 @@ def metric(proofs: list[Proof], what: str, unit: str, seconds: float, options: G
     )
 
 
-def odometry(proofs: list[Proof], seconds: float) -> Odometry:
-    """The error of dead reckoning at each window's end, from the measured pose at its start; held out."""
-    before, after = (p.held_out for p in proofs)
+def odometry(problem: Problem, fits: tuple[Fit, Fit], options: GapOptions) -> Odometry:
+    """The error of dead reckoning at each window's end, from the measured pose at its start; held out.
+
+    Windows in which the robot slips are among them: an odometry is used there, too.
+    """
+    whole = problem.with_slip
+    windows = windows_of(whole, options.gates.windows.window_s)
+    before, after = (held_out_windows(problem, windows, fit) for fit in fits)
     return Odometry(
-        seconds=seconds,
+        seconds=windows.seconds,
         windows=len(before.end_m),
         position_rms_before_m=rms(before.end_m),
         position_rms_after_m=rms(after.end_m),
@@ -190,6 +196,14 @@ def odometry(proofs: list[Proof], seconds: float) -> Odometry:
         yaw_rms_before_rad=rms(before.end_rad),
         yaw_rms_after_rad=rms(after.end_rad),
     )
+
+
+def held_out_windows(problem: Problem, windows: Windows, fit: Fit) -> Gaps:
+    """The gaps of windows, slip among them, by a model that was fitted without slip and without them."""
+    whole, pose_sd = problem.with_slip, pose_noise(problem)
+    if not fit.parameters:
+        return gaps_of(whole, windows, fit.values, pose_sd)
+    return held_out_gaps(whole, windows, folds_of(problem, fit), pose_sd)
 
 
 def median(values: F64) -> float:

@@ -11,12 +11,9 @@ from wmr_replay.gap.wheel_speed.assemble import noise_model, odometry
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
-from wmr_replay.gap.wheel_speed.held_out import pose_noise
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.proof import proof_of
 from wmr_replay.gap.wheel_speed.select import base_fit
-from wmr_replay.gap.wheel_speed.windows import windows_of
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -44,14 +41,11 @@ def calibrate_wheel_speeds(
     if options.modes == "identified":
         problem = ideal_only(problem, {})
     fitted, unseen = calibrated(problem)
-    pose_sd = pose_noise(problem)
-    windows = windows_of(problem, options.gates.windows.window_s)
-    proofs = [proof_of(problem, windows, one, pose_sd) for one in (base_fit(problem), fitted)]
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
         effects=tuple(effect_of(fitted, name) for name in CALIBRATED if name in fitted.values),
-        odometry=odometry(proofs, windows.seconds),
+        odometry=odometry(problem, (base_fit(problem), fitted), options),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
     return Calibration(model, tuple(notes))

@@ -35,18 +35,17 @@ def p_value(fit: Fit, name: str, n_scanned: int) -> float:
 
 def folds_of(problem: Problem, fit: Fit) -> Folds:
     """The model of ``fit`` fitted without each third of the record; times and places are kept."""
-    unit = unit_of_blocks(problem.bins, problem.settings)
     free = tuple(one for one in fit.parameters if DECLARED[one.effect].parameters[one.key].role == "size")
     found = []
     for fold in range(FOLDS):
-        part = replace(problem, fitted=problem.fitted & ~held_out_bins(problem.bins, unit, fold))
+        part = replace(problem, fitted=problem.fitted & ~held_out_bins(problem, fold))
         found.append(gauss_newton(part, free, fit.values, fit.noises, robustly=True)[0])
     return Folds(tuple(found))
 
 
 def held_out_deviance(problem: Problem, folds: Folds, like: Fit) -> F64:
     """−log likelihood (u,) of each unit while it was held out, at the noise of ``like``."""
-    unit = unit_of_blocks(problem.bins, problem.settings)
+    unit = unit_of_blocks(problem)
     total = np.zeros(int(unit.max()) + 1)
     for fold, values in enumerate(folds.values):
         by_unit = sums(block_deviance(problem, values, like.noises), unit)

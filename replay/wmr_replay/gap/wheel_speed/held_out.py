@@ -23,7 +23,7 @@ class Folds(NamedTuple):
 
 def held_out_gaps(problem: Problem, windows: Windows, folds: Folds, pose_sd: tuple[float, float]) -> Gaps:
     """Every window with the values of the fold that held it out."""
-    unit = unit_of_blocks(problem.bins, problem.settings)
+    unit = unit_of_blocks(problem)
     fold_of = unit[windows.block] % FOLDS
     parts = [gaps_of(problem, windows, values, pose_sd) for values in folds.values]
     return Gaps(

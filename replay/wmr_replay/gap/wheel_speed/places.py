@@ -4,7 +4,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from wmr_replay.gap.wheel_speed.estimate import Fit, View
-from wmr_replay.gap.wheel_speed.predict import Problem, from_start
+from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, from_start
 from wmr_schemas.arrays import F64, Bool
 
 MOST_CELLS = 120
@@ -103,4 +103,5 @@ def refined(problem: Problem, current: Fit, name: str, start: dict[str, float]) 
             "xatol": 0.01,
         },
     )
-    return dict(zip(keys, found.x.tolist(), strict=True))
+    bounds = {key: Parameter(name, key).bounds for key in keys}
+    return {key: float(np.clip(x, *bounds[key])) for key, x in zip(keys, found.x, strict=True)}

@@ -96,6 +96,8 @@ class Problem:
         total = base.get(which.key, 0.0)
         if total - step < low:
             down = at
+        if up <= down:
+            return np.zeros((3, *self.bins.table.shape))
         change = self.predicted(replaced(values, which, up)) - self.predicted(replaced(values, which, down))
         return from_start(self.bins.blocks(change / (up - down)), self.bins)
 
