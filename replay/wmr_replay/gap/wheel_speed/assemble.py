@@ -1,11 +1,12 @@
 """From a selection to the result that ``gap.json``, timeline, report and plots are made of."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from wmr_replay.gap.model.confounds import separate_with
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.effects import merged_effects
 from wmr_replay.gap.result.metrics import paired_reduction, rms
 from wmr_replay.gap.result.result import (
     Alternative,
@@ -25,7 +26,7 @@ from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.estimate import Fit
 from wmr_replay.gap.wheel_speed.evidence import folds_of
 from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
-from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem, composed
 from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
@@ -35,6 +36,8 @@ from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_o
 from wmr_schemas.arrays import F64
 from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
 
+EDGE_SD_S, EDGE_SD_M = 0.15, 0.1
+"""Standard deviations that the unknown form of an edge adds to a time [s] and a place [m]."""
 SAME_LENGTH_S = 0.05
 """Windows whose length differs from the wanted one by less are said to be of that length."""
 
@@ -86,9 +89,7 @@ def found_effect(problem: Problem, selection: Selection, named: Named) -> FoundE
     fit, declared = selection.fit, DECLARED[named.name]
     tail = float(-stdtrit(max(fit.n_clusters - len(fit.parameters), 5), 0.025))
     parameters = {
-        one.key: Estimate(
-            float(value), (float(value - tail * sd), float(value + tail * sd)), declared.units[one.key]
-        )
+        one.key: estimate(problem, one, float(value), tail * float(sd))
         for one, value, sd in zip(fit.parameters, fit.sizes, fit.sd, strict=True)
         if one.effect == named.name
     }
@@ -104,6 +105,26 @@ def found_effect(problem: Problem, selection: Selection, named: Named) -> FoundE
         separate_with=separate_with(named.name, close),
         **shown_by(named.name)._asdict(),
     )
+
+
+def estimate(problem: Problem, which: Parameter, value: float, half: float) -> Estimate:
+    """A parameter with its interval; that of a time or a place counts the unknown form of an edge, and is
+    clipped to the record.
+    """
+    declared = DECLARED[which.effect].parameters[which.key]
+    if declared.role == "size":
+        return Estimate(value, (value - half, value + half), declared.unit)
+    edge = 2 * (EDGE_SD_S if which.key.endswith("_s") else EDGE_SD_M)
+    half = min(float(np.hypot(half, edge)), span_of(problem, which.key))
+    return Estimate(value, (value - half, value + half), declared.unit)
+
+
+def span_of(problem: Problem, key: str) -> float:
+    """How far a time or a place can lie from another one in the record, s or m."""
+    record = problem.record
+    if key.endswith("_s"):
+        return float(np.ptp(record.pose_s))
+    return float(np.hypot(np.ptp(record.pose[0]), np.ptp(record.pose[1])))
 
 
 def verdict_of(
@@ -229,8 +250,19 @@ def extended_model(
         robot=base.robot,
         robot_sd=base.robot_sd,
         noise=noise_model(problem, fit),
-        effects=merged_effects(base.effects, new),
+        effects=merged(base.effects, new),
     )
+
+
+def merged(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The effects of both models, those of one name composed as in the fit, with the new sds."""
+    found = {effect.name: effect for effect in base}
+    for effect in new:
+        old = found.get(effect.name)
+        known = {} if old is None else old.parameters
+        values = {k: composed(effect.name, k, known.get(k), v) for k, v in effect.parameters.items()}
+        found[effect.name] = replace(effect, parameters=values)
+    return tuple(found.values())
 
 
 def noise_model(problem: Problem, fit: Fit) -> NoiseModel:

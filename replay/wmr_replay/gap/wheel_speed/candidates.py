@@ -6,8 +6,8 @@ from wmr_schemas.effects import EffectDeclaration
 
 PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
-NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift")
-"""Effects that mean something only where all stretches share one world."""
+NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
+"""Effects that mean something only where all stretches are one drive in one world."""
 CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_offset", "pose_delay")
 """The effects of which a calibrated base model consists."""
 

@@ -11,6 +11,8 @@ from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noi
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
+STAMPED = ("pose_delay", "slip_ratio", "input_delay")
+"""Effects that a stamp within a step of the wheels' speeds looks like."""
 Noises = tuple[Noise, Noise, Noise]
 
 
@@ -25,7 +27,8 @@ class White(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Values of the parameters, the noise, −2 log likelihood, information (p, p), robust covariance (p, p),
-    and the number of clusters behind it.
+    and the number of clusters behind it; ``stamps_s`` is the sd of the instant within a step of the wheels'
+    speeds to which their stamp belongs.
     """
 
     parameters: tuple[Parameter, ...]
@@ -35,6 +38,7 @@ class Fit:
     information: F64
     covariance: F64
     n_clusters: int
+    stamps_s: float = 0.0
 
     @property
     def sizes(self) -> F64:
@@ -44,7 +48,8 @@ class Fit:
     @property
     def sd(self) -> F64:
         """Standard deviations (p,): the larger of the likelihood's and the robust one."""
-        return np.sqrt(np.diag(self.spread))
+        own = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
+        return np.sqrt(np.diag(self.spread) + own)
 
     @property
     def spread(self) -> F64:
@@ -90,6 +95,7 @@ def at(problem: Problem, parameters: tuple[Parameter, ...], values: Values, nois
         information,
         covariance,
         n_clusters,
+        problem.record.wheel_step_s / np.sqrt(12),
     )
 
 

@@ -114,11 +114,24 @@ def replaced(values: Values, which: Parameter, value: float) -> Values:
 
 
 def summed(base: Values, values: Values) -> Values:
-    """The base model's effects and further ones; parameters of one effect add up."""
+    """The base model's effects and further ones; ratios of one effect multiply, other parameters add up."""
     if not base:
         return values
     out = {name: dict(own) for name, own in base.items()}
     for name, own in values.items():
         old = out.get(name, {})
-        out[name] = {key: old.get(key, 0.0) + value for key, value in own.items()}
+        out[name] = {key: composed(name, key, old.get(key), value) for key, value in own.items()}
     return out
+
+
+FACTORS = ("wheel_scale", "effective_track", "drive_gain", "turn_gain")
+"""Effects whose ratio changes a factor of the model."""
+
+
+def composed(name: str, key: str, before: float | None, value: float) -> float:
+    """One parameter of two effects of a name: (1 + a)(1 + b) − 1 of factors, the lower limit, else the sum."""
+    if before is None:
+        return value
+    if name in FACTORS:
+        return (1 + before) * (1 + value) - 1
+    return min(before, value) if key.startswith("limit") else before + value

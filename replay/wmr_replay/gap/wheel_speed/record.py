@@ -56,6 +56,7 @@ class Record:
     driven_by: str
     anchored: bool
     start_ns: int
+    wheel_step_s: float
 
     @property
     def n_stretches(self) -> int:
@@ -82,7 +83,8 @@ def record_of(logs: Sequence[Log], settings: LayoutSettings, driven_by: str = "w
         offset_s += (int(log.pose.t_ns[-1]) - int(log.pose.t_ns[0])) / NS_PER_S + 2 * settings.command_lead_s
     if not found:
         raise InvalidSignal("wheel speed", "no stretch of the log has poses and wheel speeds together")
-    return joined(found, np.array(log_of), step_s, driven_by, int(logs[0].pose.t_ns[0]))
+    wheel_step_s = max(float(np.median(np.diff(track.t_ns))) / NS_PER_S for track in tracks)
+    return joined(found, np.array(log_of), step_s, driven_by, int(logs[0].pose.t_ns[0]), wheel_step_s)
 
 
 def driving_track(log: Log, driven_by: str) -> WheelSpeedTrack | CommandTrack:
@@ -247,7 +249,9 @@ def moved(part: Stretch, offset_s: float) -> Stretch:
     return part._replace(t_s=part.t_s + offset_s, edges_s=part.edges_s + offset_s)
 
 
-def joined(parts: list[Stretch], log_of: I64, step_s: float, driven_by: str, start_ns: int) -> Record:
+def joined(
+    parts: list[Stretch], log_of: I64, step_s: float, driven_by: str, start_ns: int, wheel_step_s: float
+) -> Record:
     """All stretches as columns."""
     n_rows = [len(p.edges_s) - 1 for p in parts]
     first = np.concatenate([[0], np.cumsum(n_rows)])
@@ -277,6 +281,7 @@ def joined(parts: list[Stretch], log_of: I64, step_s: float, driven_by: str, sta
         driven_by=driven_by,
         anchored=is_anchored(parts),
         start_ns=start_ns,
+        wheel_step_s=wheel_step_s,
     )
 
 
