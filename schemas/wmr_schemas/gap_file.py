@@ -147,6 +147,11 @@ class Gap(Part, frozen=True):
     held_out: HeldOut
     yaw: YawGap
 
+    @property
+    def seconds(self) -> str:
+        """Length of a window in s, as ``metric`` states it."""
+        return self.metric.rpartition("_")[2].removesuffix("s")
+
 
 class Detectable(Part, frozen=True):
     """The smallest size of an effect that would have been seen."""

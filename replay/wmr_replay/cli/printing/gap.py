@@ -168,9 +168,10 @@ def gap_table(gap: "Gap") -> Table:
     for name in ("before", "after", "floor", "reduced by", "p"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
-    span = gap.metric.rpartition("_")[2].removesuffix("s")
-    table.add_row(f"position over {span} s", *held_out_cells(gap.held_out, "mm"), bar(gap.held_out))
-    table.add_row(f"yaw over {span} s", *held_out_cells(gap.yaw.held_out, "mrad"), bar(gap.yaw.held_out))
+    table.add_row(f"position over {gap.seconds} s", *held_out_cells(gap.held_out, "mm"), bar(gap.held_out))
+    table.add_row(
+        f"yaw over {gap.seconds} s", *held_out_cells(gap.yaw.held_out, "mrad"), bar(gap.yaw.held_out)
+    )
     return table
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import fdtrc
+from scipy.special import chdtrc, fdtrc
 
 from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
 from wmr_replay.gap.wheel_speed.candidates import PLACES
@@ -18,7 +18,10 @@ from wmr_schemas.arrays import F64, Bool
 
 
 def p_value(fit: Fit, name: str, n_scanned: int) -> float:
-    """Robust Wald test of an effect's sizes against 0, F over clusters, times what was scanned."""
+    """Robust Wald test of an effect's sizes against 0, F over clusters, times what was scanned.
+
+    The test of an effect in a time or a place, which shows in a few clusters, is the likelihood's.
+    """
     declared = DECLARED[name]
     which = [
         k
@@ -28,7 +31,10 @@ def p_value(fit: Fit, name: str, n_scanned: int) -> float:
     if not declared.zero_is_absent:
         return 0.0
     size = fit.sizes[which]
-    wald = float(size @ inverse(inverse(inverse(fit.spread[np.ix_(which, which)]))) @ size) / len(which)
+    if name in PLACES:
+        plain = inverse(fit.information)[np.ix_(which, which)]
+        return min(1.0, float(chdtrc(len(which), size @ inverse(plain) @ size)) * n_scanned)
+    wald = float(size @ inverse(fit.spread[np.ix_(which, which)]) @ size) / len(which)
     free = max(fit.n_clusters - len(fit.parameters), 5)
     return min(1.0, float(fdtrc(len(which), free, wald)) * n_scanned)
 
@@ -77,7 +83,9 @@ def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
     """Whether the held-out gap in position or in yaw shrinks enough; each window is simulated by the fold
     that did not fit it.
     """
-    own, windows = problem.settings.gates, windows_of(problem, problem.settings.gates.tolerance_s)
+    own = problem.settings.gates
+    tried = (windows_of(problem, seconds) for seconds in own.gate_windows_s)
+    windows = max(tried, key=lambda one: min(len(one.rows), own.enough_windows))
     pose_sd = pose_noise(problem)
     before, after = (held_out_gaps(problem, windows, folds, pose_sd).errors for folds in (without, with_it))
     return any(

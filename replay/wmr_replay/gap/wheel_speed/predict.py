@@ -129,7 +129,7 @@ FACTORS = ("wheel_scale", "effective_track", "drive_gain", "turn_gain")
 
 
 def composed(name: str, key: str, before: float | None, value: float) -> float:
-    """One parameter of two effects of a name: (1 + a)(1 + b) − 1 of factors, the lower limit, else the sum."""
+    """A parameter of two effects of a name: (1 + a)(1 + b) − 1 of factors, the lower limit, else the sum."""
     if before is None:
         return value
     if name in FACTORS:

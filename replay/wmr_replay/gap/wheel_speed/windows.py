@@ -14,6 +14,8 @@ from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_schemas.arrays import F64, I64, Bool
 
+SHORT_SHARE = 0.5
+"""Where less of the driving lies in stretches of a window's length, each stretch is a window."""
 LEAST_SD = (0.002, 0.002)
 """Least weights' standard deviations of a pose in the fit of a start, m and rad."""
 
@@ -45,7 +47,8 @@ def windows_of(problem: Problem, window_s: float) -> Windows:
     bins = problem.bins
     lengths = bins.inside.sum(axis=1)
     wanted = max(2, round(window_s / bins.step_s))
-    short = not (lengths >= wanted).any() or float(lengths[lengths >= wanted].sum()) < 0.5 * lengths.sum()
+    whole = problem.with_slip.bins.inside.sum(axis=1)
+    short = not (lengths >= wanted).any() or float(whole[whole >= wanted].sum()) < SHORT_SHARE * whole.sum()
     found = []
     for k, length in enumerate(lengths):
         if short:
