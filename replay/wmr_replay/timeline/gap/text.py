@@ -13,7 +13,8 @@ HOW_TO_READ = """\
 **Path**: as measured, in the colour of the position's error (key above it; grey: not simulated). White \
 vectors: the largest error of each window, from the measured to the simulated position, magnified {factor:g} \
 times. Above with the base model, below with the extended one, in the same colours and scale. Simulated from \
-the log's own {inputs} over windows of {seconds} s, each from its own fitted start. Broad grey beneath: held out. \
+the log's own {inputs} over windows of {seconds} s, each from its own fitted start. Broad grey beneath: \
+held out. \
 Yellow circles: where most of the gap lies.
 
 **Gap**: measured minus simulated. **Speed**: along the heading, mean over {speed_s:g} s. **Residual**: the \

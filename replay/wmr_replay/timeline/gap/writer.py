@@ -26,7 +26,7 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.timeline import colours
-from wmr_replay.timeline.gap.layout import gap_layout
+from wmr_replay.timeline.gap.layout import PAGES, SLIP_PAGES, gap_layout
 from wmr_replay.timeline.gap.path import Errors, add_key, add_paths, cut, frame_of
 from wmr_replay.timeline.gap.speed import SPEED_S, speed
 from wmr_replay.timeline.gap.text import gap_text, how_to_read
