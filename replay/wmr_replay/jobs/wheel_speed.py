@@ -27,7 +27,7 @@ Run = TypeVar("Run")
 NO_EFFORT = "no row has an effort"
 """The words of a log whose torque channel is empty."""
 WHEEL_SPEED = "wheel_speed"
-OTHER_CLASSES = ("steered", "omnidirectional")
+OTHER_CLASSES = ("steered", "drives_sideways")
 """Findings that name a robot of another class."""
 TRY_LONGER = (
     "An analysis of wheel speeds needs half a minute or so of driving with turns, a pose, and wheel speeds "

@@ -16,6 +16,9 @@ class LayoutSettings:
     """Bounds of the grid's step on which wheel speeds act, s. Physics: a robot of some kilograms does not
     change its speed within 10 ms; speeds that are held longer than 50 ms are interpolated."""
 
+    command_step_s: float = 0.02
+    """Longest step of the grid for commands, which change at once, s. Physics: a lag of 50 ms shows."""
+
     bin_s: float = 0.2
     """Length of a bin over which poses are averaged, s. Physics: a robot of some kilograms hardly turns in
     it; half of it hides what a lidar pose of 10 Hz repeats."""
@@ -99,6 +102,11 @@ class GateSettingsWheelSpeed:
     """Least driving in a unit of the hold-out, s; every third unit is held out in turn. Judgement: as long
     as a step of a calibration campaign."""
 
+    few_units: int = 6
+    few_units_gain: float = 10.0
+    """With fewer units of the hold-out no test of ranks can be significant; the held-out deviance must drop by
+    so much in their place. Statistics: 4.5 standard deviations."""
+
     held_out_level: float = 0.05
     """Level of the test that held-out blocks are likelier with the effect. Statistics."""
 
@@ -118,8 +126,8 @@ class GateSettingsWheelSpeed:
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""
 
-    least_units: int = 6
-    """Fewest units for a verdict: two in each third. Statistics."""
+    least_units: int = 3
+    """Fewest units for a verdict: one in each third. Statistics."""
 
     least_driven_m: float = 2.0
     """Least way that the wheels turn, m. Physics: less is nothing to calibrate."""
@@ -127,6 +135,10 @@ class GateSettingsWheelSpeed:
     most_loss_sd: float = 0.1
     """Most standard deviation of a loss in a time or a place. Encoder benchmark: a spinning wheel's
     varies."""
+
+    least_place_gain: float = 100.0
+    """Least drop of the deviance by a loss in a time or a place. Encoder benchmark: noise of 5 cm lets a spin
+    of a wheel pass for a steady loss below 50; true losses gain hundreds."""
 
     most_steady_square: float = 2.0
     """Most median square of whitened errors within that time or place, by channel. Statistics: .45 is

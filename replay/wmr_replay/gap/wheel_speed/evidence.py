@@ -160,6 +160,7 @@ def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -
     gained = float((before - after).sum())
     if name in PLACES:
         return gained > 0, float(np.exp(-max(gained, 0.0)))
-    p = held_out_p(before, after)
-    holds = gained > 0 and p < problem.settings.gates.held_out_level
+    p, own = held_out_p(before, after), problem.settings.gates
+    few = len(before) < own.few_units
+    holds = gained > own.few_units_gain if few else gained > 0 and p < own.held_out_level
     return holds and narrows_gap(problem, *folds), p

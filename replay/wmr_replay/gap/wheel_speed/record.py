@@ -72,7 +72,7 @@ class Record:
 def record_of(logs: Sequence[Log], settings: LayoutSettings, driven_by: str = "wheel_speed") -> Record:
     """The data set of ``logs``. Raises InvalidSignal where a log has no wheel speeds, or nothing usable."""
     tracks = [driving_track(log, driven_by) for log in logs]
-    step_s = grid_step(tracks, settings)
+    step_s = grid_step(tracks, settings, driven_by)
     found: list[Stretch] = []
     log_of: list[int] = []
     offset_s = 0.0
@@ -96,10 +96,13 @@ def driving_track(log: Log, driven_by: str) -> WheelSpeedTrack | CommandTrack:
     return track
 
 
-def grid_step(tracks: Sequence[WheelSpeedTrack | CommandTrack], settings: LayoutSettings) -> float:
+def grid_step(
+    tracks: Sequence[WheelSpeedTrack | CommandTrack], settings: LayoutSettings, driven_by: str
+) -> float:
     """Step of the grid [s]: that of the fastest wheel speeds, within bounds."""
     steps = [float(np.median(np.diff(track.t_ns))) / NS_PER_S for track in tracks if len(track) > 1]
-    return float(np.clip(min(steps, default=1.0), settings.shortest_step_s, settings.longest_step_s))
+    longest_s = settings.command_step_s if driven_by == "command" else settings.longest_step_s
+    return float(np.clip(min(steps, default=1.0), settings.shortest_step_s, longest_s))
 
 
 def stretches_of(

@@ -156,7 +156,8 @@ class Search:
         cost = price(problem, len(parameters_of(name)))
         gain = before.minus_two_log - after.minus_two_log
         p = p_value(after, name, len(self.candidates) * places_scanned(name))
-        failed = "significance" if gain < cost else gate(problem, before, after, name, p)
+        least = max(cost, problem.settings.gates.least_place_gain if name in PLACES else 0.0)
+        failed = "significance" if gain < least else gate(problem, before, after, name, p)
         self.tried.append(Tried(stage, name, gain, gain - cost, p, failed))
         return failed
 
