@@ -68,7 +68,7 @@ docs: $(TOOLS) ## the documentation, into site/
 	@echo "open site/index.html"
 
 PAGES ?=
-docs-commands: $(TOOLS) ## run every command block of every page: minutes, for the night; PAGES=docs/ci.md runs one
+docs-commands: $(TOOLS) ## run every block of commands and Python of every page: minutes, for the night; PAGES=docs/ci.md runs one
 	$(PY) docs/run_commands.py $(PAGES)
 
 BENCH ?= differentiator ingest first_use latency

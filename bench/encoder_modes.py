@@ -33,7 +33,7 @@ def calibration_error(posterior: F64, true: I8) -> float:
 def yardstick(simulated: SimulatedLog, noise: str) -> tuple[float, float]:
     """Accuracy and calibration error of the filter that is told the robot."""
     log, rolling = simulated.log, simulated.facts["true_robot"]
-    assert log.wheels is not None and log.robot.wheel_radius_m is not None
+    assert log.wheels is not None
     scale = rolling["wheel_radius_m"]
     wheels = np.stack([log.wheels.left_radps, log.wheels.right_radps]) * scale
     rows = np.searchsorted(log.wheels.t_ns, log.pose.t_ns, side="right") - 1
@@ -43,10 +43,8 @@ def yardstick(simulated: SimulatedLog, noise: str) -> tuple[float, float]:
     step_s = float(np.median(np.diff(log.pose.t_ns))) * 1e-9
     posterior = modes_told(wheels, pose, NOISE_LEVELS[noise], step_s, robot)
     warm = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9 > WARM_S
-    true = true_modes(simulated)[warm]
-    return float((posterior[:, warm].argmax(axis=0) == true).mean()), calibration_error(
-        posterior[:, warm], true
-    )
+    posterior, true = posterior[:, warm], true_modes(simulated)[warm]
+    return float((posterior.argmax(axis=0) == true).mean()), calibration_error(posterior, true)
 
 
 def true_modes(simulated: SimulatedLog) -> I8:
@@ -61,9 +59,8 @@ def false_slips_an_hour(family: str, chassis: str, noise: str, seed: int) -> flo
     """Slips told on dry ground, an hour, behind the warm-up."""
     simulated = made(family, chassis, noise, seed, slippery=False)
     told = wr.replay(simulated.log, hindsight=False).samples.collect()
-    slips = told["mode"].is_in(["slipping", "skidding_slipping"]).to_numpy() & ~np.isin(
-        true_modes(simulated), (2, 3)
-    )
+    slips = told["mode"].is_in(["slipping", "skidding_slipping"]).to_numpy()
+    slips &= ~np.isin(true_modes(simulated), (2, 3))
     begins = int((np.diff(slips.astype(int)) > 0).sum())
     return begins / (told["t_s"][-1] / 3600)
 

@@ -1,12 +1,13 @@
 """Logs that pages speak of: ``python docs/example_logs.py FOLDER``, for ``docs/run_commands.py``.
 
 ``my_robot.mcap`` has a pose on /vicon/pose, the same as transforms from map to base_link on /tf, and the
-efforts of four wheels on /joint_states. ``drive.csv`` has columns of poses and wheel speeds.
+efforts of four wheels on /joint_states, or of those that ``--wheels`` names. ``drive.csv`` has poses
+and wheel speeds as columns.
 """
 
+import argparse
 import math
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from heapq import merge
 from operator import itemgetter
 from pathlib import Path
@@ -72,40 +73,52 @@ def pose_messages(log: Log) -> Iterator[tuple[int, str, str, dict[str, object]]]
         yield t, "/tf", "tf2_msgs/TFMessage", {"transforms": [link]}
 
 
-def joint_messages(log: Log) -> Iterator[tuple[int, str, str, dict[str, object]]]:
-    """Efforts and speeds of four wheels; two wheels share a side's torque."""
+def joint_messages(log: Log, wheels_of: Sequence[str]) -> Iterator[tuple[int, str, str, dict[str, object]]]:
+    """Efforts and speeds of the wheels, the left ones first; the wheels of a side share its torque."""
     assert log.torque is not None
     wheels = log.torque
     columns = [wheels.left_nm, wheels.right_nm, wheels.left_radps, wheels.right_radps]
     for t, *values in zip(wheels.t_ns.tolist(), *columns, strict=True):
         left, right, left_radps, right_radps = map(float, values)
-        state = {"header": header(t, ""), "name": list(WHEELS), "position": []}
-        speeds = [left_radps, left_radps, right_radps, right_radps]
-        efforts = [left / 2, left / 2, right / 2, right / 2]
+        state = {"header": header(t, ""), "name": list(wheels_of), "position": []}
+        each = len(wheels_of) // 2
+        speeds = [left_radps] * each + [right_radps] * each
+        efforts = [left / each] * each + [right / each] * each
         yield t, "/joint_states", "sensor_msgs/JointState", state | {"velocity": speeds, "effort": efforts}
 
 
-def write_robot(log: Log, path: Path) -> None:
+def write_robot(log: Log, path: Path, wheels: Sequence[str]) -> None:
     """``my_robot.mcap``."""
     with path.open("wb") as file:
         writer = Writer(file)
         schemas = {name: writer.register_msgdef(name, text) for name, text in DEFINITIONS.items()}
-        for t, topic, name, message in merge(pose_messages(log), joint_messages(log), key=itemgetter(0)):
+        for t, topic, name, message in merge(
+            pose_messages(log), joint_messages(log, wheels), key=itemgetter(0)
+        ):
             writer.write_message(topic, schemas[name], message, t)
         writer.finish()
 
 
 def write_csv(log: Log, path: Path) -> None:
     """``drive.csv``: poses and wheel speeds."""
-    assert log.torque is not None
-    pose, wheels = log.pose, log.torque
-    columns = [pose.t_ns / 1e9, pose.x_m, pose.y_m, pose.yaw_rad, wheels.left_radps, wheels.right_radps]
+    pose, wheels = log.pose, log.torque or log.wheels
+    assert wheels is not None
+    n = min(len(pose), len(wheels))
+    speeds = wheels.left_radps[:n], wheels.right_radps[:n]
+    columns = [pose.t_ns[:n] / 1e9, pose.x_m[:n], pose.y_m[:n], pose.yaw_rad[:n], *speeds]
     names = "t,x,y,yaw,w_left,w_right"
     np.savetxt(path, np.stack(columns, axis=1), delimiter=",", header=names, comments="")
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    made = wr.synthesise("paper-acceleration", duration_s=25, rate_hz=100, noise="mocap").log
-    write_robot(made, folder / "my_robot.mcap")
-    write_csv(made, folder / "drive.csv")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument(
+        "--wheels", default=",".join(WHEELS), help="Names of the wheels, the left ones first."
+    )
+    parser.add_argument("--scenario", default="paper-acceleration")
+    asked = parser.parse_args()
+    made = wr.synthesise(asked.scenario, duration_s=25, rate_hz=100, noise="mocap").log
+    if made.torque is not None:
+        write_robot(made, asked.folder / "my_robot.mcap", asked.wheels.split(","))
+    write_csv(made, asked.folder / "drive.csv")

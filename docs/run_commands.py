@@ -1,9 +1,10 @@
-"""Runs the command blocks of the pages: ``python docs/run_commands.py [PAGE …]``, or ``make docs-commands``.
+"""Runs the code of the pages: ``python docs/run_commands.py [PAGE …]``, or ``make docs-commands``.
 
-A page's blocks of ``sh`` run in order in a temporary directory. A block of ``toml`` whose first line is a
-comment with a path, such as ``# ci/suite.toml``, is written there. Where a block of ``text`` follows before
-the next heading, it must be what the commands print: lines in order, ``…`` for what is left out, numbers
-within 2 % or one unit of their last digit, since processors differ in the last digits.
+A page's blocks of ``sh`` and ``python`` run in order in a temporary directory, each block by a shell or an
+interpreter of its own; those of the notebook's page are run by the script that makes it. A block of ``toml``
+whose first line is a comment with a path, such as ``# ci/suite.toml``, is written there. Where a block of
+``text`` follows before the next heading, it must be what the block prints: lines in order, ``…`` for what is
+left out, numbers within 2 % or one unit of their last digit, since processors differ in the last digits.
 
 ``<!-- not run: REASON -->`` before a block leaves it out, ``<!-- exit: 1 -->`` says how it ends, and
 ``<!-- not output -->`` stands before a text that no command printed. ``docs/commands.toml`` says what a page
@@ -36,11 +37,17 @@ SHIMS = {
     "make": f'#!/bin/sh\nexec /usr/bin/env make -C "{ROOT}" VENV="{sys.prefix}" DEMO="$PWD/demo" "$@"\n',
 }
 """In place of programs that open a window, or install into this environment."""
+RUN = {"sh": ("bash", "-euo", "pipefail", "-c"), "python": (sys.executable, "-c")}
+"""What runs a block of each kind."""
+NOTEBOOK = ROOT / "docs" / "notebook.md"
 
 
 @dataclass(frozen=True)
 class Step:
-    """Something to do for a page: a file to write, or commands to run and what they should print."""
+    """Something to do for a page: a file to write, or code to run and what it should print.
+
+    ``kind`` is ``sh``, ``python``, or the path of the file.
+    """
 
     kind: str
     body: str
@@ -60,21 +67,22 @@ def steps(text: str) -> list[Step]:
     for block in BLOCK.finditer(text):
         note, kind, body = block["note"] or "", block["kind"], block["body"]
         line = text.count("\n", 0, block.start()) + 1
-        if kind == "sh" and not note.startswith("not run: "):
+        runs = kind in RUN and not note.startswith("not run: ")
+        if runs:
             code = int(note.removeprefix("exit: ")) if note.startswith("exit: ") else 0
-            found.append(Step("sh", body, line, code))
+            found.append(Step(kind, body, line, code))
         elif kind == "toml" and (path := re.match(r"# ([\w./-]+\.toml)\s", body)):
             found.append(Step(path[1], body, line))
         elif kind == "text" and awaiting and note != "not output":
             last = found.pop()
             found.append(Step(last.kind, last.body, last.line, last.exit_code, body))
-        awaiting = kind == "sh" and not note.startswith("not run: ")
+        awaiting = runs
     return found
 
 
 def left_out(text: str) -> list[str]:
     """The reasons of the blocks that do not run."""
-    notes = [block["note"] or "" for block in BLOCK.finditer(text) if block["kind"] == "sh"]
+    notes = [block["note"] or "" for block in BLOCK.finditer(text) if block["kind"] in RUN]
     return [note.removeprefix("not run: ") for note in notes if note.startswith("not run: ")]
 
 
@@ -139,7 +147,7 @@ def run_page(page: Path, prepare: str = "") -> None:
         here.mkdir()
         environment = environment_in(Path(folder))
         if prepare:
-            done = shell(prepare, here, environment)
+            done = run("sh", prepare, here, environment)
             if done.returncode:
                 raise WrongPage(f"{page.name}: commands.toml: {done.stdout}{done.stderr}")
         for step in todo:
@@ -147,26 +155,24 @@ def run_page(page: Path, prepare: str = "") -> None:
 
 
 def do(step: Step, page: Path, here: Path, environment: dict[str, str]) -> None:
-    """Write the file or run the commands. Raises WrongPage."""
-    if step.kind != "sh":
+    """Write the file or run the code. Raises WrongPage."""
+    if step.kind not in RUN:
         path = here / step.kind
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(step.body, encoding="utf-8")
         return
-    done = shell(step.body, here, environment)
+    done = run(step.kind, step.body, here, environment)
     printed = VIEWER.sub("rerun", done.stdout.replace(f"{here}/", ""))
     place = f"{page.relative_to(ROOT)}:{step.line}"
     if done.returncode != step.exit_code:
         raise WrongPage(f"{place}: exit code {done.returncode}, not {step.exit_code}\n{printed}{done.stderr}")
     if step.expected is not None and (line := first_difference(step.expected, printed)) is not None:
-        raise WrongPage(
-            f"{place}: the page shows\n    {line}\nand the commands print\n{printed}{done.stderr}"
-        )
+        raise WrongPage(f"{place}: the page shows\n    {line}\nand the block prints\n{printed}{done.stderr}")
 
 
-def shell(commands: str, here: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """The commands up to the first that fails."""
-    call = ["bash", "-euo", "pipefail", "-c", commands]
+def run(kind: str, code: str, here: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
+    """Commands up to the first that fails, or a program."""
+    call = [*RUN[kind], code]
     return subprocess.run(call, cwd=here, env=environment, capture_output=True, text=True, check=False)
 
 
@@ -178,7 +184,8 @@ def environment_in(folder: Path) -> dict[str, str]:
         (shims / name).write_text(script.replace("/usr/bin/env make", real("make")), encoding="utf-8")
         (shims / name).chmod(0o755)
     path = os.pathsep.join([str(shims), str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    ours = {"PATH": path, "NO_COLOR": "1", "WMR_REPLAY_PROGRESS": "never", "ROOT": str(ROOT)}
+    ours = {"PATH": path, "NO_COLOR": "1", "WMR_REPLAY_PROGRESS": "never", "MPLBACKEND": "Agg"}
+    ours["ROOT"] = str(ROOT)
     return {name: value for name, value in os.environ.items() if name != "COLUMNS"} | ours
 
 
@@ -194,9 +201,10 @@ def settings() -> dict[str, dict[str, str]]:
 
 
 def pages() -> Iterator[Path]:
-    """README and all pages that have commands to run."""
+    """README and all pages that have code to run; the notebook has a runner of its own."""
     for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))):
-        if any(step.kind == "sh" for step in steps(page.read_text(encoding="utf-8"))):
+        runs = any(step.kind in RUN for step in steps(page.read_text(encoding="utf-8")))
+        if runs and page != NOTEBOOK:
             yield page
 
 

@@ -1,8 +1,8 @@
 """A yardstick of modes from wheel speeds: an interacting multiple model filter that is told the robot.
 
-Four extended Kalman filters, one a mode, with the states x, y, ψ, s_sum, s_diff, s_lat; they are mixed at every
-step (Blom and Bar-Shalom 1988). It knows wheel scale, effective half track, centre of rotation, lateral slip
-and the noise of the pose. Nothing of it is shared with the analysis.
+Four extended Kalman filters, one a mode, with the states x, y, ψ, s_sum, s_diff, s_lat; they are mixed at
+every step (Blom and Bar-Shalom 1988). It knows wheel scale, effective half track, centre of rotation, lateral
+slip and the noise of the pose. Nothing of it is shared with the analysis.
 """
 
 import numpy as np

@@ -101,3 +101,19 @@ def test_lines_are_the_same_but_for_last_digits(shown: str, printed: str, same: 
 def test_a_text_behind_the_next_heading_is_no_output() -> None:
     (step,) = RUNNER.steps("```sh\ntrue\n```\n## Next\n```text\nx\n```\n")
     assert step.expected is None
+
+
+def test_python_blocks_run_by_themselves_and_are_held_to_their_output(page: Path) -> None:
+    page.write_text(
+        "```python\nprint(open('x', 'w').write('abc'))\n```\n```text\n3\n```\n```sh\ncat x\n```\n"
+    )
+    RUNNER.run_page(page)
+    page.write_text("# Title\n\n```python\nx = 1\n```\n\n```python\nprint(x)\n```\n")
+    with pytest.raises(RUNNER.WrongPage, match=r"page\.md:7: exit code 1"):
+        RUNNER.run_page(page)
+
+
+def test_the_notebook_is_the_only_page_with_python_that_runs_elsewhere() -> None:
+    """Each page with a block of Python is run here, or says at the block why not."""
+    with_python = {p for p in (ROOT / "docs").rglob("*.md") if "```python" in p.read_text(encoding="utf-8")}
+    assert with_python - set(RUNNER.pages()) == {RUNNER.NOTEBOOK}

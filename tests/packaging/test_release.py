@@ -1,7 +1,11 @@
 """The release workflow, the documentation by version, and how to cite."""
 
 import importlib.util
+import os
 import re
+import subprocess
+import sys
+import tarfile
 import tomllib
 from pathlib import Path
 from types import ModuleType
@@ -76,3 +80,62 @@ def test_the_citation_names_the_paper_and_this_version(root: Path) -> None:
     paper = citation["preferred-citation"]
     assert [author["family-names"] for author in paper["authors"]] == ["Yu", "Barbot", "Floquet"]
     assert paper["year"] == 2009
+
+
+def git(*arguments: str, cwd: Path) -> str:
+    call = ["git", "-c", "user.name=a", "-c", "user.email=a@localhost", *arguments]
+    return subprocess.run(call, cwd=cwd, check=True, capture_output=True, text=True).stdout
+
+
+def test_the_documentation_reaches_its_branch_from_the_first_release_on(
+    workflow: dict[str, Any], root: Path, tmp_path: Path
+) -> None:
+    """The commands of the workflow's last job, with a repository of our own in place of the server's."""
+    origin = tmp_path / "origin.git"
+    git("init", "--quiet", "--bare", "--initial-branch=main", str(origin), cwd=tmp_path)
+    git("clone", "--quiet", str(origin), "first", cwd=tmp_path)
+    script = tmp_path / "first" / "docs" / "publish_version.py"
+    script.parent.mkdir()
+    script.write_text((root / "docs" / "publish_version.py").read_text(encoding="utf-8"))
+    git("add", "--all", cwd=script.parent)
+    git("commit", "--quiet", "--message", "sources", cwd=script.parent)
+    git("push", "--quiet", "origin", "HEAD:main", cwd=script.parent)
+    for tag in ("v0.1.0", "v0.2.0"):
+        here = tmp_path / tag
+        (here / "site").mkdir(parents=True)
+        (here / "site" / "index.html").write_text(tag)
+        git("clone", "--quiet", str(origin), "sources", cwd=here)
+        for step in workflow["jobs"]["docs"]["steps"]:
+            if "run" in step:
+                place = here / step.get("working-directory", ".")
+                done = subprocess.run(
+                    ["bash", "-e", "-c", step["run"]],
+                    cwd=place,
+                    env=os.environ | {"GITHUB_REF_NAME": tag},
+                    capture_output=True,
+                    text=True,
+                    check=False,
+                )
+                assert done.returncode == 0, done.stderr
+    found = git("ls-tree", "-r", "--name-only", "gh-pages", cwd=origin).split()
+    assert found == [".nojekyll", "0.1.0/index.html", "0.2.0/index.html", "index.html"]
+    assert 'url=0.2.0/"' in git("show", "gh-pages:index.html", cwd=origin)
+
+
+def test_sources_and_wheel_are_of_one_version_and_the_sources_can_be_tested(
+    root: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    """`python -m build` as the workflow calls it, but for the download of its own tools."""
+    call = [sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", str(tmp_path), str(root)]
+    subprocess.run(call, env=environment, check=True, capture_output=True)
+    version = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+    (built,) = tmp_path.iterdir()
+    assert built.name == f"wmr_replay-{version}.tar.gz"
+    with tarfile.open(built) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    for folder in ("schemas", "synth", "replay", "tests", "docs"):
+        kept = (path for path in (root / folder).rglob("*") if path.is_file())
+        wanted = {path.relative_to(root).as_posix() for path in kept if "cache" not in path.parent.name}
+        assert wanted <= names
+    assert {"Makefile", "constraints.txt", "README.md", "LICENSE", "CITATION.cff", ".ci/run"} <= names
+    assert {".github/workflows/release.yml", "bench/gap.py", "PKG-INFO"} <= names

@@ -67,7 +67,8 @@ def test_segments_hold_the_documented_columns() -> None:
 def test_the_summary_holds_the_documented_columns_and_every_anomaly() -> None:
     found = names(tables.SUMMARY)
     assert in_order(DOCUMENTED_SUMMARY, found)
-    further = {*names(tables.ANOMALIES), *HINDSIGHT_SCORES, "verdict", "notes", "findings"}
+    learnt = names(tables.LEARNT_OF_WHEELS)
+    further = {*names(tables.ANOMALIES), *HINDSIGHT_SCORES, *learnt, "verdict", "notes", "findings"}
     assert set(found) - set(DOCUMENTED_SUMMARY) == further
     assert in_order(HINDSIGHT_SCORES, found)
 

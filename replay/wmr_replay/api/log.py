@@ -126,7 +126,7 @@ class LogFile:
 
     def mapping(self) -> LogMapping:
         """The mapping that finds the same channels again."""
-        return proposed_mapping(self._reader.plan, self._mapping, self._reader.robot)
+        return proposed_mapping(self._reader.plan, self._mapping, self._reader.known_robot)
 
     def write_mapping(self, path: LocalPlace, *, overwrite: bool = False) -> Path:
         """Write ``mapping`` to a mapping file (``robot.toml``), whole or not at all.

@@ -19,7 +19,7 @@ from wmr_replay.jobs.early_import import RUN_TIMELINE, import_early
 from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.result_files import Live
-from wmr_replay.jobs.run import replay_of, run_into
+from wmr_replay.jobs.run import RunResult, replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import replay_model
 from wmr_schemas.model_file import Model
@@ -83,7 +83,7 @@ def run(
     )
     if claim is None:
         return held_result(replayed, progress, strict=strict)
-    found = run_into(
+    written = run_into(
         replayed,
         claim.directory,
         timeline=timeline,
@@ -93,12 +93,8 @@ def run(
         live=live,
     )
     if replaces:
-        claim.remove_others(found.files.values())
-    store, later = SampleStore.of_file(found.files["samples"]), None
-    if "hindsight" in found.files:
-        later = SampleStore.of_file(found.files["hindsight"], HINDSIGHT_SCHEMA)
-    facts = replayed.timeline_facts()
-    return Result(replayed.source.stem, store, found.tables, facts, found.files, hindsight=later)
+        claim.remove_others(written.files.values())
+    return stored_result(replayed, written)
 
 
 def replay(
@@ -117,6 +113,16 @@ def replay(
     """
     engine = Engine(settings_of(settings), replay_model(model_of(model) or Model(), log.robot))
     return held_result(Replay(MemorySource(log, name), engine))
+
+
+def stored_result(replayed: Replay, written: RunResult) -> Result:
+    """The result of a replay whose rows lie in files."""
+    files, later = written.files, None
+    store = SampleStore.of_file(files["samples"])
+    if "hindsight" in files:
+        later = SampleStore.of_file(files["hindsight"], HINDSIGHT_SCHEMA)
+    facts = replayed.timeline_facts()
+    return Result(replayed.source.stem, store, written.tables, facts, files, hindsight=later)
 
 
 def held_result(replayed: Replay, progress: Progress | None = None, *, strict: bool = False) -> Result:

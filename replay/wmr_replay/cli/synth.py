@@ -1,5 +1,6 @@
 """``wmr-replay synth``: write a synthetic log."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
@@ -35,6 +36,7 @@ NOT_NEGATIVE = click.FloatRange(min=0)
             "--encoder-ticks",
             "--command-rate",
             "--commands",
+            "--nominal-error",
             "--jitter",
             "--dropout",
             "--clock-offset",
@@ -185,26 +187,14 @@ def command(  # noqa: PLR0917
 
         print_scenarios(as_json=as_json) if listing else print_effects(as_json=as_json)
         return
-    if scenario is None:
-        raise click.UsageError("which SCENARIO? `wmr-replay synth --list` names them")
-    if hide and model_path is not None:
-        raise click.UsageError("--hide and --model each say what the effects are; give one of them")
-    xy_yaw = {"noise_xy_sd_m", "noise_yaw_sd_rad"}
-    if noise_variance is not None and (noise or any(sensor_options[name] is not None for name in xy_yaw)):
-        raise click.UsageError(
-            "--noise-variance already sets the noise of x, y and yaw; leave out --noise and the …-sd ones"
-        )
-    from wmr_replay.api.synthesise import check_scenario, synthesise
-    from wmr_replay.cli import activity
+    from wmr_replay.api.synthesise import synthesise
     from wmr_replay.cli.printing.progress import message_progress
     from wmr_replay.cli.printing.synth import print_written
 
-    activity.tell(f"simulating {scenario}")
-    check_scenario(scenario)
-    if out is None:
-        raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
-    if not out.parent.is_dir():
-        raise InvalidSetting(f"--out {out}: there is no directory {out.parent}; create it first")
+    if hide and model_path is not None:
+        raise click.UsageError("--hide and --model each say what the effects are; give one of them")
+    check_noise(noise, noise_variance, sensor_options)
+    scenario, out = checked_target(scenario, out)
     made = synthesise(
         scenario,
         seed=seed,
@@ -229,3 +219,30 @@ def command(  # noqa: PLR0917
             progress=progress,
         )
     print_written(made, paths, as_json=as_json)
+
+
+def check_noise(
+    noise: "Noise | None", noise_variance: float | None, sensor_options: Mapping[str, float | None]
+) -> None:
+    """Raises a usage error where the noise of the pose is given twice."""
+    in_sd = any(sensor_options[name] is not None for name in ("noise_xy_sd_m", "noise_yaw_sd_rad"))
+    if noise_variance is not None and (noise or in_sd):
+        raise click.UsageError(
+            "--noise-variance already sets the noise of x, y and yaw; leave out --noise and the …-sd ones"
+        )
+
+
+def checked_target(scenario: str | None, out: Path | None) -> tuple[str, Path]:
+    """The scenario and the file, both given and possible. Raises a usage error or InvalidSetting."""
+    from wmr_replay.api.synthesise import check_scenario
+    from wmr_replay.cli import activity
+
+    if scenario is None:
+        raise click.UsageError("which SCENARIO? `wmr-replay synth --list` names them")
+    activity.tell(f"simulating {scenario}")
+    check_scenario(scenario)
+    if out is None:
+        raise click.UsageError(f"where to? For example: wmr-replay synth {scenario} --out {scenario}.mcap")
+    if not out.parent.is_dir():
+        raise InvalidSetting(f"--out {out}: there is no directory {out.parent}; create it first")
+    return scenario, out

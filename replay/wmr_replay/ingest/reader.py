@@ -19,7 +19,7 @@ from wmr_replay.ingest.channels.clocks_apart import apart_from_pose, choose_cloc
 from wmr_replay.ingest.channels.detect import Plan, Use, detect, not_found
 from wmr_replay.ingest.channels.planarity import CODE as PLANARITY
 from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_findings
-from wmr_replay.ingest.channels.unreadable import unreadable_kin
+from wmr_replay.ingest.channels.unreadable import unreadable_kin, without_schema
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.channels.wheel_bindings import made_up
 from wmr_replay.ingest.channels.wheel_channels import find_wheel_channels
@@ -63,7 +63,8 @@ class LogReader:
     """A log whose channels in use are known. Made by :func:`open_log`.
 
     ``plan`` says which channel is the pose, the torque and the true mode, and why the others are not.
-    ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's.
+    ``robot`` holds the nominal parameters: the log's own, overridden key by key by the mapping's; and those
+    that were made up for a twist, which ``known_robot`` lacks.
     ``losses``, ``message_counts``, ``remarks`` and ``findings`` are complete once :meth:`batches` is
     exhausted.
     """
@@ -93,10 +94,11 @@ class LogReader:
         self.plan: Plan = detect(path, self.candidates, mapping)
         metadata = self.survey.metadata.get(METADATA_NAME, {}) if mapping.robot_from_log else {}
         own, without_sense = own_parameters(metadata)
-        self.robot = own.overridden_by(mapping.robot)
+        self.robot = self.known_robot = own.overridden_by(mapping.robot)
         find_wheel_channels(path, self.plan, self.candidates, replace(mapping, robot=self.robot))
         self.remarks: list[str] = [remark for _, remark in nearer if remark]
-        self.remarks += [*unreadable_kin(self.candidates, self.plan.uses), *self._make_up_wheels()]
+        self.remarks += without_schema(self.candidates) + unreadable_kin(self.candidates, self.plan.uses)
+        self.remarks += self._make_up_wheels()
         self.findings: list[Finding] = [*without_sense, *drive_findings(self.candidates, mapping)]
         self.clocks: dict[str, Clock] = {}
         self.losses = self._frame_losses()

@@ -34,6 +34,9 @@ TRY_LONGER = (
     "A gap analysis needs a minute or so of driving with changes of speed and of yaw rate, poses and wheel "
     "torques throughout. `wmr-replay info {path}` says what the log holds."
 )
+TRY_KNOWN = (
+    "Name it in a file, such as `[robot]` and `half_track_m = 0.25` in robot.toml, with --map robot.toml."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +188,8 @@ def errors_naming(path: LogPath, advice: str = TRY_LONGER) -> Iterator[None]:
     try:
         yield
     except InvalidSignal as error:
+        if error.signal == "robot":
+            advice = TRY_KNOWN
         raise LogUnusable(path, str(error), advice.format(path=path)) from error
 
 

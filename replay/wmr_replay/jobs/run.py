@@ -64,7 +64,8 @@ def replay_of(
     Raises LogUnusable, and InvalidSetting for a model that a replay cannot apply.
     """
     reader = open_log(log, mapping or LogMapping(), between=between or Between())
-    engine = Engine(settings or Settings(), replay_model(model or Model(), reader.robot))
+    replayed = replay_model(model or Model(), reader.robot)
+    engine = Engine(settings or Settings(), replayed, steered=reader.is_steered)
     return Replay(
         FileSource(reader, sha256), engine, read_side_truth(log), request_texts(mapping, between, model)
     )

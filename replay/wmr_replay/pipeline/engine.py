@@ -23,11 +23,12 @@ from wmr_schemas.findings import Finding
 
 class Engine:
     """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
-    order; the second pass follows where the settings ask for it.
+    order; the second pass follows where the settings ask for it. The wheel speeds of a ``steered`` robot
+    tell nothing of slipping.
     """
 
-    def __init__(self, settings: Settings, model: ReplayModel) -> None:
-        self.settings, self.model = settings, model
+    def __init__(self, settings: Settings, model: ReplayModel, *, steered: bool = False) -> None:
+        self.settings, self.model, self._steered = settings, model, steered
         self._record = Record() if settings.hindsight else None
         self._intake, self._repeats = Intake(settings, model), RepeatedRows()
         self._chain: Chain | None = None
@@ -103,7 +104,8 @@ class Engine:
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
-        settings = self.settings.by_wheel_speeds if has_wheel_speeds_alone(stretch) else self.settings
+        by_wheels = has_wheel_speeds_alone(stretch) and not self._steered
+        settings = self.settings.by_wheel_speeds if by_wheels else self.settings
         self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)
         return [

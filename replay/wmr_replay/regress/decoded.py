@@ -13,7 +13,7 @@ ABSOLUTE, RELATIVE = 1e-9, 1e-9
 """|a − b| ≤ max(ABSOLUTE, RELATIVE·|b|) for every value, in the units of the log."""
 STAMP_NS = 2
 """Stamps are rounded to ns, and may fall to either side."""
-SIGNALS = ("pose", "torque", "mode")
+SIGNALS = ("pose", "torque", "wheels", "command", "mode")
 
 Signals = dict[str, tuple[F64, F64]]
 
@@ -37,9 +37,9 @@ def first_difference(path: Path, other: Path) -> str | None:
 
 
 def decoded(path: Path) -> Signals | str:
-    """Stamps and values of pose, torque and mode; the problem, without its path, of an unusable log."""
+    """Stamps and values of every signal; the problem, without its path, of an unusable log."""
     try:
-        batches = list(open_log(path, LogMapping()).batches())
+        batches = list(open_log(path, LogMapping(), also=("wheel_speed", "command")).batches())
     except LogUnusable as error:
         return error.problem
     return {name: joined([getattr(batch, name) for batch in batches]) for name in SIGNALS}

@@ -121,9 +121,9 @@ def effect_table(effects: tuple[Effect, ...]) -> str:
         for k, (key, p) in enumerate(effect.parameters.items()):
             first = (effect.name, p_words(effect.p_value)) if k == 0 else ("", "")
             unit = "" if p.unit == "1" else p.unit
-            rows.append((first[0], key, number(p.value), interval(p), unit, first[1]))
-    head = ("effect", "parameter", "value", "95 % interval", "unit", "p")
-    return page.table(head, rows, numeric=(2, 3, 5))
+            rows.append((first[0], key, f"{number(p.value)} {unit}".strip(), interval(p), first[1]))
+    head = ("effect", "parameter", "value", "95 % interval", "p")
+    return page.table(head, rows, numeric=(2, 3, 4))
 
 
 def number(value: float | None) -> str:

@@ -6,6 +6,7 @@ any character. A content security policy in the page forbids every connection.
 
 import html
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
@@ -170,6 +171,11 @@ def details(summary: str, inside: str) -> str:
     return f"<details><summary>{escape(summary)}</summary>{inside}</details>" if inside else ""
 
 
+def with_code(text: object) -> str:
+    """The text as HTML; what stands between backticks as code."""
+    return re.sub("`([^`]+)`", r"<code>\1</code>", escape(text))
+
+
 def finding_list(findings: Sequence[Mapping[str, Any]]) -> str:
     """The findings on the data: weight, what was found and where, what it means, what to do."""
     words = {"bars": "bars an answer", "warning": "warning", "note": "note"}
@@ -181,9 +187,9 @@ def finding_list(findings: Sequence[Mapping[str, Any]]) -> str:
         word = escape(words.get(found["severity"], "note"))
         items.append(
             f'<li><span class="badge {escape(found["severity"])}">{word}</span> '
-            f"<code>{escape(found['code'])}</code> {escape(found['text'])}"
+            f"<code>{escape(found['code'])}</code> {with_code(found['text'])}"
             f"{f' <span class=soft>({escape(where + rest)})</span>' if where else ''}<br>"
-            f'<span class="soft">{escape(found["meaning"])}; {escape(found["advice"])}</span></li>'
+            f'<span class="soft">{with_code(found["meaning"])}; {with_code(found["advice"])}</span></li>'
         )
     return f'<ul class="plain">{"".join(items)}</ul>' if items else ""
 

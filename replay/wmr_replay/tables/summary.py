@@ -26,6 +26,8 @@ from wmr_schemas.status import BARRING, Status
 from wmr_schemas.tables import LEARNT_OF_WHEELS, SUMMARY, polars_schema
 
 LEARNT = tuple(column.name for column in LEARNT_OF_WHEELS)
+NOTHING_LEARNT = {Status.POSE_NOT_INDEPENDENT.label, *(status.label for status in BARRING)}
+"""Rows of these end the validity of what wheel speeds taught before them."""
 BARRED_LABELS = frozenset(status.label for status in BARRING)
 """Rows of these end the validity of the α before them."""
 
@@ -63,6 +65,8 @@ class SummaryCollector:
         if samples["status"][-1] in BARRED_LABELS:
             self.alpha = None
         self.learnt |= last_known(samples, LEARNT)
+        if samples["status"][-1] in NOTHING_LEARNT:
+            self.learnt = {}
 
     @property
     def duration_s(self) -> float:

@@ -22,7 +22,7 @@ from wmr_replay.api.simulation import SensorArguments
 from wmr_replay.api.store import SampleStore
 from wmr_schemas.errors import InvalidSetting, InvalidSignal, LogUnusable
 from wmr_schemas.tables import CONFUSION, SAMPLES, SEGMENTS, SUMMARY, polars_schema
-from wmr_synth import Sensors
+from wmr_synth.wheel_speed.encoders import EncoderSensors
 
 MODES = ["undecided", "ideal", "skidding", "slipping", "skidding_slipping"]
 
@@ -77,7 +77,7 @@ def test_functions_are_not_hidden_by_the_packages_of_their_name():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "record"), [(SettingsArguments, wr.Settings), (SensorArguments, Sensors)]
+    ("arguments", "record"), [(SettingsArguments, wr.Settings), (SensorArguments, EncoderSensors)]
 )
 def test_keyword_arguments_are_the_fields(arguments, record):
     """The types that checkers see do not drift from the dataclass; a sensor's may be None besides."""

@@ -354,3 +354,14 @@ def test_a_fit_repeats_its_call_from_its_model(run, log, analysed, tmp_path, mon
     code, _, err = run("fit", log, "--config", "bare.toml")
     assert code == 2
     assert "bare.toml: [provenance] settings: is missing" in err
+
+
+def test_a_missing_parameter_of_the_robot_is_asked_for_by_file(run, log, analysed, monkeypatch):
+    def calibrate(*_):
+        raise InvalidSignal("robot", "half_track_m is needed")
+
+    monkeypatch.setattr(gap_command, "calibrate", calibrate)
+    code, _, err = run("fit", log)
+    assert code == 3
+    assert "half_track_m is needed\nName it in a file" in err
+    assert "--map robot.toml" in err

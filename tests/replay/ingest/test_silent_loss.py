@@ -114,6 +114,12 @@ def test_a_channel_whose_definition_is_damaged_is_named_where_another_takes_its_
     assert any(line.startswith("/pose is of the type of a channel in use, but ") for line in found), found
 
 
+def test_a_channel_whose_schema_is_not_in_the_file_is_named(tmp_path):
+    content = bytearray(bit_flips.log_bytes(UNCHUNKED))
+    content[content.index(b"/pose") - 6] ^= 0x40
+    assert "/pose names schema 65, which the file does not hold" in said(tmp_path / "a.mcap", bytes(content))
+
+
 def test_few_logs_with_flipped_bits_lose_messages_silently():
     outcomes = list(bit_flips.campaign(400, seed=5))
     lost = sum(is_lost for _, is_lost, _, _ in outcomes)

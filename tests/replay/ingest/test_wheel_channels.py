@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from mcap.writer import Writer
 
 import wmr_replay as wr
+from wmr_replay.cli.info import command as info
 from wmr_replay.ingest import Between
 from wmr_replay.ingest import open_log as open_reader
 from wmr_replay.ingest.tracks import read_whole
@@ -307,6 +309,23 @@ def test_a_commanded_twist_becomes_wheel_speeds_and_the_last_of_the_road_is_take
     assert (info.used["command"]["topic"], info.used["command"]["read_as"]) == ("/cmd_vel", "from a twist")
     np.testing.assert_allclose(signals.commands["left_radps"], LEFT)
     np.testing.assert_allclose(signals.wheels["right_radps"], RIGHT - 1)
+
+
+def test_info_names_both_and_writes_them_to_a_mapping(write_log, rows, tmp_path):
+    log = write_log({
+        "/odom": ("odometry", rows["odometry"](V, TURN)),
+        "/cmd_vel": ("twist", rows["twist"](V, TURN)),
+    })  # fmt: skip
+    arguments = [str(log), "--write-map", str(tmp_path / "robot.toml")]
+    said = CliRunner().invoke(info, arguments, catch_exceptions=False).output
+    assert "wheels  /odom (from a twist): header stamp" in said
+    assert "command /cmd_vel (from a twist): publish time (its messages carry no stamp)" in said
+    assert "wheel_radius_m 1, half_track_m 0.5, which is made up" in said
+    assert "wheel speeds /odom; commands /cmd_vel" in said
+    mapping = read_mapping(tmp_path / "robot.toml")
+    assert (mapping.wheel_speed_topic, mapping.wheel_speeds.linear) == ("/odom", "twist.twist.linear.x")
+    assert (mapping.command_topic, mapping.commands.angular) == ("/cmd_vel", "angular.z")
+    assert mapping.robot is None
 
 
 def test_a_limited_command_comes_before_the_one_that_was_asked_for(write_log, rows):

@@ -6,13 +6,13 @@ from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
 from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
 from wmr_replay.identify.filter_bank.hindsight import LookingBack
 from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_replay.identify.wheel_bank.estimates import wheel_estimates
-from wmr_replay.identify.wheel_bank.model import WheelModel
+from wmr_replay.identify.wheel_bank.model import wheel_model
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
-from wmr_replay.identify.wheel_bank.states import make_wheel_prior
 from wmr_replay.identify.wheel_bank.steps import JUMPED, N_ANSWERS
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.modes import ModeSet
@@ -32,13 +32,14 @@ def without_torque(verdict: Verdict, known: Bool) -> I8:
 class WheelBankIdentifier:
     """Stage: evidence in, verdicts out, for a robot whose wheel speeds are known and whose torques are not.
 
-    C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank.
+    C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank,
+    once the pose has shown that it was not integrated from the wheel speeds.
     """
 
     def __init__(self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
-        self._bank = Bank(WheelModel(make_wheel_prior(robot)), step_s, settings, N_MODES)
+        self._bank = Bank(wheel_model(robot), step_s, settings, N_MODES)
         self._bin, self._said = open_bin(), np.full(N_ANSWERS, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
@@ -58,11 +59,13 @@ class WheelBankIdentifier:
         self._said = said[:, -1]
         unknown = np.full(said.shape[1], np.nan)
         answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
-        driven = evidence._replace(force=speeds[0] + speeds[1])
+        independent = evidence.independence == INDEPENDENT
+        independence = np.where(independent, evidence.independence, NOT_INDEPENDENT)
+        driven = evidence._replace(force=speeds[0] + speeds[1], independence=independence)
         verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
         return verdict._replace(
             outcome=without_torque(verdict, np.isfinite(driven.force)),
-            wheels=wheel_estimates(said[:, done], speeds),
+            wheels=wheel_estimates(said[:, done], speeds).without(~independent),
         )
 
     def looking_back(self, lag_s: float) -> LookingBack | None:

@@ -9,9 +9,10 @@ from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
 from wmr_replay.identify.filter_bank.model import Said, moments
 from wmr_replay.identify.filter_bank.steps import Rhythm
 from wmr_replay.identify.wheel_bank.start import start_wheel_hypotheses
-from wmr_replay.identify.wheel_bank.states import LN_SCALE, WheelPrior
+from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, WheelPrior, make_wheel_prior
 from wmr_replay.identify.wheel_bank.steps import N_ANSWERS, run_wheel_bins
 from wmr_schemas.arrays import F64
+from wmr_schemas.robot import RobotParameters
 
 LEAST_SD = 0.002
 """Of every parameter in the second pass, in its own unit: tyres change by so much with their load."""
@@ -22,6 +23,9 @@ class WheelModel:
     """Wheel speeds move the robot, but for the slip velocities."""
 
     prior: WheelPrior
+    doubted: F64
+    """Variances (6,) of parameters in doubt: that of the track alone. Doubts about the centre of rotation
+    would explain skids away."""
     n_answers: int = N_ANSWERS
     least_bins: int = 1
     needs_alpha: bool = False
@@ -37,10 +41,18 @@ class WheelModel:
 
     def run(self, hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm) -> Said:
         """See :func:`~.steps.run_wheel_bins`."""
-        return run_wheel_bins(hypotheses, values, seconds, last, rhythm)
+        return run_wheel_bins(hypotheses, values, seconds, last, rhythm, self.doubted)
 
     def learned(self, hypotheses: HypothesisSet) -> "WheelModel":
         """The model with what the first pass knows of the parameters at its end."""
         mean, sd = moments(hypotheses)
         narrow = np.minimum(np.maximum(sd[LN_SCALE:], LEAST_SD), self.prior.sd)
         return replace(self, prior=WheelPrior(mean[LN_SCALE:], narrow))
+
+
+def wheel_model(robot: RobotParameters) -> WheelModel:
+    """The model of a robot by its nominal dimensions."""
+    prior = make_wheel_prior(robot)
+    doubted = np.zeros_like(prior.sd)
+    doubted[LN_TRACK - LN_SCALE] = prior.sd[LN_TRACK - LN_SCALE] ** 2
+    return WheelModel(prior, doubted)

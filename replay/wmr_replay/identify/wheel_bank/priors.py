@@ -28,6 +28,10 @@ class WheelPriors:
     delay_sd_s: float = 0.05
     """Delay between wheel speeds and pose: some periods of a tracker or of a bus."""
 
+    doubts_per_s: float = 1 / 600
+    """How often what was learnt of the track is doubted: a first turn on ice teaches a wrong one, and every
+    later turn would count as slipping."""
+
     slip_mps: float = 0.05
     """A wheel slips from this slip velocity on …"""
     slip_share: float = 0.03

@@ -24,7 +24,7 @@ from wmr_replay.identify.wheel_bank.modes import count_modes, shares_of_modes
 from wmr_replay.identify.wheel_bank.predict import fade_slips, predict_pose, spread_pose
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, N_STATES, PSI, X, Y
-from wmr_replay.identify.wheel_bank.switches import split
+from wmr_replay.identify.wheel_bank.switches import doubt, split
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -148,15 +148,17 @@ def filter_wheel_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    calm: F64,
+    noise: tuple[F64, F64],
     rhythm: Rhythm,
     work: F64,
     out: tuple[F64, F64],
 ) -> None:
-    """Every bin through the bank into ``out``: answers (23, m) and smoothed intervals (7, m). ``work`` is
-    scratch.
+    """Every bin through the bank into ``out``: answers (23, m) and smoothed intervals (7, m).
+
+    ``noise``: variances of elastic slip by level, and of parameters in doubt (6,). ``work`` is scratch.
     """
     answers, smoothed = out
+    calm, doubted = noise
     row = 0
     wheels, shares = work[9], work[10]
     for k in range(seconds.shape[0]):
@@ -165,6 +167,7 @@ def filter_wheel_bins(
         if last[3] >= rhythm.split_s - 1e-9:
             if hypotheses.past.shape[1] > 0:
                 row = record_interval(hypotheses, wheels, shares, seconds[k] - step_s, row, smoothed)
+            doubt(hypotheses, last[3], doubted)
             split(hypotheses, rhythm.n_modes, last[3], rhythm.switch_rate_per_s, calm)
             vary_level(hypotheses, calm.shape[0])
             prune_and_merge(hypotheses, rhythm.most)
@@ -188,18 +191,21 @@ def filter_wheel_bins(
         answers[JUMPED, k] = share_that_jumped(hypotheses, seconds[k])
 
 
-def run_wheel_bins(hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm) -> Said:
+def run_wheel_bins(
+    hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm, doubted: F64
+) -> Said:
     """Every bin through the bank.
 
     ``values`` (9, m) are bins with the wheels' speeds in m/s as efforts, ``seconds`` (m,) their times;
     ``last`` (7,) – time of the last bin in s, its sum and difference, time since the last split, nothing,
-    time over which rounding was seen, its variance – is carried on in place.
+    time over which rounding was seen, its variance – is carried on in place. ``doubted`` (6,) are the
+    variances of parameters in doubt.
     """
     m, intervals = len(seconds), hypotheses.past.shape[1]
     answers, smoothed = np.zeros((N_ANSWERS, m)), np.zeros((7, m if intervals else 0))
     before = int(hypotheses.n_past[0])
     work = np.zeros((N_WORK, N_STATES))
     values = np.ascontiguousarray(values)
-    filter_wheel_bins(hypotheses, values, seconds, last, CALM, rhythm, work, (answers, smoothed))
+    filter_wheel_bins(hypotheses, values, seconds, last, (CALM, doubted), rhythm, work, (answers, smoothed))
     first, done = max(before, intervals), int(hypotheses.n_past[0])
     return Said(answers, smoothed[:, : max(done - first, 0)])

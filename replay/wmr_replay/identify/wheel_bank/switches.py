@@ -2,9 +2,11 @@
 
 import math
 
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
+from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy, most_probable
 from wmr_replay.identify.filter_bank.priors import PRIORS
+from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import (
+    LN_SCALE,
     LN_TRACK,
     N_STATES,
     PSI,
@@ -21,6 +23,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
 SPLIT_LOG_WEIGHT = PRIORS.split_log_weight
+DOUBTS_PER_S = WHEEL_PRIORS.doubts_per_s
 SQRT_12 = math.sqrt(12.0)
 
 
@@ -58,6 +61,20 @@ def switch(mean: F64, covariance: F64, before: int, mode: int, when_sd: float, c
     if skidded and not skids:
         spread(mean, covariance, 0.0, mean[S_LAT] * when_sd, 0.0)
         stop(mean, covariance, S_LAT, calm)
+
+
+@lean
+def doubt(hypotheses: HypothesisSet, interval_s: float, variances: F64) -> None:
+    """What was learnt may be wrong: a child of the most probable hypothesis whose parameters are open again
+    by ``variances`` (6,).
+    """
+    best, child = most_probable(hypotheses.log_weight, hypotheses.size[0]), hypotheses.size[0]
+    if child < hypotheses.mode.shape[0]:
+        copy(hypotheses, best, child)
+        hypotheses.log_weight[child] += math.log(DOUBTS_PER_S * interval_s)
+        for k in range(variances.shape[0]):
+            hypotheses.covariance[child, LN_SCALE + k, LN_SCALE + k] += variances[k]
+        hypotheses.size[0] += 1
 
 
 @lean

@@ -1,9 +1,20 @@
-"""Channels of a type that is in use elsewhere in the log, whose own definition cannot be read."""
+"""Channels whose schema is missing, or whose definition cannot be read while others of their type can."""
 
 from collections.abc import Mapping, Sequence
 
 from wmr_replay.ingest.channels.candidate import Candidate, DoesNotServe
 from wmr_replay.ingest.channels.detect import Use
+
+
+def without_schema(found: Sequence[Candidate]) -> list[str]:
+    """A text for each channel with messages whose schema is not in the file: one of the two is damaged, and
+    another channel may have taken the role unseen.
+    """
+    return [
+        f"{candidate.channel.topic} names schema {candidate.channel.schema_id}, which the file does not hold"
+        for candidate in found
+        if candidate.schema is None and candidate.channel.schema_id and candidate.samples
+    ]
 
 
 def unreadable_kin(found: Sequence[Candidate], uses: Mapping[str, Use]) -> list[str]:

@@ -96,7 +96,9 @@ class _Joiner:
             if identity not in self.known:
                 common = _free(channel_id, joined.channels)
                 self.known[identity] = common
-                joined.channels[common] = replace(channel, id=common, schema_id=common)
+                joined.channels[common] = replace(
+                    channel, id=common, schema_id=common if channel.schema_id else 0
+                )
                 if schema is not None:
                     joined.schemas[common] = replace(schema, id=common)
             ids[channel_id] = self.known[identity]
