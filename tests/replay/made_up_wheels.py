@@ -93,7 +93,8 @@ def drive(
     poses = motion(t_s, wheels, effects)
     at_s = np.arange(LEAD_S, seconds - 0.5, 0.02)
     rng = np.random.default_rng(seed + 1)
-    pose = seen(t_s, poses, effects, at_s) + rng.normal(0, 1, (len(at_s), 3)) * [noise[0], noise[0], noise[1]]
+    pose = seen(t_s, poses, effects, at_s)
+    pose = pose + rng.normal(0, 1, (len(at_s), 3)) * [noise[0], noise[0], noise[1]]
     said = wheels.copy()
     if spin is not None:
         said[1] += spin(t_s)

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
 
 BASES = ("auto", "torque", "wheel-speed", "both")
+MOST_ON_TORQUES = 3
 INPUTS = ("measured", "commands")
 ASIDE = "wheel-speed"
 """Directory of the analysis on wheel speeds beside one on torques."""
@@ -208,7 +209,7 @@ def gap(
     check_base(base, inputs)
     places = places_of(log)
     place, directory = places[0], None if out is None else local_path(out)
-    options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects or 3, seed)
+    options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects or MOST_ON_TORQUES, seed)
     if directory is not None and model is not None and not isinstance(model, Model):
         check_base_kept(place, directory, local_path(model))
     claim = None if directory is None else Claim.of(directory, place, models=True)
@@ -275,6 +276,8 @@ class Asked:
         """The analysis on torques. Raises InvalidSetting for several logs."""
         if len(self.places) > 1:
             raise InvalidSetting("torques are analysed log by log; several logs need --base wheel-speed")
+        if self.max_effects is not None and self.max_effects > MOST_ON_TORQUES:
+            raise InvalidSetting(f"one to three effects are looked for on torques, not {self.max_effects}")
         return analyse_log(
             self.places[0],
             base=self.model,
@@ -296,7 +299,7 @@ class Asked:
             self.request,
             base=self.model,
             options=self.options,
-            most_effects=self.max_effects,
+            at_most=self.max_effects,
             command=self.command,
             progress=self.progress,
         )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from wmr_replay.gap import GapOptions
-from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds
+from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, most_effects
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Need, Progress, WholeLog, read_whole
@@ -106,14 +106,13 @@ def analyse_wheel_logs(
     *,
     base: Model | None = None,
     options: GapOptions | None = None,
-    most_effects: int | None = None,
+    at_most: int | None = None,
     command: str = "",
     progress: Progress | None = None,
 ) -> GapRun:
     """The gap of one or several logs as one data set; nothing is written. Raises LogUnusable."""
     options = options or GapOptions()
-    most = options.gates.wheel_speed.gates.most_effects if most_effects is None else most_effects
-    options = replace(options, max_effects=most)
+    options = replace(options, max_effects=most_effects(options, at_most))
     asked = {
         "base": "wheel-speed",
         "input": "commands" if request.commands else "measured",

@@ -4,9 +4,9 @@ import json
 
 import pytest
 import yaml
+from tests.replay.made_up_wheels import ROBOT, drive
 
 import wmr_replay as wr
-from tests.replay.made_up_wheels import ROBOT, drive
 from wmr_replay.jobs.export import multipliers, ros2_diff_drive
 from wmr_replay.jobs.wheel_speed import check_class
 from wmr_schemas.errors import InvalidSetting, LogUnusable

@@ -39,6 +39,7 @@ GROUPS = {
     ),
     "Output": (
         "--out",
+        "--to",
         "--force",
         "--report",
         "--view",

@@ -12,9 +12,12 @@ class LayoutSettings:
     """How logs are laid out as stretches, bins and blocks."""
 
     shortest_step_s: float = 0.01
+    """Shortest step of the grid on which wheel speeds act, s. Physics: a robot of some kilograms does not
+    change its
+    speed within 10 ms."""
+
     longest_step_s: float = 0.05
-    """Bounds of the grid's step on which wheel speeds act, s. Physics: a robot of some kilograms does not
-    change its speed within 10 ms; speeds that are held longer than 50 ms are interpolated."""
+    """Longest step of it, s. Numerics: speeds that are held longer than 50 ms are interpolated."""
 
     command_step_s: float = 0.02
     """Longest step of the grid for commands, which change at once, s. Physics: a lag of 50 ms shows."""
@@ -28,9 +31,11 @@ class LayoutSettings:
     block is free."""
 
     pose_gap_s: float = 1.0
+    """Longest time without a pose within a stretch, s. Judgement: as a torque is held 1 s."""
+
     wheel_gap_s: float = 0.5
-    """Longest time without a pose or a wheel speed within a stretch, s. Judgement: as a torque is held 1 s;
-    a wheel can change its speed in half a second."""
+    """Longest time without a wheel speed within a stretch, s. Physics: a wheel changes its speed in half a
+    second."""
 
     lead_s: float = 0.6
     """Time before a stretch for which wheel speeds are kept, s. Physics: the longest pose delay."""
@@ -103,24 +108,35 @@ class GateSettingsWheelSpeed:
     as a step of a calibration campaign."""
 
     few_units: int = 6
+    """Fewest units of the hold-out for a test of ranks. Statistics: that of five pairs cannot reach 3 %."""
+
     few_units_gain: float = 10.0
-    """With fewer units of the hold-out no test of ranks can be significant; the held-out deviance must drop by
-    so much in their place. Statistics: 4.5 standard deviations."""
+    """Drop of the held-out deviance that decides in place of the test of ranks where there are fewer.
+    Statistics: 4.5 standard deviations."""
 
     held_out_level: float = 0.05
     """Level of the test that held-out blocks are likelier with the effect. Statistics."""
 
     least_reduction: float = 0.1
+    """Share by which the held-out gap has to shrink. Judgement: as for torques."""
+
     least_above_floor: float = 0.3
+    """Share of what stands above the noise floor by which it may shrink instead. Judgement: as for
+    torques."""
+
     least_doubtless: float = 0.02
+    """Share by which it has to shrink where the test is below ``doubtless``. Judgement: as for torques."""
+
     doubtless: float = 1e-4
-    """The held-out gap shrinks by a tenth, or by so much of what stands above the noise floor, or by a
-    fiftieth where its test is below ``doubtless``. Judgement: as for torques."""
+    """Level of the test of windows below which a small reduction suffices. Statistics: one in ten
+    thousand."""
 
     gate_windows_s: tuple[float, ...] = (4.0, 2.0, 1.0)
+    """Lengths of the windows of this gate, s; the first with enough windows is taken. Judgement: as reported,
+    then shorter, since a robot that slips often drives few whole windows without."""
+
     enough_windows: int = 16
-    """Lengths of the windows of this gate, s; the first with enough windows is taken: a robot that slips
-    often drives few whole windows without. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
+    """Windows that are enough. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
 
     least_relevant: float = 0.2
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
@@ -137,20 +153,24 @@ class GateSettingsWheelSpeed:
     varies."""
 
     least_place_gain: float = 100.0
-    """Least drop of the deviance by a loss in a time or a place. Encoder benchmark: noise of 5 cm lets a spin
-    of a wheel pass for a steady loss below 50; true losses gain hundreds."""
+    """Least drop of the deviance by a loss in a time or a place. Judgement, on the encoder benchmark: noise
+    of 5 cm lets a spin of a wheel pass for a steady loss below 50; true losses gain hundreds."""
 
     most_steady_square: float = 2.0
     """Most median square of whitened errors within that time or place, by channel. Statistics: .45 is
     expected of normal errors. Encoder benchmark: true losses stay below 1.1, spinning wheels are above 16."""
 
     least_steady_s: float = 1.2
+    """Least time in it during which the robot drives, s. Judgement: six bins."""
+
     driving_mps: float = 0.1
-    """Least time in it during which the rims turn faster than this. Judgement: six bins."""
+    """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
 
     tolerance_m: float = 0.003
+    """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
+
     tolerance_s: float = 4.0
-    """An effect counts when it moves the simulated path by more in this time. ``GapOptions`` sets them."""
+    """In this time, s. ``GapOptions`` sets it."""
 
     most_unseen: int = 4
     """Most effects of a relevant size that a log may miss and still be said to lack nothing. Judgement: as
@@ -179,10 +199,13 @@ class ModeSettingsWheelSpeed:
     """Slip stands out by so many robust standard deviations. Statistics: 1 row in 16000 by chance."""
 
     slip_mps: float = 0.05
+    """Least slip velocity of a wheel, m/s. Physics: elastic slip is none; as contact modes are scored."""
+
     slip_share: float = 0.03
+    """The same as a share of the speed. Physics: as contact modes are scored."""
+
     skid_mps: float = 0.03
-    """Least slip velocity of a wheel, in m/s and as a share of the speed, and of the body sideways. Physics:
-    elastic slip is none; as contact modes are scored."""
+    """Least velocity sideways of a skid, m/s. Physics: as contact modes are scored."""
 
     widen_bins: int = 1
     """Bins beside a slip that go with it. Numerics: the width of the difference."""

@@ -45,6 +45,11 @@ def analyse_wheel_speeds(
     return assemble(selection, own, options)
 
 
+def most_effects(options: GapOptions, asked: int | None) -> int:
+    """How many effects are looked for: as asked, else as the settings say."""
+    return options.gates.wheel_speed.gates.most_effects if asked is None else asked
+
+
 def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: str) -> Problem:
     """The data set of the logs. Raises InvalidSignal where it is too short."""
     given = options.gates.wheel_speed

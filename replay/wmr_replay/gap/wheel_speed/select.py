@@ -21,6 +21,8 @@ NEAR_BIC = 10.0
 """BIC difference below which two effects explain a record nearly as well: "very strong" evidence begins here
 (Kass and Raftery 1995).
 """
+SAME_BIC = 25.0
+"""The same for effects that differ by a parameter alone, of which the simpler is preferred."""
 Progress = Callable[[str, float], None]
 
 
@@ -59,10 +61,15 @@ class Selection:
     left: tuple[Score, ...]
 
 
-def fitted_with(problem: Problem, current: Fit, name: str, start: dict[str, float]) -> Fit:
-    """``current`` with one more effect, from a start."""
-    values = {**current.values, name: absent(name) | start}
-    return fit(problem, (*current.parameters, *parameters_of(name)), values, current.noises)
+def fitted_with(
+    problem: Problem, current: Fit, name: str, start: Mapping[str, float], *, noise_too: bool = True
+) -> Fit:
+    """``current`` with one more effect, from a start; without ``noise_too`` at the noise of ``current``."""
+    values = {**current.values, name: absent(name) | dict(start)}
+    parameters = (*current.parameters, *parameters_of(name))
+    if not noise_too:
+        return refit(problem, parameters, values, current.noises)
+    return fit(problem, parameters, values, current.noises)
 
 
 def without(problem: Problem, current: Fit, name: str) -> Fit:
@@ -122,8 +129,10 @@ class Search:
         best = max((s.gain for s in promising), default=0.0)
         near = [s for s in promising if s.gain > problem.settings.gates.near * best]
         chosen = near[: problem.settings.gates.fitted_in_full]
-        fits = [(s, fitted_with(problem, current, s.name, s.start)) for s in chosen]
-        for score, one in simplest_first(problem, fits):
+        slow = problem.record.driven_by == "command"
+        fits = [(s, fitted_with(problem, current, s.name, s.start, noise_too=not slow)) for s in chosen]
+        for score, ranked in simplest_first(problem, fits):
+            one = fitted_with(problem, current, score.name, ranked.values[score.name]) if slow else ranked
             if not self.failing(stage, problem, current, one, score.name):
                 return replace(self, current=one, found=(*self.found, score.name))
         return None
@@ -173,7 +182,7 @@ def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tupl
     ranked = sorted(fits, key=cost)
     if ranked:
         same = same_in_any_motion(problem, ranked[0][0].name)
-        near = [pair for pair in ranked if pair[0].name in same and cost(pair) < cost(ranked[0]) + NEAR_BIC]
+        near = [pair for pair in ranked if pair[0].name in same and cost(pair) < cost(ranked[0]) + SAME_BIC]
         ranked.sort(key=lambda pair: (pair is not min(near, key=lambda p: len(p[0].start)), cost(pair)))
     return ranked
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from tests.replay.made_up_wheels import ROBOT, drive
+
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
@@ -112,7 +112,7 @@ def test_what_straight_driving_does_not_show_is_left_out():
     )
     model, notes = calibrate_wheel_speeds([Log(pose, robot=ROBOT, wheels=wheels)], ROBOT)
 
-    assert [effect.name for effect in model.effects][0] == "wheel_scale"
+    assert model.effects[0].name == "wheel_scale"
     assert model.effects[0].parameters["ratio"] == pytest.approx(0.03, abs=0.005)
     assert any("effective_track" in note for note in notes)
 

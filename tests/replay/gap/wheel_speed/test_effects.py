@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from tests.replay.made_up_wheels import ROBOT, drive
+
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import problem_of
 from wmr_replay.gap.wheel_speed.base import base_of

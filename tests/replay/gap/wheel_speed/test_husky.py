@@ -1,4 +1,4 @@
-"""The Husky of the shared data: a third of the calibration steps held out, against the best hand-made model."""
+"""The Husky of the shared data: a third of its steps held out, against the best hand-made model."""
 
 import csv
 
@@ -8,7 +8,7 @@ import wmr_replay as wr
 
 HAND_MADE_MM, HAND_MADE_MEDIAN_MM, HAND_MADE_MRAD = 185, 119, 235
 IDEAL_MM, IDEAL_MRAD = 505, 1570
-"""Over windows of 1.95 s; those of the analysis end with the last pose that repeats no other, a little earlier."""
+"""Over windows of 1.95 s; those of the analysis end with the last pose that repeats no other."""
 MARGIN = 1.1
 MAP = """
 [columns]
