@@ -1,12 +1,15 @@
-"""Modes from wheel speeds, by driver family and noise: causal, in hindsight, and a yardstick told the robot.
+"""Modes from wheel speeds, by driver family and noise: causal, in hindsight, and two yardsticks.
 
     python bench/encoder_modes.py [--part develop|report] [--logs 2] [--first-seed S]
 
 Half of the robots are skid-steer; wheel radius and track are up to 3 % off, the encoders have 2048 ticks at
-100 Hz. False slips are counted on dry ground. The table's rows are means over the logs of a family and noise.
+100 Hz. Both yardsticks are told the robot's true dimensions: an ordinary filter that shares nothing with the
+analysis (``encoders/yardstick.py``), and the analysis's own bank. False slips are counted on dry ground. The
+table's rows are means over the logs of a family and noise.
 """
 
 import argparse
+from dataclasses import dataclass
 
 import numpy as np
 from encoders.logs import made
@@ -14,7 +17,11 @@ from encoders.split import part
 from encoders.yardstick import modes_told
 
 import wmr_replay as wr
-from wmr_schemas.arrays import F64, I8
+from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
+from wmr_replay.identify.filter_bank.bins import into_bins, open_bin
+from wmr_replay.identify.wheel_bank.model import WheelModel
+from wmr_replay.identify.wheel_bank.states import WheelPrior
+from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_synth import SimulatedLog
 from wmr_synth.sensors import NOISE_LEVELS
 
@@ -30,21 +37,57 @@ def calibration_error(posterior: F64, true: I8) -> float:
     return float(sum(abs(confidence[p].mean() - right[p].mean()) * p.mean() for p in parts if p.any()))
 
 
-def yardstick(simulated: SimulatedLog, noise: str) -> tuple[float, float]:
-    """Accuracy and calibration error of the filter that is told the robot."""
-    log, rolling = simulated.log, simulated.facts["true_robot"]
+@dataclass(frozen=True, eq=False)
+class Aligned:
+    """A log with its wheel speeds (2, n) in m/s at its poses (3, n), by the true radius."""
+
+    t_ns: I64
+    pose: F64
+    wheels_mps: F64
+    robot: F64
+    """Effective half track in m, x_icr in m, lateral slip in s."""
+    noise_sd: tuple[float, float]
+    true: I8
+
+    @property
+    def warm(self) -> Bool:
+        """Rows that are scored."""
+        return np.asarray((self.t_ns - self.t_ns[0]) * 1e-9 > WARM_S)
+
+    def score(self, posterior: F64) -> tuple[float, float]:
+        """Accuracy and calibration error of a posterior (4, n)."""
+        chosen, true = posterior[:, self.warm], self.true[self.warm]
+        return float((chosen.argmax(axis=0) == true).mean()), calibration_error(chosen, true)
+
+
+def aligned(simulated: SimulatedLog, noise: str) -> Aligned:
+    """What both yardsticks are told."""
+    log, true = simulated.log, simulated.facts["true_robot"]
     assert log.wheels is not None
-    scale = rolling["wheel_radius_m"]
-    wheels = np.stack([log.wheels.left_radps, log.wheels.right_radps]) * scale
     rows = np.searchsorted(log.wheels.t_ns, log.pose.t_ns, side="right") - 1
-    wheels = wheels[:, np.maximum(rows, 0)]
-    pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
-    robot = np.array([rolling["half_track_m"], rolling["icr_offset_m"], rolling["lateral_slip_s"]])
-    step_s = float(np.median(np.diff(log.pose.t_ns))) * 1e-9
-    posterior = modes_told(wheels, pose, NOISE_LEVELS[noise], step_s, robot)
-    warm = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9 > WARM_S
-    posterior, true = posterior[:, warm], true_modes(simulated)[warm]
-    return float((posterior.argmax(axis=0) == true).mean()), calibration_error(posterior, true)
+    speeds = np.stack([log.wheels.left_radps, log.wheels.right_radps])[:, np.maximum(rows, 0)]
+    return Aligned(
+        log.pose.t_ns,
+        np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad]),
+        speeds * true["wheel_radius_m"],
+        np.array([true["half_track_m"], true["icr_offset_m"], true["lateral_slip_s"]]),
+        NOISE_LEVELS[noise],
+        true_modes(simulated),
+    )
+
+
+def bank_told(log: Aligned) -> F64:
+    """The posterior (4, n) of the analysis's bank whose robot is known."""
+    half_track, icr, lateral = log.robot
+    prior = WheelPrior(np.array([0.0, np.log(half_track), icr, lateral, 0.0, 0.005]), np.full(6, 1e-4))
+    n, step_s = len(log.t_ns), float(np.median(np.diff(log.t_ns))) * 1e-9
+    bank = Bank(WheelModel(prior, np.zeros(6)), step_s, BankSettings(), 4)
+    variances = np.tile(np.array(log.noise_sd)[:, None] ** 2, (1, n))
+    known = log.t_ns, log.pose, log.wheels_mps, variances, np.zeros(n, bool)
+    bins, done = into_bins(*known, bank.rows_per_bin, open_bin())
+    unknown = np.full(n, np.nan)
+    said = bank.push(bins, unknown, unknown, done)[:4]
+    return np.concatenate([np.full((4, 1), 0.25), said], axis=1)[:, done]
 
 
 def true_modes(simulated: SimulatedLog) -> I8:
@@ -66,12 +109,15 @@ def false_slips_an_hour(family: str, chassis: str, noise: str, seed: int) -> flo
 
 
 def scores(family: str, chassis: str, noise: str, seed: int) -> list[float]:
-    """Of one log: yardstick, causal, hindsight; their calibration errors; false slips an hour."""
+    """Of one log: both yardsticks, causal, hindsight; calibration errors of these; false slips an hour."""
     simulated = made(family, chassis, noise, seed)
-    known, known_ece = yardstick(simulated, noise)
+    log = aligned(simulated, noise)
+    step_s = float(np.median(np.diff(log.t_ns))) * 1e-9
+    filtered, _ = log.score(modes_told(log.wheels_mps, log.pose, log.noise_sd, step_s, log.robot))
+    told, _ = log.score(bank_told(log))
     row = wr.replay(simulated.log).summary.to_dicts()[0]
-    accuracies = [known, row["accuracy"], row["hindsight_accuracy"]]
-    errors = [known_ece, row["ece"], row["hindsight_ece"]]
+    accuracies = [filtered, told, row["accuracy"], row["hindsight_accuracy"]]
+    errors = [row["ece"], row["hindsight_ece"]]
     return [*accuracies, *errors, false_slips_an_hour(family, chassis, noise, seed)]
 
 
@@ -84,7 +130,8 @@ def main() -> None:
     options = parser.parse_args()
     chosen = part(options.part)
     first = chosen.first_seed if options.first_seed is None else options.first_seed
-    print("| family | noise | logs | told the robot | causal | hindsight | ece | ece | ece | false slips/h |")
+    heads = "filter told | bank told | causal | hindsight | causal ece | hindsight ece | false slips/h"
+    print(f"| family | noise | logs | {heads} |")
     print("| --- " * 10 + "|")
     for family in chosen.families:
         for noise in NOISE_LEVELS:

@@ -33,7 +33,6 @@ from numba.core.types.functions import BaseFunction
 from numba.core.typing.context import Context as TypingContext
 from numba.core.typing.templates import _IntrinsicTemplate
 
-from wmr_schemas.compiled import lowering as shorter
 from wmr_schemas.compiled import passes
 
 _LOAD = "load_additional_registries"
@@ -182,6 +181,8 @@ def garbage_collected_once() -> Iterator[None]:
 @contextlib.contextmanager
 def faster() -> Iterator[None]:
     """With numba's compiler lock held: the quicker functions in the place of numba's own."""
+    from wmr_schemas.compiled import lowering as shorter  # noqa: PLC0415 – loads much of numba
+
     quicker = [*replacements(), *shorter.replacements()]
     replaced = [(owner, name, getattr(owner, name), value) for owner, name, value in quicker]
     for owner, name, _, value in replaced:

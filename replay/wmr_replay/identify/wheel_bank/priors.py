@@ -41,6 +41,9 @@ class WheelPriors:
 
     calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.02)
     """Levels of elastic slip, standard deviations: from a hard wheel on concrete to a soft one on carpet."""
+    rare_sd: float = 2.5
+    """A pose further off is weighed as if it lay there: among 10⁵ poses an hour many are, and a slip that is
+    told has to show in more than one."""
     rounding_time_s: float = 5.0
     """Over which the rounding of the wheels' paths is averaged: longer than a spin-up of a wheel."""
     path_m: float = 1e-4

@@ -33,6 +33,7 @@ N_PARAMETERS = 6
 N_WORK = 12
 CALM = np.array(WHEEL_PRIORS.calm_mps) ** 2
 """Variances of elastic slip by level, (m/s)²."""
+RARE_SD = WHEEL_PRIORS.rare_sd
 ROUNDING_TIME_S = WHEEL_PRIORS.rounding_time_s
 POSTERIOR, SLIPS, PARAMETERS, JUMPED = 0, 4, 10, 22
 N_ANSWERS = 23
@@ -105,6 +106,9 @@ def update_all(hypotheses: HypothesisSet, pose: F64, variances: F64, rounding: f
         mean = hypotheses.mean[h]
         wider[X], wider[Y] = variances[X] + 0.5 * rounding, variances[Y] + 0.5 * rounding
         wider[PSI] = variances[PSI] + 0.5 * rounding * math.exp(-2.0 * mean[LN_TRACK])
+        for c in range(3):
+            unlikely = ((pose[c] - mean[c]) / RARE_SD) ** 2 - hypotheses.covariance[h, c, c]
+            wider[c] = max(wider[c], unlikely)
         hypotheses.log_weight[h] += update(mean, hypotheses.covariance[h], pose, wider, gain)
     normalise(hypotheses)
 
