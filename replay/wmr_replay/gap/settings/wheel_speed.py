@@ -149,8 +149,7 @@ class GateSettingsWheelSpeed:
     """Least way that the wheels turn, m. Physics: less is nothing to calibrate."""
 
     most_loss_sd: float = 0.1
-    """Most standard deviation of a loss in a time or a place. Encoder benchmark: a spinning wheel's
-    varies."""
+    """Most standard deviation of a loss in a time or a place. Judgement: that of a spinning wheel varies."""
 
     least_place_gain: float = 100.0
     """Least drop of the deviance by a loss in a time or a place. Judgement, on the encoder benchmark: noise
