@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.convert import Converted, convert, convert_bag
     from wmr_replay.api.design import Design, design
     from wmr_replay.api.differentiate import Derivative, differentiate
+    from wmr_replay.api.export import export
     from wmr_replay.api.fit import Fit, fit
     from wmr_replay.api.gap import Gap, gap
     from wmr_replay.api.info import LogInfo
@@ -85,6 +86,7 @@ __all__ = [
     "design",
     "differentiate",
     "differentiate_pose",
+    "export",
     "fit",
     "gap",
     "hidden_effects",
@@ -112,6 +114,7 @@ _HOMES = {
     "wmr_replay.api.convert": "Converted convert convert_bag",
     "wmr_replay.api.design": "Design design",
     "wmr_replay.api.differentiate": "Derivative differentiate",
+    "wmr_replay.api.export": "export",
     "wmr_replay.api.fit": "Fit fit",
     "wmr_replay.api.gap": "Gap gap",
     "wmr_replay.api.info": "LogInfo",

@@ -147,6 +147,11 @@ class Gap(Part, frozen=True):
     held_out: HeldOut
     yaw: YawGap
 
+    @property
+    def seconds(self) -> str:
+        """Length of a window in s, as ``metric`` states it."""
+        return self.metric.rpartition("_")[2].removesuffix("s")
+
 
 class Detectable(Part, frozen=True):
     """The smallest size of an effect that would have been seen."""
@@ -160,6 +165,7 @@ class ModelTables(Part, frozen=True, omit_defaults=True):
 
     robot: dict[str, float | str] = {}
     noise: dict[str, float] = {}
+    odometry: dict[str, float] = {}
     effects: tuple[dict[str, float | str], ...] = ()
     provenance: dict[str, str] = {}
 
@@ -173,6 +179,10 @@ class Asked(Part, frozen=True):
     clock_offset_s: Annotated[
         float, Meta(description="added to the stamps of torques and wheel speeds, s")
     ] = 0.0
+    base: Annotated[str, Meta(description="base model asked for; empty: the torques'")] = ""
+    input: Annotated[
+        str, Meta(description="`measured` or `commands`, where wheel speeds drive the model")
+    ] = ""
     given: Annotated[
         dict[str, str],
         Meta(description="`mapping` and `model` as the text of their files, `start` and `end`, where named"),
@@ -202,6 +212,19 @@ class Candidate(Part, frozen=True):
     score: Annotated[Maybe, Meta(description="gain less the price of its parameters; the largest is tested")]
     p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
     failed: Annotated[str, Meta(description="the gate that it does not pass; empty where none failed")]
+
+
+class OdometryError(Part, frozen=True):
+    """Dead reckoning over held-out windows from the measured pose at their start: the error at their end."""
+
+    seconds: Annotated[float, Meta(gt=0, description="length of a window")]
+    windows: Annotated[int, Meta(ge=0, description="held-out windows")]
+    position_rms_before_m: Annotated[Size, Meta(description="position, root mean square, base model")]
+    position_rms_after_m: Annotated[Size, Meta(description="the same, extended model")]
+    position_median_before_m: Annotated[Size, Meta(description="position, median, base model")]
+    position_median_after_m: Annotated[Size, Meta(description="the same, extended model")]
+    yaw_rms_before_rad: Annotated[Size, Meta(description="yaw, root mean square, base model")]
+    yaw_rms_after_rad: Annotated[Size, Meta(description="the same, extended model")]
 
 
 class GapFile(Part, frozen=True):
@@ -235,6 +258,13 @@ class GapFile(Part, frozen=True):
     candidates: Annotated[
         tuple[Candidate, ...], Meta(description="what was fitted in full, by stage, the best first")
     ] = ()
+    base_model: Annotated[
+        Literal["torque", "wheel_speed"], Meta(description="what drives the base model")
+    ] = "torque"
+    odometry: Annotated[
+        OdometryError | None,
+        Meta(description="where wheel speeds drive the model: the error of dead reckoning"),
+    ] = None
 
 
 def gap_to_json(gap: GapFile) -> str:

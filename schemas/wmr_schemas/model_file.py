@@ -35,6 +35,16 @@ class NoiseModel:
     disturbance_yaw_mps2_rthz: float | None = field(
         default=None, metadata=described("(m/s²)/√Hz", "white disturbance on half_track_m·d(yaw_rate)/dt")
     )
+    slip_longitudinal_mps_rthz: float | None = field(
+        default=None,
+        metadata=described("(m/s)/√Hz", "slip velocity ahead, where wheel speeds drive the model"),
+    )
+    slip_lateral_mps_rthz: float | None = field(
+        default=None, metadata=described("(m/s)/√Hz", "slip velocity sideways, likewise")
+    )
+    slip_yaw_radps_rthz: float | None = field(
+        default=None, metadata=described("(rad/s)/√Hz", "error of the yaw rate, likewise")
+    )
 
 
 @dataclass(frozen=True)
@@ -59,6 +69,30 @@ class Provenance:
     settings: str = field(
         default="", metadata=described("–", "of a fit: JSON, enough to repeat it with `--config`")
     )
+    base_model: str = field(
+        default="",
+        metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do"),
+    )
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Error of dead reckoning from wheel speeds over windows that were held out, before and after."""
+
+    seconds: float = field(metadata=described("s", "length of a window; each starts at its measured pose"))
+    windows: float = field(metadata=described("–", "held-out windows"))
+    position_rms_before_m: float = field(
+        metadata=described(
+            "m", "error of the position at a window's end by the nominal robot, root mean square"
+        )
+    )
+    position_rms_after_m: float = field(metadata=described("m", "the same by the calibrated robot"))
+    position_median_before_m: float = field(metadata=described("m", "the median, nominal"))
+    position_median_after_m: float = field(metadata=described("m", "the median, calibrated"))
+    yaw_rms_before_rad: float = field(
+        metadata=described("rad", "error of the yaw, root mean square, nominal")
+    )
+    yaw_rms_after_rad: float = field(metadata=described("rad", "the same, calibrated"))
 
 
 @dataclass(frozen=True)
@@ -70,12 +104,13 @@ class Model:
     noise: NoiseModel = NoiseModel()
     effects: tuple[Effect, ...] = ()
     provenance: Provenance = Provenance()
+    odometry: Odometry | None = None
 
 
 def read_model(path: Path) -> Model:
     """Read and check a model file. Raises InvalidFile naming the key at fault."""
     tables = read_toml(path)
-    check_keys(path, "", tables, ("robot", "noise", "effects", "provenance"))
+    check_keys(path, "", tables, ("robot", "noise", "effects", "provenance", "odometry"))
     robot, robot_sd = split_sd(path, "[robot]", expect_table(path, "[robot]", tables.get("robot", {})))
     noise = expect_table(path, "[noise]", tables.get("noise", {}))
     check_keys(path, "[noise]", noise, (f.name for f in fields(NoiseModel)))
@@ -94,7 +129,21 @@ def read_model(path: Path) -> Model:
         provenance=Provenance(
             **{key: expect_text(path, f"[provenance] {key}", value) for key, value in provenance.items()}
         ),
+        odometry=parse_odometry(path, tables.get("odometry")),
     )
+
+
+def parse_odometry(path: Path, entry: object) -> Odometry | None:
+    """The ``[odometry]`` table, complete or not there."""
+    if entry is None:
+        return None
+    table = expect_table(path, "[odometry]", entry)
+    wanted = [f.name for f in fields(Odometry)]
+    check_keys(path, "[odometry]", table, wanted)
+    missing = [key for key in wanted if key not in table]
+    if missing:
+        raise InvalidFile(path, "[odometry]", f"lacks {', '.join(missing)}")
+    return Odometry(**{key: non_negative(path, f"[odometry] {key}", table[key]) for key in wanted})
 
 
 def parse_effect(path: Path, index: int, entry: object) -> Effect:
@@ -166,6 +215,7 @@ def model_tables(model: Model) -> dict[str, Any]:
     tables: dict[str, Any] = {"robot": with_sd(model.robot.known(), model.robot_sd)}
     tables["noise"] = {key: value for key, value in vars(model.noise).items() if value is not None}
     tables["provenance"] = {key: value for key, value in vars(model.provenance).items() if value}
+    tables["odometry"] = {} if model.odometry is None else vars(model.odometry)
     tables["effects"] = [effect_table(effect) for effect in model.effects]
     return {key: value for key, value in tables.items() if value}
 

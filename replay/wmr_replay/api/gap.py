@@ -1,13 +1,14 @@
 """Where simulation and measurement of a log disagree, and what the model lacks."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 import polars as pl
 
-from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, place_of
+from wmr_replay.api.places import LocalPlace, Place, home_of, local_path, places_of
 from wmr_replay.api.request import (
     Instant,
     MappingLike,
@@ -24,6 +25,7 @@ from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
+from wmr_replay.jobs.wheel_speed import WHEEL_SPEED, Request, analyse_wheel_logs, either
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
 from wmr_schemas.errors import InvalidSetting
@@ -36,6 +38,11 @@ from wmr_schemas.text import shown
 if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
 
+BASES = ("auto", "torque", "wheel-speed", "both")
+MOST_ON_TORQUES = 3
+INPUTS = ("measured", "commands")
+ASIDE = "wheel-speed"
+"""Directory of the analysis on wheel speeds beside one on torques."""
 TOPIC = "topic:"
 MODES = ("identified", "ideal")
 EFFECT_COLUMNS = {
@@ -57,10 +64,13 @@ class Gap:
         result: The analysis with all its traces.
         log: The signals that were analysed.
         files: The files that were written, by kind; empty without ``out``.
+        also: With ``base="both"`` the analysis on wheel speeds beside this one on torques.
     """
 
-    def __init__(self, run: GapRun, files: Mapping[str, Path] | None = None) -> None:
-        self._run, self.files = run, dict(files or {})
+    def __init__(
+        self, run: GapRun, files: Mapping[str, Path] | None = None, also: "Gap | None" = None
+    ) -> None:
+        self._run, self.files, self.also = run, dict(files or {}), also
 
     @property
     def document(self) -> GapFile:
@@ -143,14 +153,16 @@ class Gap:
 
 
 def gap(
-    log: Place,
+    log: Place | Sequence[Place],
     out: LocalPlace | None = None,
     *,
     model: ModelLike | None = None,
+    base: str = "auto",
+    inputs: str = "measured",
     modes: str = "identified",
     tolerance_m: float = 0.003,
     tolerance_s: float = 4.0,
-    max_effects: int = 3,
+    max_effects: int | None = None,
     seed: int = 0,
     mapping: MappingLike | None = None,
     start: Instant | None = None,
@@ -165,13 +177,18 @@ def gap(
     """Say where simulation and measurement of a log disagree, and what the model lacks.
 
     Args:
-        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL.
+        log: An MCAP file, a ROS bag (``.db3``, ``.bag``), a rosbag2 directory, or a URL; several logs of one
+            robot where wheel speeds drive the model.
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
+        base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where
+        the
+            log has them, else wheel speeds.
+        inputs: Of wheel speeds: ``measured``, or the ``commands``.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
         tolerance_m: An effect counts when it moves the simulated path by more than this …
         tolerance_s: … within this time.
-        max_effects: Most effects looked for, 1 to 3.
+        max_effects: Most effects looked for; None: 3 on torques, 8 on wheel speeds.
         seed: Seed of the placebo logs.
         mapping: Mapping or mapping file.
         start: Leave out what was logged before.
@@ -189,31 +206,103 @@ def gap(
     """
     if report:
         check_extra()
-    place, directory = place_of(log), None if out is None else local_path(out)
-    options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects, seed)
+    check_base(base, inputs)
+    places = places_of(log)
+    place, directory = places[0], None if out is None else local_path(out)
+    options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects or MOST_ON_TORQUES, seed)
     if directory is not None and model is not None and not isinstance(model, Model):
         check_base_kept(place, directory, local_path(model))
     claim = None if directory is None else Claim.of(directory, place, models=True)
     replaces = claim is not None and claim.settled(force=force)
     if claim is not None and timeline:
         import_early(GAP_TIMELINE)
-    run = analyse_log(
-        place,
-        base=model_of(model),
-        options=options,
-        mode_topic=topic,
-        mapping=mapping_of(mapping),
-        between=between_of(start, end),
-        clock_offset_s=settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
-        command=command,
-        progress=progress,
+    asked = Asked(
+        places,
+        model_of(model),
+        options,
+        topic,
+        Request(
+            mapping_of(mapping),
+            between_of(start, end),
+            settings_of({"clock_offset_s": clock_offset_s}).clock_offset_s,
+            commands=inputs == "commands",
+        ),
+        max_effects,
+        command,
+        progress,
     )
+    runs = asked.runs(base)
     if claim is None:
-        return Gap(run)
-    files = write_gap(run, claim.directory, timeline=timeline, report=report)
+        return Gap(runs[0], also=Gap(runs[1]) if len(runs) > 1 else None)
+    files = write_gap(runs[0], claim.directory, timeline=timeline, report=report)
+    also = None
+    if len(runs) > 1:
+        aside = write_gap(runs[1], claim.directory / ASIDE, timeline=timeline, report=report)
+        also = Gap(runs[1], aside)
     if replaces:
         claim.remove_others(files.values())
-    return Gap(run, files)
+    return Gap(runs[0], files, also)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """An analysis that is wanted."""
+
+    places: tuple[LogPath, ...]
+    model: Model | None
+    options: GapOptions
+    topic: str | None
+    request: Request
+    max_effects: int | None
+    command: str
+    progress: Progress | None
+
+    def runs(self, base: str) -> list[GapRun]:
+        """The analyses on a base; two for ``both``. Raises LogUnusable."""
+        if base == "both":
+            return [self.on_torques(), self.on_wheel_speeds()]
+        if base == "wheel-speed" or (base == "auto" and self.needs_wheel_speeds()):
+            return [self.on_wheel_speeds()]
+        if base == "torque":
+            return [self.on_torques()]
+        return [either(self.on_torques, self.on_wheel_speeds)]
+
+    def needs_wheel_speeds(self) -> bool:
+        """Whether commands, several logs or the model ask for wheel speeds."""
+        of_model = self.model is not None and self.model.provenance.base_model == WHEEL_SPEED
+        return of_model or self.request.commands or len(self.places) > 1
+
+    def on_torques(self) -> GapRun:
+        """The analysis on torques. Raises InvalidSetting for several logs."""
+        if len(self.places) > 1:
+            raise InvalidSetting("torques are analysed log by log; several logs need --base wheel-speed")
+        if self.max_effects is not None and self.max_effects > MOST_ON_TORQUES:
+            raise InvalidSetting(f"one to three effects are looked for on torques, not {self.max_effects}")
+        return analyse_log(
+            self.places[0],
+            base=self.model,
+            options=self.options,
+            mode_topic=self.topic,
+            mapping=self.request.mapping,
+            between=self.request.between,
+            clock_offset_s=self.request.clock_offset_s,
+            command=self.command,
+            progress=self.progress,
+        )
+
+    def on_wheel_speeds(self) -> GapRun:
+        """The analysis on wheel speeds or commands."""
+        if self.topic is not None:
+            raise InvalidSetting("on wheel speeds, modes are identified or ideal, not those of a topic")
+        return analyse_wheel_logs(
+            self.places,
+            self.request,
+            base=self.model,
+            options=self.options,
+            at_most=self.max_effects,
+            command=self.command,
+            progress=self.progress,
+        )
 
 
 def options_of(
@@ -228,6 +317,16 @@ def options_of(
         )
     source = modes if topic is None else "given"
     return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed), topic
+
+
+def check_base(base: str, inputs: str) -> None:
+    """Raises InvalidSetting for an unknown base model or input, or two that do not go together."""
+    if base not in BASES:
+        raise InvalidSetting(f"base is one of {', '.join(BASES)}, not {base!r}")
+    if inputs not in INPUTS:
+        raise InvalidSetting(f"input is one of {', '.join(INPUTS)}, not {inputs!r}")
+    if inputs == "commands" and base == "torque":
+        raise InvalidSetting("commands drive the wheel-speed base, not the torques'")
 
 
 def check_base_kept(log: LogPath, out: Path, model_file: Path) -> None:

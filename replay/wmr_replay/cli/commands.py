@@ -16,6 +16,7 @@ COMMANDS = {
     "synth": "Write a synthetic log.",
     "gap": "Where simulation and measurement disagree, and what the model lacks.",
     "fit": "Calibrate the base model of a robot on a log.",
+    "export": "Write a calibrated model as another tool's parameters.",
     "convert": "Turn a CSV file or a ROS bag into a log.",
     "suite": "Write a named, versioned set of synthetic logs.",
     "check": "Replay logs and compare with stored references, or hold them to criteria.",

@@ -2,8 +2,9 @@
 
 import shlex
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 
@@ -14,6 +15,7 @@ from wmr_replay.cli.options.settings import CLOCK_OFFSET, model_option
 from wmr_replay.cli.options.viewing import Viewing, viewing_options
 from wmr_schemas.text import encodable
 
+F = TypeVar("F", bound=Callable[..., Any])
 VERDICTS = ("named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation")
 EXIT_CHECK_FAILED = 1
 MODES_OPTION = click.option(
@@ -25,9 +27,30 @@ MODES_OPTION = click.option(
 )
 
 
+def base_option(*bases: str) -> Callable[[F], F]:
+    """--base with these choices, and auto."""
+    return click.option(
+        "--base",
+        type=click.Choice(["auto", *bases]),
+        default="auto",
+        help="What drives the base model; auto: torques where the log has them, else wheel speeds.",
+    )
+
+
+BASE_OPTION = base_option("torque", "wheel-speed", "both")
+
+
 @click.command("gap", cls=GroupedCommand)
-@click.argument("log", type=click.Path(path_type=Path))
+@click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
+@BASE_OPTION
+@click.option(
+    "--input",
+    "inputs",
+    type=click.Choice(["measured", "commands"]),
+    default="measured",
+    help="Which wheel speeds drive the model of --base wheel-speed.",
+)
 @MODES_OPTION
 @click.option(
     "--tolerance",
@@ -35,7 +58,11 @@ MODES_OPTION = click.option(
     default="3:4",
     help="An effect counts when it moves the simulated path by more than MM millimetres in S seconds.",
 )
-@click.option("--max-effects", type=click.IntRange(1, 3), default=3, help="Most effects looked for.")
+@click.option(
+    "--max-effects",
+    type=click.IntRange(1, 12),
+    help="Most effects looked for.  [default: 3 on torques, 8 on wheel speeds]",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the placebo logs.")
 @click.option(
     "--out", type=click.Path(file_okay=False, path_type=Path), help="Results go here, not to ./<stem>.wmr/."
@@ -55,11 +82,13 @@ MODES_OPTION = click.option(
 @blind_options
 @viewing_options
 def command(  # noqa: PLR0917
-    log: Path,
+    logs: tuple[Path, ...],
     model_file: Path | None,
+    base: str,
+    inputs: str,
     modes: str,
     tolerance: str,
-    max_effects: int,
+    max_effects: int | None,
     seed: int,
     out: Path | None,
     as_json: bool,
@@ -71,8 +100,9 @@ def command(  # noqa: PLR0917
 ) -> None:
     """Say where simulation and measurement of LOG disagree, what the model lacks, and what adding it brings.
 
-    Simulates the log's own torques, names the missing effect where the log allows it, and proves it on a part
-    of the log that was not fitted. Writes <stem>.gap.json, <stem>.gap.rrd and the extended <stem>.model.toml.
+    Simulates the log's own torques, or where it has none its wheel speeds, names the missing effect where
+    the log allows it, and proves it on a part of the log that was not fitted. Writes <stem>.gap.json,
+    <stem>.gap.rrd and the extended <stem>.model.toml.
 
     \b
     Examples:
@@ -80,6 +110,8 @@ def command(  # noqa: PLR0917
       wmr-replay gap log.mcap --model robot.model.toml --tolerance 5:4
       wmr-replay gap log.mcap --modes topic:/ground_truth/mode --fail-on named,ambiguous,unnamed
       wmr-replay gap second.mcap --model log.wmr/log.model.toml     # is anything missing still?
+      wmr-replay gap encoders.mcap                                  # no torques: wheel speeds drive the model
+      wmr-replay gap encoders.mcap --input commands                 # lag, delay and gains of the drive, too
     """
     from wmr_replay.api.gap import gap
     from wmr_replay.cli.printing.gap import print_gap
@@ -87,11 +119,14 @@ def command(  # noqa: PLR0917
 
     viewing = Viewing.of(options, no_rrd=no_rrd)
     failing, (tolerance_m, tolerance_s) = verdicts_of(fail_on), tolerance_of(tolerance)
+    log = logs[0]
     with share_progress(f"reading {log.name}") as progress:
         found = gap(
-            log,
+            list(logs),
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
+            base=base,
+            inputs=inputs,
             modes=modes,
             tolerance_m=tolerance_m,
             tolerance_s=tolerance_s,
@@ -106,6 +141,8 @@ def command(  # noqa: PLR0917
             **log_options(options),
         )
     print_gap(found, log, as_json=as_json)
+    if found.also is not None and not as_json:
+        print_gap(found.also, log, as_json=False)
     if "timeline" in found.files:
         viewing.show(found.files["timeline"])
     if found.verdict in failing:

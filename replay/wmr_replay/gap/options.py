@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.errors import InvalidSetting
 
+MOST_EFFECTS = 12
 MODE_SOURCES = ("identified", "ideal", "given")
 
 
@@ -32,5 +33,5 @@ class GapOptions:
             raise InvalidSetting(f"the tolerance must not be below 0 m, not {self.tolerance_m:g} m")
         if not 1 <= self.tolerance_s <= 8:
             raise InvalidSetting(f"the tolerance is over 1 to 8 s, not {self.tolerance_s:g} s")
-        if not 1 <= self.max_effects <= 3:
-            raise InvalidSetting(f"one to three effects are looked for, not {self.max_effects}")
+        if not 1 <= self.max_effects <= MOST_EFFECTS:
+            raise InvalidSetting(f"one to {MOST_EFFECTS} effects are looked for, not {self.max_effects}")

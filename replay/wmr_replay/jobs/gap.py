@@ -183,12 +183,13 @@ def write_model(run: FitRun, out: Path) -> Path:
 
 
 @contextmanager
-def errors_naming(path: LogPath) -> Iterator[None]:
+def errors_naming(path: LogPath, advice: str = TRY_LONGER) -> Iterator[None]:
     """Turn an InvalidSignal of the analysis into a LogUnusable that names the log."""
     try:
         yield
     except InvalidSignal as error:
-        advice = TRY_KNOWN if error.signal == "robot" else TRY_LONGER
+        if error.signal == "robot":
+            advice = TRY_KNOWN
         raise LogUnusable(path, str(error), advice.format(path=path)) from error
 
 

@@ -43,6 +43,8 @@ def document_of(
         },
         "version": __version__,
         "findings": [found.as_dict() for found in findings],
+        "base_model": result.base_model,
+        "odometry": None if result.odometry is None else asdict(result.odometry),
         "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)

@@ -57,7 +57,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
     sheet.figures(*proof(gap, traces))
     sheet.section("Where it shows", where_lead(gap))
     sheet.figures(*[[one] for one in figures.path_figures(gap, traces)])
-    sheet.figures([figures.error_figure(traces, extended=bool(gap.effects))])
+    sheet.figures([figures.error_figure(traces, extended=bool(gap.effects), seconds=gap.gap.seconds)])
     sheet.add(page.details("Where, in numbers", where_table(gap)))
     if gap.candidates:
         sheet.section(
@@ -152,12 +152,17 @@ def quality(gap: GapFile) -> str:
 
 def proof(gap: GapFile, traces: pl.DataFrame) -> list[list[Figure | None]]:
     """The scatter of each effect beside its residual over time; without an effect the residuals alone."""
+    words = figures.residuals_of(gap)
     if not gap.effects:
-        return [[figures.residual_figure(channel, traces, extended=False) for channel in figures.RESIDUALS]]
-    scatters = [figures.scatter_figure(effect, traces) for effect in gap.effects]
+        alone = [figures.residual_figure(one, traces, extended=False, residuals=words) for one in words]
+        return [list(alone)]
+    scatters = [figures.scatter_figure(effect, traces, words) for effect in gap.effects]
     shown = dict.fromkeys(effect.residual or "longitudinal" for effect in gap.effects)
     others = [channel for channel in ("longitudinal", "yaw") if channel not in shown][: 2 - len(shown)]
-    over_time = [figures.residual_figure(channel, traces, extended=True) for channel in (*shown, *others)]
+    over_time = [
+        figures.residual_figure(channel, traces, extended=True, residuals=words)
+        for channel in (*shown, *others)
+    ]
     return [scatters, list(over_time)]
 
 
@@ -258,7 +263,14 @@ def remains(sheet: page.Page, gap: GapFile) -> None:
         metric_row(name, metric, unit)
         for name, metric, unit in (("position", gap.gap, "mm"), ("yaw", gap.gap.yaw, "mrad"))
     ]
-    head = ("gap over 4 s", "fitted: before", "after", "held out: before", "after", "noise alone")
+    head = (
+        f"gap over {gap.gap.seconds} s",
+        "fitted: before",
+        "after",
+        "held out: before",
+        "after",
+        "noise alone",
+    )
     sheet.add(page.table(head, rows, numeric=range(1, 6)))
     if gap.unnameable:
         sheet.add(

@@ -1,6 +1,6 @@
 """The figures of a gap analysis: paths by error, the residual over its variable and over time, errors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +22,12 @@ RESIDUALS = {
     "lateral": "lateral velocity left over [m/s]",
     "yaw": "residual of half track · yaw acceleration [m/s²]",
 }
+SLIP_VELOCITIES = {
+    "longitudinal": "velocity ahead left over [m/s]",
+    "lateral": "lateral velocity left over [m/s]",
+    "yaw": "yaw rate left over [rad/s]",
+}
+"""The residuals where wheel speeds drive the model."""
 QUANTITIES = {
     "t_s": "time [s]",
     "distance_m": "distance from the disc's centre [m]",
@@ -195,7 +201,14 @@ def variable_of(effect: Effect, traces: pl.DataFrame) -> F64:
     return np.hypot(values(traces, "x_m") - x_m, values(traces, "y_m") - y_m)
 
 
-def scatter_figure(effect: Effect, traces: pl.DataFrame) -> Figure | None:
+def residuals_of(gap: GapFile) -> Mapping[str, str]:
+    """The residuals of a base model, in words."""
+    return SLIP_VELOCITIES if gap.base_model == "wheel_speed" else RESIDUALS
+
+
+def scatter_figure(
+    effect: Effect, traces: pl.DataFrame, residuals: Mapping[str, str] = RESIDUALS
+) -> Figure | None:
     """The residual over the quantity that it follows, before and after: clouds and the median of each bin."""
     if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
         return None
@@ -220,21 +233,21 @@ def scatter_figure(effect: Effect, traces: pl.DataFrame) -> Figure | None:
         *(median_line(f"{name}_{k}", colour) for k, colour in ((2, BEFORE), (3, AFTER))),
     ]
     spec = charts.cloud(
-        layers, QUANTITIES[effect.variable], RESIDUALS[effect.residual], list(data), height=300
+        layers, QUANTITIES[effect.variable], residuals[effect.residual], list(data), height=300
     )
     key = [
         Key(BEFORE, "base model", "dot"),
         Key(AFTER, f"with {effect.name}", "dot"),
         Key(INK, "median of a bin", "line"),
     ]
-    return Figure(name, scatter_title(effect, before, after), spec, data, key)
+    return Figure(name, scatter_title(effect, before, after, residuals), spec, data, key)
 
 
-def scatter_title(effect: Effect, before: F64, after: F64) -> str:
+def scatter_title(effect: Effect, before: F64, after: F64, residuals: Mapping[str, str]) -> str:
     """What is drawn, and the residual's root mean square before and after."""
     quantity = QUANTITIES[effect.variable].partition(" [")[0]
     sizes = " → ".join(f"{np.sqrt(np.mean(one**2)):.2g}" for one in (before, after))
-    unit = RESIDUALS[effect.residual].partition(" [")[2].rstrip("]")
+    unit = residuals[effect.residual].partition(" [")[2].rstrip("]")
     return f"Residual against the {quantity}: {sizes} {unit} rms"
 
 
@@ -275,20 +288,22 @@ def medians(x: F64, y: F64, edges: F64) -> Columns:
     }
 
 
-def residual_figure(channel: str, traces: pl.DataFrame, *, extended: bool) -> Figure:
+def residual_figure(
+    channel: str, traces: pl.DataFrame, *, extended: bool, residuals: Mapping[str, str] = RESIDUALS
+) -> Figure:
     """A residual over time, before and after, the held-out windows shaded."""
     lines = {"base": BEFORE} | ({"extended": AFTER} if extended else {})
     columns = {model: f"{model}_residual_{channel}" for model in lines}
     return over_time_figure(
-        f"residual_{channel}", f"Over time: {RESIDUALS[channel]}", traces, lines, columns, 150, zero=True
+        f"residual_{channel}", f"Over time: {residuals[channel]}", traces, lines, columns, 150, zero=True
     )
 
 
-def error_figure(traces: pl.DataFrame, *, extended: bool) -> Figure:
+def error_figure(traces: pl.DataFrame, *, extended: bool, seconds: str = "4") -> Figure:
     """The distance of measured and simulated position over time."""
     lines = {"base": BEFORE} | ({"extended": AFTER} if extended else {})
     columns = {model: f"{model}_error_m" for model in lines}
-    title = "Error of the position [m], simulated in windows of 4 s"
+    title = f"Error of the position [m], simulated in windows of {seconds} s"
     return over_time_figure("error", title, traces, lines, columns, 150)
 
 

@@ -31,6 +31,12 @@ SHORT = {
     "lateral": "Residual sideways [m/s]",
     "yaw": "Residual in yaw [m/s²]",
 }
+SLIP = {
+    "longitudinal": "Slip ahead [m/s]",
+    "lateral": "Slip sideways [m/s]",
+    "yaw": "Slip in yaw rate [rad/s]",
+}
+"""The residuals where wheel speeds drive the model."""
 COLOURS = {"base": BEFORE, "extended": AFTER}
 WRAP = 92
 """Characters of a line of the title."""
@@ -40,19 +46,20 @@ def gap_figure(gap: GapFile, traces: pl.DataFrame, name: str = "") -> Figure:
     """The figure of a gap analysis, out of ``gap.json`` and its traces."""
     effect = gap.effects[0] if gap.effects else None
     models = ("base", "extended") if effect else ("base",)
+    short = SLIP if gap.base_model == "wheel_speed" else SHORT
     with styled():
         figure = Figure(figsize=(11, 7.2), layout="constrained")
         grid = figure.add_gridspec(3, 2, height_ratios=(3, 1.7, 3.2))
         top = figure.add_subplot(grid[0, 0])
         channel = effect.residual if effect and effect.residual else "longitudinal"
         if effect is None or not draw_scatter(top, effect, traces):
-            draw_over_time(top, traces, "base_residual_lateral", SHORT["lateral"], ("base",))
-        draw_over_time(figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", SHORT[channel], models)
+            draw_over_time(top, traces, "base_residual_lateral", short["lateral"], ("base",))
+        draw_over_time(figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", short[channel], models)
         draw_over_time(
             figure.add_subplot(grid[1, :]),
             traces,
             "error_m",
-            "Error of the position [m], windows of 4 s",
+            f"Error of the position [m], windows of {gap.gap.seconds} s",
             models,
         )
         draw_paths(figure, grid, gap, traces, models)

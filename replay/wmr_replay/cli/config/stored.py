@@ -11,6 +11,7 @@ TEXTS = {"mapping": "map", "model": "model"}
 """What a result states as the text of a file, and the option that names such a file."""
 DECIDING = frozenset(
     {"modes", "tolerance", "max_effects", "seed", "clock_offset_s", "model_file", "start", "end"}
+    | {"base", "inputs"}
     | {"map", "pose", "torque", "truth", "clock"}
 )
 """Parameters of commands that decide an answer, besides the settings of a run. A result states all of them,
@@ -76,7 +77,8 @@ def gap_options(content: Mapping[str, Any], settings: Mapping[str, Any]) -> dict
 def fit_options(settings: Mapping[str, Any], modes: str) -> dict[str, Any]:
     """Those that a gap analysis and a calibration share."""
     shift = settings.get("clock_offset_s", 0.0)
-    return {"modes": modes, "clock-offset": shift} | given_options(settings)
+    asked = {name: settings[name] for name in ("base", "input") if settings.get(name)}
+    return {"modes": modes, "clock-offset": shift} | asked | given_options(settings)
 
 
 def given_options(settings: Mapping[str, Any]) -> dict[str, Any]:

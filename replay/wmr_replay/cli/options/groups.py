@@ -23,6 +23,8 @@ GROUPS = {
         "--identifier",
         "--min-confidence",
         "--modes",
+        "--base",
+        "--input",
         "--tolerance",
         "--max-effects",
         "--hindsight",
@@ -37,6 +39,7 @@ GROUPS = {
     ),
     "Output": (
         "--out",
+        "--to",
         "--force",
         "--report",
         "--view",

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
-from wmr_replay.cli.printing.gap import terminal
+from wmr_replay.cli.printing.gap import odometry_line, terminal
 from wmr_replay.cli.printing.json import echo_json
 from wmr_replay.cli.printing.layout import print_table
 from wmr_replay.cli.printing.plain import styled
 from wmr_replay.cli.printing.words import numbers, unit_of
+from wmr_schemas.effects import catalogue, declared
 
 if TYPE_CHECKING:
     from wmr_replay.api.fit import Fit
@@ -30,6 +31,9 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
         styled(("base model", "bold"), f" fitted to {seconds:.1f} s, {len(pose)} poses"), end="\n\n"
     )
     print_table(console, parameter_table(fitted.model))
+    if fitted.model.odometry is not None:
+        console.print()
+        console.print(styled(("odometry", "dim"), f"  {odometry_line(fitted.model.odometry)}"))
     console.print()
     for note in fitted.notes:
         console.print(styled(("note", "dim"), f"      {note}"))
@@ -39,8 +43,16 @@ def print_fit(fitted: "Fit", *, as_json: bool) -> None:
     for label, line in (
         ("model", fitted.file),
         ("next", f"wmr-replay gap ANOTHER_LOG --model {fitted.file}"),
+        *exports(fitted),
     ):
         console.print(styled((f"{label:<10}", "dim"), str(line)), soft_wrap=True)
+
+
+def exports(fitted: "Fit") -> list[tuple[str, str]]:
+    """What a calibrated odometry is good for."""
+    if fitted.model.odometry is None:
+        return []
+    return [("", f"wmr-replay export {fitted.file} --to ros2-diff-drive")]
 
 
 def parameter_table(model: "Model") -> Table:
@@ -67,6 +79,16 @@ def rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
                     *interval(value, sd.get(described.name), else_),
                     unit_of(described.metadata["unit"]),
                 )
+        if record is model.robot:
+            yield from effect_rows(model)
+
+
+def effect_rows(model: "Model") -> Iterator[tuple[str, str, str, str]]:
+    """Fitted effects, such as a wheel's scale."""
+    for effect in model.effects:
+        for key, value in effect.parameters.items():
+            unit = declared(effect.name).units.get(key, "") if effect.name in catalogue() else ""
+            yield f"{effect.name} {key}", *interval(value, effect.sd.get(key), "as given"), unit_of(unit)
 
 
 def interval(value: float | str, sd: float | None, without: str) -> tuple[str, str]:

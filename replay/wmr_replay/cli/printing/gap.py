@@ -17,7 +17,8 @@ from wmr_schemas.text import figure, shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.gap import Gap as GapAnswer
-    from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut
+    from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut, OdometryError
+    from wmr_schemas.model_file import Odometry
 
 WIDTH = 100
 STYLES = {
@@ -75,10 +76,35 @@ def header(found: "GapAnswer") -> Text:
     """Log, length, base model, modes."""
     gap, pose = found.document, found.log.pose
     seconds = (pose.t_ns[-1] - pose.t_ns[0]) / 1e9
-    n_torque = len(found.log.torque) if found.log.torque is not None else 0
-    first = styled((gap.log, "bold"), f"  {seconds:.1f} s, {len(pose)} poses, {n_torque} torques")
+    first = styled((gap.log, "bold"), f"  {seconds:.1f} s, {len(pose)} poses, {inputs_of(found)}")
     second = styled((f"base model: {gap.base}; contact modes: {modes_in_words(gap.modes)}", "dim"))
     return Text("\n").join([first, second])
+
+
+def inputs_of(found: "GapAnswer") -> str:
+    """What drives the model, counted."""
+    log, gap = found.log, found.document
+    if gap.base_model == "torque":
+        return f"{len(log.torque) if log.torque is not None else 0} torques"
+    if gap.settings.input == "commands":
+        return f"{len(log.commands) if log.commands is not None else 0} commands"
+    return f"{len(log.wheels) if log.wheels is not None else 0} wheel speeds"
+
+
+def odometry_line(odometry: "OdometryError | Odometry") -> str:
+    """The error of dead reckoning before and after."""
+    o = odometry
+    sizes = (o.position_rms_before_m, o.position_rms_after_m, o.position_median_before_m)
+    before, after, middle, left = (
+        "–" if size is None else f"{figure(1e3 * size, 3)}" for size in (*sizes, o.position_median_after_m)
+    )
+    yaw = [
+        "–" if size is None else figure(1e3 * size, 3) for size in (o.yaw_rms_before_rad, o.yaw_rms_after_rad)
+    ]
+    return (
+        f"{before} → {after} mm rms ({middle} → {left} median), {yaw[0]} → {yaw[1]} mrad, "
+        f"after {figure(o.seconds, 2)} s of dead reckoning, held out"
+    )
 
 
 def verdict_line(gap: "GapFile") -> Table:
@@ -142,8 +168,10 @@ def gap_table(gap: "Gap") -> Table:
     for name in ("before", "after", "floor", "reduced by", "p"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
-    table.add_row("position over 4 s", *held_out_cells(gap.held_out, "mm"), bar(gap.held_out))
-    table.add_row("yaw over 4 s", *held_out_cells(gap.yaw.held_out, "mrad"), bar(gap.yaw.held_out))
+    table.add_row(f"position over {gap.seconds} s", *held_out_cells(gap.held_out, "mm"), bar(gap.held_out))
+    table.add_row(
+        f"yaw over {gap.seconds} s", *held_out_cells(gap.yaw.held_out, "mrad"), bar(gap.yaw.held_out)
+    )
     return table
 
 
@@ -171,6 +199,8 @@ def bar(held: "HeldOut") -> Text:
 
 def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
+    if gap.odometry is not None:
+        yield "odometry", odometry_line(gap.odometry)
     if gap.where.channels and gap.effects:
         factors = (f"{name} ×{figure(q, 3)}" for name, q in gap.where.channels.items() if q is not None)
         yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.model_file import Model
+from wmr_schemas.model_file import Model, Odometry
 
 Verdict = Literal["named", "ambiguous", "unnamed", "nothing_missing", "not_enough_excitation"]
 
@@ -186,3 +186,5 @@ class GapResult:
     notes: tuple[str, ...]
     traces: Traces
     candidates: tuple[CandidateScore, ...] = ()
+    base_model: Literal["torque", "wheel_speed"] = "torque"
+    odometry: Odometry | None = None

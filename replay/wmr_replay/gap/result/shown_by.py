@@ -45,6 +45,18 @@ EFFECTS = {
     "load_step": ShownBy(AHEAD, TIME),
     "slip_interval": ShownBy(AHEAD, TIME),
     "low_friction_patch": ShownBy(AHEAD, DISTANCE),
+    "wheel_scale_difference": ShownBy(YAW, SPEED),
+    "effective_track": ShownBy(YAW, TURNING),
+    "icr_offset": ShownBy(ASIDE, TURNING),
+    "lateral_slip": ShownBy(ASIDE, TURNING),
+    "turning_slip": ShownBy(AHEAD, TURNING),
+    "pose_delay": ShownBy(AHEAD, SPEED),
+    "slope_slip": ShownBy(AHEAD, HEADING),
+    "low_grip_patch": ShownBy(AHEAD, DISTANCE),
+    "turn_gain": ShownBy(YAW, TURNING),
+    "speed_deadzone": ShownBy(AHEAD, SPEED),
+    "speed_saturation": ShownBy(AHEAD, SPEED),
+    "acceleration_limit": ShownBy(AHEAD, SPEED),
 }
 """What differs from :data:`BY_CHANNEL`."""
 BY_CHANNEL = {

@@ -25,6 +25,7 @@ from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettin
 from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
 from wmr_replay.gap.settings.scan import ScanSettings
 from wmr_replay.gap.settings.search import CandidateFitSettings, ModeSettings, SelectionSettings, SlipSettings
+from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 
 
 @dataclass(frozen=True)
@@ -51,3 +52,4 @@ class GateSettings:
     detectable: DetectableSettings = field(default_factory=DetectableSettings)
     locate: LocateSettings = field(default_factory=LocateSettings)
     report: ReportSettings = field(default_factory=ReportSettings)
+    wheel_speed: WheelSpeedSettings = field(default_factory=WheelSpeedSettings)

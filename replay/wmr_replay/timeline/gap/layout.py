@@ -16,28 +16,42 @@ def compared(quantity: str, folder: str, *others: str) -> Plot:
     return Plot(quantity, (*others, f"{folder}/base", f"{folder}/extended"), titled=True)
 
 
-PAGES = (
-    Page(
-        "Gap and speed",
-        (
-            compared("Gap in position [mm]", "/gap/position"),
-            compared("Gap in yaw [mrad]", "/gap/yaw"),
-            compared("Speed [m/s]", "/speed", "/speed/actual"),
-        ),
-    ),
-    Page(
-        "Residuals",
-        (
-            compared("Residual ahead [m/s²]", "/residual/longitudinal"),
-            compared("Residual in l·yaw_acc [m/s²]", "/residual/yaw"),
-            compared("Residual sideways [m/s]", "/residual/lateral"),
-        ),
+COMPARED = Page(
+    "Gap and speed",
+    (
+        compared("Gap in position [mm]", "/gap/position"),
+        compared("Gap in yaw [mrad]", "/gap/yaw"),
+        compared("Speed [m/s]", "/speed", "/speed/actual"),
     ),
 )
 
 
+def residual_page(ahead: str, yaw: str, sideways: str) -> Page:
+    """The page of the residuals, with their titles."""
+    titles = {"longitudinal": ahead, "yaw": yaw, "lateral": sideways}
+    return Page("Residuals", tuple(compared(title, f"/residual/{name}") for name, title in titles.items()))
+
+
+PAGES = (
+    COMPARED,
+    residual_page("Residual ahead [m/s²]", "Residual in l·yaw_acc [m/s²]", "Residual sideways [m/s]"),
+)
+SLIP_PAGES = (
+    COMPARED,
+    residual_page("Slip ahead [m/s]", "Slip in yaw rate [rad/s]", "Slip sideways [m/s]"),
+)
+"""Where wheel speeds drive the model."""
+
+
 def gap_layout(
-    written: Collection[str], frame: Frame, span: Span, factor: float, *, extended: bool, found: bool
+    written: Collection[str],
+    frame: Frame,
+    span: Span,
+    factor: float,
+    pages: tuple[Page, ...] = PAGES,
+    *,
+    extended: bool,
+    found: bool,
 ) -> rrb.Blueprint:
     """The error along the path before and, where the model was ``extended``, after; gaps and residuals."""
     names = {"base": f"Base model, error × {factor:g}", "extended": f"Extended model, error × {factor:g}"}
@@ -45,5 +59,5 @@ def gap_layout(
     paths = [path_view(frame, names[model], (*COMMON, f"/path/{model}/**"), always=()) for model in models]
     shares = [39, 39, 22] if extended else [70, 30]
     left = rrb.Vertical(*paths, texts_view(found=found), row_shares=shares)
-    right = lanes_and_pages(("/mode", "/part"), PAGES, written, span, lanes_share=20)
+    right = lanes_and_pages(("/mode", "/part"), pages, written, span, lanes_share=20)
     return window(left, right, left_share=42)

@@ -13,13 +13,26 @@ HOW_TO_READ = """\
 **Path**: as measured, in the colour of the position's error (key above it; grey: not simulated). White \
 vectors: the largest error of each window, from the measured to the simulated position, magnified {factor:g} \
 times. Above with the base model, below with the extended one, in the same colours and scale. Simulated from \
-the log's own torques over windows of 4 s, each from its own fitted start. Broad grey beneath: held out. \
+the log's own {inputs} over windows of {seconds} s, each from its own fitted start. Broad grey beneath: \
+held out. \
 Yellow circles: where most of the gap lies.
 
 **Gap**: measured minus simulated. **Speed**: along the heading, mean over {speed_s:g} s. **Residual**: the \
-acceleration (sideways: the velocity) that a model leaves unexplained, as a filter sees it. Base model red, \
-extended model blue.
+{residual} that a model leaves unexplained{filtered}. Base model red, extended model blue.
 """
+
+
+def how_to_read(result: "GapResult", factor: float, speed_s: float) -> str:
+    """The explanation of a recording."""
+    torque = result.base_model == "torque"
+    return HOW_TO_READ.format(
+        factor=factor,
+        speed_s=speed_s,
+        inputs="torques" if torque else "wheel speeds",
+        seconds=result.position.metric.rpartition("_")[2].removesuffix("s"),
+        residual="acceleration (sideways: the velocity)" if torque else "slip velocity",
+        filtered=", as a filter sees it" if torque else ", over a second",
+    )
 
 
 def gap_text(result: "GapResult", log_name: str, findings: Sequence[Mapping[str, Any]] = ()) -> str:

@@ -26,10 +26,10 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.timeline import colours
-from wmr_replay.timeline.gap.layout import gap_layout
+from wmr_replay.timeline.gap.layout import PAGES, SLIP_PAGES, gap_layout
 from wmr_replay.timeline.gap.path import Errors, add_key, add_paths, cut, frame_of
 from wmr_replay.timeline.gap.speed import SPEED_S, speed
-from wmr_replay.timeline.gap.text import HOW_TO_READ, gap_text
+from wmr_replay.timeline.gap.text import gap_text, how_to_read
 from wmr_replay.timeline.robot import Scales
 from wmr_replay.timeline.series import Series
 from wmr_replay.timeline.sink import Sink, recording_into
@@ -82,11 +82,12 @@ def write_gap_timeline(
         add_paths(sink, traces, errors.without_extended() if not extended else errors, result.where.regions)
         add_key(sink, frame, errors)
         sink.add_text(gap_text(result, log_name, findings))
-        sink.add_text(HOW_TO_READ.format(factor=errors.factor, speed_s=SPEED_S), "/how_to_read")
+        sink.add_text(how_to_read(result, errors.factor, SPEED_S), "/how_to_read")
         sink.add_findings(findings)
         span = Span(float(traces.t_s[0]), float(traces.t_s[-1]))
         held = {"extended": extended, "found": bool(findings)}
-        sink.close(gap_layout(sink.written.keys(), frame, span, errors.factor, **held))
+        pages = PAGES if result.base_model == "torque" else SLIP_PAGES
+        sink.close(gap_layout(sink.written.keys(), frame, span, errors.factor, pages, **held))
     except BaseException:
         sink.close()
         raise

@@ -1,0 +1,224 @@
+"""Settings of the analysis of robots whose base model wheel speeds drive.
+
+Reasons as in :mod:`wmr_replay.gap.settings`; *encoder benchmark*: chosen on the made-up drives of
+``bench/encoders``, its develop half.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LayoutSettings:
+    """How logs are laid out as stretches, bins and blocks."""
+
+    shortest_step_s: float = 0.01
+    """Shortest step of the grid on which wheel speeds act, s. Physics: a robot of some kilograms does not
+    change its
+    speed within 10 ms."""
+
+    longest_step_s: float = 0.05
+    """Longest step of it, s. Numerics: speeds that are held longer than 50 ms are interpolated."""
+
+    command_step_s: float = 0.02
+    """Longest step of the grid for commands, which change at once, s. Physics: a lag of 50 ms shows."""
+
+    bin_s: float = 0.2
+    """Length of a bin over which poses are averaged, s. Physics: a robot of some kilograms hardly turns in
+    it; half of it hides what a lidar pose of 10 Hz repeats."""
+
+    block_s: float = 8.0
+    """Longest block over which errors are correlated, s. Numerics: two windows of 4 s; the start of each
+    block is free."""
+
+    pose_gap_s: float = 1.0
+    """Longest time without a pose within a stretch, s. Judgement: as a torque is held 1 s."""
+
+    wheel_gap_s: float = 0.5
+    """Longest time without a wheel speed within a stretch, s. Physics: a wheel changes its speed in half a
+    second."""
+
+    lead_s: float = 0.6
+    """Time before a stretch for which wheel speeds are kept, s. Physics: the longest pose delay."""
+
+    command_lead_s: float = 4.0
+    """The same for commands, s. Physics: a lag of 1 s has forgotten its start."""
+
+    smooth_s: float = 0.1
+    """Width of the mean over which speeds are taken before they are multiplied, s. Physics: encoder counts
+    of a single step are too coarse for |yaw_rate|."""
+
+    least_rows: int = 8
+    """Fewest poses of a stretch. Numerics: fewer fix no motion."""
+
+    least_bins: int = 5
+    """Fewest bins of a block. Numerics: fewer say nothing beside the free start."""
+
+    origin_m: float = 1e-9
+    """A pose nearer to (0, 0, 0) than this, in m and rad, after one that is not, begins a stretch. Physics:
+    a recording of windows starts each at its origin."""
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Noise and parameters."""
+
+    rounds: int = 4
+    """Rounds of noise and parameters in turn. Numerics: the third changes nothing."""
+
+    steps: int = 6
+    """Gauss–Newton steps in a round. Numerics: the form is nearly linear."""
+
+    converged_sd: float = 0.01
+    """A step that moves every parameter by less than this share of its sd ends a round. Numerics."""
+
+    clip: float = 3.5
+    """Whitened errors beyond count in proportion, not squared (Huber). Statistics: 0.05 % of normal
+    errors."""
+
+    reject: float = 8.0
+    """Whitened errors beyond do not count. Physics: a wheel that spins, a pose that jumps."""
+
+    noise_evaluations: int = 160
+    """Most evaluations of the likelihood in a fit of the noise. Numerics."""
+
+    cluster_s: float = 4.0
+    """Errors nearer than this are taken to be correlated in the robust covariance, s. Statistics: twice the
+    time constant of the slowest disturbance that is met."""
+
+
+@dataclass(frozen=True)
+class GateSettingsWheelSpeed:
+    """What an effect must pass."""
+
+    level: float = 0.01
+    """Level of the significance test, corrected for everything that was scanned. Statistics."""
+
+    fitted_in_full: int = 4
+    """Best candidates by score that are fitted in full. Numerics: the true one is among the best three."""
+
+    near: float = 0.3
+    """Candidates whose score is below this share of the best one's are not fitted. Numerics: a slope
+    misjudges the gain of a large effect by half."""
+
+    most_effects: int = 8
+    """Most effects that are looked for. Physics: a skid-steered robot lacks five at once."""
+
+    unit_s: float = 6.0
+    """Least driving in a unit of the hold-out, s; every third unit is held out in turn. Judgement: as long
+    as a step of a calibration campaign."""
+
+    few_units: int = 6
+    """Fewest units of the hold-out for a test of ranks. Statistics: that of five pairs cannot reach 3 %."""
+
+    few_units_gain: float = 10.0
+    """Drop of the held-out deviance that decides in place of the test of ranks where there are fewer.
+    Statistics: 4.5 standard deviations."""
+
+    held_out_level: float = 0.05
+    """Level of the test that held-out blocks are likelier with the effect. Statistics."""
+
+    least_reduction: float = 0.1
+    """Share by which the held-out gap has to shrink. Judgement: as for torques."""
+
+    least_above_floor: float = 0.3
+    """Share of what stands above the noise floor by which it may shrink instead. Judgement: as for
+    torques."""
+
+    least_doubtless: float = 0.02
+    """Share by which it has to shrink where the test is below ``doubtless``. Judgement: as for torques."""
+
+    doubtless: float = 1e-4
+    """Level of the test of windows below which a small reduction suffices. Statistics: one in ten
+    thousand."""
+
+    gate_windows_s: tuple[float, ...] = (4.0, 2.0, 1.0)
+    """Lengths of the windows of this gate, s; the first with enough windows is taken. Judgement: as reported,
+    then shorter, since a robot that slips often drives few whole windows without."""
+
+    enough_windows: int = 16
+    """Windows that are enough. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
+
+    least_relevant: float = 0.2
+    """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
+    little, every encoder is late by part of a step."""
+
+    least_units: int = 3
+    """Fewest units for a verdict: one in each third. Statistics."""
+
+    least_driven_m: float = 2.0
+    """Least way that the wheels turn, m. Physics: less is nothing to calibrate."""
+
+    most_loss_sd: float = 0.1
+    """Most standard deviation of a loss in a time or a place. Judgement: that of a spinning wheel varies."""
+
+    least_place_gain: float = 100.0
+    """Least drop of the deviance by a loss in a time or a place. Judgement, on the encoder benchmark: noise
+    of 5 cm lets a spin of a wheel pass for a steady loss below 50; true losses gain hundreds."""
+
+    most_steady_square: float = 2.0
+    """Most median square of whitened errors within that time or place, by channel. Statistics: .45 is
+    expected of normal errors. Encoder benchmark: true losses stay below 1.1, spinning wheels are above 16."""
+
+    least_steady_s: float = 1.2
+    """Least time in it during which the robot drives, s. Judgement: six bins."""
+
+    driving_mps: float = 0.1
+    """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
+
+    tolerance_m: float = 0.003
+    """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
+
+    tolerance_s: float = 4.0
+    """In this time, s. ``GapOptions`` sets it."""
+
+    most_unseen: int = 4
+    """Most effects of a relevant size that a log may miss and still be said to lack nothing. Judgement: as
+    for torques."""
+
+    most_vague: float = 5.0
+    """Most standard deviation of a calibrated parameter, in sizes that matter in practice
+    (``EffectDeclaration.relevant``). Judgement: a vaguer one is no calibration."""
+
+    least_turning_rad: float = 0.5
+    """Least turning of the robot in the log, rad. Physics: less shows no track."""
+
+
+@dataclass(frozen=True)
+class ModeSettingsWheelSpeed:
+    """When a wheel slips or the robot skids."""
+
+    rounds: int = 5
+    """Rounds of robust regression. Numerics: the fourth changes nothing."""
+
+    soft: float = 2.0
+    """Errors of so many standard deviations count half (Cauchy's weights). Statistics: 2.4 keeps 95 % of the
+    efficiency; a fifth of the rows may slip."""
+
+    far_out: float = 4.0
+    """Slip stands out by so many robust standard deviations. Statistics: 1 row in 16000 by chance."""
+
+    slip_mps: float = 0.05
+    """Least slip velocity of a wheel, m/s. Physics: elastic slip is none; as contact modes are scored."""
+
+    slip_share: float = 0.03
+    """The same as a share of the speed. Physics: as contact modes are scored."""
+
+    skid_mps: float = 0.03
+    """Least velocity sideways of a skid, m/s. Physics: as contact modes are scored."""
+
+    widen_bins: int = 1
+    """Bins beside a slip that go with it. Numerics: the width of the difference."""
+
+    most_masked: float = 0.6
+    """Largest share of a record that may be slip; beyond, none is masked. Judgement: what happens most of the
+    time is no exception."""
+
+
+@dataclass(frozen=True)
+class WheelSpeedSettings:
+    """All settings of the wheel-speed base."""
+
+    layout: LayoutSettings = LayoutSettings()
+    fit: FitSettings = FitSettings()
+    modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

@@ -1,0 +1,68 @@
+"""The workflow on wheel speeds: base model → missing effects and their proof → result."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.result import GapResult
+from wmr_replay.gap.wheel_speed.assemble import assemble
+from wmr_replay.gap.wheel_speed.base import Base, base_of
+from wmr_replay.gap.wheel_speed.bins import bins_of
+from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.predict import Problem
+from wmr_replay.gap.wheel_speed.record import record_of
+from wmr_replay.gap.wheel_speed.select import select
+from wmr_replay.gap.wheel_speed.units import unit_of_blocks
+from wmr_schemas.errors import InvalidSignal
+from wmr_schemas.model_file import Model
+from wmr_schemas.signals import Log
+
+Progress = Callable[[str, float], None]
+
+
+def analyse_wheel_speeds(
+    logs: Sequence[Log],
+    base: Model | None = None,
+    options: GapOptions | None = None,
+    progress: Progress | None = None,
+    *,
+    driven_by: str = "wheel_speed",
+) -> GapResult:
+    """The effects that ``base`` (default: the first log's nominal lengths) lacks to explain ``logs``.
+
+    Raises InvalidSignal where wheel speeds, lengths or driving are too few.
+    """
+    options, tell = options or GapOptions(), progress or (lambda _stage, _share: None)
+    tell("base model", 0.0)
+    own = base_of(logs[0].robot, base)
+    problem = problem_of(logs, own, options, driven_by)
+    if options.modes == "identified" and driven_by != "command":
+        problem = ideal_only(problem, {})
+    selection = select(problem, options.max_effects, tell)
+    tell("proving", 0.85)
+    return assemble(selection, own, options)
+
+
+def most_effects(options: GapOptions, asked: int | None) -> int:
+    """How many effects are looked for: as asked, else as the settings say."""
+    return options.gates.wheel_speed.gates.most_effects if asked is None else asked
+
+
+def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: str) -> Problem:
+    """The data set of the logs. Raises InvalidSignal where it is too short."""
+    given = options.gates.wheel_speed
+    gates = replace(given.gates, tolerance_m=options.tolerance_m, tolerance_s=options.tolerance_s)
+    settings = replace(given, gates=gates)
+    record = record_of(logs, settings.layout, driven_by)
+    bins = bins_of(record, settings.layout)
+    if not len(bins.table):
+        raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
+    problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
+    if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
+        seconds = float(bins.inside.sum()) * bins.step_s
+        raise InvalidSignal(
+            "pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis"
+        )
+    return problem

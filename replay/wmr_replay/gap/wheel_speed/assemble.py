@@ -1,0 +1,277 @@
+"""From a selection to the result that ``gap.json``, timeline, report and plots are made of."""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from wmr_replay.gap.model.confounds import separate_with
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.metrics import paired_reduction, rms
+from wmr_replay.gap.result.result import (
+    Alternative,
+    CandidateScore,
+    Detectable,
+    Estimate,
+    FoundEffect,
+    GapMetric,
+    GapResult,
+    HeldOutGap,
+    TrainGap,
+    Verdict,
+)
+from wmr_replay.gap.result.sentence import sentence_of
+from wmr_replay.gap.result.shown_by import shown_by
+from wmr_replay.gap.wheel_speed.base import Base
+from wmr_replay.gap.wheel_speed.estimate import Fit
+from wmr_replay.gap.wheel_speed.evidence import folds_of
+from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem, composed
+from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
+from wmr_replay.gap.wheel_speed.scan import Score
+from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
+from wmr_replay.gap.wheel_speed.units import held_out_bins
+from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
+from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
+from wmr_schemas.arrays import F64
+from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
+
+EDGE_SD_S, EDGE_SD_M = 0.15, 0.1
+"""Standard deviations that the unknown form of an edge adds to a time [s] and a place [m]."""
+SAME_LENGTH_S = 0.05
+"""Windows whose length differs from the wanted one by less are said to be of that length."""
+
+
+def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult:
+    """The result with verdict, gaps, places and detectable sizes."""
+    problem = selection.problem
+    pose_sd = pose_noise(problem)
+    windows = windows_of(problem, options.gates.windows.window_s)
+    proofs = [proof_of(problem, windows, one, pose_sd) for one in (selection.base, selection.fit)]
+    effects = tuple(found_effect(problem, selection, named) for named in selection.found)
+    names = tuple(named.name for named in selection.found)
+    detectable = minimum_detectable(problem, selection.left, names, options)
+    verdict, reasons = verdict_of(problem, selection, detectable)
+    held_out = held_out_bins(problem, 0)
+    return GapResult(
+        verdict=verdict,
+        sentence=sentence_of(verdict, effects, reasons),
+        effects=effects if verdict in ("named", "ambiguous", "unnamed") else (),
+        where=locate(problem, selection.base, selection.fit, options.gates.locate),
+        position=metric(proofs, "position", "m", windows.seconds, options),
+        yaw=metric(proofs, "yaw", "rad", windows.seconds, options),
+        modes="ideal" if options.modes == "ideal" else "identified",
+        base=base.source,
+        unnameable=base.unnameable,
+        minimum_detectable=detectable,
+        model=extended_model(problem, selection, base, effects),
+        seed=options.seed,
+        notes=(*reasons, *short_windows(windows.seconds, options)),
+        traces=traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float)),
+        candidates=tuple(
+            CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried
+        ),
+        base_model="wheel_speed",
+        odometry=odometry(problem, (selection.base, selection.fit), options),
+    )
+
+
+def short_windows(seconds: float, options: GapOptions) -> tuple[str, ...]:
+    """A note where the log's stretches are shorter than a window."""
+    wanted = options.gates.windows.window_s
+    if seconds > wanted - SAME_LENGTH_S:
+        return ()
+    return (f"the log's stretches are shorter than {wanted:g} s: the gap is that over {seconds:.3g} s",)
+
+
+def found_effect(problem: Problem, selection: Selection, named: Named) -> FoundEffect:
+    """An effect with its intervals, confounds and alternatives."""
+    fit, declared = selection.fit, DECLARED[named.name]
+    tail = float(-stdtrit(max(fit.n_clusters - len(fit.parameters), 5), 0.025))
+    parameters = {
+        one.key: estimate(problem, one, float(value), tail * float(sd))
+        for one, value, sd in zip(fit.parameters, fit.sizes, fit.sd, strict=True)
+        if one.effect == named.name
+    }
+    close = tuple(name for name, delta in named.alternatives if delta < 10.0)
+    return FoundEffect(
+        name=named.name,
+        channel=declared.channel,
+        formula=declared.formula_of("wheel_speed"),
+        parameters=parameters,
+        confound_class=same_in_any_motion(problem, named.name),
+        alternatives=tuple(Alternative(name, delta) for name, delta in named.alternatives),
+        p_value=named.p_value,
+        separate_with=separate_with(named.name, close),
+        **shown_by(named.name)._asdict(),
+    )
+
+
+def estimate(problem: Problem, which: Parameter, value: float, half: float) -> Estimate:
+    """A parameter with its interval; that of a time or a place counts the unknown form of an edge, and is
+    clipped to the record.
+    """
+    declared = DECLARED[which.effect].parameters[which.key]
+    if declared.role == "size":
+        return Estimate(value, (value - half, value + half), declared.unit)
+    edge = 2 * (EDGE_SD_S if which.key.endswith("_s") else EDGE_SD_M)
+    half = min(float(np.hypot(half, edge)), span_of(problem, which.key))
+    return Estimate(value, (value - half, value + half), declared.unit)
+
+
+def span_of(problem: Problem, key: str) -> float:
+    """How far a time or a place can lie from another one in the record, s or m."""
+    record = problem.record
+    if key.endswith("_s"):
+        return float(np.ptp(record.pose_s))
+    return float(np.hypot(np.ptp(record.pose[0]), np.ptp(record.pose[1])))
+
+
+def verdict_of(
+    problem: Problem, selection: Selection, detectable: dict[str, Detectable]
+) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict, and notes that say why it is no firmer."""
+    if selection.found:
+        close = [
+            f"{one.name} and {other} explain the log almost equally well"
+            for one in selection.found
+            for other, delta in one.alternatives
+            if delta < 10.0
+        ]
+        return ("ambiguous", tuple(close)) if close else ("named", ())
+    if reason := too_calm(problem):
+        return "not_enough_excitation", (reason,)
+    hidden = [
+        name
+        for name, least in detectable.items()
+        if (relevant := DECLARED[name].relevant) is not None and least.value > relevant
+    ]
+    if len(hidden) > problem.settings.gates.most_unseen:
+        return "not_enough_excitation", ("the log would not have shown " + ", ".join(hidden),)
+    return "nothing_missing", ()
+
+
+def too_calm(problem: Problem) -> str:
+    """Why the driving shows nothing; empty where it may."""
+    own, way = problem.settings.gates, problem.bins.blocks(problem.predicted({}))
+    inside = problem.bins.inside[:, 1:]
+    steps = np.where(inside, np.abs(np.diff(way, axis=-1)), 0.0).sum(axis=(1, 2))
+    if steps[0] < own.least_driven_m:
+        return f"the wheels drive {steps[0]:.2g} m in the log (at least {own.least_driven_m:g} m are needed)"
+    if steps[2] < own.least_turning_rad:
+        return f"the robot turns by {steps[2]:.2g} rad (at least {own.least_turning_rad:g} rad are needed)"
+    return ""
+
+
+def minimum_detectable(
+    problem: Problem, scores: tuple[Score, ...], found_names: tuple[str, ...], options: GapOptions
+) -> dict[str, Detectable]:
+    """The least size of each effect that a test at the level would find in nine logs of ten."""
+    own = options.gates.detectable
+    z = float(-ndtri(own.level / max(len(scores), 1) / 2) - ndtri(1 - own.power))
+    found = {}
+    hidden = {other for name in found_names for other in same_in_any_motion(problem, name)}
+    for score in sorted(scores, key=lambda one: DECLARED[one.name].number):
+        if (
+            score.name not in hidden
+            and DECLARED[score.name].zero_is_absent
+            and score.information.size
+            and score.information[0, 0] > 0
+        ):
+            unit = next(iter(DECLARED[score.name].units.values()))
+            found[score.name] = Detectable(z / float(np.sqrt(score.information[0, 0])), unit)
+    return found
+
+
+def metric(proofs: list[Proof], what: str, unit: str, seconds: float, options: GapOptions) -> GapMetric:
+    """The gap in position or yaw, before and after."""
+    attribute = f"{what}_{unit}"
+    (before, train_before), (after, train_after) = (
+        (getattr(p.held_out.errors, attribute), getattr(p.trained.errors, attribute)) for p in proofs
+    )
+    floor = getattr(proofs[1].held_out.errors, "floor_m" if unit == "m" else "floor_rad")
+    return GapMetric(
+        metric=f"{what}_rms_{seconds:.0f}s",
+        unit=unit,
+        windows=len(before),
+        train=TrainGap(rms(train_before), rms(train_after)),
+        held_out=HeldOutGap(rms(before), rms(after), rms(floor), *paired_reduction(before, after, options)),
+    )
+
+
+def odometry(problem: Problem, fits: tuple[Fit, Fit], options: GapOptions) -> Odometry:
+    """The error of dead reckoning at each window's end, from the measured pose at its start; held out.
+
+    Windows in which the robot slips are among them: an odometry is used there, too.
+    """
+    whole = problem.with_slip
+    windows = windows_of(whole, options.gates.windows.window_s)
+    before, after = (held_out_windows(problem, windows, fit) for fit in fits)
+    return Odometry(
+        seconds=windows.seconds,
+        windows=len(before.end_m),
+        position_rms_before_m=rms(before.end_m),
+        position_rms_after_m=rms(after.end_m),
+        position_median_before_m=median(before.end_m),
+        position_median_after_m=median(after.end_m),
+        yaw_rms_before_rad=rms(before.end_rad),
+        yaw_rms_after_rad=rms(after.end_rad),
+    )
+
+
+def held_out_windows(problem: Problem, windows: Windows, fit: Fit) -> Gaps:
+    """The gaps of windows, slip among them, by a model that was fitted without slip and without them."""
+    whole, pose_sd = problem.with_slip, pose_noise(problem)
+    if not fit.parameters:
+        return gaps_of(whole, windows, fit.values, pose_sd)
+    return held_out_gaps(whole, windows, folds_of(problem, fit), pose_sd)
+
+
+def median(values: F64) -> float:
+    """Median; NaN of an empty array."""
+    return float(np.median(values)) if len(values) else float("nan")
+
+
+def extended_model(
+    problem: Problem, selection: Selection, base: Base, effects: tuple[FoundEffect, ...]
+) -> Model:
+    """The base model with the effects found, as a file holds it."""
+    fit = selection.fit
+    sds = {(one.effect, one.key): float(sd) for one, sd in zip(fit.parameters, fit.sd, strict=True)}
+    new = tuple(
+        Effect(
+            effect.name,
+            {key: p.value for key, p in effect.parameters.items()},
+            {key: sds[effect.name, key] for key in effect.parameters},
+        )
+        for effect in effects
+    )
+    return Model(
+        robot=base.robot,
+        robot_sd=base.robot_sd,
+        noise=noise_model(problem, fit),
+        effects=merged(base.effects, new),
+    )
+
+
+def merged(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The effects of both models, those of one name composed as in the fit, with the new sds."""
+    found = {effect.name: effect for effect in base}
+    for effect in new:
+        old = found.get(effect.name)
+        known = {} if old is None else old.parameters
+        values = {k: composed(effect.name, k, known.get(k), v) for k, v in effect.parameters.items()}
+        found[effect.name] = replace(effect, parameters=values)
+    return tuple(found.values())
+
+
+def noise_model(problem: Problem, fit: Fit) -> NoiseModel:
+    """Noise of a pose, and densities of the slip velocities."""
+    position, yaw = pose_noise(problem)
+    return NoiseModel(
+        position_sd_m=position,
+        yaw_sd_rad=yaw,
+        slip_longitudinal_mps_rthz=fit.noises[0].density,
+        slip_lateral_mps_rthz=fit.noises[1].density,
+        slip_yaw_radps_rthz=fit.noises[2].density,
+    )

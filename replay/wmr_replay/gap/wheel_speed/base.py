@@ -1,0 +1,49 @@
+"""The base model of a robot that wheel speeds drive."""
+
+from dataclasses import dataclass, field
+
+from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.predict import DECLARED
+from wmr_replay.gap.wheel_speed.rolling import Chassis
+from wmr_schemas.errors import InvalidSignal
+from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.robot import RobotParameters
+
+
+@dataclass(frozen=True)
+class Base:
+    """The nominal robot, known effects, where they come from, and effects that this source rules out."""
+
+    robot: RobotParameters
+    effects: tuple[Effect, ...]
+    source: str
+    unnameable: tuple[str, ...] = ()
+    robot_sd: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def chassis(self) -> Chassis:
+        """Radius and half-track."""
+        return Chassis(self.robot.wheel_radius_m or 1.0, self.robot.half_track_m or 1.0)
+
+    @property
+    def values(self) -> Values:
+        """The effects that act on this base."""
+        return {e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED}
+
+
+def base_of(robot: RobotParameters, model: Model | None) -> Base:
+    """The base of a model file, else of the log's own parameters. Raises InvalidSignal without lengths."""
+    given = (
+        robot if model is None else RobotParameters.from_values(robot.known() | model.robot.known(), "model")
+    )
+    lacking = [key for key in ("wheel_radius_m", "half_track_m") if getattr(given, key) is None]
+    if lacking:
+        raise InvalidSignal(
+            "robot",
+            f"{' and '.join(lacking)} needed for a model that wheel speeds drive; "
+            "give nominal values in [robot] of --map or --model",
+        )
+    source = "metadata record" if model is None else "model file"
+    if model is None:
+        return Base(given, (), source)
+    return Base(given, model.effects, source, robot_sd=model.robot_sd)

@@ -1,0 +1,79 @@
+"""Calibrating the wheel-speed base: wheel scales, effective track, centre of rotation, pose delay, noise."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.wheel_speed.analyse import problem_of
+from wmr_replay.gap.wheel_speed.assemble import noise_model, odometry
+from wmr_replay.gap.wheel_speed.base import base_of
+from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
+from wmr_replay.gap.wheel_speed.estimate import Fit, fit
+from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.select import base_fit
+from wmr_schemas.errors import InvalidSignal
+from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log
+
+
+class Calibration(NamedTuple):
+    """The calibrated model, and remarks."""
+
+    model: Model
+    notes: tuple[str, ...]
+
+
+def calibrate_wheel_speeds(
+    logs: Sequence[Log], robot: RobotParameters, options: GapOptions | None = None
+) -> Calibration:
+    """The effects of :data:`CALIBRATED` on ``logs`` with standard deviations, and the odometry's error before
+    and after, held out. What the motion does not show is left out, with a note.
+
+    Raises InvalidSignal where wheel speeds, lengths or driving are too few.
+    """
+    options = options or GapOptions()
+    base = base_of(robot, None)
+    problem = problem_of(logs, base, options, "wheel_speed")
+    if options.modes == "identified":
+        problem = ideal_only(problem, {})
+    fitted, unseen = calibrated(problem)
+    model = Model(
+        robot=base.robot,
+        noise=noise_model(problem, fitted),
+        effects=tuple(effect_of(fitted, name) for name in CALIBRATED if name in fitted.values),
+        odometry=odometry(problem, (base_fit(problem), fitted), options),
+    )
+    notes = (f"the driving does not show {name}; it is left out" for name in unseen)
+    return Calibration(model, tuple(notes))
+
+
+def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:
+    """The fit of what the motion shows, and what it does not: an sd beyond ``most_sd`` of a useful size."""
+    names, unseen = list(CALIBRATED), list[str]()
+    while names:
+        parameters = tuple(one for name in names for one in parameters_of(name))
+        fitted = fit(problem, parameters, {name: absent(name) for name in names})
+        vague = {
+            one.effect: float(sd) / (DECLARED[one.effect].relevant or 1.0)
+            for one, sd in zip(parameters, fitted.sd, strict=True)
+        }
+        worst = max(vague, key=lambda name: vague[name])
+        if np.isfinite(vague[worst]) and vague[worst] < problem.settings.gates.most_vague:
+            return fitted, tuple(unseen)
+        names.remove(worst)
+        unseen.append(worst)
+    raise InvalidSignal("wheel speed", "the driving shows neither the wheels' scale nor the track")
+
+
+def effect_of(fitted: Fit, name: str) -> Effect:
+    """An effect with its standard deviation, as a model file holds it."""
+    mine = [
+        (one.key, v, s)
+        for one, v, s in zip(fitted.parameters, fitted.sizes, fitted.sd, strict=True)
+        if one.effect == name
+    ]
+    return Effect(name, {key: float(v) for key, v, _ in mine}, {key: float(s) for key, _, s in mine})

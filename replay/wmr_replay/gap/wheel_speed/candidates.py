@@ -1,0 +1,47 @@
+"""What may be missing: the catalogue's effects of this base, as far as a record can show them."""
+
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter
+from wmr_replay.gap.wheel_speed.record import Record
+from wmr_schemas.effects import EffectDeclaration
+
+PLACES = ("slip_interval", "low_grip_patch")
+"""Effects in a time or a place, which have a scan of their own."""
+NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
+"""Effects that mean something only where all stretches are one drive in one world."""
+CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_offset", "pose_delay")
+"""The effects of which a calibrated base model consists."""
+
+
+def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
+    """The effects that the record could show, in the catalogue's order.
+
+    Where commands drive the model from measured starting speeds, the drive's gains differ from the wheels'
+    scales; without such speeds the two are one class, and the drive's are named.
+    """
+    commanded = record.driven_by == "command"
+    return tuple(
+        effect
+        for effect in DECLARED.values()
+        if (commanded or not effect.needs_commands)
+        and (record.anchored or effect.name not in NEED_WORLD)
+        and not (commanded and effect.name in hidden_by_commands(record))
+    )
+
+
+def hidden_by_commands(record: Record) -> tuple[str, ...]:
+    """Effects that commands cannot tell from the drive's own."""
+    import numpy as np  # noqa: PLC0415
+
+    if np.isfinite(record.started_radps).all():
+        return ("pose_delay",)
+    return ("pose_delay", "wheel_scale", "effective_track")
+
+
+def parameters_of(name: str) -> tuple[Parameter, ...]:
+    """The parameters of an effect."""
+    return tuple(Parameter(name, key) for key in DECLARED[name].parameters)
+
+
+def absent(name: str) -> dict[str, float]:
+    """The values of an effect that is not there."""
+    return dict.fromkeys(DECLARED[name].parameters, 0.0)

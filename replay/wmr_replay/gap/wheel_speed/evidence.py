@@ -1,0 +1,166 @@
+"""Whether an effect is there: significance over clusters of errors, and likelihood of what was not fitted."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc
+
+from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
+from wmr_replay.gap.wheel_speed.candidates import PLACES
+from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
+from wmr_replay.gap.wheel_speed.held_out import Folds, held_out_gaps, pose_noise
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
+from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
+from wmr_replay.gap.wheel_speed.windows import rolled, windows_of
+from wmr_schemas.arrays import F64, Bool
+
+
+def p_value(fit: Fit, name: str, n_scanned: int) -> float:
+    """Robust Wald test of an effect's sizes against 0, F over clusters, times what was scanned.
+
+    The test of an effect in a time or a place, which shows in a few clusters, is the likelihood's.
+    """
+    declared = DECLARED[name]
+    which = [
+        k
+        for k, one in enumerate(fit.parameters)
+        if one.effect == name and declared.parameters[one.key].role == "size"
+    ]
+    if not declared.zero_is_absent:
+        return 0.0
+    size = fit.sizes[which]
+    if name in PLACES:
+        plain = inverse(fit.information)[np.ix_(which, which)]
+        return min(1.0, float(chdtrc(len(which), size @ inverse(plain) @ size)) * n_scanned)
+    wald = float(size @ inverse(fit.spread[np.ix_(which, which)]) @ size) / len(which)
+    free = max(fit.n_clusters - len(fit.parameters), 5)
+    return min(1.0, float(fdtrc(len(which), free, wald)) * n_scanned)
+
+
+def folds_of(problem: Problem, fit: Fit) -> Folds:
+    """The model of ``fit`` fitted without each third of the record; times and places are kept."""
+    free = tuple(one for one in fit.parameters if DECLARED[one.effect].parameters[one.key].role == "size")
+    found = []
+    for fold in range(FOLDS):
+        part = replace(problem, fitted=problem.fitted & ~held_out_bins(problem, fold))
+        found.append(gauss_newton(part, free, fit.values, fit.noises, robustly=True)[0])
+    return Folds(tuple(found))
+
+
+def held_out_deviance(problem: Problem, folds: Folds, like: Fit) -> F64:
+    """−log likelihood (u,) of each unit while it was held out, at the noise of ``like``."""
+    unit = unit_of_blocks(problem)
+    total = np.zeros(int(unit.max()) + 1)
+    for fold, values in enumerate(folds.values):
+        by_unit = sums(block_deviance(problem, values, like.noises), unit)
+        mine = np.arange(len(total)) % FOLDS == fold
+        total[mine] = by_unit[mine]
+    return total
+
+
+def held_out_p(before: F64, after: F64) -> float:
+    """One-sided p that held-out units (u,) are no likelier after than before: Wilcoxon's signed ranks."""
+    from scipy.stats import wilcoxon  # noqa: PLC0415 – half a second of start-up
+
+    change = before - after
+    if not np.any(change):
+        return 1.0
+    return float(wilcoxon(change, alternative="greater").pvalue)
+
+
+def matters(fit: Fit, name: str, share: float) -> bool:
+    """Whether an effect's size reaches a share of what matters in practice, where that is declared."""
+    declared = DECLARED[name]
+    if declared.relevant is None or not declared.zero_is_absent:
+        return True
+    key = next(iter(declared.parameters))
+    return abs(fit.values[name][key]) >= share * declared.relevant
+
+
+def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
+    """Whether the held-out gap in position or in yaw shrinks enough; each window is simulated by the fold
+    that did not fit it.
+    """
+    own = problem.settings.gates
+    tried = (windows_of(problem, seconds) for seconds in own.gate_windows_s)
+    windows = max(tried, key=lambda one: min(len(one.rows), own.enough_windows))
+    pose_sd = pose_noise(problem)
+    before, after = (held_out_gaps(problem, windows, folds, pose_sd).errors for folds in (without, with_it))
+    return any(
+        shrinks(getattr(before, key), getattr(after, key), getattr(before, floor), own)
+        for key, floor in (("position_m", "floor_m"), ("yaw_rad", "floor_rad"))
+    )
+
+
+def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) -> bool:
+    """By a tenth, or by a third of what stands above the floor, or by less where the test leaves no doubt."""
+    square = [float(np.mean(values**2)) for values in (before, after, floor)]
+    reduction = 1 - np.sqrt(square[1] / max(square[0], 1e-300))
+    above = (square[0] - square[1]) / max(square[0] - square[2], 1e-300) if square[0] > square[2] else 0.0
+    p = held_out_p(np.log(before), np.log(after))
+    if p > own.held_out_level:
+        return False
+    doubtless = reduction > own.least_doubtless and p < own.doubtless
+    return bool(
+        reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless
+    )
+
+
+def moves_path(problem: Problem, before: Values, after: Values) -> bool:
+    """Whether an effect moves the simulated path by more than the tolerance somewhere."""
+    own = problem.settings.gates
+    windows = windows_of(problem, own.tolerance_s)
+    paths = [rolled(windows, problem.predicted_at_poses(values)) for values in (before, after)]
+    apart = np.where(windows.inside, np.hypot(*(paths[1] - paths[0])[:2]), 0.0)
+    return bool(apart.max(initial=0.0) > own.tolerance_m)
+
+
+def steady_loss(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a loss in a time or a place is the same all through: a wheel that spins for a moment, which
+    is a contact mode and no effect, leaves errors within it, and an uncertain loss.
+
+    Only bins count in which the robot would drive; half of them have to be explained in every channel.
+    """
+    own = problem.settings.gates
+    loss = fit.parameters.index(Parameter(name, "loss"))
+    white = View.of(problem, fit.noises, robustly=False)
+    inside = inside_of(problem, fit.values[name], name) & driving(problem)
+    mine = white.bins.inside & inside[np.maximum(white.bins.table, 0)]
+    if mine.sum() * problem.bins.step_s < own.least_steady_s:
+        return False
+    square = np.median(white.errors(fit.values)[:, mine] ** 2, axis=1)
+    return bool(fit.sd[loss] < own.most_loss_sd and square.max() < own.most_steady_square)
+
+
+def driving(problem: Problem) -> Bool:
+    """Bins (n,) in which the wheels turn."""
+    step = np.diff(problem.predicted({}), axis=1, prepend=0.0) / problem.bins.step_s
+    rim = np.abs(step[0]) + np.abs(step[2]) * problem.chassis.half_track_m
+    return np.asarray(rim > problem.settings.gates.driving_mps)
+
+
+def inside_of(problem: Problem, place: Mapping[str, float], name: str) -> Bool:
+    """Bins (n,) in an interval or a disc."""
+    if name == "slip_interval":
+        t_s = problem.bins.t_s
+        return np.asarray((t_s > place["start_s"]) & (t_s < place["end_s"]))
+    x_m, y_m = problem.bins.mean(problem.record.pose[:2])
+    return np.asarray(np.hypot(x_m - place["x_m"], y_m - place["y_m"]) < place["radius_m"])
+
+
+def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -> tuple[bool, float]:
+    """Whether units that were not fitted are likelier with the effect, and the p of it.
+
+    An effect in a time or a place shows in a few units only, which the sum decides.
+    """
+    folds = folds_of(problem, without), folds_of(problem, with_it)
+    before, after = (held_out_deviance(problem, one, with_it) for one in folds)
+    gained = float((before - after).sum())
+    if name in PLACES:
+        return gained > 0, float(np.exp(-max(gained, 0.0)))
+    p, own = held_out_p(before, after), problem.settings.gates
+    few = len(before) < own.few_units
+    holds = gained > own.few_units_gain if few else gained > 0 and p < own.held_out_level
+    return holds and narrows_gap(problem, *folds), p

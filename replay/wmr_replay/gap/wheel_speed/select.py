@@ -1,0 +1,271 @@
+"""Forward selection and backward elimination of effects, with the reason why each other one is not named."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from wmr_replay.gap.model.confounds import confound_class
+from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
+from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.places import MOST_CELLS, refined
+from wmr_replay.gap.wheel_speed.predict import Problem
+from wmr_replay.gap.wheel_speed.scan import Score, scan
+from wmr_schemas.effects import EffectDeclaration
+from wmr_schemas.effects.declaration import DrivenBy
+
+NEAR_BIC = 10.0
+"""BIC difference below which two effects explain a record nearly as well: "very strong" evidence begins here
+(Kass and Raftery 1995).
+"""
+SAME_BIC = 25.0
+"""The same for effects that differ by a parameter alone, of which the simpler is preferred."""
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate that was fitted in full."""
+
+    stage: int
+    name: str
+    gain: float
+    score: float
+    p_value: float
+    failed: str = ""
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that passes, with its p, and rivals by how much worse their likelihood is (BIC)."""
+
+    name: str
+    p_value: float
+    alternatives: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """The problem as it stands in the end, the base model's fit, the fit with what was found, the effects in
+    the order found, all tried, and the scores of the last scan.
+    """
+
+    problem: Problem
+    base: Fit
+    fit: Fit
+    found: tuple[Named, ...]
+    tried: tuple[Tried, ...]
+    left: tuple[Score, ...]
+
+
+def fitted_with(
+    problem: Problem, current: Fit, name: str, start: Mapping[str, float], *, noise_too: bool = True
+) -> Fit:
+    """``current`` with one more effect, from a start; without ``noise_too`` at the noise of ``current``."""
+    values = {**current.values, name: absent(name) | dict(start)}
+    parameters = (*current.parameters, *parameters_of(name))
+    if not noise_too:
+        return refit(problem, parameters, values, current.noises)
+    return fit(problem, parameters, values, current.noises)
+
+
+def without(problem: Problem, current: Fit, name: str) -> Fit:
+    """``current`` refitted without one effect, at the same noise."""
+    values = {key: value for key, value in current.values.items() if key != name}
+    parameters = tuple(one for one in current.parameters if one.effect != name)
+    return refit(problem, parameters, values, current.noises)
+
+
+def base_fit(problem: Problem, noises: Noises | None = None) -> Fit:
+    """The base model without any further effect."""
+    return at(problem, (), {}, fit_noises(problem, {}, noises))
+
+
+def price(problem: Problem, n_parameters: int) -> float:
+    """What parameters must gain: BIC over the bins that are fitted."""
+    n = int((problem.bins.inside & problem.fitted[np.maximum(problem.bins.table, 0)]).sum())
+    return n_parameters * math.log(max(3 * n, 2))
+
+
+def select(problem: Problem, most: int, progress: Progress | None = None) -> Selection:
+    """The effects that the record proves, one after the other: those that last, then those in a time or a
+    place, which slip may hide.
+    """
+    search = Search(problem, base_fit(problem), candidates_of(problem.record), [])
+    for stage in range(most):
+        if progress is not None:
+            progress("naming", 0.1 + 0.7 * stage / most)
+        following = search.next_lasting(stage) or search.next_place(stage)
+        if following is None:
+            break
+        search = following
+    current, kept = eliminated(search)
+    problem = search.problem
+    left = scan(problem, current, tuple(c for c in search.candidates if c.name not in PLACES))
+    base = base_fit(problem) if search.found else search.current
+    return Selection(problem, base, current, kept, tuple(search.tried), left)
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The state of a selection."""
+
+    problem: Problem
+    current: Fit
+    candidates: tuple[EffectDeclaration, ...]
+    tried: list[Tried]
+    found: tuple[str, ...] = ()
+    rivals: Mapping[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
+    """Of effects in a time or a place: the others that passed, by how much less likely they are."""
+
+    def next_lasting(self, stage: int) -> "Search | None":
+        """With the likeliest effect that acts all the time and passes every gate; None where none does."""
+        problem, current = self.problem, self.current
+        scores = scan(problem, current, tuple(c for c in self.candidates if c.name not in PLACES))
+        promising = [s for s in scores if s.gain > price(problem, len(s.start))]
+        best = max((s.gain for s in promising), default=0.0)
+        near = [s for s in promising if s.gain > problem.settings.gates.near * best]
+        chosen = near[: problem.settings.gates.fitted_in_full]
+        slow = problem.record.driven_by == "command"
+        fits = [(s, fitted_with(problem, current, s.name, s.start, noise_too=not slow)) for s in chosen]
+        for score, ranked in simplest_first(problem, fits):
+            one = fitted_with(problem, current, score.name, ranked.values[score.name]) if slow else ranked
+            if not self.failing(stage, problem, current, one, score.name):
+                return replace(self, current=one, found=(*self.found, score.name))
+        return None
+
+    def next_place(self, stage: int) -> "Search | None":
+        """With the loss of traction in a time or a place that passes every gate, slip identified again."""
+        whole, own = self.problem.with_slip, self.current
+        current = at(whole, own.parameters, own.values, own.noises)
+        pool = tuple(c for c in self.candidates if c.name in PLACES)
+        passing = []
+        for score in scan(whole, current, pool):
+            if score.gain <= price(whole, len(score.start)):
+                continue
+            place = refined(whole, current, score.name, score.start)
+            values = {**current.values, score.name: place}
+            one = refit(whole, (*current.parameters, *parameters_of(score.name)), values, current.noises)
+            if not self.failing(stage, whole, current, one, score.name):
+                passing.append((one.minus_two_log, score.name, one))
+        if not passing:
+            return None
+        least, name, one = min(passing, key=lambda entry: entry[0])
+        close = tuple((other, cost - least) for cost, other, _ in passing if other != name)
+        problem = ideal_only(self.problem, {name: one.values[name]}) if self.problem.whole else self.problem
+        refitted = fit(problem, one.parameters, one.values, one.noises)
+        found, rivals = (*self.found, name), {**self.rivals, name: close}
+        return replace(self, problem=problem, current=refitted, found=found, rivals=rivals)
+
+    def failing(self, stage: int, problem: Problem, before: Fit, after: Fit, name: str) -> str:
+        """The gate that an effect does not pass, which is noted; empty where it passes all."""
+        cost = price(problem, len(parameters_of(name)))
+        gain = before.minus_two_log - after.minus_two_log
+        p = p_value(after, name, len(self.candidates) * places_scanned(name))
+        least = max(cost, problem.settings.gates.least_place_gain if name in PLACES else 0.0)
+        failed = "significance" if gain < least else gate(problem, before, after, name, p)
+        self.tried.append(Tried(stage, name, gain, gain - cost, p, failed))
+        return failed
+
+
+def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
+    """Candidates by BIC, the best first; of a class that is the same in any motion, the one with the fewest
+    parameters where the others are hardly better.
+    """
+
+    def cost(pair: tuple[Score, Fit]) -> float:
+        return pair[1].minus_two_log + price(problem, len(pair[0].start))
+
+    ranked = sorted(fits, key=cost)
+    if ranked:
+        same = same_in_any_motion(problem, ranked[0][0].name)
+        near = [pair for pair in ranked if pair[0].name in same and cost(pair) < cost(ranked[0]) + SAME_BIC]
+        ranked.sort(key=lambda pair: (pair is not min(near, key=lambda p: len(p[0].start)), cost(pair)))
+    return ranked
+
+
+def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
+    """The confound class of an effect alone, itself first."""
+    driven_by: DrivenBy = "command" if problem.record.driven_by == "command" else "wheel_speed"
+    return confound_class((name,), name, driven_by=driven_by)
+
+
+def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
+    """The gate that an effect does not pass; empty where it passes all."""
+    if p > problem.settings.gates.level:
+        return "significance"
+    if not matters(after, name, problem.settings.gates.least_relevant):
+        return "tolerance"
+    if not moves_path(problem, before.values, after.values):
+        return "tolerance"
+    if name in PLACES and not steady_loss(problem, after, name):
+        return "contact mode"
+    return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
+
+
+def places_scanned(name: str) -> int:
+    """Times or places at which an effect was tried, for the correction of its p."""
+    return MOST_CELLS**2 // 2 if name in PLACES else 1
+
+
+def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
+    """The model less the effects that the others explain, and those that stay."""
+    problem, current, names = search.problem, search.current, list(search.found)
+    n_scanned, lesser = len(search.candidates), dict[str, Fit]()
+
+    def p_of(name: str) -> float:
+        return p_value(current, name, n_scanned * places_scanned(name))
+
+    while names:
+        lesser = {name: without(problem, current, name) for name in names}
+        gains = {name: lesser[name].minus_two_log - current.minus_two_log for name in names}
+        failing = [
+            (gains[name], name)
+            for name in names
+            if name not in PLACES
+            and (
+                p_of(name) > problem.settings.gates.level
+                or gains[name] < price(problem, len(parameters_of(name)))
+            )
+        ]
+        if not failing:
+            break
+        gain, weakest = min(failing)
+        search.tried.append(Tried(len(search.found), weakest, gain, 0.0, p_of(weakest), "needed"))
+        names.remove(weakest)
+        current = fit(problem, lesser[weakest].parameters, lesser[weakest].values, current.noises)
+    kept = [
+        Named(
+            name,
+            p_of(name),
+            search.rivals[name] if name in PLACES else alternatives(problem, current, lesser[name], name),
+        )
+        for name in names
+    ]
+    return current, tuple(kept)
+
+
+def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[tuple[str, float], ...]:
+    """Other candidates in the place of an effect that explain nearly as much, by their loss of BIC."""
+    pool = tuple(
+        c
+        for c in candidates_of(problem.record)
+        if c.name not in (*same_in_any_motion(problem, name), *full.values)
+    )
+    own = lesser.minus_two_log - full.minus_two_log - price(problem, len(parameters_of(name)))
+    found = []
+    for score in scan(problem, lesser, pool):
+        extra = price(problem, len(score.start))
+        if score.gain - extra < own - 60.0 or score.gain <= 0 or score.name in PLACES:
+            continue
+        values = {**lesser.values, score.name: absent(score.name) | score.start}
+        rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
+        tries = len(pool) * places_scanned(score.name)
+        if p_value(rival, score.name, tries) > problem.settings.gates.level:
+            continue
+        delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
+        found.append((score.name, max(float(delta), 0.0)))
+    return tuple(sorted(found, key=lambda pair: pair[1])[:3])
