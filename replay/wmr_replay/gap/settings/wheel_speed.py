@@ -138,6 +138,10 @@ class GateSettingsWheelSpeed:
     enough_windows: int = 16
     """Windows that are enough. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
 
+    few_windows: int = 8
+    """Fewest windows for their test of ranks; with fewer the reduction alone counts beside the units' test.
+    Statistics: the test of seven pairs needs six of them to agree."""
+
     least_shown: float = 0.2
     """Share of the largest change of a window's path from which on an effect shows in a window. Judgement: in
     the others noise alone decides."""

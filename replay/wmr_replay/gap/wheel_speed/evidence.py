@@ -123,7 +123,7 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
     reduction = 1 - np.sqrt(square[1] / max(square[0], 1e-300))
     above = (square[0] - square[1]) / max(square[0] - square[2], 1e-300) if square[0] > square[2] else 0.0
     p = held_out_p(np.log(before), np.log(after))
-    if p > own.held_out_level:
+    if len(before) >= own.few_windows and p > own.held_out_level:
         return False
     doubtless = reduction > own.least_doubtless and p < own.doubtless
     return bool(
