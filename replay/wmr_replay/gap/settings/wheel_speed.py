@@ -138,6 +138,18 @@ class GateSettingsWheelSpeed:
     enough_windows: int = 16
     """Windows that are enough. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
 
+    few_windows: int = 8
+    """Fewest windows for their test of ranks; with fewer the reduction alone counts beside the units' test.
+    Statistics: the test of seven pairs needs six of them to agree."""
+
+    least_shown: float = 0.2
+    """Share of the largest change of a window's path from which on an effect shows in a window. Judgement: in
+    the others noise alone decides."""
+
+    least_remaining: float = 0.3
+    """Share of a time or a place that has to remain in a fold for its loss to be fitted there; else the loss
+    is that of the whole record. Judgement: a third, less an edge."""
+
     least_relevant: float = 0.2
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
+from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
 from wmr_replay.gap.wheel_speed.candidates import PLACES
 from wmr_replay.gap.wheel_speed.drive import Values
@@ -13,7 +14,7 @@ from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss
 from wmr_replay.gap.wheel_speed.held_out import Folds, held_out_gaps, pose_noise
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
-from wmr_replay.gap.wheel_speed.windows import rolled, windows_of
+from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, rolled, windows_of
 from wmr_schemas.arrays import F64, Bool
 
 
@@ -44,9 +45,18 @@ def folds_of(problem: Problem, fit: Fit) -> Folds:
     free = tuple(one for one in fit.parameters if DECLARED[one.effect].parameters[one.key].role == "size")
     found = []
     for fold in range(FOLDS):
-        part = replace(problem, fitted=problem.fitted & ~held_out_bins(problem, fold))
-        found.append(gauss_newton(part, free, fit.values, fit.noises, robustly=True)[0])
+        held = held_out_bins(problem, fold)
+        part = replace(problem, fitted=problem.fitted & ~held)
+        mine = tuple(one for one in free if one.effect not in PLACES or seen_without(problem, fit, one, held))
+        found.append(gauss_newton(part, mine, fit.values, fit.noises, robustly=True)[0])
     return Folds(tuple(found))
+
+
+def seen_without(problem: Problem, fit: Fit, which: Parameter, held_out: Bool) -> bool:
+    """Whether enough of a time or a place remains where some bins (n,) are held out to fit its loss."""
+    inside = inside_of(problem, fit.values[which.effect], which.effect)
+    remain = float((inside & ~held_out).sum()) / max(int(inside.sum()), 1)
+    return remain >= problem.settings.gates.least_remaining
 
 
 def held_out_deviance(problem: Problem, folds: Folds, like: Fit) -> F64:
@@ -87,11 +97,24 @@ def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
     tried = (windows_of(problem, seconds) for seconds in own.gate_windows_s)
     windows = max(tried, key=lambda one: min(len(one.rows), own.enough_windows))
     pose_sd = pose_noise(problem)
-    before, after = (held_out_gaps(problem, windows, folds, pose_sd).errors for folds in (without, with_it))
+    gaps = [held_out_gaps(problem, windows, folds, pose_sd) for folds in (without, with_it)]
+    shows = showing(windows, gaps, own.least_shown)
+    before, after = (WindowErrors(*(part[shows] for part in gap.errors)) for gap in gaps)
     return any(
         shrinks(getattr(before, key), getattr(after, key), getattr(before, floor), own)
         for key, floor in (("position_m", "floor_m"), ("yaw_rad", "floor_rad"))
     )
+
+
+def showing(windows: Windows, gaps: list[Gaps], share: float) -> Bool:
+    """The windows (W,) in which an effect shows: it moves or turns the simulated path by at least a share
+    of what it does in the window that shows it most.
+    """
+    change = gaps[1].simulated - gaps[0].simulated
+    squares = np.where(windows.inside, change**2, 0.0).sum(axis=-1)
+    moved = np.sqrt(np.stack([squares[0] + squares[1], squares[2]]) / windows.inside.sum(axis=1))
+    most = moved.max(axis=1, keepdims=True, initial=0.0)
+    return np.asarray((moved >= share * np.maximum(most, 1e-12)).any(axis=0))
 
 
 def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) -> bool:
@@ -100,7 +123,7 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
     reduction = 1 - np.sqrt(square[1] / max(square[0], 1e-300))
     above = (square[0] - square[1]) / max(square[0] - square[2], 1e-300) if square[0] > square[2] else 0.0
     p = held_out_p(np.log(before), np.log(after))
-    if p > own.held_out_level:
+    if len(before) >= own.few_windows and p > own.held_out_level:
         return False
     doubtless = reduction > own.least_doubtless and p < own.doubtless
     return bool(
