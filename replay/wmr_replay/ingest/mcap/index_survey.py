@@ -112,7 +112,7 @@ def _enter_summary(found: Survey, file: BinaryIO, summary: bytes) -> None:
     for content in contents(Opcode.STATISTICS):
         found.statistics = parse_channel_counts(content)
     for content in contents(Opcode.METADATA_INDEX):
-        name, metadata = _metadata(file, content)
+        name, metadata = _metadata(file, content, found.size_bytes)
         found.metadata.setdefault(name, metadata)
     starts, lengths = places[Opcode.CHUNK_INDEX].T
     found.spans = chunk_index(summary, starts, lengths, found.size_bytes)
@@ -138,12 +138,14 @@ def _record_places(summary: bytes) -> dict[Opcode, I64]:
     return {Opcode(opcode): np.array(places, np.int64).reshape(-1, 2) for opcode, places in found.items()}
 
 
-def _metadata(file: BinaryIO, content: bytes) -> tuple[str, dict[str, str]]:
+def _metadata(file: BinaryIO, content: bytes, size_bytes: int) -> tuple[str, dict[str, str]]:
     """Name and content of the metadata record to which an index record points. Raises Malformed."""
     cursor = Cursor(content)
     offset, length = cursor.uint(8), cursor.uint(8)
     if length > BUDGETS.most_record_bytes:
         raise Malformed(f"metadata of {length:,} bytes")
+    if offset >= size_bytes:
+        raise Malformed("the index points behind the end of the file")
     file.seek(offset)
     record = file.read(length)
     if len(record) < HEAD.size or record[0] != Opcode.METADATA:
