@@ -1,5 +1,7 @@
 """The identifier that the settings name, and its verdicts as rows of the table."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
@@ -7,9 +9,11 @@ from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
 from wmr_replay.identify.undecided import Undecided
 from wmr_replay.identify.wheel_bank import WheelBankIdentifier
+from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import NO_IDENTIFIER, WHEEL_BANK, Settings
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
+from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import Status
 
@@ -39,8 +43,18 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
         return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
     bank = BankSettings(min_confidence=settings.min_confidence)
     if settings.identifier == WHEEL_BANK:
-        return WheelBankIdentifier(model.robot, rules, step_s, bank)
+        return WheelBankIdentifier(model.robot, rules, step_s, bank, known_of_wheels(model.effects))
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
+
+
+def known_of_wheels(effects: Iterable[Effect]) -> dict[str, tuple[float, float]]:
+    """What a model's effects say of a robot with wheel speeds: size and standard deviation by name."""
+    return {
+        effect.name: (value, effect.sd.get(parameter, 0.0))
+        for effect in effects
+        if effect.name in PARAMETER_OF
+        for parameter, value in effect.parameters.items()
+    }
 
 
 def follow_rate(identifier: Identifier, step_s: float) -> None:

@@ -15,6 +15,7 @@ from wmr_replay.effects.own import acting, own_accelerations, own_efforts, witho
 from wmr_replay.effects.response import NO_WEIGHTS, response, with_stiffness
 from wmr_replay.effects.theta import Values, theta_of
 from wmr_replay.identify.terms import Terms
+from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
@@ -28,6 +29,7 @@ EFFECTS = effects_of("torque")
 """The effects that a replay by torques applies."""
 FOLLOWED = tuple(name for name, effect in EFFECTS.items() if effect.followed)
 """Effects that an identifier finds itself, as a change of α, slipping or skidding."""
+OF_WHEELS = effects_of("wheel_speed")
 Named = list[tuple[str, Values]]
 
 
@@ -95,7 +97,15 @@ def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
     notes = tuple(
         f"{e.name} of the model is left to the identifier" for e in model.effects if e.name in FOLLOWED
     )
+    notes += tuple(
+        f"{e.name} of the model is not applied by a replay" for e in model.effects if is_left_out(e)
+    )
     return ReplayModel(robot, terms_of(model.effects, merged), model.effects, notes)
+
+
+def is_left_out(effect: Effect) -> bool:
+    """Whether it is an effect of the wheel-speed base that the identifier has no state for."""
+    return effect.name in OF_WHEELS and effect.name not in EFFECTS and effect.name not in PARAMETER_OF
 
 
 def check_needs(effects: Iterable[Effect], robot: RobotParameters) -> None:

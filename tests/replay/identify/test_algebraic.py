@@ -68,7 +68,8 @@ def identify(evidence, robot=BLIND_ROBOT, cuts=(), terms=NO_TERMS):
     identifier = AlgebraicIdentifier(robot, rules, terms=terms)
     edges = [0, *sorted(cuts), len(evidence.t_ns)]
     verdicts = [identifier.push(part(evidence, slice(a, b))) for a, b in pairwise(edges)]
-    return type(verdicts[0])(*(np.concatenate(columns, axis=-1) for columns in zip(*verdicts, strict=True)))
+    columns = [verdict[: verdict._fields.index("wheels")] for verdict in verdicts]  # no wheel speeds here
+    return type(verdicts[0])(*(np.concatenate(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +83,9 @@ def quiet_verdict(quiet):
 
 
 def same_bits(one, other):
-    return all(np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True))
+    pairs = list(zip(one, other, strict=True))
+    assert all((a is None) == (b is None) for a, b in pairs)
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in pairs if a is not None)
 
 
 @given(cuts=st.lists(st.integers(0, 3000), max_size=12))
@@ -95,7 +98,7 @@ def test_batches_change_no_bit(quiet, quiet_verdict, cuts):
 @settings(max_examples=15, deadline=None)
 def test_a_prefix_of_the_rows_gives_a_prefix_of_the_verdict(quiet, quiet_verdict, stop):
     prefix = identify(part(quiet[0], slice(stop)))
-    assert same_bits(prefix, [column[..., :stop] for column in quiet_verdict])
+    assert same_bits(prefix, [column if column is None else column[..., :stop] for column in quiet_verdict])
 
 
 def rates(mode, force, difference, alpha, yaw_gain, decay, own):

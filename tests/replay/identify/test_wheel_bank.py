@@ -9,6 +9,7 @@ import pytest
 import wmr_replay as wr
 from wmr_replay.identify.wheel_bank.predict import body_motion, predict_pose
 from wmr_replay.identify.wheel_bank.states import LN_TRACK, N_STATES, PSI, S_SUM
+from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, WheelSpeedTrack
 from wmr_synth import synthesise
@@ -106,6 +107,23 @@ def test_a_wheel_radius_far_off_is_learnt_and_not_slipping(simulated):
     row = wr.replay(replace(simulated.log, robot=off), hindsight=False).summary.row(0, named=True)
     assert row["wheel_scale"] == pytest.approx(0.82, abs=0.03)
     assert row["accuracy"] > 0.85
+
+
+def test_a_models_effects_are_known_from_the_first_row_on(simulated):
+    """What ``fit`` writes of a robot serves its other logs."""
+    true = {name: next(iter(size.values())) for name, size in simulated.facts["calibration"].items()}
+    parameters = {"icr_offset": "offset_m", "lateral_slip": "seconds"}
+    effects = tuple(
+        Effect(name, {parameters.get(name, "ratio"): size}, {parameters.get(name, "ratio"): 0.001})
+        for name, size in true.items()
+    )
+    samples = wr.replay(simulated.log, model=Model(RobotParameters(), effects=effects)).samples.collect()
+    first = samples.filter(pl.col("wheel_scale").is_not_null()).head(1)
+    robot = simulated.facts["true_robot"]
+    scale = robot["wheel_radius_m"] / robot["stated_radius_m"]
+    assert first["wheel_scale"][0] == pytest.approx(scale, abs=0.01)
+    assert first["effective_half_track_m"][0] == pytest.approx(robot["half_track_m"], rel=0.02)
+    assert first["effective_half_track_m_sd"][0] < 0.01
 
 
 def test_batches_and_later_rows_change_no_bit(simulated, log_rows):

@@ -94,20 +94,26 @@ DOCUMENTED = """
 t_ns t_s x_m y_m yaw_rad
 v_long_mps v_long_mps_sd v_lat_mps v_lat_mps_sd yaw_rate_radps yaw_rate_radps_sd
 a_long_mps2 a_long_mps2_sd yaw_acc_radps2 yaw_acc_radps2_sd
-delay_s sigma_sum_mps sigma_diff_mps c_k_mps c_k_mps_sd c_d_mps2 c_d_mps2_sd
+delay_s sigma_sum_mps sigma_diff_mps
+slip_left_mps slip_left_mps_sd slip_right_mps slip_right_mps_sd
+slip_ratio_left slip_ratio_left_sd slip_ratio_right slip_ratio_right_sd
+wheel_scale wheel_scale_sd effective_half_track_m effective_half_track_m_sd icr_offset_m icr_offset_m_sd
+c_k_mps c_k_mps_sd c_d_mps2 c_d_mps2_sd
 c_k_threshold_mps c_d_threshold_mps2
 mode p_ideal p_skidding p_slipping p_skidding_slipping mode_set alpha alpha_sd status mode_true
 """.split()
 MODES = ("p_ideal", "p_skidding", "p_slipping", "p_skidding_slipping")
+BY_WHEEL_SPEEDS = {name for name in DOCUMENTED if name.startswith(("slip_", "wheel_", "effective_", "icr_"))}
+"""Null where torques are known."""
 ALWAYS = {"t_ns", "t_s", "x_m", "y_m", "yaw_rad", "mode", "mode_set", "status", "mode_true"}
 
 
 def null_where_ok(name):
     """Columns that the documentation leaves out for a case, whatever the row."""
     if name.startswith("paper"):
-        return set(MODES)
+        return {*MODES, *BY_WHEEL_SPEEDS}
     left_out = {"sigma_sum_mps", "sigma_diff_mps"} if "nominal" in name else set()  # no wheel radius is known
-    return left_out | (set() if "simultaneous" in name else {"p_skidding_slipping"})
+    return left_out | BY_WHEEL_SPEEDS | (set() if "simultaneous" in name else {"p_skidding_slipping"})
 
 
 @cases

@@ -13,6 +13,7 @@ from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
 from wmr_replay.identify.wheel_bank.estimates import wheel_estimates
 from wmr_replay.identify.wheel_bank.model import wheel_model
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
+from wmr_replay.identify.wheel_bank.states import Known
 from wmr_replay.identify.wheel_bank.steps import JUMPED, N_ANSWERS
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.modes import ModeSet
@@ -36,10 +37,12 @@ class WheelBankIdentifier:
     once the pose has shown that it was not integrated from the wheel speeds.
     """
 
-    def __init__(self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings) -> None:
+    def __init__(
+        self, robot: RobotParameters, rules: Rules, step_s: float, settings: BankSettings, known: Known
+    ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
-        self._bank = Bank(wheel_model(robot), step_s, settings, N_MODES)
+        self._bank = Bank(wheel_model(robot, known), step_s, settings, N_MODES)
         self._bin, self._said = open_bin(), np.full(N_ANSWERS, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""

@@ -9,7 +9,7 @@ from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
 from wmr_replay.identify.filter_bank.model import Said, moments
 from wmr_replay.identify.filter_bank.steps import Rhythm
 from wmr_replay.identify.wheel_bank.start import start_wheel_hypotheses
-from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, WheelPrior, make_wheel_prior
+from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, Known, WheelPrior, make_wheel_prior
 from wmr_replay.identify.wheel_bank.steps import N_ANSWERS, run_wheel_bins
 from wmr_schemas.arrays import F64
 from wmr_schemas.robot import RobotParameters
@@ -50,9 +50,9 @@ class WheelModel:
         return replace(self, prior=WheelPrior(mean[LN_SCALE:], narrow))
 
 
-def wheel_model(robot: RobotParameters) -> WheelModel:
-    """The model of a robot by its nominal dimensions."""
-    prior = make_wheel_prior(robot)
+def wheel_model(robot: RobotParameters, known: Known) -> WheelModel:
+    """The model of a robot by its nominal dimensions and a model's ``known`` effects."""
+    prior = make_wheel_prior(robot, known)
     doubted = np.zeros_like(prior.sd)
     doubted[LN_TRACK - LN_SCALE] = prior.sd[LN_TRACK - LN_SCALE] ** 2
     return WheelModel(prior, doubted)

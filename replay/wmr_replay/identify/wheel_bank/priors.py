@@ -28,6 +28,8 @@ class WheelPriors:
     delay_sd_s: float = 0.05
     """Delay between wheel speeds and pose: some periods of a tracker or of a bus."""
 
+    least_known_sd: float = 0.002
+    """Of what a model file says, in the effect's own unit: tyres change by so much with load and warmth."""
     doubts_per_s: float = 1 / 600
     """How often what was learnt of the track is doubted: a first turn on ice teaches a wrong one, and every
     later turn would count as slipping."""

@@ -12,6 +12,9 @@ and d in s by which the wheel speeds are late against the pose.
 The places are those of the torque bank, so that both share their hypotheses.
 """
 
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -64,8 +67,26 @@ class WheelPrior(NamedTuple):
     sd: F64
 
 
-def make_wheel_prior(robot: RobotParameters, priors: WheelPriors = WHEEL_PRIORS) -> WheelPrior:
-    """The prior of a robot about its nominal dimensions; an unknown half track has a wide one."""
+Known = Mapping[str, tuple[float, float]]
+"""Sizes of effects of the wheel-speed base by name, each with its standard deviation."""
+PARAMETER_OF = {
+    "wheel_scale": LN_SCALE,
+    "effective_track": LN_TRACK,
+    "icr_offset": ICR,
+    "lateral_slip": LATERAL,
+    "wheel_scale_difference": DIFFERENCE,
+    "pose_delay": DELAY,
+}
+"""The state that an effect of a model sets."""
+
+
+def make_wheel_prior(
+    robot: RobotParameters, known: Known = MappingProxyType({}), priors: WheelPriors = WHEEL_PRIORS
+) -> WheelPrior:
+    """The prior of a robot about its nominal dimensions, or about a model's ``known`` effects.
+
+    An unknown half track has a wide one.
+    """
     half_track_m = robot.half_track_m or priors.unknown_half_track_m
     ln_track_sd = priors.ln_track_sd if robot.half_track_m else priors.unknown_ln_track_sd
     ln_scale_sd = priors.ln_scale_sd if robot.wheel_radius_m else priors.unknown_ln_scale_sd
@@ -80,4 +101,12 @@ def make_wheel_prior(robot: RobotParameters, priors: WheelPriors = WHEEL_PRIORS)
             priors.delay_sd_s,
         ]
     )
+    for name, (size, size_sd) in known.items():
+        place = PARAMETER_OF[name] - LN_SCALE
+        sd[place] = max(size_sd, priors.least_known_sd)
+        if name in ("wheel_scale", "effective_track"):
+            mean[place] += math.log1p(size)
+            sd[place] /= 1.0 + size
+        else:
+            mean[place] = -size if name == "pose_delay" else size
     return WheelPrior(mean, sd)
