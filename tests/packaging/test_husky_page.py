@@ -41,5 +41,5 @@ def test_the_commands_of_the_page_give_what_it_shows(tmp_path, monkeypatch, comm
     (odometry,) = re.findall(r"odometry +(.* median\))", shown)
     (found,) = re.findall(r"odometry +(.* median\))", printed["gap"])
     assert figures(found) == pytest.approx(figures(odometry), rel=0.05)
-    for effect in ("effective_track", "turning_slip", "icr_offset", "lateral_slip", "pose_delay"):
+    for effect in ("effective_track", "turning_slip", "icr_offset", "lateral_slip"):
         assert f"{effect} (" in " ".join(printed["gap"].split())
