@@ -16,6 +16,8 @@ TOOLS := $(VENV)/.installed-dev
 unexport PYTHONPATH PYTHONHOME PYTHONSTARTUP MYPYPATH PYTEST_PLUGINS
 export PYTHONNOUSERSITE := 1
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD := 1
+# The workers of pytest share the processors: threads of linear algebra would wait for each other.
+export OPENBLAS_NUM_THREADS := 1
 PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytestplugin
 
 .DEFAULT_GOAL := help

@@ -27,6 +27,10 @@ COLLECTED_AFTER = 20_000
 """Objects between two searches for garbage, 700 by default: most objects are those of imported packages, and
 searching them again and again is an eighth of a short command.
 """
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Linear algebra in one thread, unless the environment says otherwise: our matrices are small, threads wait for
+each other on a busy machine, and the last bits would depend on how many there are.
+"""
 HELP_OPTIONS = ["-h", "--help"]
 CONTEXT = {"help_option_names": HELP_OPTIONS, "show_default": True, "max_content_width": MOST_COLUMNS}
 
@@ -51,6 +55,8 @@ def cli(ctx: click.Context) -> None:
 def main() -> None:
     """Entry point of ``wmr-replay``."""
     gc.set_threshold(COLLECTED_AFTER)
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
     prepare_streams()
     speak_normally()
     say_when_compiling()
