@@ -28,8 +28,8 @@ COLLECTED_AFTER = 20_000
 searching them again and again is an eighth of a short command.
 """
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Linear algebra in one thread, unless the environment says otherwise: our matrices are small, threads wait for
-each other on a busy machine, and the last bits would depend on how many there are.
+"""Linear algebra in one thread, unless the environment says otherwise: our matrices are small, threads wait
+for each other on a busy machine, and the last bits would depend on how many there are.
 """
 HELP_OPTIONS = ["-h", "--help"]
 CONTEXT = {"help_option_names": HELP_OPTIONS, "show_default": True, "max_content_width": MOST_COLUMNS}
