@@ -17,6 +17,7 @@ from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.report import bundle
 from wmr_replay.report.gap import gap_page
+from wmr_replay.report.gap_figures import level_words
 from wmr_replay.report.run import RunTables, run_page
 from wmr_schemas.errors import InvalidSetting, MissingExtra
 from wmr_schemas.findings import KINDS
@@ -282,3 +283,7 @@ def test_two_results_side_by_side(result, log, tmp_path, page_reader):
     assert "no difference" in page_reader.checked(same).text
     found.save(tmp_path, timeline=False)
     assert not files["report"].exists()
+
+
+def test_errors_of_a_metre_are_written_out():
+    assert level_words(np.array([0.25, 0.5, 1.0, 1.5]))[-2:] == ["1000–1500", "above 1500 mm"]
