@@ -185,7 +185,11 @@ def settled(two: Compared, name: str) -> tuple[float, float] | None:
     for samples in (two.samples_a, two.samples_b):
         value, t_s = column(samples, name), column(samples, "t_s")
         parts.append(value[np.isfinite(value) & (t_s >= t_s[0] + 0.2 * (t_s[-1] - t_s[0]))])
-    values = np.concatenate(parts)
+    return range_of(np.concatenate(parts))
+
+
+def range_of(values: F64) -> tuple[float, float] | None:
+    """A range that holds all but the rarest values, with a margin; None without any."""
     if not len(values):
         return None
     low, high = np.percentile(values, (0.5, 99.5)).tolist()
@@ -203,5 +207,7 @@ def difference_figure(two: Compared, name: str, title: str) -> Figure:
     data = {f"difference_{name}": {"t": numbers(t_s[rows]), "v": numbers(value[rows])}}
     layers = [charts.level(0.0, "#9aa1ac", (), 0.8), charts.line(f"difference_{name}", "v", BLUE)]
     read = [Read("b − a", f"difference_{name}", "v")]
-    spec = charts.over_time(layers, span_of(two), 130, data=list(data), readout=read)
+    late = np.isfinite(value) & (t_s >= t_s[0] + 0.2 * (t_s[-1] - t_s[0]))
+    domain = range_of(np.append(value[late], 0.0)) if name == "alpha" and late.any() else None
+    spec = charts.over_time(layers, span_of(two), 130, data=list(data), readout=read, domain=domain)
     return Figure(f"difference-{name}", f"b − a: {title}", spec, data)

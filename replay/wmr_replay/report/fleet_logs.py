@@ -37,6 +37,7 @@ class Judged:
 
 JUDGED = (
     Judged("alpha", "α", ".4g", 0.01, relative=True),
+    Judged("wheel_scale", "wheel scale", ".4f", 0.002, relative=True),
     *(
         Judged(f"share_{mode.label}", mode_name(mode), ".1%", 0.02)
         for mode in (*MODES, ContactMode.UNDECIDED)

@@ -30,6 +30,13 @@ WHERE = {
     "input": "the torques",
     "measurement": "the measured pose",
 }
+WHERE_BY_WHEELS = {
+    "longitudinal": "the velocity ahead",
+    "lateral": "the velocity sideways",
+    "yaw": "the yaw rate",
+    "both": "the velocity ahead and the yaw rate",
+    "input": "the wheel speeds",
+}
 MOST_CANDIDATES = 10
 SMALLEST_P = 1e-12
 
@@ -47,7 +54,8 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
     if gap.effects:
         sheet.section("What is missing")
         for effect in gap.effects:
-            place = page.escape(WHERE.get(effect.channel, effect.channel))
+            known = WHERE | (WHERE_BY_WHEELS if gap.base_model == "wheel_speed" else {})
+            place = page.escape(known.get(effect.channel, effect.channel))
             formula = f"<code>{page.escape(effect.formula)}</code>"
             sheet.add(f"<p><b>{page.escape(effect.name)}</b> acts on {place}: {formula}</p>")
         sheet.add(effect_table(gap.effects))

@@ -79,7 +79,7 @@ def round_edges(largest: float) -> F64:
 
 def level_words(edges: F64) -> list[str]:
     """The levels in words, in millimetres."""
-    mm = [f"{1e3 * edge:.3g}" for edge in edges]
+    mm = [f"{float(f'{1e3 * edge:.3g}'):g}" for edge in edges]
     return [
         f"below {mm[0]} mm",
         *(f"{a}–{b}" for a, b in pairwise(mm)),

@@ -9,18 +9,26 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from wmr_replay.report import page
+from wmr_replay.report import charts, page
 from wmr_replay.report import run_figures as figures
 from wmr_replay.report.modes import COLOURS, SHOWN, modes_of, name_of, shading
 from wmr_replay.report.run_figures import NORMAL_95
-from wmr_replay.tables.drawn import DRAWN
+from wmr_replay.tables.drawn import DRAWN, WHEELS, by_wheel_speeds, with_wheels
 from wmr_replay.timeline.colours import mode_name
 from wmr_schemas.modes import MODES
 from wmr_schemas.tables import ANOMALIES, driven_by
 
+C_K = ("c_k", "mps", "C_k = −v_lat [m/s]: beyond the band the robot skids")
+C_D = ("c_d", "mps2", "C_d [m/s²]: beyond the band a wheel slips")
+LEARNT = (
+    ("wheel_scale", "Wheel scale: true over stated speed", 1.0),
+    ("effective_half_track_m", "Half track that turning shows [m]", None),
+    ("icr_offset_m", "Centre of rotation, x [m]", 0.0),
+)
+"""What is learnt of the wheels: column, title, and what the stated robot would show."""
 TONE = "#1f7a4d"
 BARRED, WARNED = "#b3261e", "#b26a00"
-COLUMNS = (*DRAWN, *(f"p_{mode.label}" for mode in MODES))
+COLUMNS = (*DRAWN, *WHEELS, *(f"p_{mode.label}" for mode in MODES))
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +56,7 @@ def run_page(tables: RunTables, name: str) -> str:
     """The page of a replay of the log ``name``, as the text of a file. Raises MissingExtra."""
     row = tables.summary
     sheet = page.Page(name, "replay of a log")
-    samples = tables.samples.select(COLUMNS).collect()
+    samples = with_wheels(tables.samples).select(COLUMNS).collect()
     findings = json.loads(row["findings"])
     sheet.add(verdict_of(row, findings), page.share_bar(shares_of(row)), page.facts(fact_list(row)))
     sheet.section("Data quality")
@@ -148,14 +156,40 @@ def draw(sheet: page.Page, tables: RunTables, samples: pl.DataFrame, row: Mappin
         '<p class="note screen">Point at a plot: the values there, the same time in the other plots, '
         "and the place on the path.</p>"
     )
+    if by_wheel_speeds(samples):
+        draw_wheels(sheet, samples, span, hue)
+    else:
+        draw_constraints(sheet, samples, span, hue)
+    robot = json.loads(row["settings"]).get("robot") or {}
+    if np.isfinite(figures.column(samples, "alpha")).any():
+        sheet.section("α, acceleration per torque")
+        sheet.figures([figures.alpha_figure(samples, span, hue, robot.get("alpha"))])
+
+
+Hue = dict[str, charts.Columns]
+
+
+def draw_wheels(sheet: page.Page, samples: pl.DataFrame, span: tuple[float, float], hue: Hue) -> None:
+    """What wheel speeds show: slip beside skidding, and what was learnt of the wheels."""
+    sheet.section(
+        "Skidding and slip",
+        "In ideal rolling C_k stays within its grey band, and the 95 % intervals of both slips hold zero.",
+    )
+    skid = figures.constraint_figure(samples, span, hue, *C_K)
+    sheet.figures([skid])
+    left, right = (figures.slip_figure(samples, span, hue, side) for side in ("left", "right"))
+    sheet.figures([left], [right])
+    sheet.section("Learnt of the wheels", "As known at the time, with 95 % intervals.")
+    sheet.figures([figures.learnt_figure(samples, span, hue, *one) for one in LEARNT])
+
+
+def draw_constraints(sheet: page.Page, samples: pl.DataFrame, span: tuple[float, float], hue: Hue) -> None:
+    """What torques show: both constraints."""
     sheet.section(
         "Constraints and their thresholds",
         "In ideal rolling both stay within their grey band: C_k leaves it in a skid, C_d in slip.",
     )
-    names = (
-        ("c_k", "mps", "C_k = −v_lat [m/s]: beyond the band the robot skids"),
-        ("c_d", "mps2", "C_d [m/s²]: beyond the band a wheel slips"),
-    )
+    names = (C_K, C_D)
     drawn = [figures.constraint_figure(samples, span, hue, *one) for one in names]
     sheet.figures(drawn)
     unknown = [
@@ -163,10 +197,6 @@ def draw(sheet: page.Page, tables: RunTables, samples: pl.DataFrame, row: Mappin
     ]
     if unknown:
         sheet.add(page.paragraph(f"Not known in this log: {', '.join(unknown)}.", "soft"))
-    robot = json.loads(row["settings"]).get("robot") or {}
-    if np.isfinite(figures.column(samples, "alpha")).any():
-        sheet.section("α, acceleration per torque")
-        sheet.figures([figures.alpha_figure(samples, span, hue, robot.get("alpha"))])
 
 
 def confusion(frame: pl.DataFrame | None) -> str:

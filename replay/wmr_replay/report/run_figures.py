@@ -159,39 +159,83 @@ def alpha_figure(
     samples: pl.DataFrame, span: tuple[float, float], hue: dict[str, Columns], nominal: float | None
 ) -> Figure:
     """α with its 95 % interval, and the nominal value."""
-    t_s, alpha, sd = (column(samples, name) for name in ("t_s", "alpha", "alpha_sd"))
-    low, high = alpha - NORMAL_95 * sd, alpha + NORMAL_95 * sd
-    rows = np.unique(np.concatenate([extremes(t_s, low), extremes(t_s, high), extremes(t_s, alpha)]))
+    level = None if nominal is None else (nominal, f"nominal {nominal:.4g}")
+    return interval_figure(samples, span, hue, ("alpha", "α"), "α [(m/s²)/(N·m)] as known at the time", level)
+
+
+def learnt_figure(
+    samples: pl.DataFrame,
+    span: tuple[float, float],
+    hue: dict[str, Columns],
+    name: str,
+    title: str,
+    stated: float | None,
+) -> Figure:
+    """What was learnt of the wheels, with its 95 % interval, and the stated value."""
+    words = title.partition(":")[0].partition(" [")[0]
+    level = None if stated is None else (stated, f"as stated: {stated:g}")
+    return interval_figure(samples, span, hue, (name, words), title, level)
+
+
+def slip_figure(
+    samples: pl.DataFrame, span: tuple[float, float], hue: dict[str, Columns], side: str
+) -> Figure:
+    """Slip velocity of a wheel with its 95 % interval, at the instants that it describes."""
+    name, words = (f"slip_{side}_mps", f"slip {side}")
+    title = f"Slip of the {side} wheel [m/s]: its speed minus the ground's"
+    t_s = described_s(samples)
+    return interval_figure(samples, span, hue, (name, words), title, t_s=t_s, whole=True)
+
+
+def interval_figure(
+    samples: pl.DataFrame,
+    span: tuple[float, float],
+    hue: dict[str, Columns],
+    called: tuple[str, str],
+    title: str,
+    level: tuple[float, str] | None = None,
+    *,
+    t_s: F64 | None = None,
+    whole: bool = False,
+) -> Figure:
+    """A column, and what it is called, with its 95 % interval and a level to compare it with. The axis shows
+    it ``whole``, or as it is once it has settled.
+    """
+    name, words = called
+    t_s = column(samples, "t_s") if t_s is None else t_s
+    value, sd = column(samples, name), column(samples, f"{name}_sd")
+    low, high = value - NORMAL_95 * sd, value + NORMAL_95 * sd
+    rows = np.unique(np.concatenate([extremes(t_s, low), extremes(t_s, high), extremes(t_s, value)]))
     data = {
-        "alpha": {
+        name: {
             "t": numbers(t_s[rows]),
-            "v": numbers(alpha[rows]),
+            "v": numbers(value[rows]),
             "low": numbers(low[rows]),
             "high": numbers(high[rows]),
         }
     } | hue
     layers = [
         charts.shade("shade", 0.1),
-        charts.band("alpha", "low", "high", BLUE, 0.2),
-        charts.line("alpha", "v", BLUE, width=1.6),
+        charts.band(name, "low", "high", BLUE, 0.2),
+        charts.line(name, "v", BLUE, width=1.6),
     ]
-    key = [Key(BLUE, "α", "line"), Key("#c9dae4", "95 % interval")]
-    if nominal is not None:
-        layers.append(charts.level(nominal, DARK))
-        key.append(Key(DARK, f"nominal {nominal:.4g}", "dash"))
+    key = [Key(BLUE, words, "line"), Key("#c9dae4", "95 % interval")]
+    if level is not None:
+        layers.append(charts.level(level[0], DARK))
+        key.append(Key(DARK, level[1], "dash"))
     spec = charts.over_time(
         layers,
         span,
         180,
         data=list(data),
-        readout=[Read("α", "alpha", "v"), Read("from", "alpha", "low"), Read("to", "alpha", "high")],
-        domain=alpha_domain(t_s, low, high, nominal),
+        readout=[Read(words, name, "v"), Read("from", name, "low"), Read("to", name, "high")],
+        domain=None if whole else settled_domain(t_s, low, high, None if level is None else level[0]),
     )
-    return Figure("alpha", "α [(m/s²)/(N·m)] as known at the time", spec, data, key)
+    return Figure(name, title, spec, data, key)
 
 
-def alpha_domain(t_s: F64, low: F64, high: F64, nominal: float | None) -> tuple[float, float] | None:
-    """What the axis of α shows: its interval once a fifth of the log has passed, and the nominal value."""
+def settled_domain(t_s: F64, low: F64, high: F64, nominal: float | None) -> tuple[float, float] | None:
+    """What the axis shows: the interval once a fifth of the log has passed, and the level."""
     settled = np.isfinite(low) & np.isfinite(high) & (t_s >= t_s[0] + 0.2 * (t_s[-1] - t_s[0]))
     if not settled.any():
         return None

@@ -26,9 +26,11 @@ BLUE, ODD_COLOUR = "#23638a", "#d55e00"
 NORMAL_95 = 1.96
 TITLES = {
     "alpha": "α [(m/s²)/(N·m)], with its 95 % interval",
+    "wheel_scale": "Wheel scale, with its 95 % interval",
     "gap_mm": "Held-out gap of the base model [mm]",
     "accuracy": "Accuracy",
 }
+WITH_SD = ("alpha", "wheel_scale")
 LEAST_SIZES = ("viscous_drag", "payload")
 """Effects whose smallest detectable size is drawn: one that grows with the speed, one with the torque."""
 NO_RULE = Judged("", "", "", 0.2, relative=True)
@@ -53,7 +55,7 @@ def trends(logs: Sequence[FleetLog], shown: Sequence[Judged]) -> list[Figure]:
     for name, title in TITLES.items():
         if name in judged:
             values = numbers_of(row.logs, name)
-            half = NORMAL_95 * numbers_of(row.logs, "alpha_sd") if name == "alpha" else None
+            half = NORMAL_95 * numbers_of(row.logs, f"{name}_sd") if name in WITH_SD else None
             figures.append(trend_figure(name, title, row, values, is_odd(values, judged[name]), half))
     return [*figures, shares_figure(row), *detectable_figures(row)]
 
@@ -81,7 +83,7 @@ def horizontal(field: str, *, dates: bool) -> Spec:
         "grid": False,
     }
     if not dates:
-        axis |= {"format": "d", "tickMinStep": 1}
+        axis |= {"format": "d", "labelExpr": "datum.value % 1 ? '' : datum.label"}
     return {"field": field} | kind | {"axis": axis}
 
 

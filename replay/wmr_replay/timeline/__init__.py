@@ -19,6 +19,8 @@ instant that it describes, t − ``delay_s``, so that estimate and truth lie ove
 ``/constraint/Q/estimate``, ``…/Q/threshold``     Q is ``c_k_mps``, ``c_d_mps2``; ± threshold
 ``/alpha/estimate``, ``…/band``, ``…/nominal``    α, α ± 1.96 standard deviations; the nominal value
 ``/torque``                                       left and right wheel torque
+``/slip/S/estimate``, ``/slip/S/band``            slip velocity of a wheel, ± 1.96 sd; S is a side
+``/learnt/Q/estimate``, ``…/band``, ``…/stated``  Q: what was learnt of the wheels, such as ``wheel_scale``
 ================================================  ===========================================================
 
 Every view opens on the whole log. Recordings of comparisons and gap analyses: ``comparison``, ``gap``.

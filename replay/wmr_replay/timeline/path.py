@@ -1,7 +1,7 @@
 """The path in the plane: strips by mode, the frame around it, and a grid in metres."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import rerun as rr
@@ -18,10 +18,19 @@ class LabelRoom:
 
     room: tuple[float, float] = (0.16, 0.1)
     inset: tuple[float, float] = (0.085, 0.075)
+    tall: float = 1.0
+    """By how much more room the labels on the left need where the path is taller than wide: drawn smaller."""
+
+    def for_sides(self, sides: F64) -> "LabelRoom":
+        """For a path of a width and a height."""
+        if sides[1] <= sides[0]:
+            return self
+        (room, below), (inset, up) = self.room, self.inset
+        return replace(self, room=(room * self.tall, below), inset=(inset * self.tall, up))
 
 
-SMALL_VIEW = LabelRoom((0.24, 0.18), (0.08, 0.13))
-"""For a view that has a third of the window's height."""
+SMALL_VIEW = LabelRoom((0.24, 0.18), (0.08, 0.13), tall=2.0)
+"""For a view that has a third of the window's height, and is wider than high."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +78,8 @@ class Frame:
         the left and below.
         """
         sides, middle = self.sides(), (self.low + self.high) / 2
-        half, room = sides / 2 + share * sides.max(), sides.max() * np.array(self.labels.room)
+        room = sides.max() * np.array(self.labels.for_sides(sides).room)
+        half = sides / 2 + share * sides.max()
         return middle - half - room, middle + half
 
 
@@ -86,9 +96,10 @@ def grid(frame: Frame) -> tuple[list[F64], F64, list[str]]:
     No line goes through the room for labels, where two of them would overlap.
     """
     low, high = frame.with_margin()
-    first = low + frame.sides().max() * np.array(frame.labels.room)
+    labels = frame.labels.for_sides(frame.sides())
+    first = low + frame.sides().max() * np.array(labels.room)
     step = grid_step_m(float((high - first).max()))
-    inset = (high - low).max() * np.diag(frame.labels.inset)
+    inset = (high - low).max() * np.diag(labels.inset)
     lines, places, texts = [], [], []
     for axis, name in enumerate("xy"):
         for k in range(math.ceil(first[axis] / step), math.floor(high[axis] / step) + 1):

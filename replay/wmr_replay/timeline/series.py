@@ -80,7 +80,28 @@ def _posterior(entity: str, *modes: ContactMode) -> Series:
     )
 
 
-_SPREAD = NORMAL_95 * pl.col("alpha_sd")
+def _with_band(
+    entity: str,
+    column: str,
+    name: str,
+    hues: tuple[Colour, Colour] = (colours.ESTIMATE, colours.BAND),
+    *,
+    at_described: bool = False,
+) -> tuple[Series, Series]:
+    """A line and, as siblings beneath it, the ends of its 95 % interval; learnt values change slowly."""
+    value, spread = pl.col(column), NORMAL_95 * pl.col(f"{column}_sd")
+    timing = {"at_described": at_described, "slow": not at_described}
+    names, ends = ("95 % band", "95 % band"), (value + spread, value - spread)
+    return (
+        Series(f"{entity}/estimate", (value,), (name,), hues[:1], 1.5 if at_described else 2.0, **timing),
+        Series(f"{entity}/band", ends, names, hues[1:], 1.0 if at_described else 1.25, **timing),
+    )
+
+
+def _slip(side: str, *hues: Colour) -> tuple[Series, Series]:
+    name = f"slip {side} [m/s]"
+    return _with_band(f"/slip/{side}", f"slip_{side}_mps", name, (hues[0], hues[1]), at_described=True)
+
 
 ESTIMATED: tuple[Series, ...] = (
     _measured("x_m", "x [m]"),
@@ -95,14 +116,12 @@ ESTIMATED: tuple[Series, ...] = (
     _threshold("c_k_mps", "c_k_threshold_mps", ContactMode.SKIDDING),
     _estimate("/constraint", "c_d_mps2", "C_d [m/s²]", 1.5),
     _threshold("c_d_mps2", "c_d_threshold_mps2", ContactMode.SLIPPING),
-    Series("/alpha/estimate", (pl.col("alpha"),), ("α [1/(kg·m)]",), (colours.ESTIMATE,), 2.0, slow=True),
-    Series(
-        "/alpha/band",
-        (pl.col("alpha") + _SPREAD, pl.col("alpha") - _SPREAD),
-        ("95 % band", "95 % band"),
-        (colours.BAND,),
-        slow=True,
-    ),
+    *_with_band("/alpha", "alpha", "α [1/(kg·m)]"),
+    *_slip("left", colours.ESTIMATE, colours.BAND),
+    *_slip("right", colours.SECOND, colours.SECOND_BAND),
+    *_with_band("/learnt/wheel_scale", "wheel_scale", "wheel scale"),
+    *_with_band("/learnt/effective_half_track_m", "effective_half_track_m", "half track [m]"),
+    *_with_band("/learnt/icr_offset_m", "icr_offset_m", "x of turns [m]"),
 )
 """Lines out of the samples table."""
 
@@ -124,6 +143,36 @@ TORQUE = Series(
 """Lines out of the torques that the run was given."""
 
 NOMINAL = Series("/alpha/nominal", (pl.col("alpha"),), ("nominal",), (colours.NOMINAL,))
+
+AS_STATED = {"wheel_scale": 1.0, "icr_offset_m": 0.0}
+"""What a robot shows whose wheels are as large as stated and which turns about the point between them."""
+LEARNT = ("wheel_scale", "effective_half_track_m", "icr_offset_m")
+LEARNT_SD = 15.0
+LEARNT_LEAST = 0.002
+"""Reach of the axis of a learnt value: standard deviations of the last one, and in its own unit."""
+
+
+def as_stated(column: str) -> Series:
+    """The line that a learnt value is compared with."""
+    return Series(f"/learnt/{column}/stated", (pl.col(column),), ("as stated",), (colours.NOMINAL,))
+
+
+def learnt_ranges(last: pl.DataFrame | None) -> dict[str, tuple[float, float]]:
+    """The range to show of each value learnt of the wheels, by its entity.
+
+    At first their bands are wider than any plot: the automatic range would flatten the rest.
+    """
+    if last is None:
+        return {}
+    found = {}
+    for name in set(LEARNT) & set(last.columns):
+        value, sd = (last[one].cast(pl.Float64).to_numpy()[0] for one in (name, f"{name}_sd"))
+        if np.isfinite([value, sd]).all():
+            reach = max(LEARNT_SD * sd, LEARNT_LEAST)
+            known = [value - reach, value + reach, *([AS_STATED[name]] if name in AS_STATED else [])]
+            margin = 0.1 * (max(known) - min(known))
+            found[f"/learnt/{name}/estimate"] = (min(known) - margin, max(known) + margin)
+    return found
 
 
 def alpha_range(last: pl.DataFrame | None, nominal: float | None) -> tuple[float, float] | None:

@@ -10,7 +10,7 @@ from rerun.blueprint.components import LinkAxis, PlayState
 from wmr_replay.timeline.columns import DURATION
 from wmr_replay.timeline.path import Frame
 
-KEY_SHARE = 0.2
+KEY_SHARE = 0.25
 """Room in front of the log, as a share of its length, where the key of a plot hides no line."""
 TAIL_SHARE = 0.025
 
@@ -69,10 +69,11 @@ class Plot:
 
 @dataclass(frozen=True)
 class Page:
-    """A tab of plots below one another, and what it is about."""
+    """A tab of plots below one another, what it is about, and how the height is shared where not equally."""
 
     name: str
     plots: tuple[Plot, ...]
+    shares: tuple[float, ...] = ()
 
 
 def pages_view(pages: Iterable[Page], written: Collection[str], span: Span) -> rrb.Container | None:
@@ -83,9 +84,11 @@ def pages_view(pages: Iterable[Page], written: Collection[str], span: Span) -> r
 
 def _columns(pages: Iterable[Page], written: Collection[str], span: Span) -> Iterator[rrb.Container]:
     for page in pages:
-        views = [plot.view(written, span) for plot in page.plots if plot.shown(written)]
-        if views:
-            yield rrb.Vertical(*views, name=page.name)
+        shares = page.shares or (1.0,) * len(page.plots)
+        shown = [(plot, share) for plot, share in zip(page.plots, shares, strict=True) if plot.shown(written)]
+        if shown:
+            views = [plot.view(written, span) for plot, _ in shown]
+            yield rrb.Vertical(*views, name=page.name, row_shares=[share for _, share in shown])
 
 
 def tabs_of(parts: Sequence[rrb.Container | rrb.View]) -> rrb.Container:

@@ -13,7 +13,16 @@ from wmr_replay.timeline.columns import stride_for
 from wmr_replay.timeline.description import how_to_read, verdict_text
 from wmr_replay.timeline.path import Frame
 from wmr_replay.timeline.robot import POSE_HZ, VELOCITY_HZ, Scales, velocities
-from wmr_replay.timeline.series import ESTIMATED, NOMINAL, TORQUE, TRUE, alpha_range
+from wmr_replay.timeline.series import (
+    AS_STATED,
+    ESTIMATED,
+    NOMINAL,
+    TORQUE,
+    TRUE,
+    alpha_range,
+    as_stated,
+    learnt_ranges,
+)
 from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_replay.timeline.states import HINDSIGHT_LANE, LANES, Changes
 from wmr_replay.timeline.views import Span
@@ -135,7 +144,8 @@ class Timeline:
         self._n_written += len(block)
         self._last = block.tail(1)
         for series in ESTIMATED:
-            self._sink.add_lines(series, slow if series.slow else drawn)
+            if series.reads() <= set(block.columns):
+                self._sink.add_lines(series, slow if series.slow else drawn)
         if len(drawn):
             self._frame.include(drawn.select("x_m", "y_m").to_numpy())
             self._sink.add_path(drawn)
@@ -181,9 +191,13 @@ class Timeline:
             self._sink.add_lines(TORQUE, rows)
 
     def _write_nominal(self, end_ns: int) -> None:
+        """Levels over the whole log: the nominal α, and what was learnt if the robot were as stated."""
+        ends = pl.DataFrame({"t_ns": np.array([self._sink.start_ns, end_ns])})
         if self._alpha_nominal is not None:
-            t_ns = np.array([self._sink.start_ns, end_ns])
-            self._sink.add_lines(NOMINAL, pl.DataFrame({"t_ns": t_ns, "alpha": self._alpha_nominal}))
+            self._sink.add_lines(NOMINAL, ends.with_columns(alpha=pl.lit(self._alpha_nominal)))
+        for name, value in AS_STATED.items():
+            if f"/learnt/{name}/estimate" in self._sink.written:
+                self._sink.add_lines(as_stated(name), ends.with_columns(pl.lit(value).alias(name)))
 
     def _show_growth(self) -> None:
         """A layout for the log so far, for a viewer that looks on."""
@@ -200,7 +214,8 @@ class Timeline:
     def _contents(self, *, found: bool = False) -> Contents:
         alpha = alpha_range(self._last, self._alpha_nominal)
         written = self._sink.written.keys()
-        return Contents(written, self._frame, self._span(), alpha, found, self._true_path)
+        learnt = learnt_ranges(self._last)
+        return Contents(written, self._frame, self._span(), alpha, found, self._true_path, learnt)
 
     def _span(self) -> Span | None:
         if self._last is None:
@@ -211,6 +226,10 @@ class Timeline:
         return Scales.of(self._frame, self._fastest_mps)
 
     def _how_to_read(self) -> str:
-        parts = {"has_truth": self._truth is not None, "has_hindsight": self._later is not None}
+        parts = {
+            "has_truth": self._truth is not None,
+            "has_hindsight": self._later is not None,
+            "by_wheel_speeds": "/slip/left/estimate" in self._sink.written,
+        }
         arrow_s = self._scales().arrow_s if self._last is not None else None
         return how_to_read(self._rate_hz, self._rate_hz / self._stride, arrow_s, **parts)

@@ -109,3 +109,15 @@ def test_a_batch_writes_its_pages_and_takes_gap_analyses_up(command, log, tmp_pa
     assert "viscous_drag" in page_reader.checked(after).text
     assert "viscous_drag" not in page_reader.checked(before).text
     assert page.stat().st_mtime_ns == stamp
+
+
+def test_robots_by_wheel_speeds_have_the_trend_of_their_scale_and_none_of_alpha(page_reader):
+    scales = (1.02, 1.021, 1.019, 1.02, 1.06)
+    wheels = [
+        FleetLog(row(k, None, wheel_scale=scale, wheel_scale_sd=0.001)) for k, scale in enumerate(scales)
+    ]
+    read = page_reader.checked(fleet_page(wheels, TOTAL, "fleet"))
+    drawn = read.figures()["data"]
+    assert drawn["trend_wheel_scale"]["c"].count("#d55e00") == 1
+    assert "trend_alpha" not in drawn
+    assert "wheel scale" in read.text

@@ -17,6 +17,7 @@ from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.report import bundle
 from wmr_replay.report.gap import gap_page
+from wmr_replay.report.gap_figures import level_words
 from wmr_replay.report.run import RunTables, run_page
 from wmr_schemas.errors import InvalidSetting, MissingExtra
 from wmr_schemas.findings import KINDS
@@ -114,6 +115,43 @@ def test_a_gap_page_has_the_proof_and_its_numbers(made_up_gap, page_reader):
 def test_a_gap_page_without_an_effect(made_up_gap, verdict, page_reader):
     read = page_reader.checked(gap_page(*document(made_up_gap, verdict=verdict, effects=()), "drive"))
     assert "would have been seen from" in read.text
+
+
+def by_wheels(result):
+    """The tables of a replay as if wheel speeds had shown slip and scale, and no torque C_d and α."""
+    tables, none = result.report_tables(), pl.lit(None, pl.Float64)
+    known = {"slip_left_mps": 0.3, "slip_right_mps": -0.2, "wheel_scale": 1.02, "icr_offset_m": 0.01}
+    known |= {"effective_half_track_m": 0.25}
+    values = [pl.lit(value).alias(name) for name, value in known.items()]
+    spread = [pl.lit(0.01).alias(f"{name}_sd") for name in known]
+    lacking = [none.alias(name) for name in ("alpha", "alpha_sd", "c_d_mps2")]
+    return replace(tables, samples=tables.samples.with_columns(*values, *spread, *lacking))
+
+
+def test_wheel_speeds_show_slip_and_what_was_learnt_and_no_empty_figure(result, page_reader):
+    read = page_reader.checked(run_page(by_wheels(result), "drive"))
+    for words in ("Slip of the left wheel", "Slip of the right wheel", "Wheel scale", "as stated: 1"):
+        assert words in read.text
+    assert "C_d" not in read.text
+    assert "α, acceleration" not in read.text
+
+
+def test_a_picture_of_wheel_speeds_has_no_empty_axes(result):
+    pytest.importorskip("matplotlib")
+    from wmr_replay.api.plots.run import tables_figure
+
+    axes = tables_figure(by_wheels(result), "drive").axes
+    assert all(one.has_data() for one in axes)
+    assert [one.get_title(loc="left") or one.get_title() for one in axes][-2:] == [
+        "Slip of the wheels [m/s], 95 % intervals",
+        "Wheel scale with its 95 % interval",
+    ]
+
+
+def test_results_of_earlier_versions_without_columns_of_wheels_are_drawn(result, page_reader):
+    tables = result.report_tables()
+    older = replace(tables, samples=tables.samples.drop("slip_left_mps", "wheel_scale", "icr_offset_m_sd"))
+    assert "α, acceleration" in page_reader.checked(run_page(older, "drive")).text
 
 
 def test_a_page_of_nothing(result, page_reader):
@@ -245,3 +283,7 @@ def test_two_results_side_by_side(result, log, tmp_path, page_reader):
     assert "no difference" in page_reader.checked(same).text
     found.save(tmp_path, timeline=False)
     assert not files["report"].exists()
+
+
+def test_errors_of_a_metre_are_written_out():
+    assert level_words(np.array([0.25, 0.5, 1.0, 1.5]))[-2:] == ["1000–1500", "above 1500 mm"]

@@ -1,6 +1,7 @@
 """The Rerun recording of a gap analysis: its content. The result is made up."""
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,10 +9,12 @@ import pytest
 from rerun.chunk import RrdReader
 
 from wmr_replay.timeline import colours
-from wmr_replay.timeline.gap.path import cut
+from wmr_replay.timeline.gap.path import Errors, add_key, cut
 from wmr_replay.timeline.gap.speed import speed
 from wmr_replay.timeline.gap.text import gap_text
 from wmr_replay.timeline.gap.writer import write_gap_timeline
+from wmr_replay.timeline.path import SMALL_VIEW, Frame
+from wmr_replay.timeline.sink import Sink, recording_into
 from wmr_schemas.findings import Severity, finding
 
 
@@ -166,3 +169,25 @@ def test_the_text_holds_verdict_effects_and_gaps(made_up_gap):
     found = finding("coloured_noise", Severity.WARNING, "a correlation time of .3 s").as_dict()
     assert "- **coloured_noise** (warning): a" in gap_text(made_up_gap.gap_result(), "drive.mcap", [found])
     assert "| yaw | 2.4 mrad | 0.52 mrad | 0.49 mrad |" in text
+
+
+def test_by_wheel_speeds_no_lane_tells_a_mode(made_up_gap, tmp_path):
+    path = tmp_path / "wheels.gap.rrd"
+    result = replace(made_up_gap.gap_result(), base_model="wheel_speed")
+    write_gap_timeline(path, result, "drive.mcap", "wheels")
+    assert "/mode" not in rows_of(path)
+    assert "/part" in rows_of(path)
+
+
+@pytest.mark.parametrize("corner", [(2.0, 20.0), (20.0, 2.0)])
+def test_the_words_of_the_key_stand_apart_above_narrow_and_wide_paths(corner, tmp_path):
+    """By half of the height, which a view that is twice as wide as high shows in any case."""
+    frame = Frame(SMALL_VIEW)
+    frame.include(np.array([[0.0, 0.0], corner]))
+    (left, bottom), (right, top) = frame.with_margin()
+    sink = Sink(recording_into(tmp_path / "key.rrd", "key"))
+    add_key(sink, frame, Errors({}, 0.1, 1.0, 0.01))
+    sink.close()
+    x_m = [point[0] for point in static_of(tmp_path / "key.rrd")["/path/key"]["Points2D:positions"]]
+    assert np.diff(x_m).min() > 0.4 * (top - bottom)
+    assert x_m[1] == pytest.approx((left + right) / 2)

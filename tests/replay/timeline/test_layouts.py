@@ -82,6 +82,27 @@ def test_a_plot_without_its_own_quantity_is_left_out_and_so_is_an_empty_page() -
     assert pages_view([page], ["/threshold"], Span(0, 9)) is None
 
 
+def test_wheel_speeds_have_slip_and_what_was_learnt_in_place_of_torques_and_alpha() -> None:
+    written = {
+        *("/posterior", "/posterior/both", "/constraint/c_k_mps/estimate", "/constraint/c_d_mps2/threshold"),
+        *(f"/slip/{side}/{line}" for side in ("left", "right") for line in ("estimate", "band")),
+        *("/learnt/wheel_scale/estimate", "/learnt/wheel_scale/stated", "/velocity/v_long_mps/estimate"),
+    }
+    held = Contents(written, frame(), Span(0, 9), ranges={"/learnt/wheel_scale/estimate": (0.9, 1.1)})
+    views = list(views_of(layout(held).root_container))
+    assert [view.name for view in views[4:]] == [
+        "Probability of each mode",
+        "C_k [m/s]",
+        "Slip of the left wheel [m/s]",
+        "Slip of the right wheel [m/s]",
+        "Wheel scale",
+        "v_long [m/s]",
+    ]
+    assert views[4].contents == ["/posterior", "/posterior/both"]
+    assert views[6].contents == ["/slip/left/estimate", "/slip/left/band"]
+    assert views[8].properties["ScalarAxis"].range.as_arrow_array().to_pylist() == [[0.9, 1.1]]
+
+
 def test_findings_and_a_true_path_are_named() -> None:
     held = Contents(RUN, frame(), Span(0, 9), found=True, true_path=True)
     names = [view.name for view in views_of(layout(held).root_container)]

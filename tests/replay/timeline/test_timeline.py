@@ -281,6 +281,25 @@ def test_without_torque_and_truth_nothing_is_drawn_of_them(tmp_path: Path) -> No
     assert "/constraint/c_k_mps/estimate" in contents(path)
 
 
+def test_wheel_speeds_give_slip_at_its_instant_and_what_was_learnt_when_it_was_known(tmp_path: Path) -> None:
+    table = samples(100.0, 5.0, with_torque=False)
+    ramp = np.linspace(1.0, 1.02, len(table))
+    learnt = {"wheel_scale": ramp, "icr_offset_m": ramp - 1.0, "slip_left_mps": 10 * ramp}
+    for name, value in learnt.items():
+        values = pl.Series(value), pl.Series(np.full(len(table), 0.001))
+        table = table.with_columns(values[0].alias(name), values[1].alias(f"{name}_sd"))
+    write(tmp_path / "wheels.rrd", table, 100.0)
+    found = contents(tmp_path / "wheels.rrd")
+    slip, band = found["/slip/left/estimate"], scalars(found["/slip/left/band"])
+    assert -since_start_ns(slip)[0] == pytest.approx(DELAY_S * 1e9, abs=1e6)
+    assert np.ptp(band, axis=1) == pytest.approx(2 * 1.96 * 0.001, rel=1e-3)
+    assert scalars(found["/learnt/wheel_scale/estimate"])[-1, 0] == pytest.approx(1.02, abs=1e-3)
+    assert since_start_ns(found["/learnt/wheel_scale/estimate"])[0] >= 0
+    assert scalars(found["/learnt/wheel_scale/stated"])[:, 0].tolist() == [1.0, 1.0]
+    assert scalars(found["/learnt/icr_offset_m/stated"])[:, 0].tolist() == [0.0, 0.0]
+    assert not {"/slip/right/estimate", "/torque", "/alpha/estimate"} & found.keys()
+
+
 def test_an_empty_run_still_makes_a_valid_file(tmp_path: Path) -> None:
     path = write(tmp_path / "a.rrd", samples(100.0, 1.0)[:0], 100.0, truth=true_state(100.0, 1.0))
     assert rerun("verify", str(path)) == 0

@@ -38,6 +38,7 @@ SLIP = {
 }
 """The residuals where wheel speeds drive the model."""
 COLOURS = {"base": BEFORE, "extended": AFTER}
+UNKNOWN = "#c9ced6"
 WRAP = 92
 """Characters of a line of the title."""
 
@@ -52,7 +53,7 @@ def gap_figure(gap: GapFile, traces: pl.DataFrame, name: str = "") -> Figure:
         grid = figure.add_gridspec(3, 2, height_ratios=(3, 1.7, 3.2))
         top = figure.add_subplot(grid[0, 0])
         channel = effect.residual if effect and effect.residual else "longitudinal"
-        if effect is None or not draw_scatter(top, effect, traces):
+        if effect is None or not draw_scatter(top, effect, traces, short):
             draw_over_time(top, traces, "base_residual_lateral", short["lateral"], ("base",))
         draw_over_time(figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", short[channel], models)
         draw_over_time(
@@ -82,7 +83,7 @@ def said(gap: GapFile) -> str:
     return "\n".join(lines)
 
 
-def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame) -> bool:
+def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame, short: dict[str, str]) -> bool:
     """The residual over the quantity that it follows, and the medians of bins; False without such columns."""
     if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
         return False
@@ -114,7 +115,7 @@ def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame) -> bool:
             label=WORDS[model],
         )
     axes.axhline(0, color=DARK, linewidth=0.6)
-    axes.set(xlabel=QUANTITIES[effect.variable], title=SHORT[effect.residual])
+    axes.set(xlabel=QUANTITIES[effect.variable], title=short[effect.residual])
     key_above(axes)
     return True
 
@@ -158,6 +159,7 @@ def draw_paths(
     handles = [
         Patch(color=colour, label=words) for colour, words in zip(HEAT, level_words(edges), strict=True)
     ]
+    handles.append(Patch(color=UNKNOWN, label="not simulated"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.0)
 
 
@@ -165,7 +167,7 @@ def draw_path(axes: Axes, traces: pl.DataFrame, column: str, edges: np.ndarray) 
     """The measured path in levels of an error; grey where nothing was simulated."""
     xy = np.stack([values(traces, "x_m"), values(traces, "y_m")], axis=1)
     error = values(traces, column)
-    axes.plot(*xy.T, color="#c9ced6", linewidth=1.5, zorder=1)
+    axes.plot(*xy.T, color=UNKNOWN, linewidth=1.5, zorder=1)
     pieces = np.stack([xy[:-1], xy[1:]], axis=1)
     norm = BoundaryNorm([0.0, *edges, np.inf], len(HEAT))
     kept = np.isfinite(error[:-1])

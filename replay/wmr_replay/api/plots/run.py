@@ -1,4 +1,5 @@
-"""A replay as one figure: the path, the modes over time, velocities, constraints and α.
+"""A replay as one figure: the path, the modes over time, velocities, constraints and α; of wheel speeds, slip
+and scale of the wheels.
 
 What describes an instant (velocities, C_k, C_d) is drawn at that instant, t − ``delay_s``; what is decided
 (mode, α) at the time at which it was known.
@@ -20,7 +21,7 @@ from wmr_replay.api.names import MODE_COLUMNS, with_mode_names
 from wmr_replay.api.plots.figure import Figure, styled
 from wmr_replay.report.decimate import extremes
 from wmr_replay.report.run import RunTables
-from wmr_replay.tables.drawn import DRAWN
+from wmr_replay.tables.drawn import DRAWN, WHEELS, by_wheel_speeds, with_wheels
 from wmr_replay.timeline.colours import BAND, MODE_COLOURS, TRUTH, Colour, mode_name
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
@@ -33,6 +34,8 @@ NORMAL_95 = 1.96
 OUTER_PERCENT = (1.0, 99.0)
 """Percentiles of α and its interval that the axis shows: single rows do not set its range."""
 SHADE = 0.16
+MANY = 5
+"""Entries of a key that leave little room for a title."""
 MODES = (
     ContactMode.IDEAL,
     ContactMode.SKIDDING,
@@ -76,10 +79,14 @@ def tables_figure(tables: RunTables, name: str) -> Figure:
         draw_constraint(
             rows[1], samples, "c_k_mps", "c_k_threshold_mps", "C_k [m/s], skidding beyond the band"
         )
-        draw_constraint(
-            rows[2], samples, "c_d_mps2", "c_d_threshold_mps2", "C_d [m/s²], slipping beyond the band"
-        )
-        draw_alpha(rows[3], samples, nominal)
+        if by_wheel_speeds(samples):
+            draw_slip(rows[2], samples)
+            draw_scale(rows[3], samples)
+        else:
+            draw_constraint(
+                rows[2], samples, "c_d_mps2", "c_d_threshold_mps2", "C_d [m/s²], slipping beyond the band"
+            )
+            draw_alpha(rows[3], samples, nominal)
         for axes in rows:
             shade(axes, samples, stretches)
         for axes in (lanes, *rows[:-1]):
@@ -92,7 +99,8 @@ def tables_figure(tables: RunTables, name: str) -> Figure:
 
 def drawn_rows(tables: RunTables) -> pl.DataFrame:
     """The columns in use, modes by name."""
-    return with_mode_names(tables.samples.select(DRAWN), MODE_COLUMNS).collect()
+    drawn = with_wheels(tables.samples).select(*DRAWN, *WHEELS)
+    return with_mode_names(drawn, MODE_COLUMNS).collect()
 
 
 def thinned(t_s: F64, *values: F64) -> tuple[F64, ...]:
@@ -178,7 +186,7 @@ def draw_lanes(axes: Axes, samples: pl.DataFrame, hindsight: pl.Series) -> None:
     key_above(axes, key, handlelength=1.0)
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
-    axes.set_title("Contact mode")
+    axes.set_title("Contact mode" if len(key) < MANY else "Mode")
 
 
 def draw_velocity(axes: Axes, samples: pl.DataFrame) -> None:
@@ -199,24 +207,48 @@ def draw_constraint(axes: Axes, samples: pl.DataFrame, name: str, threshold: str
     finish(axes, title)
 
 
+def draw_slip(axes: Axes, samples: pl.DataFrame) -> None:
+    """Slip velocities of both wheels with their 95 % intervals."""
+    for name, colour, label in (("slip_left_mps", BLUE, "left"), ("slip_right_mps", RED, "right")):
+        values = described_s(samples), column(samples, name), column(samples, f"{name}_sd")
+        t_s, slip, sd = thinned(*values)
+        spread = NORMAL_95 * sd
+        axes.fill_between(t_s, slip - spread, slip + spread, color=colour, alpha=0.25, linewidth=0)
+        axes.plot(t_s, slip, color=colour, linewidth=1.1, label=label)
+    finish(axes, "Slip of the wheels [m/s], 95 % intervals")
+    key_above(axes)
+
+
 def draw_alpha(axes: Axes, samples: pl.DataFrame, nominal: float | None) -> None:
     """α with its 95 % interval, and the nominal value."""
-    t_s, alpha, sd = thinned(*(column(samples, name) for name in ("t_s", "alpha", "alpha_sd")))
-    axes.fill_between(
-        t_s, alpha - NORMAL_95 * sd, alpha + NORMAL_95 * sd, color=BLUE, alpha=0.22, linewidth=0
-    )
-    axes.plot(t_s, alpha, color=BLUE)
-    if nominal is not None:
-        axes.axhline(nominal, color=DARK, linestyle=(0, (4, 3)), linewidth=1, label="nominal")
-        key_above(axes)
-    settled = np.isfinite(alpha) & (t_s >= np.nanmax(t_s, initial=0.0) * 0.2)
-    if settled.any():
-        values = np.concatenate([(alpha + k * NORMAL_95 * sd)[settled] for k in (-1.0, 1.0)])
-        low, high = np.percentile(values[np.isfinite(values)], OUTER_PERCENT).tolist()
-        low, high = (low, high) if nominal is None else (min(low, nominal), max(high, nominal))
-        margin = 0.25 * (high - low) or 0.1 * abs(high)
-        axes.set_ylim(low - margin, high + margin)
+    draw_learnt(axes, samples, "alpha", nominal, "nominal")
     finish(axes, "α [(m/s²)/(N·m)] with its 95 % interval")
+
+
+def draw_scale(axes: Axes, samples: pl.DataFrame) -> None:
+    """The wheels' true over their stated speed with its 95 % interval."""
+    draw_learnt(axes, samples, "wheel_scale", 1.0, "as stated")
+    finish(axes, "Wheel scale with its 95 % interval")
+
+
+def draw_learnt(axes: Axes, samples: pl.DataFrame, name: str, level: float | None, label: str) -> None:
+    """A learnt value with its 95 % interval, and the level that it is compared with. The axis shows it
+    as it is once a fifth of the log has passed.
+    """
+    t_s, value, sd = thinned(*(column(samples, one) for one in ("t_s", name, f"{name}_sd")))
+    low, high = value - NORMAL_95 * sd, value + NORMAL_95 * sd
+    axes.fill_between(t_s, low, high, color=BLUE, alpha=0.22, linewidth=0)
+    axes.plot(t_s, value, color=BLUE)
+    if level is not None:
+        axes.axhline(level, color=DARK, linestyle=(0, (4, 3)), linewidth=1, label=label)
+        key_above(axes)
+    settled = np.isfinite(value) & (t_s >= np.nanmax(t_s, initial=0.0) * 0.2)
+    if settled.any():
+        values = np.concatenate([low[settled], high[settled]])
+        least, most = np.percentile(values[np.isfinite(values)], OUTER_PERCENT).tolist()
+        least, most = (least, most) if level is None else (min(least, level), max(most, level))
+        margin = 0.25 * (most - least) or 0.1 * abs(most)
+        axes.set_ylim(least - margin, most + margin)
 
 
 def key_above(axes: Axes, handles: Sequence[Artist] | None = None, handlelength: float = 1.5) -> None:

@@ -24,6 +24,8 @@ TOP_PERCENTILE = 92.0
 """The last colour begins at about the error that so many of a hundred rows do not reach."""
 KEY_ROOM = 0.16
 """Room for the colours' key above the path, as a share of the frame's height."""
+KEY_WIDTH = 0.85
+"""Least width of the key, as a share of the frame's height: its words stand apart above a narrow path too."""
 ROUND = (1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 FACTORS = tuple(f * 10.0**power for power in range(6) for f in (1, 2, 5))
 
@@ -136,8 +138,9 @@ def add_key(sink: Sink, frame: Frame, errors: Errors) -> None:
     (left, bottom), (right, top) = frame.with_margin()
     y = top + 0.5 * KEY_ROOM * (top - bottom)
     top_mm = 1e3 * errors.top_m
+    middle, half = (left + right) / 2, max(right - left, KEY_WIDTH * (top - bottom)) / 2
     points = rr.Points2D(
-        [(x, y) for x in np.linspace(left, right, 5)[[0, 2, 4]]],
+        [(x, y) for x in (middle - half, middle, middle + half)],
         labels=["0 mm", f"{top_mm / 2:g} mm", f"≥ {top_mm:g} mm"],
         colors=[colours.ERRORS[k] for k in (0, len(colours.ERRORS) // 2, -1)],
         radii=rr.Radius.ui_points(0),

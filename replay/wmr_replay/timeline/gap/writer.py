@@ -62,12 +62,13 @@ def write_gap_timeline(
     findings: Sequence[Mapping[str, Any]] = (),
 ) -> None:
     """Write the recording of ``result`` to ``path``."""
-    traces, sink = result.traces, Sink(recording_into(path, recording_id), lanes=LANES)
+    lanes = LANES if result.base_model == "torque" else LANES[1:]  # by wheel speeds no mode is told
+    traces, sink = result.traces, Sink(recording_into(path, recording_id), lanes=lanes)
     sink.start_ns = traces.start_ns
     extended = bool(result.effects)
     try:
         rows = frame_rows(traces)
-        for lane in LANES:
+        for lane in lanes:
             sink.add_changes(lane, Changes(lane).push(rows))
         fewer = rows.gather_every(EVERY)
         sink.add_lines(MEASURED_SPEED, fewer)
