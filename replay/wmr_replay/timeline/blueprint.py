@@ -43,7 +43,7 @@ SLIP = Page(
         _with_band("Slip of the left wheel [m/s]", "/slip/left"),
         _with_band("Slip of the right wheel [m/s]", "/slip/right"),
     ),
-    (34, 22, 22, 22),  # the key of four modes is taller than that of a line and its band
+    (39, 20, 20, 20),  # the key of four modes is taller than that of a line and its band
 )
 LEARNT = Page(
     "Learnt of the wheels",
