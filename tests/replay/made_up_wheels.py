@@ -76,7 +76,7 @@ def drive(
     spin: Callable | None = None,
     lag_s: float = 0.0,
 ) -> Log:
-    """A log of poses at 50 Hz and wheel speeds at 100 Hz, the mean since the one before, as encoders say them.
+    """A log of poses at 50 Hz and wheel speeds at 100 Hz, each the mean since the one before, as of encoders.
 
     ``spin(t_s)`` is added to what the encoders say of the right wheel, rad/s: it spins and does not drive.
     With ``lag_s`` the reference is the command, held for 50 ms, and the wheels follow it.

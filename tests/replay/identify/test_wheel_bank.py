@@ -153,6 +153,7 @@ def test_nothing_is_said_of_slipping_while_no_wheel_speed_is_known():
         assert not rows["mode"].is_in([*SLIPS, "ideal"]).any()
         assert (rows["status"] == "no_torque").mean() > 0.8
     assert told.filter(hole)["slip_left_mps"].count() == 0
+    assert "without wheel speeds ideal rolling and slipping" in result.summary["verdict"][0]
     assert (told.filter(behind)["mode"] == "ideal").mean() > 0.9
     assert (later.filter(behind)["mode"] == "ideal").mean() > 0.9
     assert result.summary["effective_half_track_m"][0] == pytest.approx(0.25, abs=0.01)

@@ -60,7 +60,8 @@ class WheelBankIdentifier:
         self._said = said[:, -1]
         unknown = np.full(said.shape[1], np.nan)
         answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
-        independent, known = evidence.independence == INDEPENDENT, np.isfinite(speeds).all(axis=0)
+        independent = evidence.independence == INDEPENDENT
+        known = np.isfinite(speeds[0] + speeds[1])
         independence = np.where(independent & known, evidence.independence, NOT_INDEPENDENT)
         driven = evidence._replace(force=speeds[0] + speeds[1], independence=independence)
         verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
