@@ -31,7 +31,10 @@ STATUS_MEANING = {
     Status.OK: "the row's mode is an estimate like any other",
     Status.WARMING_UP: "the first window is not full yet",
     Status.GAP: "a hole in the pose, or a frozen one; the window restarts and is not full again",
-    Status.NO_TORQUE: "no torque in force: ideal and slipping cannot be told apart",
+    Status.NO_TORQUE: (
+        "no torque in force, or no wheel speed in a log without torques: "
+        "ideal and slipping cannot be told apart"
+    ),
     Status.NOT_EXCITED: "torques too small: ideal and slipping give the same motion",
     Status.NOT_TURNING: "no turning at speed: once it has decayed, a skid leaves no trace",
     Status.POSE_NOT_INDEPENDENT: "the pose was integrated from wheel speeds: skidding cannot be seen in it",

@@ -107,7 +107,8 @@ def fit(
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
+        LogUnusable: No pose, neither torques nor wheel speeds, a log that is too short, or data whose
+            findings bar an answer.
         InvalidSetting: An option that makes no sense, or ``out`` holds results of another log.
     """
     if base not in BASES:

@@ -182,8 +182,7 @@ def gap(
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
         base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where
-        the
-            log has them, else wheel speeds.
+            the log has them, else wheel speeds.
         inputs: Of wheel speeds: ``measured``, or the ``commands``.
         modes: Contact modes: ``identified``, ``ideal`` throughout, or ``topic:T`` for those on topic T.
         tolerance_m: An effect counts when it moves the simulated path by more than this …
@@ -201,7 +200,8 @@ def gap(
         progress: Called with what is being done and the share that is done.
 
     Raises:
-        LogUnusable: No pose, no torques, a log that is too short, or data whose findings bar an answer.
+        LogUnusable: No pose, neither torques nor wheel speeds, a log that is too short, or data whose
+            findings bar an answer.
         InvalidSetting: An option that makes no sense, or ``out`` holds results of another log.
     """
     if report:

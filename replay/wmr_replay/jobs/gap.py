@@ -35,7 +35,8 @@ TRY_LONGER = (
     "torques throughout. `wmr-replay info {path}` says what the log holds."
 )
 TRY_KNOWN = (
-    "Name it in a file, such as `[robot]` and `half_track_m = 0.25` in robot.toml, with --map robot.toml."
+    "Name it in a file, such as `[robot]` with `wheel_radius_m = 0.1` and `half_track_m = 0.25` in "
+    "robot.toml, with --map robot.toml."
 )
 
 

@@ -16,18 +16,9 @@ from wmr_schemas.signals import Log
 def as_batch(log: Log) -> RawBatch:
     """A log's signals in the order in which a recorder would have written them: by stamp, the pose first."""
     pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
-    signals: list[tuple[I64, F64]] = [(log.pose.t_ns, pose)]
-    none = np.empty(0, np.int64)
-    if log.torque is None and log.wheels is not None:
-        speeds = np.stack([log.wheels.left_radps, log.wheels.right_radps])
-        signals.append((log.wheels.t_ns, np.concatenate([np.full(speeds.shape, np.nan), speeds])))
-    elif log.torque is None:
-        signals.append((none, np.empty((4, 0))))
-    else:
-        t = log.torque
-        signals.append((t.t_ns, np.stack([t.left_nm, t.right_nm, t.left_radps, t.right_radps])))
+    signals: list[tuple[I64, F64]] = [(log.pose.t_ns, pose), inputs_of(log)]
     if log.mode is None:
-        signals.append((none, np.empty((1, 0))))
+        signals.append((np.empty(0, np.int64), np.empty((1, 0))))
     else:
         signals.append((log.mode.t_ns, log.mode.mode[None].astype(np.float64)))
     stamps = np.concatenate([t_ns for t_ns, _ in signals])

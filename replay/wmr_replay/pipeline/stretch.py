@@ -41,6 +41,6 @@ def initial_levels(stretch: SampleBatch) -> InitialLevels:
 
 
 def has_wheel_speeds_alone(stretch: SampleBatch) -> bool:
-    """Whether the initial stretch knows wheel speeds, and no torque."""
+    """Whether the initial stretch knows the speeds of both wheels, and no torque."""
     efforts, wheels = np.isfinite(stretch.inputs[:2]), np.isfinite(stretch.inputs[2:])
-    return bool(wheels.any() and not efforts.any())
+    return bool(wheels.all(axis=0).any() and not efforts.any())

@@ -28,6 +28,10 @@ REASONS = {
 }
 
 
+NO_WHEEL_SPEED = "without wheel speeds ideal rolling and slipping cannot be told apart"
+"""The reason of ``no_torque`` in a log whose slipping wheel speeds tell."""
+
+
 def verdict_sentence(
     shares: Mapping[str, float],
     statuses: Mapping[str, float],
@@ -44,7 +48,8 @@ def verdict_sentence(
     if not shares:
         return "Nothing can be said: the log ends before the differentiator's window is full."
     sentences = [mode_sentence(shares)] if shares["undecided"] < 1 else ["No contact mode can be named."]
-    sentences += undecided_sentences(shares["undecided"], statuses, torque)
+    reasons = {**REASONS, Status.NO_TORQUE: NO_WHEEL_SPEED} if learnt else REASONS
+    sentences += undecided_sentences(shares["undecided"], statuses, reasons, torque=torque)
     if alpha is not None:
         nominal = "" if robot.alpha is None else f" (nominal {robot.alpha:.4g})"
         sentences.append(f"alpha = {alpha[0]:.4g} ± {1.96 * alpha[1]:.2g} (m/s²)/(N·m){nominal}.")
@@ -72,13 +77,15 @@ def mode_sentence(shares: Mapping[str, float]) -> str:
     return f"Of the time: {', '.join(named)}."
 
 
-def undecided_sentences(undecided: float, statuses: Mapping[str, float], torque: bool) -> list[str]:
+def undecided_sentences(
+    undecided: float, statuses: Mapping[str, float], words: Mapping[Status, str], *, torque: bool
+) -> list[str]:
     """Why part of the time stays undecided, for every reason that is worth saying."""
     if undecided < WORTH_SAYING:
         return []
     reasons = [
-        REASONS[s] for s in REASONS if s != Status.WARMING_UP and statuses.get(s.label, 0.0) >= WORTH_SAYING
+        words[s] for s in words if s != Status.WARMING_UP and statuses.get(s.label, 0.0) >= WORTH_SAYING
     ]
-    if not torque and REASONS[Status.NO_TORQUE] not in reasons:
-        reasons.append(REASONS[Status.NO_TORQUE])
+    if not torque and words[Status.NO_TORQUE] not in reasons:
+        reasons.append(words[Status.NO_TORQUE])
     return [f"Undecided because {'; and '.join(reasons)}."] if reasons else []

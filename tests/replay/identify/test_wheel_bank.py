@@ -153,6 +153,47 @@ def test_a_pose_computed_from_the_wheels_names_no_mode_and_teaches_nothing():
     assert "integrated from wheel speeds" in result.summary["verdict"][0]
 
 
+def without_wheels(log: Log, rows, sides=("left", "right")) -> Log:
+    """``log`` with unknown speeds of these wheels in the rows of a mask."""
+    speeds = {f"{side}_radps": getattr(log.wheels, f"{side}_radps").copy() for side in ("left", "right")}
+    for side in sides:
+        speeds[f"{side}_radps"][rows] = np.nan
+    return replace(log, wheels=replace(log.wheels, **speeds))
+
+
+def test_nothing_is_said_of_slipping_while_no_wheel_speed_is_known():
+    log = straight_and_turning(synthesise("encoders", seed=4, duration_s=30).log, 4096)
+    t_s = (log.pose.t_ns - log.pose.t_ns[0]) * 1e-9
+    result = wr.replay(without_wheels(log, (t_s > 10) & (t_s < 20)))
+    told, later = result.samples.collect(), result.hindsight.collect()
+    hole, behind = pl.col("t_s").is_between(11.5, 19.5), pl.col("t_s").is_between(21, 29)
+    for rows in (told.filter(hole), later.filter(hole)):
+        assert not rows["mode"].is_in([*SLIPS, "ideal"]).any()
+        assert (rows["status"] == "no_torque").mean() > 0.8
+    assert told.filter(hole)["slip_left_mps"].count() == 0
+    assert "without wheel speeds ideal rolling and slipping" in result.summary["verdict"][0]
+    assert (told.filter(behind)["mode"] == "ideal").mean() > 0.9
+    assert (later.filter(behind)["mode"] == "ideal").mean() > 0.9
+    assert result.summary["effective_half_track_m"][0] == pytest.approx(0.25, abs=0.01)
+
+
+def test_one_wheel_teaches_nothing():
+    log = straight_and_turning(synthesise("encoders", seed=4, duration_s=10).log, 4096)
+    result = wr.replay(without_wheels(log, slice(None), sides=["right"]))
+    assert not result.samples.collect()["mode"].is_in([*SLIPS, "ideal"]).any()
+    assert result.summary["effective_half_track_m"][0] is None
+
+
+def test_standstill_teaches_nothing_of_the_track():
+    log = straight_and_turning(synthesise("encoders", seed=4, duration_s=20).log, 4096)
+    rng, n = np.random.default_rng(2), len(log.pose)
+    pose = PoseTrack(log.pose.t_ns, *(rng.normal(0, 0.003, n) for _ in range(3)))
+    stands = replace(log, pose=pose, wheels=WheelSpeedTrack(log.pose.t_ns, np.zeros(n), np.zeros(n)))
+    summary = wr.replay(stands, hindsight=False).summary
+    assert summary["effective_half_track_m"][0] == pytest.approx(0.25, abs=1e-3)
+    assert summary["effective_half_track_m_sd"][0] > 0.08
+
+
 def test_the_prediction_moves_by_its_own_slopes():
     """The covariance after a step is J P Jᵀ, with J by central differences of the predicted pose."""
     rng = np.random.default_rng(3)

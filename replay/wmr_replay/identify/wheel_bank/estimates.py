@@ -13,9 +13,12 @@ N_SLIPS, N_PARAMETERS = 3, 6
 
 
 def wheel_estimates(answers: F64, speeds: F64) -> WheelEstimates:
-    """``answers`` (23, n) of the bank by row; ``speeds`` (2, n) of left and right wheel, r·φ̇ in m/s."""
+    """``answers`` (23, n) of the bank by row; ``speeds`` (2, n) of left and right wheel, r·φ̇ in m/s. Slips
+    are NaN where these are.
+    """
     scale, half_track = np.exp(answers[SCALE]), np.exp(answers[TRACK])
-    slips = [(answers[SLIPS + k], sd_of(answers, SLIPS + k, N_SLIPS)) for k in range(2)]
+    unknown = np.where(np.isfinite(speeds).all(axis=0), 0.0, np.nan)
+    slips = [(answers[SLIPS + k] + unknown, sd_of(answers, SLIPS + k, N_SLIPS) + unknown) for k in range(2)]
     ratios = [slip_ratio(*slip, scale * speed) for slip, speed in zip(slips, speeds, strict=True)]
     return WheelEstimates(
         *slips[0],

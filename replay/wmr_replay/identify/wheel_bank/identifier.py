@@ -34,7 +34,8 @@ class WheelBankIdentifier:
     """Stage: evidence in, verdicts out, for a robot whose wheel speeds are known and whose torques are not.
 
     C_k and its threshold come from the paper's scheme on the same rows; mode and posterior from the bank,
-    once the pose has shown that it was not integrated from the wheel speeds.
+    once the pose has shown that it was not integrated from the wheel speeds. Rows without wheel speeds get
+    the verdict of the paper's scheme: skidding, or no answer.
     """
 
     def __init__(
@@ -55,19 +56,20 @@ class WheelBankIdentifier:
         """Rows in strictly increasing time; NaN until the bank has started."""
         paper = self._paper.push(evidence)
         speeds = evidence.wheels * self._radius_m
-        known = evidence.t_ns, evidence.pose, speeds, evidence.variances, evidence.restarts
-        self.new_bins, done = into_bins(*known, self._bank.rows_per_bin, self._bin)
+        measured = evidence.t_ns, evidence.pose, speeds, evidence.variances, evidence.restarts
+        self.new_bins, done = into_bins(*measured, self._bank.rows_per_bin, self._bin)
         found = self._bank.push(self.new_bins, paper.alpha, paper.alpha_sd, done)
         said = np.concatenate([self._said[:, None], found], axis=1)
         self._said = said[:, -1]
         unknown = np.full(said.shape[1], np.nan)
         answers = BinEstimates(said[:4], unknown, unknown, said[JUMPED] >= PRIORS.jump_probable, done)
         independent = evidence.independence == INDEPENDENT
-        independence = np.where(independent, evidence.independence, NOT_INDEPENDENT)
+        known = np.isfinite(speeds[0] + speeds[1])
+        independence = np.where(independent & known, evidence.independence, NOT_INDEPENDENT)
         driven = evidence._replace(force=speeds[0] + speeds[1], independence=independence)
         verdict = decide(paper, driven, answers, self.settings.min_confidence, N_MODES)
         return verdict._replace(
-            outcome=without_torque(verdict, np.isfinite(driven.force)),
+            outcome=without_torque(verdict, known),
             wheels=wheel_estimates(said[:, done], speeds).without(~independent),
         )
 

@@ -45,7 +45,9 @@ def body_motion(mean: F64, wheels: F64) -> tuple[float, float, float]:
 
 @lean
 def slopes(mean: F64, wheels: F64, v: float, omega: float, rows: F64) -> None:
-    """Derivatives of v, v_lat and ω by the states, (3, 12)."""
+    """Derivatives of v, v_lat and ω by the states, (3, 12). Wheels that stand, or whose speeds are unknown
+    and count as 0, tell nothing of the track.
+    """
     scale, difference, delay = math.exp(mean[LN_SCALE]), mean[DIFFERENCE], mean[DELAY]
     per_track = math.exp(-mean[LN_TRACK])
     ahead, around = wheels[0] + delay * wheels[2], wheels[1] + delay * wheels[3]
@@ -55,7 +57,8 @@ def slopes(mean: F64, wheels: F64, v: float, omega: float, rows: F64) -> None:
     rows[0, S_SUM], rows[0, LN_SCALE] = -1.0, v + mean[S_SUM]
     rows[0, DIFFERENCE] = scale * around
     rows[0, DELAY] = scale * (wheels[2] + difference * wheels[3])
-    rows[2, S_DIFF], rows[2, LN_TRACK] = -per_track, -omega
+    turning = wheels[0] != 0.0 or wheels[1] != 0.0
+    rows[2, S_DIFF], rows[2, LN_TRACK] = -per_track, -omega if turning else 0.0
     rows[2, LN_SCALE] = omega + mean[S_DIFF] * per_track
     rows[2, DIFFERENCE] = scale * ahead * per_track
     rows[2, DELAY] = scale * (wheels[3] + difference * wheels[2]) * per_track

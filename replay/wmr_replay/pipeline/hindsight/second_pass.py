@@ -19,13 +19,23 @@ NO_ANSWER = np.array(sorted({*BARRING, Status.POSE_NOT_INDEPENDENT}))
 
 
 class SecondPass:
-    """Iterate over :meth:`columns` once the first pass is over."""
+    """Iterate over :meth:`columns` once the first pass is over.
+
+    ``by_wheel_speeds``: the status ``no_torque`` then means rows without wheel speeds, which have no answer.
+    """
 
     def __init__(
-        self, record: Record, looking_back: LookingBack | None, *, min_confidence: float, all_modes: ModeSet
+        self,
+        record: Record,
+        looking_back: LookingBack | None,
+        *,
+        min_confidence: float,
+        all_modes: ModeSet,
+        by_wheel_speeds: bool = False,
     ) -> None:
         self._record, self._looking_back = record, looking_back
         self._min_confidence, self._all_modes = min_confidence, all_modes
+        self._no_answer = np.append(NO_ANSWER, Status.NO_TORQUE) if by_wheel_speeds else NO_ANSWER
         self._intervals = self._smoothed() if looking_back is not None else iter(())
         self._held = Intervals(np.empty(0, np.int64), np.empty((4, 0)), np.empty((2, 0)))
         self._exhausted = looking_back is None
@@ -70,7 +80,7 @@ class SecondPass:
         if self._record.whole_log is not None:
             cause = np.full(len(rows), self._record.whole_log, np.int8)
         in_hole = (cause == Status.GAP) & (rows["mode"] == ContactMode.UNDECIDED)
-        barred = np.isin(cause, NO_ANSWER) | in_hole
+        barred = np.isin(cause, self._no_answer) | in_hole
         mode, mode_set = decided[0].copy(), decided[1].view(np.uint8).copy()
         mode[barred], mode_set[barred] = ContactMode.UNDECIDED, self._all_modes
         posterior[:, barred] = alpha[:, barred] = np.nan
