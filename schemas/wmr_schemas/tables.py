@@ -267,4 +267,5 @@ def polars_schema(columns: tuple[Column, ...]) -> pl.Schema:
 
 def driven_by(row: Mapping[str, Any]) -> str:
     """What the rows of input hold, by the summary's row: torques, or wheel speeds without any."""
-    return "torques" if row.get("wheel_scale") is None else "wheel speeds"
+    empty = row["n_torque"] and row.get("n_torque_empty") == row["n_torque"]
+    return "wheel speeds" if empty or row.get("wheel_scale") is not None else "torques"

@@ -7,8 +7,12 @@ import polars as pl
 import pytest
 
 import wmr_replay as wr
+from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
+from wmr_replay.identify.filter_bank.bins import into_bins, open_bin
+from wmr_replay.identify.wheel_bank.model import wheel_model
 from wmr_replay.identify.wheel_bank.predict import body_motion, predict_pose
 from wmr_replay.identify.wheel_bank.states import LN_TRACK, N_STATES, PSI, S_SUM
+from wmr_replay.identify.wheel_bank.steps import PARAMETERS
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, WheelSpeedTrack
@@ -190,8 +194,15 @@ def test_standstill_teaches_nothing_of_the_track():
     pose = PoseTrack(log.pose.t_ns, *(rng.normal(0, 0.003, n) for _ in range(3)))
     stands = replace(log, pose=pose, wheels=WheelSpeedTrack(log.pose.t_ns, np.zeros(n), np.zeros(n)))
     summary = wr.replay(stands, hindsight=False).summary
-    assert summary["effective_half_track_m"][0] == pytest.approx(0.25, abs=1e-3)
-    assert summary["effective_half_track_m_sd"][0] > 0.08
+    assert summary["wheel_scale"][0] is summary["effective_half_track_m"][0] is None
+    assert "By the wheel speeds" not in summary["verdict"][0]
+
+    settings, rows = BankSettings(), 0.003**2 * np.ones((2, n))
+    bank = Bank(wheel_model(log.robot, {}), 0.01, settings, 4)
+    poses = np.stack([pose.x_m, pose.y_m, pose.yaw_rad])
+    bins, done = into_bins(pose.t_ns, poses, np.zeros((2, n)), rows, np.zeros(n, bool), 2, open_bin())
+    last = bank.push(bins, np.full(n, np.nan), np.full(n, np.nan), done)[PARAMETERS + 1, -1]
+    assert np.exp(last) == pytest.approx(0.25, abs=1e-3)
 
 
 def test_the_prediction_moves_by_its_own_slopes():
