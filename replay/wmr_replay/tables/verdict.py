@@ -1,5 +1,6 @@
 """The verdict: the result of a replay in a sentence or two."""
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -62,11 +63,17 @@ def wheel_sentence(learnt: Mapping[str, float]) -> list[str]:
     if not learnt:
         return []
     parts = [
-        f"{words} {learnt[name]:.4g} ± {1.96 * learnt[f'{name}_sd']:.2g}{unit}"
+        f"{words} {with_interval(learnt[name], 1.96 * learnt[f'{name}_sd'])}{unit}"
         for name, words, unit in LEARNT
         if name in learnt
     ]
     return [f"By the wheel speeds: {', '.join(parts)}."]
+
+
+def with_interval(value: float, half: float) -> str:
+    """A value with half its interval, both to the second digit of the latter: ``1.0210 ± 0.0047``."""
+    digits = max(0, 1 - math.floor(math.log10(half))) if half > 0 else 4
+    return f"{value:.{digits}f} ± {half:.{digits}f}"
 
 
 def mode_sentence(shares: Mapping[str, float]) -> str:
