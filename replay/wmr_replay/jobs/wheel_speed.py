@@ -10,6 +10,7 @@ from wmr_replay.gap import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, most_effects
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.ingest import Between, LogPath
+from wmr_replay.ingest.channels.detect import WANTED
 from wmr_replay.ingest.tracks import Need, Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
 from wmr_replay.jobs.data_quality import checked_findings
@@ -170,6 +171,8 @@ def either(on_torques: Callable[[], Run], on_wheel_speeds: Callable[[], Run]) ->
     try:
         return on_torques()
     except ChannelNotFound as error:
+        if error.wanted != WANTED["torque"]:  # a topic that was named, a pose, modes
+            raise
         missing: LogUnusable = error
     except LogUnusable as error:
         if NO_EFFORT not in str(error):
