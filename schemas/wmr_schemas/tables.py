@@ -269,3 +269,12 @@ def driven_by(row: Mapping[str, Any]) -> str:
     """What the rows of input hold, by the summary's row: torques, or wheel speeds without any."""
     empty = row["n_torque"] and row.get("n_torque_empty") == row["n_torque"]
     return "wheel speeds" if empty or row.get("wheel_scale") is not None else "torques"
+
+
+def counted_anomalies(row: Mapping[str, Any]) -> list[tuple[int, str]]:
+    """Number and meaning of every anomaly that a summary's row counts, but for ``truncated``.
+
+    Where wheel speeds serve, an effort that is not recorded is none.
+    """
+    expected = {"truncated"} if driven_by(row) == "torques" else {"truncated", "n_torque_empty"}
+    return [(row[c.name], c.meaning) for c in ANOMALIES if row[c.name] and c.name not in expected]

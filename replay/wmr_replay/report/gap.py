@@ -4,7 +4,6 @@ It is drawn from ``gap.json`` and ``gap_traces.parquet`` alone.
 """
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import msgspec
 import polars as pl
@@ -12,7 +11,7 @@ import polars as pl
 from wmr_replay.report import gap_figures as figures
 from wmr_replay.report import page
 from wmr_replay.report.charts import Figure
-from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, YawGap, read_gap
+from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, YawGap
 from wmr_schemas.text import json_text
 
 VERDICTS = {
@@ -39,11 +38,6 @@ WHERE_BY_WHEELS = {
 }
 MOST_CANDIDATES = 10
 SMALLEST_P = 1e-12
-
-
-def gap_page_of_files(json_file: Path, traces_file: Path, name: str) -> str:
-    """The page of a stored analysis. Raises InvalidFile, MissingExtra."""
-    return gap_page(read_gap(json_file), pl.read_parquet(traces_file, glob=False), name)
 
 
 def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:

@@ -16,7 +16,7 @@ from wmr_replay.report.run_figures import NORMAL_95
 from wmr_replay.tables.drawn import DRAWN, WHEELS, by_wheel_speeds, with_wheels
 from wmr_replay.timeline.colours import mode_name
 from wmr_schemas.modes import MODES
-from wmr_schemas.tables import ANOMALIES, driven_by
+from wmr_schemas.tables import counted_anomalies, driven_by
 
 C_K = ("c_k", "mps", "C_k = −v_lat [m/s]: beyond the band the robot skids")
 C_D = ("c_d", "mps2", "C_d [m/s²]: beyond the band a wheel slips")
@@ -125,8 +125,7 @@ def length(seconds: float) -> str:
 
 def quality(row: Mapping[str, Any], findings: list[Mapping[str, Any]]) -> str:
     """Findings, counts of what was left out, notes."""
-    counted = [(row[c.name], c.meaning) for c in ANOMALIES if row[c.name] and c.name != "truncated"]
-    notes = [f"{n} {meaning}" for n, meaning in counted] + list(json.loads(row["notes"]))
+    notes = [f"{n} {meaning}" for n, meaning in counted_anomalies(row)] + list(json.loads(row["notes"]))
     if row["truncated"]:
         notes.append("the file ends before its end")
     listed = "".join(f"<li>{page.escape(note)}</li>" for note in notes)

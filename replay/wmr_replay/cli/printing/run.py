@@ -10,7 +10,7 @@ from wmr_replay.cli.printing.json import echo_json
 from wmr_replay.cli.printing.layout import labelled, output_width, print_title, wrapped
 from wmr_replay.cli.printing.plain import console_of, styled
 from wmr_schemas.modes import MODES, ContactMode
-from wmr_schemas.tables import ANOMALIES, driven_by
+from wmr_schemas.tables import counted_anomalies, driven_by
 from wmr_schemas.text import figure
 
 LABEL = 10
@@ -120,10 +120,7 @@ def score_lines(row: Mapping[str, Any]) -> list[str]:
 
 def anomaly_lines(row: Mapping[str, Any]) -> list[str]:
     """Every anomaly that was counted."""
-    expected = {"truncated"} if driven_by(row) == "torques" else {"truncated", "n_torque_empty"}
-    return [
-        f"found     {row[c.name]} {c.meaning}" for c in ANOMALIES if row[c.name] and c.name not in expected
-    ]
+    return [f"found     {n} {meaning}" for n, meaning in counted_anomalies(row)]
 
 
 def percent(value: float | None) -> str:

@@ -5,7 +5,6 @@ from functools import cached_property
 
 from wmr_replay.effects.theta import Theta, places_of
 from wmr_schemas.effects import (
-    UNNAMED_PREFIX,
     EffectDeclaration,
     Parameter,
     built_in,
@@ -86,11 +85,6 @@ def declaration_of(name: str) -> EffectDeclaration:
     return EffectDeclaration(
         name, term.channel, term.formula, {COEFFICIENT: coefficient}, acts_on="acceleration"
     )
-
-
-def is_named(name: str) -> bool:
-    """Whether an effect is in the catalogue, and no term of the dictionary."""
-    return not name.startswith(UNNAMED_PREFIX)
 
 
 def is_place(name: str, key: str) -> bool:
