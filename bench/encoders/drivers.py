@@ -111,7 +111,7 @@ def docking(duration_s: float, rng: np.random.Generator) -> Profile:
 
 
 def perimeter(duration_s: float, rng: np.random.Generator) -> Profile:
-    """Along a fence for 10 to 20 s with hardly any steering; its few corners are tight and all to one side."""
+    """Along a fence for 10 to 20 s, hardly steering; its few corners are tight and all to one side."""
     n = int(np.ceil(duration_s / 10.0)) + 1
     side, rate, halves = float(rng.choice((-1.0, 1.0))), rng.uniform(0.9, 1.7, n), rng.uniform(5.0, 10.0, n)
     cruise, weave = rng.uniform(0.6, 1.3, n), rng.uniform(-0.05, 0.05, n)
@@ -122,7 +122,7 @@ def perimeter(duration_s: float, rng: np.random.Generator) -> Profile:
 
 
 def orchard(duration_s: float, rng: np.random.Generator) -> Profile:
-    """Up a row and down the next with a weave, half a circle at its end; now and then a stop and a bit back."""
+    """Up a row and down the next with a weave, half a circle at its end; here and there a stop and back."""
     n = int(np.ceil(duration_s / 10.0)) + 1
     cruise, rate, weave = rng.uniform(0.4, 0.9, n), rng.uniform(0.5, 0.9, n), rng.uniform(0.05, 0.2, n)
     side, stops = np.where(np.arange(n) % 2 == 0, 1.0, -1.0), rng.uniform(0.0, 1.0, n) < 1 / 3

@@ -1,9 +1,9 @@
 """Which effect ``gap`` names on robots that wheel speeds drive: ``python -m bench.encoders.gap``.
 
 Every effect of the base is hidden in turn, in a form of its own, on driver families, chassis and conditions
-that are drawn; other logs hide nothing. The base model is the true calibration of the robot. Prints the share of logs
-whose first name is right, the share of logs without a hidden effect on which something is named, and the
-share of intervals that hold the true value.
+that are drawn; other logs hide nothing. The base model is the true calibration of the robot. Prints the
+share of logs whose first name is right, the share of logs without a hidden effect on which something is
+named, and the share of intervals that hold the true value.
 """
 
 import argparse
@@ -49,9 +49,7 @@ class Case(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What was named on it, whether the truth is named first, or is said to explain the log as well as what is,
-    whether the intervals of the right name hold the truth, and how long it took.
-    """
+    """What was named on it, whether the truth is named first, or is said to explain the log as well, whether the intervals of the right name hold the truth, and how long it took."""
 
     case: Case
     verdict: str
