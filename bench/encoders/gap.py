@@ -49,7 +49,9 @@ class Case(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What was named on it, whether the truth is named first, or is said to explain the log as well, whether the intervals of the right name hold the truth, and how long it took."""
+    """What was named on it, whether the truth is named first, or is said to explain the log as well, whether
+    the intervals of the right name hold the truth, and how long it took.
+    """
 
     case: Case
     verdict: str
