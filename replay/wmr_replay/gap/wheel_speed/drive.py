@@ -77,13 +77,24 @@ def rate_limited(record: Record, speeds: F64, most: float) -> F64:
     """Wheel speeds that change by at most ``most`` from row to row."""
 
     def follow(rows: F64, start: F64) -> F64:
-        out, at = np.empty_like(rows), start
-        for k in range(rows.shape[-1]):
-            at = np.clip(rows[..., k], at - most, at + most)
-            out[..., k] = at
-        return out
+        flat = rows.reshape(-1, rows.shape[-1])
+        if not (np.abs(np.diff(flat, axis=1, prepend=start.reshape(-1, 1))) > most).any():
+            return rows
+        limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
+        return np.array(limited).reshape(rows.shape)
 
     return stretch_by_stretch(record, speeds, follow)
+
+
+def limited_row(row: F64, at: float, most: float) -> list[float]:
+    """One row that changes by at most ``most`` from place to place, from ``at`` on. Plain numbers: numpy takes
+    twenty times as long for one.
+    """
+    out = []
+    for wanted in row.tolist():
+        at = min(max(wanted, at - most), at + most)
+        out.append(at)
+    return out
 
 
 def stretch_by_stretch(record: Record, speeds: F64, follow: Callable[[F64, F64], F64]) -> F64:
