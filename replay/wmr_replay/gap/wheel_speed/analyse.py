@@ -10,6 +10,7 @@ from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.wheel_speed.assemble import assemble
 from wmr_replay.gap.wheel_speed.base import Base, base_of
 from wmr_replay.gap.wheel_speed.bins import bins_of
+from wmr_replay.gap.wheel_speed.dictionary import with_terms
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
@@ -40,7 +41,7 @@ def analyse_wheel_speeds(
     problem = problem_of(logs, own, options, driven_by)
     if options.modes == "identified" and driven_by != "command":
         problem = ideal_only(problem, {})
-    selection = select(problem, options.max_effects, tell)
+    selection = with_terms(select(problem, options.max_effects, tell), options.max_effects)
     tell("proving", 0.85)
     return assemble(selection, own, options)
 
