@@ -57,7 +57,9 @@ def drifting(log: Log, velocity: Callable[[F64, F64, F64, F64], tuple[F64, F64]]
     assert wheels is not None and robot.wheel_radius_m and robot.half_track_m
     t_s = (pose.t_ns - pose.t_ns[0]) / NS_PER_S
     at = (wheels.t_ns - pose.t_ns[0]) / NS_PER_S
-    left, right = (np.interp(t_s, at, robot.wheel_radius_m * c) for c in (wheels.left_radps, wheels.right_radps))
+    left, right = (
+        np.interp(t_s, at, robot.wheel_radius_m * c) for c in (wheels.left_radps, wheels.right_radps)
+    )
     v, turn = (right + left) / 2, (right - left) / 2 / robot.half_track_m
     ahead, aside = velocity(t_s, v, turn, np.stack([pose.x_m, pose.y_m]))
     yaw, dt = pose.yaw_rad, np.diff(t_s, prepend=t_s[0])
@@ -158,7 +160,9 @@ def main() -> None:
     parser.add_argument("--forms", default=",".join(FORMS))
     parser.add_argument("--first", type=int, default=700, help="added to every seed")
     given = parser.parse_args()
-    forms = [(f, c) for c in cases(given.part, given.rounds, tuple(given.forms.split(","))) for f in [c.effect]]
+    forms = [
+        (f, c) for c in cases(given.part, given.rounds, tuple(given.forms.split(","))) for f in [c.effect]
+    ]
     plain = [("", c) for c in cases(given.part, given.plain, ("",))] if given.plain else []
     answers: dict[str, Counter[str]] = {}
     right: Counter[str] = Counter()
