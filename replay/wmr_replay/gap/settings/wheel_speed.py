@@ -227,10 +227,33 @@ class ModeSettingsWheelSpeed:
 
 
 @dataclass(frozen=True)
+class TermSettings:
+    """Terms of the dictionary, which are tried beside the effects of the library."""
+
+    fitted_in_full: int = 3
+    """Best terms that are fitted in full. Numerics: slopes are exact, since the motion is linear in a term."""
+
+    most: int = 2
+    """Most terms that are looked for. Judgement: three would be a table, not an explanation."""
+
+    least_remainder: float = 0.15
+    """Share of what the effects found explain that a term beside them has to explain. Judgement, as for
+    torques: the wrong form of an effect leaves less."""
+
+    least_better: float = 25.0
+    """Drop of the deviance by which a term in the place of effects has to be better. Statistics: BIC of 25 is
+    far beyond "very strong" (Kass and Raftery 1995)."""
+
+    draws: int = 199
+    """Placebo records. Statistics: the least p is 1/(1 + draws), half of the level."""
+
+
+@dataclass(frozen=True)
 class WheelSpeedSettings:
     """All settings of the wheel-speed base."""
 
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
     modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    terms: TermSettings = TermSettings()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

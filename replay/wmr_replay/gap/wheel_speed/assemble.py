@@ -35,6 +35,7 @@ from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
 from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
+from wmr_schemas.slip_terms import is_slip_term
 
 EDGE_SD_S, EDGE_SD_M = 0.15, 0.1
 """Standard deviations that the unknown form of an edge adds to a time [s] and a place [m]."""
@@ -131,6 +132,8 @@ def verdict_of(
     problem: Problem, selection: Selection, detectable: dict[str, Detectable]
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and notes that say why it is no firmer."""
+    if any(is_slip_term(one.name) for one in selection.found):
+        return "unnamed", ()
     if selection.found:
         close = [
             f"{one.name} and {other} explain the log almost equally well"

@@ -8,6 +8,8 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
+RESTARTED_S = 10.0
+"""Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
 CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_offset", "pose_delay")
 """The effects of which a calibrated base model consists."""
 
@@ -15,8 +17,8 @@ CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_o
 def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
     """The effects that the record could show, in the catalogue's order.
 
-    Where commands drive the model from measured starting speeds, the drive's gains differ from the wheels'
-    scales; without such speeds the two are one class, and the drive's are named.
+    Where commands drive the model from measured starting speeds every few seconds, the drive's gains differ
+    from the wheels' scales; elsewhere the two are one class, and the drive's are named.
     """
     commanded = record.driven_by == "command"
     return tuple(
@@ -32,7 +34,9 @@ def hidden_by_commands(record: Record) -> tuple[str, ...]:
     """Effects that commands cannot tell from the drive's own."""
     import numpy as np  # noqa: PLC0415
 
-    if np.isfinite(record.started_radps).all():
+    begins = np.diff(record.pose_s[np.append(record.first_pose[:-1], len(record.pose_s) - 1)])
+    often = float(np.mean(begins)) < RESTARTED_S
+    if often and np.isfinite(record.started_radps).all():
         return ("pose_delay",)
     return ("pose_delay", "wheel_scale", "effective_track")
 

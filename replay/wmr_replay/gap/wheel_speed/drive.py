@@ -77,13 +77,36 @@ def rate_limited(record: Record, speeds: F64, most: float) -> F64:
     """Wheel speeds that change by at most ``most`` from row to row."""
 
     def follow(rows: F64, start: F64) -> F64:
-        out, at = np.empty_like(rows), start
-        for k in range(rows.shape[-1]):
-            at = np.clip(rows[..., k], at - most, at + most)
-            out[..., k] = at
-        return out
+        flat = rows.reshape(-1, rows.shape[-1])
+        limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
+        return np.stack(limited).reshape(rows.shape)
 
     return stretch_by_stretch(record, speeds, follow)
+
+
+def limited_row(row: F64, start: float, most: float) -> F64:
+    """One row that changes by at most ``most`` from place to place, from ``start`` on.
+
+    Only where a step is too large are places taken one by one, until the row is reached again.
+    """
+    steps = np.flatnonzero(np.abs(np.diff(row, prepend=start)) > most).tolist()
+    if not steps:
+        return row
+    wanted, reached, n = row.tolist(), -1, len(row)
+    out = list(wanted)
+    for first in steps:
+        if first <= reached:
+            continue
+        at, k = wanted[first - 1] if first else start, first
+        while k < n:
+            step = wanted[k] - at
+            if -most <= step <= most:
+                break
+            at += most if step > 0 else -most
+            out[k] = at
+            k += 1
+        reached = k
+    return np.array(out)
 
 
 def stretch_by_stretch(record: Record, speeds: F64, follow: Callable[[F64, F64], F64]) -> F64:

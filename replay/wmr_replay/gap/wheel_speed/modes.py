@@ -117,6 +117,10 @@ def without_slip(problem: Problem, mask: Bool) -> Problem:
 
 
 def ideal_only(problem: Problem, known: Values) -> Problem:
-    """The problem without the moments of slip that remain where some effects are known."""
+    """The problem without the moments of slip that remain where some effects are known; as it is where
+    commands drive the model, whose errors are those of the drive.
+    """
+    if problem.record.driven_by == "command":
+        return problem
     whole = problem.with_slip
     return without_slip(whole, slip_mask(replace(whole, base=summed(whole.base, known))))
