@@ -6,8 +6,9 @@
 
 Every log is a canonical MCAP without a mode topic, analysed with default settings; its base model is what
 ``fit`` calibrates on another log of the robot, on which nothing is hidden. Cases go round the robots; for
-each robot, effects and noises take turns, and every third log hides nothing. Rows are appended to a file; a run
-that is started again continues there. ``--fresh`` starts over, as one should after a change of the analysis.
+each robot, effects and noises take turns, and every third log hides nothing. Rows are appended to a file; a
+run that is started again continues there. ``--fresh`` starts over, as one should after a change of the
+analysis.
 """
 
 import argparse
@@ -31,7 +32,7 @@ from engine.score import outcome  # noqa: E402
 from engine.split import accepted, part  # noqa: E402
 from worlds import runs  # noqa: E402
 
-from wmr_replay import api  # noqa: E402 (numpy reads the environment)
+from wmr_replay.api.gap import gap  # noqa: E402 (numpy reads the environment)
 from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 
 Row = dict[str, Any]
@@ -51,8 +52,9 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
     for k in range(options.n):
         lap, place = divmod(k, len(robots))
         chosen.check(first + k)
-        family = families[(lap + place) % len(families)]
-        noise = noises[(lap // len(families) + lap) % len(noises)]
+        turn = lap // NOTHING_EVERY
+        family = families[(lap + turn + place) % len(families)]
+        noise = noises[(lap + turn + turn // len(noises)) % len(noises)]
         effect = effect_of(lap, 5 * place, list(accepted(robots[place])), options.effect)
         yield Case(robots[place], family, noise, effect, first + k)
 
@@ -87,7 +89,7 @@ def analysed(case: Case, found: Logged) -> Row:
         with TemporaryDirectory() as folder:
             path = written(found.log, Path(folder) / "log.mcap")
             begun = time.process_time()
-            answer = api.gap(path, model=base)
+            answer = gap(path, model=base)
             spent = time.process_time() - begun
     except Exception as error:  # a crash of the analysis is a result of the benchmark
         return {"error": f"{type(error).__name__}: {error}"}

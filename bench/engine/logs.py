@@ -15,7 +15,7 @@ from engine.case import Case
 from engine.drive import Motion, driven
 from engine.effects import EDITS, Hidden, World, nothing
 from engine.robot import Robot, robot_of, spec_of
-from wmr_replay import api
+from wmr_replay.api.fit import fit
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack, WheelSpeedTrack
@@ -102,7 +102,7 @@ def base_of(case: Case) -> Model:
 def fitted(case: Case) -> Model:
     """What ``fit`` says of a case's log."""
     with TemporaryDirectory() as folder:
-        return api.fit(written(logged(case).log, Path(folder) / "calibration.mcap")).model
+        return fit(written(logged(case).log, Path(folder) / "calibration.mcap")).model
 
 
 def written(log: Log, path: Path) -> Path:
