@@ -67,7 +67,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
     base, stages = selection.base, selection.stages
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
     current, found = eliminate(problem, base, current, found, options)
-    reasons = (too_calm_for(f.name, problem, current.extension, current.noise) for f in found)
+    reasons = (too_calm_for(f.name, problem, current) for f in found)
     refused = next(filter(None, reasons), "")
     if refused:
         return Selection(base, base, (), stages, refused)
