@@ -63,17 +63,22 @@ def log_normal(value: float, variance: float) -> float:
 
 @lean
 def follow_traction(mean: F64, covariance: F64, at: Axis, ln_scale: int, by: Step, work: F64) -> float:
-    """The slip of one axis after a step, by the line above; the log likelihood. ``work`` (2, s) is scratch."""
+    """The slip of one axis after a step, by the line above; the log likelihood. ``work`` (2, s) is scratch.
+
+    The slope by ln κ takes the change that the traction gives, and not the measured one: the errors of that
+    would show as a smaller scale.
+    """
     n = mean.shape[0]
     slope, column = work[0], work[1]
     change = by.scale * (1.0 + by.spinning) * by.change
     effort = by.share * (1.0 + by.spinning) * by.effort
     for i in range(n):
         slope[i] = 0.0
-    slope[at.slip], slope[ln_scale], slope[at.error] = 1.0 - by.left, change, by.scale
+    slope[at.slip], slope[at.error] = 1.0 - by.left, by.scale
     slope[at.gain], slope[at.drag], slope[at.disturbance] = -by.dt * effort, by.dt * by.resists, -by.dt
-    off = change + by.scale * mean[at.error] + (1.0 - by.left) * mean[at.slip]
-    off -= by.dt * (effort * mean[at.gain] - by.resists * mean[at.drag] + mean[at.disturbance] + by.coupling)
+    pull = effort * mean[at.gain] - by.resists * mean[at.drag] + mean[at.disturbance] + by.coupling
+    slope[ln_scale] = by.dt * pull - (1.0 - by.left) * mean[at.slip]
+    off = change + by.scale * mean[at.error] - slope[ln_scale]
     variance = by.scale * by.scale * by.error + by.line
     for i in range(n):
         column[i] = 0.0
