@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from bench.encoders.gap import CHASSIS, Case, cases, simulated
+from bench.encoders.gap import Case, cases, simulated
 
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import GapResult
@@ -22,8 +22,6 @@ from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.signals import Log, PoseTrack, WheelSpeedTrack
-
-__all__ = ["CHASSIS"]
 
 
 class Form(NamedTuple):
@@ -38,13 +36,21 @@ def either(rng: np.random.Generator, low: float, high: float) -> float:
     return float(rng.uniform(low, high) * rng.choice((-1.0, 1.0)))
 
 
+def wheels_of(log: Log) -> tuple[WheelSpeedTrack, float, float]:
+    """Wheel speeds, radius and half-track of a log that has them."""
+    wheels, radius_m, half_track_m = log.wheels, log.robot.wheel_radius_m, log.robot.half_track_m
+    if wheels is None or radius_m is None or half_track_m is None:
+        raise InvalidSignal("wheel speed", "the log has none, or no lengths")
+    return wheels, radius_m, half_track_m
+
+
 def scaled(log: Log, factor: Callable[[F64, F64, F64], tuple[F64, F64]]) -> Log:
-    """Encoders that say mean and half difference of the wheel speeds times the factors of (t, v, yaw rate)."""
-    wheels, robot = log.wheels, log.robot
-    assert wheels is not None and robot.wheel_radius_m and robot.half_track_m
-    mean, half = (wheels.right_radps + wheels.left_radps) / 2, (wheels.right_radps - wheels.left_radps) / 2
+    """Encoders that say mean and half difference of the wheels times the factors of (t, v, yaw rate)."""
+    wheels, radius_m, half_track_m = wheels_of(log)
+    mean = (wheels.right_radps + wheels.left_radps) / 2
+    half = (wheels.right_radps - wheels.left_radps) / 2
     t_s = (wheels.t_ns - log.pose.t_ns[0]) / NS_PER_S
-    v, turn = robot.wheel_radius_m * mean, robot.wheel_radius_m * half / robot.half_track_m
+    v, turn = radius_m * mean, radius_m * half / half_track_m
     along, across = factor(t_s, v, turn)
     return replace(
         log, wheels=WheelSpeedTrack(wheels.t_ns, mean * along - half * across, mean * along + half * across)
@@ -53,14 +59,11 @@ def scaled(log: Log, factor: Callable[[F64, F64, F64], tuple[F64, F64]]) -> Log:
 
 def drifting(log: Log, velocity: Callable[[F64, F64, F64, F64], tuple[F64, F64]]) -> Log:
     """A pose that also moves ahead and left with velocities of (t, v, yaw rate, (x, y)) at each row."""
-    wheels, robot, pose = log.wheels, log.robot, log.pose
-    assert wheels is not None and robot.wheel_radius_m and robot.half_track_m
+    pose, (wheels, radius_m, half_track_m) = log.pose, wheels_of(log)
     t_s = (pose.t_ns - pose.t_ns[0]) / NS_PER_S
     at = (wheels.t_ns - pose.t_ns[0]) / NS_PER_S
-    left, right = (
-        np.interp(t_s, at, robot.wheel_radius_m * c) for c in (wheels.left_radps, wheels.right_radps)
-    )
-    v, turn = (right + left) / 2, (right - left) / 2 / robot.half_track_m
+    left, right = (np.interp(t_s, at, radius_m * c) for c in (wheels.left_radps, wheels.right_radps))
+    v, turn = (right + left) / 2, (right - left) / 2 / half_track_m
     ahead, aside = velocity(t_s, v, turn, np.stack([pose.x_m, pose.y_m]))
     yaw, dt = pose.yaw_rad, np.diff(t_s, prepend=t_s[0])
     x = pose.x_m + np.cumsum((np.cos(yaw) * ahead - np.sin(yaw) * aside) * dt)

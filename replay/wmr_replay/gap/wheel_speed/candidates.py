@@ -1,5 +1,6 @@
 """What may be missing: the catalogue's effects of this base, as far as a record can show them."""
 
+from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.effects import EffectDeclaration
@@ -49,3 +50,11 @@ def parameters_of(name: str) -> tuple[Parameter, ...]:
 def absent(name: str) -> dict[str, float]:
     """The values of an effect that is not there."""
     return dict.fromkeys(DECLARED[name].parameters, 0.0)
+
+
+def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:
+    """Whether an effect is a limit that the base model has, lowered by less than a share."""
+    if DECLARED[name].zero_is_absent or name not in base:
+        return False
+    (key,) = DECLARED[name].parameters
+    return values[name][key] > (1 - share) * base[name][key]

@@ -60,7 +60,9 @@ def delayed(record: Record, speeds: F64, delay_s: float) -> F64:
 
 
 def lagged(record: Record, speeds: F64, time_s: float) -> F64:
-    """First-order lag, dy/dt = (u − y)/T, exact for a held u; starts as in :func:`stretch_by_stretch`."""
+    """Means over each row of a first-order lag, dy/dt = (u − y)/T, exact for a held u; starts as in
+    :func:`stretch_by_stretch`.
+    """
     from scipy.signal import lfilter  # noqa: PLC0415 – a second of start-up
 
     if time_s < 1e-6:
@@ -68,18 +70,24 @@ def lagged(record: Record, speeds: F64, time_s: float) -> F64:
     keep = float(np.exp(-record.step_s / time_s))
 
     def follow(rows: F64, start: F64) -> F64:
-        return np.asarray(lfilter([1 - keep], [1.0, -keep], rows, axis=-1, zi=keep * start[..., None])[0])
+        ends = lfilter([1 - keep], [1.0, -keep], rows, axis=-1, zi=keep * start[..., None])[0]
+        begins = np.concatenate([start[..., None], ends[..., :-1]], axis=-1)
+        return np.asarray(rows + (begins - rows) * (1 - keep) * time_s / record.step_s)
 
     return stretch_by_stretch(record, speeds, follow)
 
 
 def rate_limited(record: Record, speeds: F64, most: float) -> F64:
-    """Wheel speeds that change by at most ``most`` from row to row."""
+    """Means over each row of wheel speeds that change by at most ``most`` in a row, at a constant rate until
+    they reach what is wanted.
+    """
 
     def follow(rows: F64, start: F64) -> F64:
         flat = rows.reshape(-1, rows.shape[-1])
         limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
-        return np.stack(limited).reshape(rows.shape)
+        ends = np.stack(limited).reshape(rows.shape)
+        steps = np.diff(ends, axis=-1, prepend=start[..., None])
+        return np.asarray(ends - steps * np.abs(steps) / (2 * most))
 
     return stretch_by_stretch(record, speeds, follow)
 
