@@ -6,7 +6,6 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.evidence.significance import correlation
@@ -103,8 +102,6 @@ def through_gates(
         return replace(effect, failed="a remainder of the others")
     if may_be_slipping(problem, current, effect.name):
         return replace(effect, failed="no other than the model's own slipping")
-    if answers_disturbance(effect.name, problem, current.extension, current.noise):
-        return replace(effect, failed="no more than efforts that answer the disturbance")
     proof = prove(problem, rest, current)
     if not proof.holds:
         return replace(effect, proof=proof, failed="not proven on held-out windows")
