@@ -173,7 +173,7 @@ class Search:
 
 def place_scores(whole: Problem, current: Fit, candidates: tuple[EffectDeclaration, ...]) -> list[Score]:
     """The likeliest loss in a place; that in a time where slips too short for one do not count."""
-    found = []
+    found: list[Score] = []
     for effect in candidates:
         if effect.name in PLACES:
             seen = lasting_alone(whole, current) if effect.name == "slip_interval" else whole
