@@ -167,15 +167,20 @@ class GateSettingsWheelSpeed:
     """Least drop of the deviance by a loss in a time or a place. Judgement, on the encoder benchmark: noise
     of 5 cm lets a spin of a wheel pass for a steady loss below 50; true losses gain hundreds."""
 
-    most_steady_square: float = 2.0
-    """Most median square of whitened errors within that time or place, by channel. Statistics: .45 is
-    expected of normal errors. Encoder benchmark: true losses stay below 1.1, spinning wheels are above 16."""
+    most_loss_sd_of_bin: float = 0.2
+    """Most standard deviation of the loss of a single bin that shows one. Judgement: two thirds of the least
+    loss that matters."""
 
-    least_steady_s: float = 1.2
-    """Least time in it during which the robot drives, s. Judgement: six bins."""
+    least_loss: float = 0.15
+    """Least loss in a time or a place. Judgement: less is what uneven ground does."""
 
-    driving_mps: float = 0.1
-    """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
+    least_steady_share: float = 0.45
+    """Least share of these bins that move as with the common loss, in each channel. Encoder benchmark,
+    develop families: true losses .46 to 1."""
+
+    least_steady_s: float = 1.6
+    """Least time for which they do, s. Physics: wheels that spin up on ice from standing still lose a
+    constant share until they are as fast as commanded. Encoder benchmark, develop families: 1.2 s at most."""
 
     tolerance_m: float = 0.003
     """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
