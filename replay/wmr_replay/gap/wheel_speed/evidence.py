@@ -165,7 +165,11 @@ def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -
     gained = float((before - after).sum())
     if name in PLACES:
         return gained > 0, float(np.exp(-max(gained, 0.0)))
-    p, own = held_out_p(before, after), problem.settings.gates
-    few = len(before) < own.few_units
-    holds = gained > own.few_units_gain if few else gained > 0 and p < own.held_out_level
+    own, change = problem.settings.gates, before - after
+    shown = np.abs(change) > own.least_unit_change
+    p = held_out_p(before[shown], after[shown])
+    if shown.sum() < own.few_units:
+        holds = gained > own.few_units_gain and float((change[shown] > 0).mean()) > own.least_agreeing
+    else:
+        holds = gained > 0 and p < own.held_out_level
     return holds and narrows_gap(problem, *folds), p
