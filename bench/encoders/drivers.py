@@ -98,6 +98,29 @@ def aisles(duration_s: float, rng: np.random.Generator) -> Profile:
     return ramped(lengths, (slow, turning), (np.full(3 * n, 0.5), np.full(3 * n, 1.5)))
 
 
+def manoeuvres(duration_s: float, rng: np.random.Generator) -> Profile:
+    """Three-point turns between slaloms: arcs ahead and back with a halt between two, then steering left and
+    right in a sine at speed.
+    """
+    n = int(np.ceil(duration_s / 2.0)) + 1
+    starts_s = np.cumsum(rng.uniform(2.0, 5.0, n))
+    backs, slaloms = np.arange(n) % 5 == 1, np.arange(n) % 5 >= 3
+    speed = np.where(slaloms, rng.uniform(0.7, 1.5, n), rng.uniform(0.3, 0.8, n)) * np.where(backs, -1.0, 1.0)
+    turning = rng.uniform(0.3, 1.0, n) * either(rng, n)
+    waves_s, halt_s, rise_s = rng.uniform(1.8, 5.0, n), rng.uniform(0.1, 0.8, n), rng.uniform(0.2, 0.7, n)
+
+    def profile(t_s: F64) -> tuple[F64, F64]:
+        leg = np.minimum(np.searchsorted(starts_s, t_s, side="right"), n - 1)
+        since_s = t_s - np.concatenate([[0.0], starts_s])[leg]
+        grown = np.clip((since_s - halt_s[leg]) / rise_s[leg], 0.0, 1.0)
+        left = np.clip((starts_s[leg] - t_s) / rise_s[leg], 0.0, 1.0)
+        share = np.minimum(grown, left)
+        wave = np.where(slaloms[leg], np.sin(2 * np.pi * since_s / waves_s[leg]), 1.0)
+        return share * speed[leg], share * turning[leg] * wave
+
+    return profile
+
+
 def docking(duration_s: float, rng: np.random.Generator) -> Profile:
     """Figures of eight, then slowly up to a dock, a stop, and backwards out of it on an arc."""
     n = int(np.ceil(duration_s / 12.0)) + 1
@@ -147,6 +170,7 @@ FAMILIES: dict[str, Driver] = {
     "wander": held((1.0, 2.5), wander, ((0.8, 2.5), (1.5, 4.0))),
     "teleop": teleop,
     "aisles": aisles,
+    "manoeuvres": manoeuvres,
     "docking": docking,
     "perimeter": perimeter,
     "orchard": orchard,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wmr_replay.gap.model.confounds import confound_class
-from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, hardly_lower, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
 from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
 from wmr_replay.gap.wheel_speed.modes import ideal_only
@@ -210,6 +210,8 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
         return "significance"
     same = same_in_any_motion(problem, name)
     if not matters(after, name, same, problem.settings.gates.least_relevant):
+        return "tolerance"
+    if hardly_lower(problem.base, after.values, name, problem.settings.gates.least_lowered):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):
         return "tolerance"
