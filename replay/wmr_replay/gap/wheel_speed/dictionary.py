@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from wmr_replay.gap.wheel_speed.candidates import candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.declared import DECLARED
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, at, fit, minus_two_log, refit
@@ -18,6 +20,7 @@ from wmr_replay.gap.wheel_speed.placebo import placebo_p
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem
 from wmr_replay.gap.wheel_speed.scan import Score, by_slope
 from wmr_replay.gap.wheel_speed.select import Search, Selection, Tried, base_fit, eliminated, gate, price
+from wmr_replay.gap.wheel_speed.whereabouts import speeds_of
 from wmr_schemas.slip_terms import SlipTerm
 from wmr_schemas.terms import COEFFICIENT
 
@@ -118,14 +121,18 @@ def proposal(problem: Problem, current: Fit, rough: Fit, name: str) -> Proposal:
 
 
 def best_terms(problem: Problem, current: Fit) -> tuple[Score, ...]:
-    """The terms with the largest gains above their price, by slope."""
+    """The terms of each channel with the largest gains above their price, by slope."""
     view = View.of(problem, current.noises)
     errors = view.errors(current.values)
     white = view.rows(errors, view.columns(current.values, current.parameters))
     names = [name for name in terms_of(problem) if name not in current.values]
     scores = [by_slope(view, white, errors, current.values, DECLARED[name]) for name in names]
     promising = [score for score in scores if score.gain > price(problem, len(score.start))]
-    return tuple(sorted(promising, key=lambda s: -s.gain)[: problem.settings.terms.fitted_in_full])
+    best = list[Score]()
+    for channel in PRODUCTS:
+        mine = sorted((s for s in promising if f":{channel}:" in s.name), key=lambda s: -s.gain)
+        best += mine[: problem.settings.terms.fitted_in_full]
+    return tuple(best)
 
 
 def p_of(problem: Problem, fitted: Fit, name: str) -> float:
@@ -137,9 +144,22 @@ def failing(one: Proposal, p: float) -> str:
     """The gate that a term does not pass; empty where it passes all."""
     if one.gain < price(one.problem, 1):
         return "significance"
+    if share_of_motion(one) < one.problem.settings.terms.least_share:
+        return "tolerance"
     if failed := gate(one.problem, one.before, one.after, one.name, p):
         return failed
     return "placebo" if is_chance(one) else ""
+
+
+def share_of_motion(one: Proposal) -> float:
+    """Root mean square of what a term adds, over that of the speed; in yaw, of the yaw rate."""
+    own, added = speeds_of(one.problem, one.before.values), speeds_of(one.problem, one.after.values)
+    lesser = {name: value for name, value in one.after.values.items() if name != one.name}
+    change = added - speeds_of(one.problem, lesser)
+    rms = np.sqrt((np.stack([change, own]) ** 2).mean(axis=2))
+    if one.name.split(":")[1] == "yaw_rate":
+        return float(rms[0, 2] / max(rms[1, 2], 1e-9))
+    return float(np.hypot(rms[0, 0], rms[0, 1]) / max(rms[1, 0], 1e-9))
 
 
 def is_chance(one: Proposal) -> bool:
