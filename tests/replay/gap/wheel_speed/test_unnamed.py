@@ -19,10 +19,10 @@ RTK = (0.01, 0.005)
 
 
 def drooping(log, share):
-    """Encoders that say more the faster they turn: 1 + share |rim speed|, each wheel by itself."""
-    parts = (log.wheels.left_radps, log.wheels.right_radps)
-    said = [w * (1 + share * np.abs(RADIUS_M * w)) for w in parts]
-    return replace(log, wheels=WheelSpeedTrack(log.wheels.t_ns, *said))
+    """Encoders that say more the faster the robot is: 1 + share |v|^1.3."""
+    left, right = log.wheels.left_radps, log.wheels.right_radps
+    more = share * np.abs(RADIUS_M * (left + right) / 2) ** 1.3 * (left + right) / 2
+    return replace(log, wheels=WheelSpeedTrack(log.wheels.t_ns, left + more, right + more))
 
 
 def towed(log, start_s, end_s, mps):
