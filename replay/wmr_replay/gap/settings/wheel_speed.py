@@ -177,6 +177,16 @@ class GateSettingsWheelSpeed:
     least_steady_s: float = 1.2
     """Least time in it during which the robot drives, s. Judgement: six bins."""
 
+    least_crossing_s: float = 0.4
+    """Least time of a crossing of a disc that counts, s. Numerics: two bins."""
+
+    least_interval_s: float = 3.0
+    """A loss in a time, or in a place crossed once, has to last longer, s. Physics: a wheel spins, a robot
+    skids, for a second or two."""
+
+    least_beyond_usual: float = 1.5
+    """The same, in lengths of the longest other slip of the record. Judgement: clearly longer than any."""
+
     driving_mps: float = 0.1
     """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
 
