@@ -62,7 +62,7 @@ def hidden_model(engine, mechanism, sizes):
 
 @pytest.mark.parametrize("mechanism", EFFECTS)
 def test_the_engines_own_gap_shrinks_with_the_exported_values(engine, mechanism):
-    case = engine("case").Case("courier", "stop-go", "mocap", mechanism, 3, 24.0)
+    case = engine("case").Case("courier", "stop-go", "mocap", mechanism, 3, 14.0)
     logged, own_gap_m = engine("logs").logged(case), engine("own_gap").own_gap_m
     text = export(hidden_model(engine, mechanism, logged.hidden.sizes), to="mjcf", into=COURIER)
     before = own_gap_m(engine("robot").spec_of("courier"), logged.motion)
@@ -108,8 +108,9 @@ def test_values_of_a_default_class_are_added_to(tmp_path):
         """<mujoco><default><joint damping="1"/><default class="drive"><joint frictionloss=".5"/>
         <motor gear="3"/></default></default><worldbody><body><freejoint/><inertial mass="5" pos="0 0 0"/>
         <body childclass="drive"><joint name="left_j"/></body>
-        <body><joint name="right_j" class="drive"/></body></body></worldbody><actuator><motor class="drive" joint="left_j"/><motor joint="right_j" gear="-2"/>
-        </actuator></mujoco>"""
+        <body><joint name="right_j" class="drive"/></body></body></worldbody>
+        <actuator><motor class="drive" joint="left_j"/><motor joint="right_j" gear="-2"/></actuator>
+        </mujoco>"""
     )
     found = into(
         model_of(
