@@ -9,7 +9,14 @@ from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
 from wmr_replay.identify.filter_bank.model import Said, moments
 from wmr_replay.identify.filter_bank.steps import Rhythm
 from wmr_replay.identify.wheel_bank.start import start_wheel_hypotheses
-from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, Known, WheelPrior, make_wheel_prior
+from wmr_replay.identify.wheel_bank.states import (
+    LN_SCALE,
+    LN_TRACK,
+    N_STATES,
+    Known,
+    WheelPrior,
+    make_wheel_prior,
+)
 from wmr_replay.identify.wheel_bank.steps import N_ANSWERS, run_wheel_bins
 from wmr_schemas.arrays import F64
 from wmr_schemas.robot import RobotParameters
@@ -27,6 +34,7 @@ class WheelModel:
     """Variances (6,) of parameters in doubt: that of the track alone. Doubts about the centre of rotation
     would explain skids away."""
     n_answers: int = N_ANSWERS
+    n_states: int = N_STATES
     least_bins: int = 1
     needs_alpha: bool = False
 
