@@ -82,9 +82,7 @@ def line_of(
         share = LOST_SHARE
         line += (LOST_SHARE_SD * gain * effort * dt) ** 2
     burst = BURST_DIFFUSION * dt if away else 0.0
-    return Step(
-        scale, change, effort, share, resists, spinning, coupling, left, fresh, burst, error, line, dt
-    )
+    return Step(scale, change, effort, share, resists, spinning, coupling, left, fresh, burst, error, line, dt)
 
 
 @lean
@@ -103,27 +101,11 @@ def drive(
     v, v_lat, omega = body_motion(mean, wheels)
     coupling = v_lat * omega
     ahead = line_of(
-        mean,
-        mode,
-        AHEAD_AXIS,
-        wheels[2] * dt,
-        (efforts[0], efforts[2], efforts[4]),
-        coupling,
-        spinning[0],
-        noise,
-        dt,
+        mean, mode, AHEAD_AXIS, wheels[2] * dt, (efforts[0], efforts[2], efforts[4]), coupling, spinning[0], noise, dt
     )
     likely = follow_traction(mean, covariance, AHEAD_AXIS, LN_SCALE, ahead, work)
     turn = line_of(
-        mean,
-        mode,
-        TURN_AXIS,
-        wheels[3] * dt,
-        (efforts[1], efforts[3], efforts[5]),
-        0.0,
-        spinning[1],
-        noise,
-        dt,
+        mean, mode, TURN_AXIS, wheels[3] * dt, (efforts[1], efforts[3], efforts[5]), 0.0, spinning[1], noise, dt
     )
     likely += follow_traction(mean, covariance, TURN_AXIS, LN_SCALE, turn, work)
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)

@@ -40,7 +40,9 @@ class JointPrior(NamedTuple):
     spinning_yaw: float
 
 
-def make_joint_prior(robot: RobotParameters, known: Known, priors: JointPriors = JOINT_PRIORS) -> JointPrior:
+def make_joint_prior(
+    robot: RobotParameters, known: Known, priors: JointPriors = JOINT_PRIORS
+) -> JointPrior:
     """The prior of a robot about its nominal parameters; those that are unknown get a wide one."""
     wheels = make_wheel_prior(robot, known)
     spinning, spinning_yaw = spinning_shares(robot, priors)

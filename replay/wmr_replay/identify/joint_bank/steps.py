@@ -139,9 +139,7 @@ def set_efforts(values: F64, k: int, last: F64, wheels: F64, efforts: F64) -> bo
 
 
 @lean
-def branch(
-    hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, doubted: F64, calm: F64, work: F64
-) -> None:
+def branch(hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, doubted: F64, calm: F64, work: F64) -> None:
     """The hypotheses of a split: doubts, switches, changes of level; the best are kept."""
     doubt(hypotheses, since_s, doubted)
     split(hypotheses, since_s, rhythm.switch_rate_per_s, calm, work)
@@ -224,6 +222,8 @@ def run_joint_bins(
     before = int(hypotheses.n_past[0])
     work = np.zeros((N_WORK, hypotheses.mean.shape[1]))
     values, noise = np.ascontiguousarray(values), (CALM, DISTURBANCE, doubted)
-    filter_joint_bins(hypotheses, values, seconds, last, noise, spinning, rhythm, work, (answers, smoothed))
+    filter_joint_bins(
+        hypotheses, values, seconds, last, noise, spinning, rhythm, work, (answers, smoothed)
+    )
     first, done = max(before, intervals), int(hypotheses.n_past[0])
     return Said(answers, smoothed[:, : max(done - first, 0)])

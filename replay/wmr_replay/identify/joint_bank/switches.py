@@ -68,7 +68,9 @@ def share_of_kind(hypotheses: HypothesisSet, h: int, mode: int) -> float:
 
 
 @lean
-def split(hypotheses: HypothesisSet, interval_s: float, rate: float, calm: F64, work: F64) -> None:
+def split(
+    hypotheses: HypothesisSet, interval_s: float, rate: float, calm: F64, work: F64
+) -> None:
     """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
     kind. ``calm`` (levels,) are the variances of elastic slip.
     """

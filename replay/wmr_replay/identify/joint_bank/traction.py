@@ -57,7 +57,7 @@ class Step(NamedTuple):
 
 @lean
 def log_normal(value: float, variance: float) -> float:
-    """Log N(value; 0, variance) but for a constant."""
+    """log N(value; 0, variance) but for a constant."""
     return -0.5 * (value * value / variance + math.log(variance))
 
 
@@ -138,5 +138,5 @@ def take_error(
 
 @lean
 def log_normal_ratio(value: float, variance: float, usual: float) -> float:
-    """Log N(value; 0, variance) − log N(0; 0, usual)."""
+    """log N(value; 0, variance) − log N(0; 0, usual)."""
     return 0.5 * (math.log(usual / variance) - value * value / variance)
