@@ -10,10 +10,10 @@ from wmr_replay.gap.analyse import analyse, base_model
 from wmr_replay.gap.estimation.modes import identified_modes, lasting_effects, with_acting_torques
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
+from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.search.relabel import without_skid
 from wmr_replay.gap.search.slip_test import gentler_than_slipping, leaves_more, may_be_slipping
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode

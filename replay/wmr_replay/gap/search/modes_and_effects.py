@@ -7,15 +7,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
+from wmr_replay.gap.estimation.likely_modes import likely_modes
+from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.preliminary import preliminary_models
-from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
 from wmr_schemas.modes import ContactMode
@@ -77,7 +78,7 @@ def find_modes_and_effects(
     selection is made from the start. Where no solution holds, the answer is that of the base model's modes,
     or why the log cannot carry a verdict.
     """
-    track = identified_modes(log, extension, options.gates)
+    track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates))
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
@@ -104,7 +105,7 @@ def find_modes_and_effects(
 
 def solve_with(model: Extension, log: Log, extension: Extension, options: GapOptions) -> Solution:
     """The selection with the modes that the identifier sees with a preliminary model."""
-    track, skids = identified_modes(log, model, options.gates), SKID in model.effects
+    track, skids = likely_modes(log, model, options.gates), SKID in model.effects
     track = without_skid(track) if skids else track
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
     solution = Solution(problem, forward_selection(problem, extension, options), model)

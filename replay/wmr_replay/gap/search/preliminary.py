@@ -14,10 +14,10 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
 from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
 from wmr_schemas.modes import ContactMode
