@@ -60,6 +60,21 @@ class BankPriors:
     least_interval_weight: float = 0.01
     """Hypotheses of less weight do not widen the interval of α: a supposed change of load would always."""
 
+    rolled_s: float = 10.0
+    """For how long a robot rolls before it skids or slips: as if this had been seen once. The log teaches the
+    rest: from one switch in half a second to one a minute."""
+    lost_s: float = 4.0
+    """Likewise how long a skid or slip lasts, …"""
+    ends_seen: float = 3.0
+    """… as if this had been seen so often: one long slip must not make the next one longer, or rolling that
+    looks like slipping never ends."""
+    across: float = 0.4
+    """Share of skids and slips that lead into another mode than rolling."""
+    starts_rolling: float = 0.6
+    """How probable rolling is at the start, a little less than rolled_s/(rolled_s + lost_s)."""
+    learned_switches: float = 4.0
+    """The second pass takes what the first has counted for so many switches at most."""
+
     level_change: float = 1e-3
     """Probability, at each split, that the level of disturbance has changed to a neighbouring one: ground
     changes every few minutes."""

@@ -46,7 +46,8 @@ def start_hypotheses(
         half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
         hypotheses.covariance[h, AHEAD, AHEAD] = variance
         hypotheses.covariance[h, AROUND, AROUND] = variance / half_track_m**2
-        hypotheses.log_weight[h] = min(level - N_CALM, 0) * CALM_LOG_PRIOR
+        share = PRIORS.starts_rolling if mode == 0 else (1 - PRIORS.starts_rolling) / (n_modes - 1)
+        hypotheses.log_weight[h] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(share)
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
             hypotheses.mean[h, V_LAT] = 0.0
             hypotheses.covariance[h, V_LAT] = hypotheses.covariance[h, :, V_LAT] = 0.0
