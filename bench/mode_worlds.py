@@ -138,7 +138,7 @@ def table(rows: list[Row]) -> str:
         ):
             groups.setdefault(key, []).append(row)
     lines = [
-        "| logs of | n | causal | told | less | hindsight | told | less | ece causal | ece hindsight | ece told |",
+        "| logs of | n | causal | told | less | hindsight | told | less | ece causal | hindsight | told |",
         "|" + " --- |" * 11,
     ]
     for key in sorted(groups, key=lambda k: (k == "all", k.split()[-1].isalpha(), k)):

@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 from mode_worlds import answers, pooled, replayed_tables, scores
+from worlds.case import Case
+from worlds.simulate import simulated
 
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.robot import RobotParameters
 from wmr_synth.sensors import NOISE_LEVELS
-from worlds.case import Case
-from worlds.simulate import simulated
 
 PARTS: dict[str, dict[str, Any]] = {
     "develop": {

@@ -2,8 +2,8 @@
 
 Forward: Kalman filters over histories up to a bin, the causal answer. Backward: likelihoods
 exp(−½ xᵀY x + yᵀx + c) of what follows, over histories to come. Their products, mode by mode, are the answer
-in hindsight; with N of each it weighs N²/3 whole histories at every bin. Of both, the best are kept, each mode
-with a third of the places; forward histories that have become alike are merged.
+in hindsight; with N of each it weighs N²/3 whole histories at every bin. Of both, the best are kept, each
+mode with a third of the places; forward histories that have become alike are merged.
 """
 
 import math

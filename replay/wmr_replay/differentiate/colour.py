@@ -24,8 +24,8 @@ LEAST_DIFFERENCES, TRUSTED = 8.0, 200.0
 MOTION_RULES = 30.0
 """Behind the first scale with so many times the least mean square, motion alone is seen."""
 EVIDENCE, LEAST_GAIN = 6.0, 1.1
-"""Deviance that a wobble has to explain (of 1296 looks at clean logs 95 % give less than .9, all less than 3);
-and the least factor on a derivative's variance that counts."""
+"""Deviance that a wobble has to explain (of 1296 looks at clean logs 95 % give less than .9, all less than
+3); and the least factor on a derivative's variance that counts."""
 NEARLY_AS_GOOD = 1.0
 """Of two times that explain about as much, the longer is taken: its intervals are wider."""
 UNEVEN = 1.5

@@ -47,8 +47,9 @@ class HypothesisSet(NamedTuple):
     Each has a mean (12,), a covariance (12, 12), a log weight, a mode and a level of disturbance; ``slips``
     (2,): how often it has slipped so far, in the form of a share, and on slippery ground; ``habits`` (5,):
     how often and after how long it has switched; and when, in s, its pose last jumped. ``past`` (S, 4) holds
-    the probabilities of the modes that led to it, in a ring of S intervals; ``past_s`` (S,) are the ends of these intervals in s and ``n_past`` (1,) their number so far. A
-    bank that does not look back has S = 0. ``order``, ``kept`` (H,) and ``stack`` (64, 2) are scratch.
+    the probabilities of the modes that led to it, in a ring of S intervals; ``past_s`` (S,) are the ends of
+    these intervals in s and ``n_past`` (1,) their number so far. A bank that does not look back has S = 0.
+    ``order``, ``kept`` (H,) and ``stack`` (64, 2) are scratch.
     """
 
     mean: F64
