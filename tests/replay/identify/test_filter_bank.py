@@ -352,11 +352,12 @@ def test_weights_at_the_start_are_those_that_compiled_code_normalises():
 
     levels = BankSettings().disturbances_mps2
     values = np.tile(np.array([[0.1], [0.2], [0.3], [1e-4], [1e-4], [1e-4], [1.0], [0.0], [0.0]]), 30)
-    hypotheses, expected = make_hypotheses(64), make_hypotheses(64)
+    hypotheses, expected = make_hypotheses(90), make_hypotheses(90)
     start_hypotheses(hypotheses, Bins(values, np.arange(30) * 20_000_000), PRIOR, 4, np.array(levels))
-    expected.size[0] = 4 * len(levels)
-    for h in range(4 * len(levels)):
-        share = 0.6 if h < len(levels) else 0.4 / 3
+    expected.size[0] = 3 * 4 * len(levels)
+    for h in range(3 * 4 * len(levels)):
+        share = (0.94, 0.03, 0.03)[h // (4 * len(levels))]
+        share *= 0.6 if h // len(levels) % 4 == 0 else (1 - 0.6) / 3
         expected.log_weight[h] = log_prior_of_level(h % len(levels)) + math.log(share)
     normalise(expected)
     np.testing.assert_array_equal(hypotheses.log_weight, expected.log_weight)

@@ -11,6 +11,11 @@ class BankPriors:
     ln_alpha_sd: float = 0.5 * math.log(2.0) * 1.5
     """Of ln α about the nominal one: a factor of 2 is 4/3 of it. The benchmark draws nominal values within
     that factor, so the value is the benchmark's own and is not evidence about other robots."""
+    far_ln_alpha: float = 1.2
+    """A nominal α may be off by far more – another gear, an effort in other units: hypotheses about 1/3.3 and
+    3.3 of it, each with the same standard deviation, reach to a factor of 5 …"""
+    far_share: float = 0.03
+    """… and hold so much of the prior each."""
     ln_beta_given_alpha_sd: float = 0.05
     """Of ln β where α is known: both share mass and motors, only the mass's distribution sets them apart."""
     ln_c_sd: float = math.log(2.0)
