@@ -31,7 +31,8 @@ class JointPriors:
     turn_disturbance: float = 3.0
     """Disturbances of turning over those ahead: wheels that turn a robot also scrub."""
     disturbance_mps2: tuple[float, ...] = (0.03, 0.06, 0.1, 0.15, 0.3)
-    """What acts besides torques, by level of elastic slip: resistance to rolling (.15 m/s² at most), slopes."""
+    """What acts besides torques, by level of elastic slip: resistance to rolling (.15 m/s² at most),
+    slopes."""
     disturbance_time_s: float = 2.0
     """Its correlation time: resistance lasts as long as a run, slopes some metres."""
     timing_sd_s: float = 0.005
