@@ -2,6 +2,7 @@
 by friction and shares no code with the analysis.
 """
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 import wmr_replay as wr
 from wmr_replay.identify.joint_bank.traction import Axis, Step, follow_traction
-from wmr_replay.identify.wheel_bank.states import LN_SCALE, S_LAT
+from wmr_replay.identify.wheel_bank.states import LN_SCALE
 from wmr_schemas import PAPER_ROBOT
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -29,7 +30,7 @@ SLIPS = ["slipping", "skidding_slipping"]
 @pytest.fixture(scope="module")
 def simulated():
     """40 s of a lively drive with skids and slips, torques in the messages of the wheel speeds."""
-    return synthesise("encoders", seed=11, duration_s=40, sensors=POOR, torques_as="together")
+    return synthesise("encoders", seed=3, duration_s=40, sensors=POOR, torques_as="together")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +45,7 @@ def summary_of(log: Log, **options):
 
 def test_both_tell_more_than_either_where_the_pose_is_poor(simulated, replayed):
     both = replayed.summary.row(0, named=True)
-    assert both["settings"].find('"told_by":"both"') >= 0 or "both" in str(both["settings"])
+    assert json.loads(both["settings"])["told_by"] == "both"
     wheels = summary_of(simulated.log, evidence="wheel-speeds")
     torques = summary_of(simulated.log, evidence="torques")
     assert both["accuracy"] > 0.85
@@ -102,7 +103,7 @@ def test_a_channel_of_their_own_serves_as_well(simulated, tmp_path):
     assert np.isnan(made.log.torque.left_radps).all()
     result = wr.run(path)
     row = result.summary.row(0, named=True)
-    assert "both" in str(row["settings"])
+    assert json.loads(row["settings"])["told_by"] == "both"
     assert row["accuracy"] > 0.85
     in_memory = wr.replay(made.log).samples.collect()
     assert in_memory["mode"].equals(result.samples.collect()["mode"])
@@ -123,7 +124,7 @@ def test_the_papers_robot_is_told_by_torques():
 def test_what_a_log_lacks_is_said():
     log = synthesise("encoders", seed=4, duration_s=8, sensors=RTK).log
     result = wr.replay(log, evidence="both", hindsight=False)
-    assert any("without torques" in note for note in result.summary["notes"][0])
+    assert "without torques" in str(result.summary["notes"][0])
     assert result.samples.collect()["slip_left_mps"].count() > 0
 
 
@@ -164,14 +165,15 @@ def test_the_line_of_traction_is_a_kalman_update_of_all_its_unknowns():
     root = rng.normal(size=(20, 20)) * 0.1
     mean, covariance = rng.normal(size=20) * 0.1, root @ root.T
     at = Axis(3, 12, 14, 16, 18)
-    by = Step(1.02, 0.03, 2.0, 0.7, 0.1, 0.05, 0.4, 0.95, 4e-4, 0.0, 2e-4, 1e-5, 0.02)
+    by = Step(1.02, 0.03, 2.0, 0.7, 0.1, 0.05, 0.95, 4e-4, 0.0, 2e-4, 1e-5, 0.02)
     slope = np.zeros(22)
     effort = (1 + by.spinning) * by.effort
     pull = effort * mean[12] - by.resists * mean[14] + mean[16] + by.coupling
-    slope[[3, 18, 12, 14, 16, S_LAT, 20, 21]] = (
-        *(1 - by.left, by.scale, -by.dt * effort, by.dt * by.resists, -by.dt, -by.dt * by.yaw_rate),
-        *(-1.0, -by.scale),
+    slope[[3, 18, 12, 14, 16]] = (
+        *(1 - by.left, by.scale),
+        *(-by.dt * effort, by.dt * by.resists, -by.dt),
     )
+    slope[20:] = -1.0, -by.scale
     slope[LN_SCALE] = by.dt * pull - (1 - by.left) * mean[3]
     off = by.scale * (1 + by.spinning) * by.change + by.scale * mean[18] - slope[LN_SCALE]
     full = np.zeros((22, 22))
