@@ -24,9 +24,6 @@ from wmr_synth.wheel_speed.loop import Outside, simulate_rolling
 from wmr_synth.wheel_speed.plan import RollingPlan
 from wmr_synth.wheel_speed.torques import Drivetrain, drawn_drivetrain, true_alpha
 
-ROUGH_TAU_S = 0.3
-"""Correlation time of the ground's unevenness."""
-
 
 @dataclass(frozen=True, eq=False)
 class RollingDrive:
@@ -133,8 +130,8 @@ def outside_of(plan: RollingPlan, world: World, robot: WheelRobot, duration_s: f
     t_ns = np.arange(0, round(duration_s * NS_PER_S), GRID_NS)
     rough = np.zeros((len(t_ns), 3))
     if robot.roughness > 0:
-        steps = np.full(len(t_ns) - 1, GRID_NS / NS_PER_S / ROUGH_TAU_S)
-        rough = unit_ou(steps, stream(seed, "roughness"))
+        steps = np.full(len(t_ns) - 1, GRID_NS / NS_PER_S / plan.floor.uneven_tau_s)
+        rough = plan.floor.uneven * unit_ou(steps, stream(seed, "roughness"))
     return Outside(ground, t_ns, rough, world.disturbance.held(t_ns, stream(seed, "disturbance")))
 
 

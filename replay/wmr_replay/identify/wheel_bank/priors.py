@@ -41,6 +41,14 @@ class WheelPriors:
     skid_mps: float = 0.03
     """A robot skids from this lateral velocity on, beside what its centre of rotation explains."""
 
+    rates_per_s: tuple[tuple[float, ...], ...] = (
+        (0.0, 0.05, 0.1, 0.01),
+        (0.8, 0.0, 0.02, 0.6),
+        (0.8, 0.02, 0.0, 0.6),
+        (0.15, 0.4, 0.4, 0.0),
+    )
+    """Changes a second from mode to mode."""
+
     calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.02)
     """Levels of elastic slip, standard deviations: from a hard wheel on concrete to a soft one on carpet."""
     rare_sd: float = 2.5

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy, most_probable
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
@@ -22,6 +24,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
 SPLIT_LOG_WEIGHT = PRIORS.split_log_weight
+RATES = np.array(WHEEL_PRIORS.rates_per_s) / 0.15
 DOUBTS_PER_S = WHEEL_PRIORS.doubts_per_s
 SQRT_12 = math.sqrt(12.0)
 
@@ -81,20 +84,18 @@ def split(hypotheses: HypothesisSet, n_modes: int, interval_s: float, rate: floa
     """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
     mode. ``calm`` (levels,) are the variances of elastic slip.
     """
-    switched = 1.0 - math.exp(-rate * interval_s)
     when_sd = interval_s / SQRT_12
-    each = math.log(switched / (n_modes - 1))
     for parent in range(hypotheses.size[0]):
         if hypotheses.log_weight[parent] < SPLIT_LOG_WEIGHT:
             continue
-        before = hypotheses.mode[parent]
+        before, leaving = hypotheses.mode[parent], 0.0
         for mode in range(n_modes):
             child = hypotheses.size[0]
             if child == hypotheses.mode.shape[0] or mode == before:
                 continue
             copy(hypotheses, parent, child)
             hypotheses.mode[child] = mode
-            hypotheses.log_weight[child] += each
+            hypotheses.log_weight[child] += math.log(1.0 - math.exp(-rate * RATES[before, mode] * interval_s))
             hypotheses.size[0] += 1
             switch(
                 hypotheses.mean[child],
@@ -104,4 +105,5 @@ def split(hypotheses: HypothesisSet, n_modes: int, interval_s: float, rate: floa
                 when_sd,
                 calm[hypotheses.level[child]],
             )
-        hypotheses.log_weight[parent] += math.log1p(-switched)
+            leaving += rate * RATES[before, mode]
+        hypotheses.log_weight[parent] -= leaving * interval_s
