@@ -52,7 +52,7 @@ DRIFT = JOINT_PRIORS.alpha_drift_share_rts**2
 
 class Inputs(NamedTuple):
     """One axis's inputs over a step: the change of the wheels' speed in m/s, the effort and its change in
-    N·m, the wheels' sign, their share of inertia, and the coupling v_lat ω in m/s².
+    N·m, the wheels' sign, their share of inertia, the coupling v_lat ω in m/s², and its variance.
     """
 
     change: float
@@ -61,6 +61,7 @@ class Inputs(NamedTuple):
     sign: float
     spinning: float
     coupling: float
+    doubt: float
 
 
 class Noise(NamedTuple):
@@ -77,7 +78,7 @@ def step_of(mean: F64, slip: bool, gain: float, on: Inputs, noise: Noise, dt: fl
     left = math.exp(-dt / (ACTIVE_TIME_S if slip else CALM_TIME_S))
     fresh = SLIP_DIFFUSION * dt if slip else noise.calm * (1.0 - left * left)
     burst = BURST_DIFFUSION * dt if slip else 0.0
-    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2 + (COUPLING_SD * on.coupling * dt) ** 2
+    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2 + (COUPLING_SD * on.coupling * dt) ** 2 + on.doubt * dt * dt
     if slip:
         line += (SPINNING_SD * on.change) ** 2
     return Step(
@@ -114,8 +115,8 @@ def drive(
     slip = slips(mode)
     _, v_lat, omega = body_motion(mean, wheels)
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)
-    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega)
-    turn = Inputs(wheels[3] * dt, efforts[1], efforts[3], efforts[5], spinning[1], 0.0)
+    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, covariance[S_LAT, S_LAT] * omega * omega)
+    turn = Inputs(wheels[3] * dt, efforts[1], efforts[3], efforts[5], spinning[1], 0.0, 0.0)
     step = step_of(mean, slip, mean[ALPHA], ahead, noise, dt)
     likely = follow_traction(mean, covariance, AHEAD_AXIS, step, work)
     step = step_of(mean, slip, mean[BETA], turn, noise, dt)

@@ -51,7 +51,7 @@ class JointPriors:
     """What is left of a slip at the instant at which its end is supposed; it dies out within the interval."""
     least_sd_mps: float = 0.001
     """Of a change of speed in a bin: no model is truer."""
-    coupling_sd: float = 0.5
+    coupling_sd: float = 1.0
     """Of the share of v_lat·ω that accelerates a robot ahead: all of it in a rigid body, a third in the
     paper's skid."""
 
