@@ -19,18 +19,21 @@ from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
 from wmr_synth import synthesise
 from wmr_synth.scenarios import SCENARIOS
+from wmr_synth.wheel_speed.driving import lively
 from wmr_synth.wheel_speed.encoders import EncoderSensors
 from wmr_synth.wheel_speed.ground import DRY
 
 POOR = EncoderSensors(noise_xy_sd_m=0.05, noise_yaw_sd_rad=0.02)
 RTK = EncoderSensors(noise_xy_sd_m=0.01, noise_yaw_sd_rad=0.005)
 SLIPS = ["slipping", "skidding_slipping"]
+LIVELY = SCENARIOS["encoders"]
+STEADY = replace(LIVELY, plan=replace(LIVELY.plan, driver=lively(1.0, 0.6)))
 
 
 @pytest.fixture(scope="module")
 def simulated():
-    """40 s of a lively drive with skids and slips, torques in the messages of the wheel speeds."""
-    return synthesise("encoders", seed=3, duration_s=40, sensors=POOR, torques_as="together")
+    """40 s of a drive with slips and some skids, torques in the messages of the wheel speeds."""
+    return synthesise(STEADY, seed=3, duration_s=40, sensors=POOR, torques_as="together")
 
 
 @pytest.fixture(scope="module")
@@ -71,8 +74,7 @@ def test_traction_and_dimensions_are_learnt_with_honest_deviations(simulated, re
 
 def gripping(seed: int, ratio: float) -> Log:
     """A drive on dry ground whose stated wheel radius is ``ratio`` times the true one."""
-    dry = SCENARIOS["encoders"]
-    dry = replace(dry, plan=replace(dry.plan, floor=DRY, nominal_error=0.0))
+    dry = replace(LIVELY, plan=replace(LIVELY.plan, floor=DRY, nominal_error=0.0))
     log = synthesise(dry, seed=seed, duration_s=30, sensors=RTK, torques_as="together").log
     assert log.robot.wheel_radius_m is not None
     return replace(log, robot=replace(log.robot, wheel_radius_m=log.robot.wheel_radius_m * ratio))
@@ -139,8 +141,8 @@ def test_an_unknown_alpha_is_learnt(simulated):
 
 
 @pytest.fixture(scope="module")
-def pieces(simulated, log_rows):
-    """The log's rows, torques and wheel speeds apart, and the table of the whole."""
+def pieces(log_rows):
+    """The rows of a log with torques and wheel speeds apart, and the table of the whole."""
     made = synthesise("skid-steer", seed=2, duration_s=12, sensors=RTK, torques_as="apart")
     rows = log_rows(made.log)
     return rows, rows.samples()

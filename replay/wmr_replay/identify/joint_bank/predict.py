@@ -78,7 +78,8 @@ def step_of(mean: F64, slip: bool, gain: float, on: Inputs, noise: Noise, dt: fl
     left = math.exp(-dt / (ACTIVE_TIME_S if slip else CALM_TIME_S))
     fresh = SLIP_DIFFUSION * dt if slip else noise.calm * (1.0 - left * left)
     burst = BURST_DIFFUSION * dt if slip else 0.0
-    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2 + (COUPLING_SD * on.coupling * dt) ** 2 + on.doubt * dt * dt
+    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2
+    line += (COUPLING_SD * on.coupling * dt) ** 2 + on.doubt * dt * dt
     if slip:
         line += (SPINNING_SD * on.change) ** 2
     return Step(
@@ -115,7 +116,10 @@ def drive(
     slip = slips(mode)
     _, v_lat, omega = body_motion(mean, wheels)
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)
-    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, covariance[S_LAT, S_LAT] * omega * omega)
+    doubt = covariance[S_LAT, S_LAT] * omega * omega
+    ahead = Inputs(
+        wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, doubt
+    )
     turn = Inputs(wheels[3] * dt, efforts[1], efforts[3], efforts[5], spinning[1], 0.0, 0.0)
     step = step_of(mean, slip, mean[ALPHA], ahead, noise, dt)
     likely = follow_traction(mean, covariance, AHEAD_AXIS, step, work)
