@@ -42,7 +42,7 @@ class JointPriors:
     """… and where it grows or dies out, by some dm/s within .2 s …"""
     burst_share: float = 0.2
     """… which is so in this share of a slip's time."""
-    spread_mps2_rthz: tuple[float, float] = (0.1, 0.3)
+    spread_mps2_rthz: tuple[float, float] = (0.03, 0.1)
     """What a line does not know of a slip that goes on, (m/s)/√s: alone, and while the robot skids. Friction
     divides itself between ahead and sideways, and a slip that is believed too far is never left."""
     start_slip_sd_mps: float = 0.5
