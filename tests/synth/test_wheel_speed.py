@@ -339,7 +339,10 @@ def test_torques_obey_newtons_law_for_the_whole_robot():
 
 
 def test_torques_stand_with_the_wheel_speeds_or_apart(tmp_path):
-    for torques_as, topics in (("together", {"/wheel_torques"}), ("apart", {"/wheel_torques", "/wheel_speeds"})):
+    for torques_as, topics in (
+        ("together", {"/wheel_torques"}),
+        ("apart", {"/wheel_torques", "/wheel_speeds"}),
+    ):
         made = synthesise("skid-steer", seed=1, duration_s=1.0, torques_as=torques_as)
         (file, *_) = record(made, tmp_path / f"{torques_as}.mcap")
         with file.open("rb") as stream:

@@ -46,7 +46,7 @@ TIMING_SD_S, SPINNING_SD = JOINT_PRIORS.timing_sd_s, JOINT_PRIORS.spinning_sd
 SLIP_DIFFUSION, BURST_DIFFUSION = JOINT_PRIORS.slip_diffusion, JOINT_PRIORS.burst_diffusion
 LEAST_VARIANCE, COUPLING_SD = JOINT_PRIORS.least_sd_mps**2, JOINT_PRIORS.coupling_sd
 DISTURBANCE_TIME_S, TURNS_MORE = JOINT_PRIORS.disturbance_time_s, JOINT_PRIORS.turn_disturbance**2
-SPREAD, SPREAD_SKIDDING = (sd**2 for sd in JOINT_PRIORS.spread_mps2_rthz)
+SPREAD, SPREAD_SKIDDING = (sd**2 for sd in JOINT_PRIORS.spread_mps_rts)
 DRIFT = JOINT_PRIORS.alpha_drift_share_rts**2
 
 
@@ -117,9 +117,7 @@ def drive(
     _, v_lat, omega = body_motion(mean, wheels)
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)
     doubt = covariance[S_LAT, S_LAT] * omega * omega
-    ahead = Inputs(
-        wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, doubt
-    )
+    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, doubt)
     turn = Inputs(wheels[3] * dt, efforts[1], efforts[3], efforts[5], spinning[1], 0.0, 0.0)
     step = step_of(mean, slip, mean[ALPHA], ahead, noise, dt)
     likely = follow_traction(mean, covariance, AHEAD_AXIS, step, work)
