@@ -60,7 +60,7 @@ class WheelPriors:
     memory_s: float = 120.0
     """… The ground of the last minutes decides."""
 
-    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.02)
+    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012)
     """Levels of elastic slip, standard deviations: from a hard wheel on concrete to a soft one on carpet."""
     rare_sd: float = 2.5
     """A pose further off is weighed as if it lay there: among 10⁵ poses an hour many are, and a slip that is
