@@ -31,7 +31,8 @@ def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> 
         t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
         mode = np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode)
         return ModeTrack(t_ns, mode.astype(np.int8))
-    start_ns, posterior = modes_in_hindsight(log, model)
+    alpha_sd = settings.modes.alpha_sd if extension.effects else None
+    start_ns, posterior = modes_in_hindsight(log, model, alpha_sd=alpha_sd)
     if not len(start_ns):
         return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))
     sure = posterior.max(axis=0) >= LEAST_CONFIDENCE

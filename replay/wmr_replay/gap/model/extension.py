@@ -15,6 +15,7 @@ from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX, own_effects
+from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import COEFFICIENT, parse_term
 
 Parameters = Mapping[str, float]
@@ -88,7 +89,7 @@ class Extension:
         for name, parameters in self.acting:
             if name in WEIGHTS:
                 rows[:, WEIGHTS[name]] = weight(name, parameters, binned)
-            elif name.startswith(UNNAMED_PREFIX):
+            elif name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term = parse_term(name)
                 rows[:, TERM_COLUMNS[term.channel]] += parameters[COEFFICIENT] * term.evaluate(
                     columns_of(binned)

@@ -23,7 +23,7 @@ from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.model_file import Effect, Model
 
 
-def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[FoundEffect, ...]:
+def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, ...]:
     """The effects with 95 % intervals by Student's t over blocks, confound classes and alternatives."""
     if not selection.found:
         return ()
@@ -36,11 +36,8 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
         ci95 = interval(problem.binned, name, key, value, w)
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
-    identified = modes == "identified"
     return tuple(
-        reported(
-            effect, estimates[effect.name], confound_class(names, effect.name, identified=identified), own
-        )
+        reported(effect, estimates[effect.name], confound_class(names, effect.name), own)
         for effect in selection.found
     )
 

@@ -1,6 +1,6 @@
 """The missing effects together with the contact modes that they are found with."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from itertools import chain
 from typing import NamedTuple
@@ -10,10 +10,11 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import LOCAL, SKID
+from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.preliminary import PreliminaryModels, preliminary_models
+from wmr_replay.gap.search.fit_candidates import price_of
+from wmr_replay.gap.search.preliminary import preliminary_models
 from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
@@ -32,9 +33,14 @@ class Solution(NamedTuple):
     preliminary: Extension
 
     @property
-    def deviance(self) -> float:
-        """−2 log likelihood; less is more likely."""
-        return self.selection.fit.deviance
+    def cost(self) -> float:
+        """−2 log of the joint probability of modes and poses, with the price of the effects; less is more
+        likely. Each change of mode costs what it is expected to be rare.
+        """
+        problem, fit = self.problem, self.selection.fit
+        changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
+        prices = sum(price_of(problem, effect.scored, fit) for effect in self.selection.found)
+        return float(fit.deviance + prices + changes * problem.settings.modes.change_cost)
 
     @property
     def is_skidding(self) -> bool:
@@ -78,10 +84,13 @@ def find_modes_and_effects(
     preliminary = preliminary_models(log, first, plain, extension, options)
     tell("naming", 0.4)
     solutions = [solve_with(model, log, extension, options) for model in preliminary.models]
-    solutions.sort(key=lambda solution: solution.deviance)
+    if preliminary.models:
+        seen = Solution(*preliminary.seen_in, preliminary.models[0])
+        solutions.append(with_missed_slipping(seen, extension, options))
+    solutions.sort(key=lambda solution: solution.cost)
     tell("naming", 0.7)
     confirmed = []
-    for solution in chain(solutions, fallbacks(preliminary, first, plain, extension, options)):
+    for solution in chain(solutions, (Solution(first, plain(), extension) for _ in range(1))):
         selection = confirm(solution.problem, solution.selection, options)
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:
@@ -100,23 +109,6 @@ def solve_with(model: Extension, log: Log, extension: Extension, options: GapOpt
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
     solution = Solution(problem, forward_selection(problem, extension, options), model)
     return with_missed_slipping(solution, extension, options)
-
-
-def fallbacks(
-    preliminary: PreliminaryModels,
-    first: Problem,
-    plain: Callable[[], Selection],
-    extension: Extension,
-    options: GapOptions,
-) -> Iterator[Solution]:
-    """The selection that a local preliminary model comes from, and that of the base model's modes.
-
-    The first one serves where the identifier does not follow a loss of traction in its model.
-    """
-    models = preliminary.models
-    if any(name in LOCAL for model in models for name in model.effects):
-        yield with_missed_slipping(Solution(*preliminary.seen_in, models[0]), extension, options)
-    yield Solution(first, plain(), extension)
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:

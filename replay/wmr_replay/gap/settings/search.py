@@ -89,12 +89,19 @@ class ModeSettings:
     """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
 
     rival_share: float = 1 / 3
-    """Share of an undeclared skid's score from which another candidate is a preliminary model too. Patrol
-    benchmark."""
+    """Share of the best score from which another candidate is a preliminary model too. Patrol benchmark."""
 
     most_rivals: int = 3
-    """First candidates of a stage that are so considered, the skid among them. Numerics: each costs a run of
+    """First candidates of a stage that are so considered, the best among them. Numerics: each costs a run of
     the identifier and a selection."""
+
+    change_cost: float = 9.4
+    """−2 ln of the probability that a mode changes in .06 s. Statistics: at .15 changes a second, the rate
+    of the identifier (``BankSettings.switch_rate_per_s``)."""
+
+    alpha_sd: float = 0.1
+    """Standard deviation of ln α in the identifier where a preliminary model explains the log. Judgement: it
+    knows α to that by then, and with a wider one slipping at all times explains the same as another α."""
 
 
 @dataclass(frozen=True)

@@ -154,6 +154,9 @@ class GateSettingsWheelSpeed:
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""
 
+    least_lowered: float = 0.1
+    """Least share by which a limit of the base model has to be lowered. Physics: a limit is known to 10 %."""
+
     least_units: int = 3
     """Fewest units for a verdict: one in each third. Statistics."""
 
@@ -173,6 +176,16 @@ class GateSettingsWheelSpeed:
 
     least_steady_s: float = 1.2
     """Least time in it during which the robot drives, s. Judgement: six bins."""
+
+    least_crossing_s: float = 0.4
+    """Least time of a crossing of a disc that counts, s. Numerics: two bins."""
+
+    least_interval_s: float = 3.0
+    """A loss in a time, or in a place crossed once, has to last longer, s. Physics: a wheel spins, a robot
+    skids, for a second or two."""
+
+    least_beyond_usual: float = 1.5
+    """The same, in lengths of the longest other slip of the record. Judgement: clearly longer than any."""
 
     driving_mps: float = 0.1
     """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
@@ -227,10 +240,72 @@ class ModeSettingsWheelSpeed:
 
 
 @dataclass(frozen=True)
+class TermSettings:
+    """Terms of the dictionary, which are tried beside the effects of the library."""
+
+    fitted_in_full: int = 3
+    """Best terms that are fitted in full. Numerics: the motion is linear in a term."""
+
+    most: int = 2
+    """Most terms that are looked for. Judgement: three would be a table, not an explanation."""
+
+    least_remainder: float = 0.15
+    """Share of what the effects found explain that a term beside them has to explain. Judgement, as for
+    torques: the wrong form of an effect leaves less."""
+
+    least_better: float = 25.0
+    """Drop of the deviance by which a term in the place of effects has to be better. Statistics: BIC of 25 is
+    far beyond "very strong" (Kass and Raftery 1995)."""
+
+    draws: int = 199
+    """Placebo records. Statistics: the least p is 1/(1 + draws), half of the level."""
+
+
+@dataclass(frozen=True)
+class DisagreementSettings:
+    """Disagreement in time or on the ground that no effect and no term explains."""
+
+    level: float = 0.005
+    """Level of each of the two placebos. Statistics: half of the level of the verdict."""
+
+    draws: int = 999
+    """Placebo records. Statistics: the least p is a fifth of the level."""
+
+    cell_s: float = 2.0
+    """Length of a cell of one sign, s. Judgement: as for torques."""
+
+    most_cells: int = 120
+    """Most cells; a longer record has longer ones. Numerics: intervals grow with their square."""
+
+    least_cells: int = 3
+    """Fewest cells of an interval. Statistics: fewer cannot keep a direction beyond chance."""
+
+    least_share: float = 0.1
+    """Least share of the errors in an interval that its velocity explains. Judgement: as of the gap."""
+
+    region_m: float = 2.0
+    """Side of a square on the ground, m. Judgement: a robot's length or two."""
+
+    least_visits: int = 3
+    """Fewest visits of a square. Statistics: two may be one moment of slip on the way out and in."""
+
+    least_louder: float = 2.0
+    """Least median square of errors in a square, in those elsewhere. Judgement: 1.4 times the size."""
+
+    shift_s: float = 5.0
+    """Least shift of the errors along the path, s. Physics: a moment of slip lasts less."""
+
+    least_bins: int = 100
+    """Fewest bins for a placebo by shifts. Statistics: the least p is 1/(1 + shifts)."""
+
+
+@dataclass(frozen=True)
 class WheelSpeedSettings:
     """All settings of the wheel-speed base."""
 
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
     modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    terms: TermSettings = TermSettings()
+    disagreement: DisagreementSettings = DisagreementSettings()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

@@ -7,14 +7,14 @@ import numpy as np
 
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.bins import Bins
+from wmr_replay.gap.wheel_speed.declared import DECLARED
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_replay.gap.wheel_speed.rolling import Chassis, motion
 from wmr_schemas.arrays import F64, Bool
-from wmr_schemas.effects import effects_of
 
+__all__ = ["CHANNELS", "DECLARED", "Parameter", "Problem"]
 CHANNELS = ("longitudinal", "lateral", "yaw")
-DECLARED = effects_of("wheel_speed")
 
 
 class Parameter(NamedTuple):

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wmr_replay.gap.model.confounds import confound_class
-from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, hardly_lower, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
 from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS, refined
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
+from wmr_replay.gap.wheel_speed.usual_slip import lasting_alone, stands_out
 from wmr_schemas.effects import EffectDeclaration
 from wmr_schemas.effects.declaration import DrivenBy
 
@@ -141,9 +142,8 @@ class Search:
         """With the loss of traction in a time or a place that passes every gate, slip identified again."""
         whole, own = self.problem.with_slip, self.current
         current = at(whole, own.parameters, own.values, own.noises)
-        pool = tuple(c for c in self.candidates if c.name in PLACES)
         passing = []
-        for score in scan(whole, current, pool):
+        for score in place_scores(whole, current, self.candidates):
             if score.gain <= price(whole, len(score.start)):
                 continue
             place = refined(whole, current, score.name, score.start)
@@ -169,6 +169,16 @@ class Search:
         failed = "significance" if gain < least else gate(problem, before, after, name, p)
         self.tried.append(Tried(stage, name, gain, gain - cost, p, failed))
         return failed
+
+
+def place_scores(whole: Problem, current: Fit, candidates: tuple[EffectDeclaration, ...]) -> list[Score]:
+    """The likeliest loss in a place; that in a time where slips too short for one do not count."""
+    found: list[Score] = []
+    for effect in candidates:
+        if effect.name in PLACES:
+            seen = lasting_alone(whole, current) if effect.name == "slip_interval" else whole
+            found += scan(seen, current, (effect,))
+    return found
 
 
 def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
@@ -199,9 +209,11 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
         return "significance"
     if not matters(after, name, problem.settings.gates.least_relevant):
         return "tolerance"
+    if hardly_lower(problem.base, after.values, name, problem.settings.gates.least_lowered):
+        return "tolerance"
     if not moves_path(problem, before.values, after.values):
         return "tolerance"
-    if name in PLACES and not steady_loss(problem, after, name):
+    if name in PLACES and not (steady_loss(problem, after, name) and stands_out(problem, after, name)):
         return "contact mode"
     return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
 

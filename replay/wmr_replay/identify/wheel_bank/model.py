@@ -15,6 +15,7 @@ from wmr_replay.identify.wheel_bank.states import (
     LATERAL,
     LN_SCALE,
     LN_TRACK,
+    N_STATES,
     Known,
     WheelPrior,
     make_wheel_prior,
@@ -37,6 +38,7 @@ class WheelModel:
     centre of rotation and the lateral slip are near their nominal values again: were they open, they would
     explain skids away."""
     n_answers: int = N_ANSWERS
+    n_states: int = N_STATES
     least_bins: int = 1
     needs_alpha: bool = False
 

@@ -9,7 +9,6 @@ from wmr_replay.identify.wheel_bank.states import (
     IDEAL,
     LN_SCALE,
     LN_TRACK,
-    N_STATES,
     PSI,
     S_DIFF,
     S_LAT,
@@ -34,7 +33,7 @@ SQRT_12 = math.sqrt(12.0)
 def stop(mean: F64, covariance: F64, state: int, variance: float) -> None:
     """A slip velocity that has ended: what it was tells nothing any more, and elastic slip is left."""
     mean[state] = 0.0
-    for i in range(N_STATES):
+    for i in range(mean.shape[0]):
         covariance[state, i] = covariance[i, state] = 0.0
     covariance[state, state] = variance
 

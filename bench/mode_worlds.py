@@ -1,0 +1,185 @@
+"""Modes by ``run``, causally and in hindsight, beside a yardstick that is told all but the modes.
+
+    python bench/mode_worlds.py --split develop [--logs 6] [--out bench/results/modes-develop.jsonl]
+    python bench/mode_worlds.py --split report --first-seed 100000
+    python bench/mode_worlds.py --show bench/results/modes-develop.jsonl
+
+Logs are those of the worlds of ``gap``: driver families on two plants, with nothing hidden. A third of them
+each has mocap, RTK and poor noise. The yardstick (``worlds.mode_smoother``) knows plant, parameters, noise,
+disturbance and the family's rates of switching; it smooths over whole mode histories. --most doubles or
+halves its histories.
+"""
+
+import argparse
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+from quality_logs import replayed
+
+from wmr_replay.pipeline.settings import Settings
+from wmr_replay.tables import CalibrationCollector
+from wmr_schemas.arrays import F64
+from wmr_synth.sensors import NOISE_LEVELS
+from worlds.simulate import simulated
+from worlds.case import Case, World
+from worlds.drivers import FAMILIES
+from worlds.mode_model import linear_model, to_rows
+from worlds.mode_smoother import told_posteriors
+from worlds.split import part
+
+MOST = 24
+DIRECTLY = 1 / 6
+SETTLED_S = 2.0
+Row = dict[str, Any]
+
+
+def switch_rates(family: str) -> F64:
+    """Rates (3, 3) in 1/s from row to column of a family: one over the mean lengths of its intervals."""
+
+    def mean(low: float, high: float) -> float:
+        return (high - low) / np.log(high / low)
+
+    ideal, lost = 1 / mean(*FAMILIES[family].ideal_s), 1 / mean(*FAMILIES[family].lost_s)
+    back, across = lost * (1 - DIRECTLY / 2), lost * DIRECTLY / 2
+    return np.array([[0.0, ideal / 2, ideal / 2], [back, 0.0, across], [back, across, 0.0]])
+
+
+def scores(posterior: F64, true: F64, mode: F64 | None = None) -> Row:
+    """Accuracy and calibration error of a posterior (3, n); NaN is undecided, and wrong."""
+    known = np.isfinite(posterior).all(axis=0)
+    said = np.where(known, np.nan_to_num(posterior).argmax(axis=0), -1) if mode is None else mode
+    collector = CalibrationCollector()
+    names = ("p_ideal", "p_skidding", "p_slipping")
+    collector.push(
+        pl.DataFrame(
+            {name: column for name, column in zip(names, posterior[:, known], strict=True)}
+            | {"mode_true": true[known], "status": ["ok"] * int(known.sum())}
+        ).with_columns(pl.lit(0.0).alias("p_skidding_slipping"))
+    )
+    return {"accuracy": float(np.mean(said == true)), "ece": collector.ece, "brier": collector.brier}
+
+
+def answers(table: pl.DataFrame) -> tuple[F64, F64]:
+    """Posterior (3, n) and mode (n,) of a table."""
+    columns = table.select("p_ideal", "p_skidding", "p_slipping").to_numpy().T
+    return np.asarray(columns, float), table["mode"].to_numpy()
+
+
+def by_run(world: World, counted: F64, settings: Settings) -> Row:
+    """Scores of the product on the counted rows."""
+    before = time.process_time()
+    replay = replayed_tables(world, settings)
+    spent = time.process_time() - before
+    true = world.truth.mode[counted]
+    found: Row = {"cpu_s": spent}
+    for name, table in zip(("causal", "hindsight"), replay, strict=True):
+        posterior, mode = answers(table)
+        found[name] = scores(posterior[:, counted], true, mode[counted])
+    return found
+
+
+def replayed_tables(world: World, settings: Settings) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """Samples and hindsight of the log."""
+    from wmr_replay.jobs.replay import MemorySource, Replay
+    from wmr_replay.pipeline.engine import Engine
+    from wmr_replay.pipeline.model_effects import ReplayModel
+
+    replay = Replay(MemorySource(world.log, "log"), Engine(settings, ReplayModel(world.log.robot)))
+    samples = pl.concat(list(replay.samples()))
+    return samples, pl.concat(list(replay.hindsight()))
+
+
+def judged(case: Case, most: int, settings: Settings) -> Row:
+    """One log: product and yardstick."""
+    world = simulated(case)
+    counted = world.truth.t_s >= SETTLED_S
+    row: Row = {"family": case.family, "plant": case.plant, "noise": case.noise, "seed": case.seed}
+    around = world.conditions
+    row |= {"disturbance": around.disturbance_mps2, "wobble": around.wobble_share > 0}
+    row |= by_run(world, counted, settings)
+    if most:
+        before = time.process_time()
+        model = linear_model(world)
+        causal, smoothed = told_posteriors(model, switch_rates(case.family), most)
+        true = world.truth.mode[counted]
+        for name, posterior, behind in (("causal", causal, True), ("hindsight", smoothed, False)):
+            rows = to_rows(posterior, world.log.pose.t_ns, model.rows, behind=behind)
+            row["told_" + name] = scores(rows[:, counted], true)
+        row["told_cpu_s"] = time.process_time() - before
+    return row
+
+
+KINDS = ("causal", "told_causal", "hindsight", "told_hindsight")
+
+
+def table(rows: list[Row]) -> str:
+    """Means by family and plant, by noise, by disturbance and wobble, over all."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        level = "above" if row["disturbance"] >= 0.01 else "below"
+        for key in (
+            f"{row['family']} / {row['plant']}",
+            row["noise"],
+            f"disturbance {level} .01",
+            "wobble" if row["wobble"] else "no wobble",
+            "all",
+        ):
+            groups.setdefault(key, []).append(row)
+    lines = [
+        "| logs of | n | causal | told | less | hindsight | told | less | ece causal | ece hindsight | ece told |",
+        "|" + " --- |" * 11,
+    ]
+    for key in sorted(groups, key=lambda k: (k == "all", k.split()[-1].isalpha(), k)):
+        cells = []
+        for kind in KINDS:
+            cells.append(np.mean([row[kind]["accuracy"] for row in groups[key] if kind in row]))
+        ece = [
+            np.mean([row[kind]["ece"] for row in groups[key] if kind in row])
+            for kind in ("causal", "hindsight", "told_hindsight")
+        ]
+        parts = [cells[0], cells[1], cells[1] - cells[0], cells[2], cells[3], cells[3] - cells[2], *ece]
+        lines.append(
+            f"| {key} | {len(groups[key])} | " + " | ".join(f"{value:.3f}" for value in parts) + " |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Judge the logs of a part of the split, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--split", choices=("develop", "report"), default="develop")
+    parser.add_argument("--logs", type=int, default=3, help="per family and plant, shared among the noises")
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--family", choices=sorted(FAMILIES))
+    parser.add_argument("--seconds", type=float, default=90.0)
+    parser.add_argument("--most", type=int, default=MOST, help="histories of the yardstick; 0: none")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--show", type=Path)
+    asked = parser.parse_args()
+    if asked.show:
+        print(table([json.loads(line) for line in asked.show.read_text(encoding="utf-8").splitlines()]))
+        return
+    split, rows = part(asked.split), []
+    for plant, family in split.cells:
+        if asked.family not in (None, family):
+            continue
+        for k in range(asked.logs):
+            noise, seed = list(NOISE_LEVELS)[k % len(NOISE_LEVELS)], asked.first_seed + k
+            split.check(plant, family, seed)
+            row = judged(Case(plant, family, noise, "", seed, asked.seconds), asked.most, Settings())
+            rows.append(row)
+            print(json.dumps(row), file=sys.stderr, flush=True)
+            if asked.out:
+                asked.out.parent.mkdir(parents=True, exist_ok=True)
+                with asked.out.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps(row) + "\n")
+    print(table(rows))
+
+
+if __name__ == "__main__":
+    main()
