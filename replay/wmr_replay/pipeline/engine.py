@@ -117,6 +117,7 @@ class Engine:
             steered=self._steered,
             wheels_alone=self._wheels_alone,
         )
+        self.note = self.note or self.settings.lacks(self.told_by)
         settings = self.settings.told_by(self.told_by)
         self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)
