@@ -256,8 +256,12 @@ class ModeSettingsWheelSpeed:
 class TermSettings:
     """Terms of the dictionary, which are tried beside the effects of the library."""
 
-    fitted_in_full: int = 3
-    """Best terms that are fitted in full. Numerics: the motion is linear in a term."""
+    least_share: float = 0.01
+    """Least size of a term, as a share of the speed or the yaw rate. Physics: a tyre's elastic slip is .3 %
+    of the speed where it accelerates by 1 m/s²."""
+
+    fitted_in_full: int = 2
+    """Best terms of each channel that are fitted in full. Numerics: the motion is linear in a term."""
 
     most: int = 2
     """Most terms that are looked for. Judgement: three would be a table, not an explanation."""
