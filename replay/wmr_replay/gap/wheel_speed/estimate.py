@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.gap.wheel_speed.bins import Bins
+from wmr_replay.gap.wheel_speed.candidates import STAMPED
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noise, weights_of
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
-STAMPED = ("pose_delay", "slip_ratio", "input_delay")
-"""Effects that a stamp within a step of the wheels' speeds looks like."""
 Noises = tuple[Noise, Noise, Noise]
 
 
