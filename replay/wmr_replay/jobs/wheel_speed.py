@@ -28,6 +28,8 @@ Run = TypeVar("Run")
 NO_EFFORT = "no row has an effort"
 """The words of a log whose torque channel is empty."""
 WHEEL_SPEED = "wheel_speed"
+SAME_LENGTH = 0.01
+"""Relative difference of a length that two logs state of one robot."""
 TRY_LONGER = (
     "An analysis of wheel speeds needs half a minute or so of driving with turns, a pose, and wheel speeds "
     "throughout. `wmr-replay info {path}` says what the log holds."
@@ -83,9 +85,24 @@ def read_all(
         wholes.append(with_measured_poses(whole))
         findings += list(found)
         notes += wholes[-1].notes if len(paths) == 1 else [f"{path.name}: {n}" for n in wholes[-1].notes]
+    check_one_robot(paths, wholes)
     hashes = [whole.sha256 for whole in wholes]
     sha256 = hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest()
     return Read(tuple(wholes), tuple(findings), tuple(notes), sha256)
+
+
+def check_one_robot(paths: Sequence[LogPath], wholes: Sequence[WholeLog]) -> None:
+    """Raises LogUnusable where two logs state different lengths of the robot."""
+    first = wholes[0].log.robot
+    for path, whole in zip(paths[1:], wholes[1:], strict=True):
+        for key in ("wheel_radius_m", "half_track_m"):
+            own, other = getattr(whole.log.robot, key), getattr(first, key)
+            if own is not None and other is not None and abs(own / other - 1) > SAME_LENGTH:
+                raise LogUnusable(
+                    path,
+                    f"states {key} {own:g}, and {paths[0].name} {other:g}: they are of two robots",
+                    "Logs of one robot are one data set; give its lengths in [robot] of --map FILE.",
+                )
 
 
 def analyse_wheel_logs(
