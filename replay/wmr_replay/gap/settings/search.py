@@ -86,7 +86,8 @@ class ModeSettings:
     most of a drive, while a yaw that is off looks like a skid that never ends."""
 
     much_slip: float = 0.02
-    """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
+    """Share of the log called slipping from which slipping is doubted. Judgement: two seconds of ninety. What
+    is found without slipping must be more likely than the slipping."""
 
     rival_share: float = 1 / 3
     """Share of the best score from which another candidate is a preliminary model too. Patrol benchmark."""
