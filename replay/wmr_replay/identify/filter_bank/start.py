@@ -51,8 +51,8 @@ def start_hypotheses(
         variance = disturbances_mps2[level] ** 2
         hypotheses.covariance[n, AHEAD, AHEAD] = variance
         hypotheses.covariance[n, AROUND, AROUND] = variance / half_track_m**2
-        share *= PRIORS.starts_rolling if mode == IDEAL else (1 - PRIORS.starts_rolling) / (n_modes - 1)
-        hypotheses.log_weight[n] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(share)
+        starts = PRIORS.starts_rolling if mode == IDEAL else (1 - PRIORS.starts_rolling) / (n_modes - 1)
+        hypotheses.log_weight[n] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(share * starts)
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
             hypotheses.mean[n, V_LAT] = 0.0
             hypotheses.covariance[n, V_LAT] = hypotheses.covariance[n, :, V_LAT] = 0.0
