@@ -82,7 +82,7 @@ def told(effort: float, gain: float, variance: float) -> float:
 
 @lean
 def creep_sideways(mean: F64, covariance: F64, dt: float) -> None:
-    """Tyres that grip give way a little in a curve: how much is not known, and makes the position uncertain."""
+    """Tyres that grip give way a little in a curve. How much is not known: the position becomes uncertain."""
     creep = ELASTIC_S * mean[V_LONG] * mean[OMEGA]
     variance = 2.0 * ELASTIC_LASTS_S * creep * creep * dt
     sin, cos = math.sin(mean[PSI]), math.cos(mean[PSI])
