@@ -98,6 +98,71 @@ def aisles(duration_s: float, rng: np.random.Generator) -> Profile:
     return ramped(lengths, (slow, turning), (np.full(3 * n, 0.5), np.full(3 * n, 1.5)))
 
 
+def manoeuvres(duration_s: float, rng: np.random.Generator) -> Profile:
+    """Three-point turns between slaloms: arcs ahead and back with a halt between two, then steering left and
+    right in a sine at speed.
+    """
+    n = int(np.ceil(duration_s / 2.0)) + 1
+    starts_s = np.cumsum(rng.uniform(2.0, 5.0, n))
+    backs, slaloms = np.arange(n) % 5 == 1, np.arange(n) % 5 >= 3
+    speed = np.where(slaloms, rng.uniform(0.7, 1.5, n), rng.uniform(0.3, 0.8, n)) * np.where(backs, -1.0, 1.0)
+    turning = rng.uniform(0.3, 1.0, n) * either(rng, n)
+    waves_s, halt_s, rise_s = rng.uniform(1.8, 5.0, n), rng.uniform(0.1, 0.8, n), rng.uniform(0.2, 0.7, n)
+
+    def profile(t_s: F64) -> tuple[F64, F64]:
+        leg = np.minimum(np.searchsorted(starts_s, t_s, side="right"), n - 1)
+        since_s = t_s - np.concatenate([[0.0], starts_s])[leg]
+        grown = np.clip((since_s - halt_s[leg]) / rise_s[leg], 0.0, 1.0)
+        left = np.clip((starts_s[leg] - t_s) / rise_s[leg], 0.0, 1.0)
+        share = np.minimum(grown, left)
+        wave = np.where(slaloms[leg], np.sin(2 * np.pi * since_s / waves_s[leg]), 1.0)
+        return share * speed[leg], share * turning[leg] * wave
+
+    return profile
+
+
+def docking(duration_s: float, rng: np.random.Generator) -> Profile:
+    """Figures of eight, then slowly up to a dock, a stop, and backwards out of it on an arc."""
+    n = int(np.ceil(duration_s / 12.0)) + 1
+    rate, cruise = rng.uniform(0.5, 1.1, n), rng.uniform(0.3, 0.9, n)
+    side, arc, still = either(rng, n), 2 * np.pi / rate * rng.uniform(0.5, 1.0, n), np.zeros(n)
+    back, out = -rng.uniform(0.3, 0.6, n), rng.uniform(0.3, 0.9, n) * either(rng, n)
+    lengths = [arc, arc, rng.uniform(2.0, 3.5, n), rng.uniform(1.0, 2.0, n), rng.uniform(2.0, 3.5, n)]
+    speed = [cruise, cruise, rng.uniform(0.15, 0.3, n), still, back]
+    turning = [side * rate, -side * rate, still, still, out]
+    return legs(lengths, speed, turning, (0.7, 2.0))
+
+
+def perimeter(duration_s: float, rng: np.random.Generator) -> Profile:
+    """Along a fence for 10 to 20 s, hardly steering; its few corners are tight and all to one side."""
+    n = int(np.ceil(duration_s / 10.0)) + 1
+    side, rate, halves = float(rng.choice((-1.0, 1.0))), rng.uniform(0.9, 1.7, n), rng.uniform(5.0, 10.0, n)
+    cruise, weave = rng.uniform(0.6, 1.3, n), rng.uniform(-0.05, 0.05, n)
+    lengths = [halves, halves, 0.5 * np.pi / rate]
+    return legs(
+        lengths, [cruise, cruise, rng.uniform(0.1, 0.25, n)], [weave, -weave, side * rate], (0.8, 2.5)
+    )
+
+
+def orchard(duration_s: float, rng: np.random.Generator) -> Profile:
+    """Up a row and down the next with a weave, half a circle at its end; here and there a stop and back."""
+    n = int(np.ceil(duration_s / 10.0)) + 1
+    cruise, rate, weave = rng.uniform(0.4, 0.9, n), rng.uniform(0.5, 0.9, n), rng.uniform(0.05, 0.2, n)
+    side, stops = np.where(np.arange(n) % 2 == 0, 1.0, -1.0), rng.uniform(0.0, 1.0, n) < 1 / 3
+    parts, still = [rng.uniform(2.0, 4.0, n) for _ in range(3)], np.zeros(n)
+    back = [np.where(stops, 1.5, 0.05), np.where(stops, 2.0, 0.05)]
+    lengths = [*parts, *back, np.pi / rate]
+    speed = [cruise] * 3 + [np.where(stops, 0.0, cruise), np.where(stops, -0.3, cruise), 0.6 * cruise]
+    turning = [weave, -1.5 * weave, 0.5 * weave, still, still, side * rate]
+    return legs(lengths, speed, turning, (0.6, 1.5))
+
+
+def legs(lengths_s: list[F64], speed: list[F64], turning: list[F64], rates: tuple[float, float]) -> Profile:
+    """Rounds of legs, each a list of (n,) by leg, on ramps of ``rates`` in m/s² and rad/s²."""
+    lengths, v_mps, yaw = (np.stack(part, axis=1).ravel() for part in (lengths_s, speed, turning))
+    return ramped(lengths, (v_mps, yaw), (np.full(len(lengths), rates[0]), np.full(len(lengths), rates[1])))
+
+
 FAMILIES: dict[str, Driver] = {
     "patrol": held((2.5, 6.0), patrol, ((0.5, 1.2), (1.0, 2.0))),
     "stop-and-go": held((2.0, 4.5), stop_and_go, ((0.6, 2.0), (1.0, 2.5))),
@@ -105,6 +170,10 @@ FAMILIES: dict[str, Driver] = {
     "wander": held((1.0, 2.5), wander, ((0.8, 2.5), (1.5, 4.0))),
     "teleop": teleop,
     "aisles": aisles,
+    "manoeuvres": manoeuvres,
+    "docking": docking,
+    "perimeter": perimeter,
+    "orchard": orchard,
 }
 SKID_STEER_PACE = 0.8
 

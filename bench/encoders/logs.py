@@ -18,6 +18,7 @@ from wmr_synth.wheel_speed.chassis import CHASSIS, NOMINAL_ERROR, SKID_STEER, Ch
 from wmr_synth.wheel_speed.encoders import EncoderSensors
 from wmr_synth.wheel_speed.ground import DRY, ICY
 from wmr_synth.wheel_speed.plan import CommandsAs, RollingPlan
+from wmr_synth.wheel_speed.torques import TorquesAs
 
 DURATION_S = 90.0
 RADIUS_M, HALF_TRACK_M = (0.08, 0.17), (0.18, 0.35)
@@ -36,6 +37,7 @@ def made(  # noqa: PLR0913 – one call says what a log is
     commands: CommandsAs = "wheels",
     duration_s: float = DURATION_S,
     sensors: EncoderSensors | None = None,
+    torques: TorquesAs = "none",
 ) -> SimulatedLog:
     """A log of 100 Hz with encoders of 2048 ticks, unless ``sensors`` says more than the pose's noise.
 
@@ -53,6 +55,7 @@ def made(  # noqa: PLR0913 – one call says what a log is
         commands: How the log holds the commands.
         duration_s: Length.
         sensors: Rates and ticks; the pose's noise is that of ``noise`` all the same.
+        torques: How the log holds the torques of the wheels.
     """
     rng = np.random.default_rng([seed, 1])
     kind, nominal = chassis_of(CHASSIS[chassis], rng, calibrated=calibrated)
@@ -63,6 +66,7 @@ def made(  # noqa: PLR0913 – one call says what a log is
         nominal_error=0.0 if calibrated else NOMINAL_ERROR,
         textbook=textbook,
         commands=commands,
+        torques=torques,
     )
     xy_m, yaw_rad = NOISE_LEVELS[noise]
     measured = replace(sensors or EncoderSensors(), noise_xy_sd_m=xy_m, noise_yaw_sd_rad=yaw_rad)

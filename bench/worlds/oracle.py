@@ -14,6 +14,9 @@ a refusal is right. It is right, too, where the effect moves the path by less th
 
 Traction that is lost in a time or place may be the model's own slipping: where that is as near, ``slipping``
 stands among the rivals.
+
+The first plant's actuator lag has two poles. It is neither the declared lag of one pole nor a delay, but lies
+between them: a tool that says both says what there is. A delay alone stays wrong.
 """
 
 from collections.abc import Iterator
@@ -35,6 +38,8 @@ NO_NAME = ("undeclared_skid",)
 """Never right where modes are identified: the true modes hold every skid."""
 LOCAL_LOSS = ("slip_interval", "low_friction_patch")
 LOCAL = (*LOCAL_LOSS, "load_step")
+BETWEEN_FORMS = {(1, "actuator_lag"): "input_delay"}
+"""By plant and effect, the declared form beside the effect's own between which the hidden one lies."""
 NONNEGATIVE = (0.0, np.inf)
 NEAR = (0.8, 1.25)
 """A curve at a grid value stands for its neighbours: its size may be that of the next value."""
@@ -189,5 +194,7 @@ def judged(world: World) -> Judgement:
         rivals["slip_interval"] = nearest_interval(g, columns[:, place : place + len(pieces)])
     if last:
         rivals[SLIPPING] = float(np.sum((g - columns[:, -1]) ** 2))
+    if (world.case.plant, name) in BETWEEN_FORMS:
+        rivals[BETWEEN_FORMS[world.case.plant, name]] = 0.0
     rivals |= dict.fromkeys(exact_class(name) & set(effects_of("torque")), 0.0)
     return Judgement(float(g @ g), moved_m(steps, hidden, TOLERANCE_S), rivals)

@@ -11,6 +11,7 @@ import tomli_w
 from wmr_schemas.effects import UNNAMED_PREFIX, catalogue
 from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
+from wmr_schemas.slip_terms import is_slip_term, parse_slip_term
 from wmr_schemas.terms import COEFFICIENT, parse_term
 from wmr_schemas.text import toml_shown
 from wmr_schemas.tomlfile import check_keys, expect_table, expect_text, read_toml
@@ -72,6 +73,15 @@ class Provenance:
     base_model: str = field(
         default="",
         metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do"),
+    )
+    base_log: str = field(
+        default="",
+        metadata=described("–", "the simulator's log that the base was calibrated on, where there is one"),
+    )
+    base_log_sha256: str = field(default="", metadata=described("–", "hash of that log"))
+    base_effects: str = field(
+        default="",
+        metadata=described("–", "JSON: the effects that the simulator itself shows, as in `[[effects]]`"),
     )
 
 
@@ -171,7 +181,7 @@ def parameters_of(path: Path, place: str, name: str) -> tuple[str, ...]:
     if name in catalogue():
         return tuple(catalogue()[name].parameters)
     try:
-        parse_term(name)
+        (parse_slip_term if is_slip_term(name) else parse_term)(name)
     except InvalidTerm as error:
         raise InvalidFile(path, f"{place} name", str(error)) from error
     return (COEFFICIENT,)

@@ -147,8 +147,9 @@ def channels_of(
         )
         channels.append(made)
     if log.torque is not None:
-        channels.append(torque_channel(codec, log.torque, angles))
-    elif log.wheels is not None:
+        together = log.wheels is None or bool(np.isfinite(log.torque.left_radps).any())
+        channels.append(torque_channel(codec, log.torque, angles if together else None))
+    if log.wheels is not None and (log.torque is None or not together):
         channels.append(wheel_channel(codec, log.wheels, angles))
     return [*channels, pose_channel(codec, log.pose)]
 

@@ -33,6 +33,7 @@ STREAMS = (
     "robot",
     "ground",
     "roughness",
+    "drivetrain",
 )
 NOISE_LEVELS = {"mocap": (0.001, 0.002), "rtk": (0.01, 0.005), "poor": (0.05, 0.02)}
 """Standard deviations of a pose sample in m and rad: motion capture, satellites, and worse."""

@@ -24,9 +24,16 @@ from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled_loop import simulate
 from wmr_synth.scenarios import SCENARIOS, Scenario
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
-from wmr_synth.wheel_speed.encoders import OF_TORQUES, EncoderSensors, measure_wheels, rates_hz
+from wmr_synth.wheel_speed.encoders import (
+    OF_TORQUES,
+    EncoderSensors,
+    measure_efforts,
+    measure_wheels,
+    rates_hz,
+)
 from wmr_synth.wheel_speed.log import drive
 from wmr_synth.wheel_speed.plan import CommandsAs, RollingPlan
+from wmr_synth.wheel_speed.torques import TorquesAs
 
 MIN_DURATION_S = 0.001
 MAX_MESSAGES = 50_000_000
@@ -70,15 +77,16 @@ def synthesise(  # noqa: PLR0913 – one call says what a log is
     wrong_modes: float = 0.0,
     nominal_error: float | None = None,
     commands_as: CommandsAs | None = None,
+    torques_as: TorquesAs | None = None,
 ) -> SimulatedLog:
     """Simulate a scenario and measure it, by itself with the scenario's own duration, sensors and robot.
 
     ``world`` holds what the robot's parameters do not say (effects, disturbance); without one a disturbed
     scenario has its disturbance. ``wrong_modes`` is the share of pose samples at which the mode channel errs.
-    ``nominal_error`` and ``commands_as`` change the plan of a robot that wheel speeds drive, whose nominal
-    lengths are those of ``robot``. The same arguments give the same log, bit for bit. Raises InvalidSetting
-    for an unknown scenario, a duration below 1 ms or beyond memory, a negative seed, or a robot that lacks
-    what the modes need.
+    ``nominal_error``, ``commands_as`` and ``torques_as`` change the plan of a robot that wheel speeds drive,
+    whose nominal lengths are those of ``robot``. The same arguments give the same log, bit for bit. Raises
+    InvalidSetting for an unknown scenario, a duration below 1 ms or beyond memory, a negative seed, or a
+    robot that lacks what the modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors
@@ -87,10 +95,12 @@ def synthesise(  # noqa: PLR0913 – one call says what a log is
     duration_s = chosen.duration_s if duration_s is None else duration_s
     check_size(seed, duration_s, sensors)
     if isinstance(chosen.plan, RollingPlan):
-        rolling = changed_plan(chosen.plan, nominal_error, commands_as)
+        rolling = changed_plan(chosen.plan, nominal_error, commands_as, torques_as)
         return rolling_log(chosen.name, rolling, robot, world, sensors, duration_s, seed, wrong_modes)
     if nominal_error is not None or commands_as is not None:
         raise InvalidSetting(f"{chosen.name} is driven by torques: it has no commands and no nominal error")
+    if torques_as is not None:
+        raise InvalidSetting(f"{chosen.name} is driven by torques: its log always holds them")
     world.check_base("torque")
     plan = chosen.plan(duration_s, stream(seed, "scenario"))
     pose_ns = sampling_instants(duration_s, sensors.rate_hz, sensors.jitter_s, stream(seed, "pose_jitter"))
@@ -110,12 +120,22 @@ def synthesise(  # noqa: PLR0913 – one call says what a log is
     return measure(motion, (torque_ns, pose_ns), sensors, seed, labels, robot, facts, world.effects)
 
 
-def changed_plan(plan: RollingPlan, nominal_error: float | None, commands: CommandsAs | None) -> RollingPlan:
-    """The plan with another nominal error and another way to hold the commands, where given."""
+def changed_plan(
+    plan: RollingPlan,
+    nominal_error: float | None,
+    commands: CommandsAs | None,
+    torques: TorquesAs | None,
+) -> RollingPlan:
+    """The plan with another nominal error and other ways to hold commands and torques, where given."""
     if nominal_error is not None and not 0 <= nominal_error < 0.5:
         raise InvalidSetting(f"the nominal error is a share from 0 to 0.5, not {nominal_error}")
     error = plan.nominal_error if nominal_error is None else nominal_error
-    return replace(plan, nominal_error=error, commands=commands or plan.commands)
+    return replace(
+        plan,
+        nominal_error=error,
+        commands=commands or plan.commands,
+        torques=torques or plan.torques,
+    )
 
 
 def rolling_log(
@@ -133,16 +153,21 @@ def rolling_log(
     if not isinstance(sensors, EncoderSensors):
         raise InvalidSetting(f"{name} needs EncoderSensors: it records wheel speeds")
     driven = drive(plan, robot, world, sensors, duration_s, seed)
-    switches, robot = switches_of(driven.motion), driven.robot.nominal
+    switches, robot = switches_of(driven.motion), driven.stated
     modes = ModeTrack(START_NS + switches.t_ns, switches.mode)
     facts = describe(name, seed, duration_s, sensors, robot, modes) | driven.facts()
     facts |= describe_world(driven.world, "wheel_speed") | {"commands": plan.commands}
     facts |= {"wrong_modes": wrong_modes} if wrong_modes else {}
     labels = mislabelled(modes, START_NS + driven.pose_ns, wrong_modes, stream(seed, "labels"))
     pose, kept = measure_pose(driven.seen(), sensors, seed, START_NS)
-    wheels, angles = measure_wheels(driven.motion.at(driven.wheel_ns), sensors, seed, START_NS)
+    at_wheels = driven.motion.at(driven.wheel_ns)
+    wheels, angles = measure_wheels(at_wheels, sensors, seed, START_NS)
+    torque = None
+    if plan.torques != "none":
+        together = plan.torques == "together"
+        torque = measure_efforts(at_wheels, wheels, sensors, seed, together=together)
     sent = None if plan.commands == "none" else driven.commands_from(START_NS)
-    log = Log(pose, None, labels, robot, wheels, sent)
+    log = Log(pose, torque, labels, robot, wheels, sent)
     return SimulatedLog(log, driven.motion.at(driven.pose_ns).take(kept), angles, facts, plan.commands)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from wmr_schemas.effects import EFFECTS, UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Model
+from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import parse_term
 
 TIMED = tuple(name for name, effect in EFFECTS.items() if effect.extent == "time")
@@ -20,7 +21,8 @@ def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[s
     if base is None:
         return None, ()
     for effect in base.effects:
-        if effect.name.startswith(UNNAMED_PREFIX) and parse_term(effect.name).channel == "lateral":
+        unnamed = effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
+        if unnamed and parse_term(effect.name).channel == "lateral":
             raise InvalidSetting(
                 f"a base model cannot hold {effect.name}, for lateral terms; take it out of the model file"
             )

@@ -5,6 +5,7 @@ knows the robot, needs none of that: the same rows, repaired alike, go through t
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +32,11 @@ class ModesInHindsight(NamedTuple):
     posterior: F64
 
 
-def modes_in_hindsight(log: Log, model: ReplayModel, settings: Settings | None = None) -> ModesInHindsight:
-    """The modes of ``log`` by ``model``, whose α is known and which has no accelerations of users' effects.
+def modes_in_hindsight(
+    log: Log, model: ReplayModel, settings: Settings | None = None, *, alpha_sd: float | None = None
+) -> ModesInHindsight:
+    """The modes of ``log`` by ``model``, whose α is known, its logarithm to ``alpha_sd`` (default: the
+    bank's), and which has no accelerations of users' effects.
 
     There is no interval where the log is too short for the bank to start.
     """
@@ -45,9 +49,10 @@ def modes_in_hindsight(log: Log, model: ReplayModel, settings: Settings | None =
     stretch = rows.part(slice(n_stretch))
     levels = initial_levels(stretch.without_outliers())
     settings_of_bank = BankSettings()
-    bank = Bank(
-        torque_model(model.robot, settings_of_bank, model.terms), levels.step_s, settings_of_bank, N_MODES
-    )
+    driven = torque_model(model.robot, settings_of_bank, model.terms)
+    if alpha_sd is not None:
+        driven = replace(driven, prior=driven.prior._replace(ln_alpha_sd=alpha_sd))
+    bank = Bank(driven, levels.step_s, settings_of_bank, N_MODES)
     pieces = list(first_pass(bank, rows, Repairing(levels, stretch, settings.noise_time_constant_s)))
     second = bank.looking_back(settings.hindsight_lag_s)
     found = [] if second is None else [*(second.push(bins) for bins in pieces), second.finish()]

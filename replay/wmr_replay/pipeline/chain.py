@@ -22,7 +22,7 @@ from wmr_replay.pipeline.jumps_told import JumpsTold
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.repairing import Repairing
-from wmr_replay.pipeline.settings import NO_IDENTIFIER, WHEEL_BANK, Settings
+from wmr_replay.pipeline.settings import JOINT_BANK, NO_IDENTIFIER, WHEEL_BANK, Settings
 from wmr_replay.pipeline.stretch import initial_levels
 from wmr_replay.quality import Observed, Quality
 from wmr_replay.quality.monitors import default_monitors
@@ -105,7 +105,7 @@ class Chain:
             looking_back,
             min_confidence=self._settings.min_confidence,
             all_modes=self._all_modes,
-            by_wheel_speeds=self._settings.identifier == WHEEL_BANK,
+            by_wheel_speeds=self._settings.identifier in (WHEEL_BANK, JOINT_BANK),
         )
 
     def push(self, rows: SampleBatch) -> list[Columns]:

@@ -23,6 +23,7 @@ from wmr_schemas.effects.own import Columns
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
 
 EFFECTS = effects_of("torque")
@@ -62,6 +63,7 @@ class ReplayModel:
             change_pose(batch.pose, self.effects, start_ns),
             change_torque(batch.torque, self.effects),
             batch.mode,
+            wheels=batch.wheels,
         )
 
     @property
@@ -105,13 +107,15 @@ def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
 
 def is_left_out(effect: Effect) -> bool:
     """Whether it is an effect of the wheel-speed base that the identifier has no state for."""
+    if is_slip_term(effect.name):
+        return True
     return effect.name in OF_WHEELS and effect.name not in EFFECTS and effect.name not in PARAMETER_OF
 
 
 def check_needs(effects: Iterable[Effect], robot: RobotParameters) -> None:
     """The robot has the parameters that the effects need. Raises InvalidSetting naming one that it lacks."""
     for effect in effects:
-        unnamed = effect.name.startswith(UNNAMED_PREFIX)
+        unnamed = effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
         if unnamed and parse_term(effect.name).channel == "yaw" and not robot.half_track_m:
             raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
         if effect.name == "wheel_viscous" and robot.wheel_radius_m is None:
@@ -146,7 +150,7 @@ def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
     products = [
         [CHANNELS.index(term.channel), effect.parameters[COEFFICIENT], *term.powers]
         for effect in effects
-        if effect.name.startswith(UNNAMED_PREFIX)
+        if effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
         for term in [parse_term(effect.name)]
     ]
     terms = Terms(

@@ -31,6 +31,8 @@ from wmr_synth.wheel_speed.drive import (
     LOST_L,
     LOST_LAT,
     LOST_R,
+    PULL_L,
+    PULL_R,
     ROUGH_LAT,
     ROUGH_LONG,
     ROUGH_TURN,
@@ -171,6 +173,7 @@ def slide(  # noqa: PLR0913, PLR0917 – compiled
     work[2] = state[SKID] + dt * (push[1] - state[V] * yaw_rate)
     forces((v_wanted, turn_wanted), work, mu, dt, rig, work[3:])
     f_right, f_left = work[3], work[4]
+    state[PULL_R], state[PULL_L] = f_right, f_left
     state[A_LONG] = carried + f_right + f_left
     turning = push[2] + (f_right - f_left) / rig.yaw_inertia
     state[YAW_ACC] = turning / rig.half_track_m

@@ -19,10 +19,11 @@ X, Y, YAW, V, TURN, SKID, PHI_R, PHI_L, W_R, W_L = range(10)
 TARGET_R, TARGET_L, LAG_R, LAG_L = 10, 11, 12, 13
 DEFLECTED, BUILT_UP, ROUGH_LONG, ROUGH_LAT, ROUGH_TURN = 14, 15, 16, 17, 18
 A_LONG, YAW_ACC, V_LAT, SLIP_R, SLIP_L, LOST_R, LOST_L, LOST_LAT = 19, 20, 21, 22, 23, 24, 25, 26
-N_STATES = 27
+PULL_R, PULL_L, SPIN_R, SPIN_L = 27, 28, 29, 30
+N_STATES = 31
 """Pose; v_long, l_e·yaw_rate, and the sideways velocity by friction; wheel angles and speeds; states of the
-drive; states of the slip. Derived: accelerations, v_lat, slip velocities at the wheels, and the slip that is
-not the robot's own, at the wheels and sideways.
+drive; states of the slip. Derived: accelerations, v_lat, slip velocities at the wheels, the slip that is
+not the robot's own, at the wheels and sideways; specific tractions and angular accelerations of the wheels.
 """
 
 
@@ -98,6 +99,7 @@ def turn_wheel(wheel: int, u: float, dt: float, state: F64, rig: Rig, h: Rolling
     The hidden lag has two poles of T/2 each, the second with the drive's own lag; plain one of T.
     """
     target, lag, speed, angle = TARGET_R + wheel, LAG_R + wheel, W_R + wheel, PHI_R + wheel
+    spin = SPIN_R + wheel
     most = dt * min(rig.acceleration_radps2, h.acceleration_mps2 / rig.stated_radius_m)
     before = state[target]
     state[target] += max(-most, min(most, u - before))
@@ -109,4 +111,5 @@ def turn_wheel(wheel: int, u: float, dt: float, state: F64, rig: Rig, h: Rolling
     was = state[speed]
     behind_s = rig.lag_s + (0.0 if h.plain else 0.5 * h.lag_s)
     state[speed] += share_of(dt, behind_s) * (through - was)
+    state[spin] = (state[speed] - was) / dt
     state[angle] += 0.5 * dt * (was + state[speed])

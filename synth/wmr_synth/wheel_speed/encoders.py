@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.signals import WheelSpeedTrack
+from wmr_schemas.signals import TorqueTrack, WheelSpeedTrack
 from wmr_synth.plants.motion import Motion
 from wmr_synth.sensors import Sensors, arrived, measured, stream
 
@@ -66,3 +66,22 @@ def measure_wheels(
     t_ns: I64 = start_ns + round(sensors.clock_offset_s * NS_PER_S) + motion.t_ns[1:][kept]
     left, right = (position[1:][kept] for position in positions)
     return WheelSpeedTrack(t_ns, speeds[0][kept], speeds[1][kept]), (left, right)
+
+
+def measure_efforts(
+    motion: Motion, wheels: WheelSpeedTrack, sensors: EncoderSensors, seed: int, *, together: bool
+) -> TorqueTrack:
+    """Torques as logged at the stamps of the ``wheels``, of the motion at the encoders' instants; with the
+    wheel speeds where both are in one message.
+    """
+    kept = arrived(len(motion.t_ns) - 1, sensors.dropout, stream(seed, "torque_dropout"))
+    left, right = (
+        measured(effort[1:], sensors.noise_effort_sd_nm, seed, name)[kept]
+        for effort, name in (
+            (motion.effort_left_nm, "effort_left"),
+            (motion.effort_right_nm, "effort_right"),
+        )
+    )
+    unknown = np.full(len(wheels), np.nan)
+    speeds = (wheels.left_radps, wheels.right_radps) if together else (unknown, unknown)
+    return TorqueTrack(wheels.t_ns, left, right, *speeds)

@@ -36,6 +36,10 @@ class Floor:
     """Share of the grip that holds sideways on slippery ground: less on sand or wet grass than on ice."""
     one_side: float = 0.2
     """Share of the slippery stretches that are so under one side, the other has √(dry·slippery)."""
+    uneven: float = 1.0
+    """Slip by unevenness in that of an ordinary floor."""
+    uneven_tau_s: float = 0.3
+    """Correlation time of the unevenness."""
 
     def drawn(self, duration_s: float, rng: np.random.Generator) -> Ground:
         """A dry floor with stretches of wet or icy ground."""

@@ -22,9 +22,7 @@ from wmr_synth.wheel_speed.encoders import EncoderSensors
 from wmr_synth.wheel_speed.ground import Ground
 from wmr_synth.wheel_speed.loop import Outside, simulate_rolling
 from wmr_synth.wheel_speed.plan import RollingPlan
-
-ROUGH_TAU_S = 0.3
-"""Correlation time of the ground's unevenness."""
+from wmr_synth.wheel_speed.torques import Drivetrain, drawn_drivetrain, true_alpha
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +38,8 @@ class RollingDrive:
     commands: CommandTrack
     pose_ns: I64
     wheel_ns: I64
+    stated: RobotParameters
+    drivetrain: Drivetrain | None = None
 
     def seen(self) -> Motion:
         """The motion as a pose sensor reports it at the pose instants."""
@@ -69,6 +69,8 @@ class RollingDrive:
         rows = np.column_stack([g.t_ns / NS_PER_S, g.left, g.right, g.sideways]).tolist()
         friction = [{k: None if isinf(v) else v for k, v in zip(keys, row, strict=True)} for row in rows]
         facts = {"base_model": "wheel_speed", "true_robot": true, "calibration": calibration}
+        if self.drivetrain is not None:
+            facts |= {"drivetrain": asdict(self.drivetrain) | {"alpha": true_alpha(self.drivetrain, r)}}
         return facts | {"friction": friction}
 
 
@@ -93,16 +95,23 @@ def drive(
     reference = plan.reference(duration_s, command_ns, stream(seed, "scenario"))
     robot = robot_of(plan, nominal, world, seed)
     outside = outside_of(plan, world, robot, duration_s, seed)
+    stated, drivetrain = robot.nominal, None
+    if plan.torques != "none":
+        stated = nominal.overridden_by(stated)
+        drivetrain, stated = drawn_drivetrain(robot, stated, stream(seed, "drivetrain"))
 
     def moved(effects: tuple[Effect, ...]) -> tuple[Motion, Any]:
         looked_at = np.unique(np.maximum(pose_ns - delay_of(effects), 0))
         hidden = rolling_hidden(effects, plain=world.plain)
-        return simulate_rolling(robot, reference, outside, (pose_ns, wheel_ns, looked_at), hidden)
+        seen = pose_ns, wheel_ns, looked_at
+        return simulate_rolling(robot, reference, outside, seen, hidden, drivetrain)
 
     settled = settle(world, lambda effects: moved(effects)[0], seed)
     motion, sent = moved(settled.effects)
     commands = CommandTrack(command_ns, *np.ascontiguousarray(sent.T))
-    return RollingDrive(robot, settled, outside.ground, motion, commands, pose_ns, wheel_ns)
+    return RollingDrive(
+        robot, settled, outside.ground, motion, commands, pose_ns, wheel_ns, stated, drivetrain
+    )
 
 
 def robot_of(plan: RollingPlan, nominal: RobotParameters, world: World, seed: int) -> WheelRobot:
@@ -121,8 +130,8 @@ def outside_of(plan: RollingPlan, world: World, robot: WheelRobot, duration_s: f
     t_ns = np.arange(0, round(duration_s * NS_PER_S), GRID_NS)
     rough = np.zeros((len(t_ns), 3))
     if robot.roughness > 0:
-        steps = np.full(len(t_ns) - 1, GRID_NS / NS_PER_S / ROUGH_TAU_S)
-        rough = unit_ou(steps, stream(seed, "roughness"))
+        steps = np.full(len(t_ns) - 1, GRID_NS / NS_PER_S / plan.floor.uneven_tau_s)
+        rough = plan.floor.uneven * unit_ou(steps, stream(seed, "roughness"))
     return Outside(ground, t_ns, rough, world.disturbance.held(t_ns, stream(seed, "disturbance")))
 
 

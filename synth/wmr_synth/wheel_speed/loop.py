@@ -1,7 +1,7 @@
 """The compiled loop of a robot that wheel speeds drive: driver, drive and contact on one grid of instants."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +20,12 @@ from wmr_synth.wheel_speed.drive import (
     N_STATES,
     PHI_L,
     PHI_R,
+    PULL_L,
+    PULL_R,
     SLIP_L,
     SLIP_R,
+    SPIN_L,
+    SPIN_R,
     TURN,
     V_LAT,
     W_L,
@@ -39,11 +43,13 @@ from wmr_synth.wheel_speed.drive import (
 )
 from wmr_synth.wheel_speed.ground import Ground
 from wmr_synth.wheel_speed.modes import modes_of
+from wmr_synth.wheel_speed.torques import Drivetrain, effort_nm
 
 MAX_STEP_S = 0.001
 RECORDED = (
     *(X, Y, YAW, V, V_LAT, TURN, A_LONG, YAW_ACC, SLIP_R, SLIP_L),
     *(LOST_R, LOST_L, LOST_LAT, PHI_L, PHI_R, W_L, W_R),
+    *(PULL_L, PULL_R, SPIN_L, SPIN_R),
 )
 """The states that a record holds at every instant."""
 
@@ -93,12 +99,18 @@ def rig_of(robot: WheelRobot, h: RollingHidden) -> Rig:
 
 
 def simulate_rolling(
-    robot: WheelRobot, reference: Reference, outside: Outside, seen: tuple[I64, ...], h: RollingHidden
+    robot: WheelRobot,
+    reference: Reference,
+    outside: Outside,
+    seen: tuple[I64, ...],
+    h: RollingHidden,
+    drivetrain: Drivetrain | None = None,
 ) -> tuple[Motion, F64]:
     """The motion at all instants of ``seen`` (sorted, ns since the start), from standing still at the origin;
     and the commanded wheel speeds (m, 2), left and right in rad/s, at the driver's stamps.
 
-    The motion has no efforts (NaN). Its slips are σ_sum = (s_R + s_L)/3 and σ_diff = (s_R − s_L)/3.
+    Without a ``drivetrain`` the motion has no efforts (NaN). Its slips are σ_sum = (s_R + s_L)/3 and
+    σ_diff = (s_R − s_L)/3.
     """
     rig, delay_ns = rig_of(robot, h), h.delay_ns + round(robot.delay_s * NS_PER_S)
     end_ns = max(int(track[-1]) for track in (*seen, reference.t_ns))
@@ -125,7 +137,8 @@ def simulate_rolling(
         np.array(RECORDED),
         record,
     )
-    return motion_of(t_ns, record, rig), sent[1:]
+    motion = motion_of(t_ns, record, rig)
+    return motion if drivetrain is None else driven_by(drivetrain, motion, record, robot), sent[1:]
 
 
 @compiled
@@ -193,4 +206,14 @@ def motion_of(t_ns: I64, record: F64, rig: Rig) -> Motion:
         left_radps=column[W_L],
         right_radps=column[W_R],
         mode=modes_of(column[LOST_LAT], lost, column[V]),
+    )
+
+
+def driven_by(drivetrain: Drivetrain, motion: Motion, record: F64, robot: WheelRobot) -> Motion:
+    """The motion with the torques of its wheels."""
+    column = dict(zip(RECORDED, record, strict=True))
+    return replace(
+        motion,
+        effort_left_nm=effort_nm(column[PULL_L], column[SPIN_L], column[W_L], drivetrain, robot),
+        effort_right_nm=effort_nm(column[PULL_R], column[SPIN_R], column[W_R], drivetrain, robot),
     )

@@ -12,6 +12,7 @@ from wmr_synth.wheel_speed.chassis import NOMINAL_ERROR, Chassis
 from wmr_synth.wheel_speed.drive import Tracking
 from wmr_synth.wheel_speed.ground import ICY, Floor
 from wmr_synth.wheel_speed.loop import Reference
+from wmr_synth.wheel_speed.torques import TorquesAs
 
 CommandsAs: TypeAlias = Literal["wheels", "twist", "none"]
 """How a log holds the commands: as wheel speeds, as a twist by the stated lengths, or not at all."""
@@ -33,6 +34,7 @@ class RollingPlan:
     nominal_error: float = NOMINAL_ERROR
     textbook: bool = False
     commands: CommandsAs = "wheels"
+    torques: TorquesAs = "none"
 
     def reference(self, duration_s: float, command_ns: I64, rng: np.random.Generator) -> Reference:
         """The driver's references at the command stamps."""

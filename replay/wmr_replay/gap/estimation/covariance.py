@@ -27,11 +27,15 @@ def robust_covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
     coloured; its diagonal is never below that of I⁻¹. Source: the sandwich of Huber (1967) and White (1982).
     """
     own = problem.settings.significance
-    psi = fit.psi[problem.train]
     e = np.clip(fit.innovations[problem.train], -own.clip_sd, own.clip_sd)
     block = time_blocks(problem, own.block_s)
-    scores = np.zeros((block.max() + 1, psi.shape[2]))
+    return sandwich(fit.psi[problem.train], e, block), int(block.max()) + 1
+
+
+def sandwich(psi: F64, e: F64, block: I64) -> F64:
+    """The covariance (q, q) of :func:`robust_covariance` from Ψ (n, 3, q), e (n, 3) and the blocks (n,)."""
+    scores = np.zeros((int(block.max()) + 1, psi.shape[2]))
     np.add.at(scores, block, np.einsum("ijk,ij->ik", psi, e))
     inverse = inverse_information(psi)
-    sandwich = inverse @ (scores.T @ scores) @ inverse
-    return np.where(np.eye(len(inverse), dtype=bool), np.maximum(sandwich, inverse), sandwich), len(scores)
+    robust = inverse @ (scores.T @ scores) @ inverse
+    return np.where(np.eye(len(inverse), dtype=bool), np.maximum(robust, inverse), robust)

@@ -1,26 +1,64 @@
 """Excitation gate: do the torques vary enough for a verdict?
 
-Under feedback, torques that hardly vary answer the disturbance, and any effect on the inputs may seem to
-explain it. So the acceleration that the torques command must vary by several times the remaining disturbance.
+Under feedback, torques that hardly vary answer the disturbance. A controller sees the disturbance better than
+the poses do, so that any effect on the inputs seems to explain it, and significantly so. Efforts of several
+times the disturbance's size are no answer to it, but a manoeuvre: an effect must be seen in those alone.
 """
 
 import numpy as np
+from scipy.special import fdtrc
 
+from wmr_replay.gap.estimation.covariance import inverse_information, sandwich
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.evidence.significance import size_columns
 from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
+from wmr_schemas.arrays import F64, Bool
 
 DEAD_ZONE = "torque_deadzone"
 
 
+def commanded(problem: Problem, extension: Extension) -> tuple[F64, F64]:
+    """The accelerations (n,) that the torques ask for in m/s²: α Σu ahead and α_yaw Δu in yaw."""
+    rows, base = extension.rows(problem.binned), extension.base
+    left, right = rows[:, Row.LEFT], rows[:, Row.RIGHT]
+    return base.alpha * (right + left), base.alpha_yaw * (right - left)
+
+
 def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) -> tuple[float, float]:
     """Standard deviation of α Σu over the disturbance's ahead, and of α_yaw Δu over that in yaw."""
-    rows, base = extension.rows(problem.binned)[problem.train], extension.base
-    ahead = base.alpha * float(np.std(rows[:, Row.RIGHT] + rows[:, Row.LEFT]))
-    turning = base.alpha_yaw * float(np.std(rows[:, Row.RIGHT] - rows[:, Row.LEFT]))
+    ahead, turning = (float(np.std(a[problem.train])) for a in commanded(problem, extension))
     return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
+
+
+def manoeuvres(problem: Problem, fit: Fit) -> Bool:
+    """The fitted rows (n,) in which the torques ask for more than an answer to the disturbance would, and
+    those shortly after, which show what came of it.
+    """
+    own, noise, t_s = problem.settings.excitation, fit.noise, problem.binned.t_s
+    ahead, turning = (np.abs(a - np.median(a)) for a in commanded(problem, fit.extension))
+    large = (ahead > own.manoeuvre_sd * noise.long_sd_mps2) | (turning > own.manoeuvre_sd * noise.yaw_sd_mps2)
+    last_s = np.maximum.accumulate(np.where(large, t_s, -np.inf))
+    return np.asarray((t_s - last_s <= own.afterwards_s) & problem.train)
+
+
+def p_in_manoeuvres(problem: Problem, fit: Fit, name: str) -> float:
+    """P value of the Wald test that the effect's size is 0, from manoeuvres alone and robust over blocks."""
+    size, rows = size_columns(fit, name), manoeuvres(problem, fit)
+    block_s, clip_sd = problem.settings.significance.block_s, problem.settings.significance.clip_sd
+    block = np.unique(problem.binned.t_s[rows] // block_s, return_inverse=True)[1]
+    n_blocks = int(block.max()) + 1 if len(block) else 0
+    if n_blocks <= len(size):
+        return 1.0
+    psi, e = fit.psi[rows], np.clip(fit.innovations[rows], -clip_sd, clip_sd)
+    step = inverse_information(psi) @ np.einsum("ijk,ij->k", psi, e)
+    V = sandwich(psi, e - psi @ step, block)
+    values = (fit.values + step)[size]
+    wald = float(values @ np.linalg.pinv(V[np.ix_(size, size)], rcond=1e-10) @ values) / len(size)
+    return float(fdtrc(len(size), n_blocks - len(size), wald))
 
 
 def answers_disturbance(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> bool:
@@ -37,25 +75,12 @@ def answers_disturbance(name: str, problem: Problem, extension: Extension, noise
     return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
 
 
-def too_calm_for(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> str:
-    """Why the log cannot carry the verdict ``name``; empty where it can.
-
-    An effect on both channels needs one channel in full and two thirds of the other.
-    """
-    declaration = declaration_of(name)
-    if not declaration.needs_excitation:
-        return ""
+def too_calm_for(name: str, problem: Problem, fit: Fit) -> str:
+    """Why the log cannot carry the verdict ``name``, an effect of the model ``fit``; empty where it can."""
     own = problem.settings.excitation
-    ahead, turning = excitation_ratios(problem, extension, noise)
-    channel = declaration.channel
-    by_channel = {"longitudinal": ahead, "yaw": turning, "lateral": turning, "measurement": turning}
-    ratio = by_channel.get(channel, min(ahead, turning))
-    both = channel not in by_channel and max(ahead, turning) >= own.least_ratio
-    needed = own.least_other_ratio if both else own.least_ratio
-    if ratio >= needed:
+    if not declaration_of(name).needs_excitation or p_in_manoeuvres(problem, fit, name) < own.level:
         return ""
-    what = "longitudinal acceleration" if ratio == ahead else "turning"
     return (
-        f"{name} would explain part of it, but the {what} that the torques ask for varies by only "
-        f"{ratio:.1f} times the disturbance (at least {needed:g} are needed)"
+        f"{name} would explain part of it, but what asks for more than {own.manoeuvre_sd:g} times the "
+        "disturbance does not show it, and smaller efforts may only answer the disturbance"
     )

@@ -7,23 +7,14 @@ from collections.abc import Iterator
 
 from wmr_schemas.effects import EffectDeclaration, Manoeuvre, catalogue
 from wmr_schemas.effects.declaration import DrivenBy
-from wmr_schemas.modes import ContactMode
 
 
-def confound_class(
-    names: tuple[str, ...], name: str, *, identified: bool = False, driven_by: DrivenBy = "torque"
-) -> tuple[str, ...]:
+def confound_class(names: tuple[str, ...], name: str, *, driven_by: DrivenBy = "torque") -> tuple[str, ...]:
     """All that cannot be told from ``name`` beside the other effects ``names`` of a model, itself first;
     ``driven_by`` says what drives the model.
-
-    With ``identified`` modes the identifier declares a skid, and one stiffness cannot be told from another:
-    the effects taken for skidding are one class.
     """
-    effects = catalogue()
     found = {name}
-    if identified and name in effects and effects[name].taken_for == ContactMode.SKIDDING:
-        found |= {e.name for e in effects.values() if e.taken_for == ContactMode.SKIDDING}
-    for effect in effects.values():
+    for effect in catalogue().values():
         for confound in effect.exact:
             members = {effect.name, *confound.beside}
             if driven_by in confound.driven_by and name in members and members <= set(names):

@@ -23,7 +23,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     fit, base, binned = selection.fit, selection.base, problem.binned
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
     detectable = minimum_detectable(scanned, options.gates.detectable)
-    effects = found_effects(problem, selection, options.modes)
+    effects = found_effects(problem, selection)
     hidden = unseen(detectable)
     verdict, notes = verdict_of(problem, effects, selection, hidden)
     at_floor = problem.filtered(base.extension, fit.noise, keep=True)

@@ -23,7 +23,7 @@ from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.model_file import Effect, Model
 
 
-def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[FoundEffect, ...]:
+def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, ...]:
     """The effects with 95 % intervals by Student's t over blocks, confound classes and alternatives."""
     if not selection.found:
         return ()
@@ -36,11 +36,8 @@ def found_effects(problem: Problem, selection: Selection, modes: str) -> tuple[F
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
         ci95 = interval(problem.binned, name, key, value, w)
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
-    identified = modes == "identified"
     return tuple(
-        reported(
-            effect, estimates[effect.name], confound_class(names, effect.name, identified=identified), own
-        )
+        reported(effect, estimates[effect.name], confound_class(names, effect.name), own)
         for effect in selection.found
     )
 
@@ -111,14 +108,15 @@ def merged_effects(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[E
     Of two lasting effects of one name, the parameters add up as they do in the filter; a new stiffness of an
     undeclared skid replaces the old one. Effects in a time or place stay separate.
     """
-    found, others = {effect.name: effect for effect in base}, []
+    found = {effect.name: effect for effect in base if effect.name not in WEIGHTS}
+    local = [effect for effect in (*base, *new) if effect.name in WEIGHTS]
     for effect in new:
         old = found.get(effect.name)
-        if old is not None and effect.name in WEIGHTS:
-            others.append(effect)
-        elif old is None or effect.name == "undeclared_skid":
+        if effect.name in WEIGHTS:
+            continue
+        if old is None or effect.name == "undeclared_skid":
             found[effect.name] = effect
         else:
             sums = {key: combined(key, old.parameters.get(key), v) for key, v in effect.parameters.items()}
             found[effect.name] = replace(effect, parameters=sums)
-    return (*found.values(), *others)
+    return (*found.values(), *local)

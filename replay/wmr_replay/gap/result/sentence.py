@@ -10,6 +10,8 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
         return f"The model lacks {said}."
     if verdict == "ambiguous":
         return f"The model lacks {said}, or what looks the same on this log: {'; '.join(notes)}."
+    if verdict == "unnamed" and not effects:
+        return f"Model and log disagree: {'; '.join(notes)}."
     if verdict == "unnamed":
         return f"The model lacks {said}, for which the library has no name."
     if verdict == "not_enough_excitation":

@@ -7,6 +7,7 @@ rate. Of the traces, the two columns say this best.
 from typing import NamedTuple
 
 from wmr_schemas.effects import UNNAMED_PREFIX, declared
+from wmr_schemas.slip_terms import SLIP_FACTORS, is_slip_term, parse_slip_term
 from wmr_schemas.terms import FACTORS, parse_term
 
 
@@ -72,11 +73,17 @@ OF_FACTOR = {
     "yaw_rate": TURNING,
     "effort_sum": SUM,
     "effort_diff": DIFFERENCE,
+    "a": SPEED,
+    "t": TIME,
 }
+OF_SLIP = {"v_long": AHEAD, "v_lat": ASIDE, "yaw_rate": YAW}
 
 
 def shown_by(name: str) -> ShownBy:
     """The residual and the quantity that show the effect ``name``; a resistance by its speed."""
+    if is_slip_term(name):
+        slip = parse_slip_term(name)
+        return ShownBy(OF_SLIP[slip.channel], OF_FACTOR[SLIP_FACTORS[slip.factors[-1]][0]])
     if name.startswith(UNNAMED_PREFIX):
         term = parse_term(name)
         return ShownBy(term.channel, OF_FACTOR[FACTORS[term.factors[-1]][0]])

@@ -6,10 +6,11 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
+from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fine_costs, price_of
 from wmr_replay.gap.search.slip_test import may_be_slipping
@@ -70,7 +71,11 @@ def eliminate(
     While some fail, the weakest of those is dropped, and the rest is tested again.
     """
     while found:
-        tested = [through_gates(problem, base, current, f, options) for f in found]
+        rests = [fit_without(problem, base, current, f.name) for f in found]
+        found = [replace(f, gain=r.deviance - current.deviance) for f, r in zip(found, rests, strict=True)]
+        tested = [
+            through_gates(problem, current, f, r, found, options) for f, r in zip(found, rests, strict=True)
+        ]
         failed = [f for f in tested if f.failed]
         if not failed:
             return current, tested
@@ -81,19 +86,22 @@ def eliminate(
 
 
 def through_gates(
-    problem: Problem, base: Fit, current: Fit, effect: FittedCandidate, options: GapOptions
+    problem: Problem,
+    current: Fit,
+    effect: FittedCandidate,
+    rest: Fit,
+    others: list[FittedCandidate],
+    options: GapOptions,
 ) -> FittedCandidate:
-    """One of the current model's effects compared with the same model without it, up to the first gate that
-    it fails.
+    """One of the current model's effects compared with ``rest``, the same model without it, up to the first
+    gate that it fails.
     """
-    rest = fit_without(problem, base, current, effect.name)
-    effect = replace(effect, gain=rest.deviance - current.deviance)
     if effect.gain < price_of(problem, effect.scored, current) + margin_for(problem, current, effect):
         return replace(effect, failed="needless beside the others")
+    if is_remainder(problem, current, effect, others):
+        return replace(effect, failed="a remainder of the others")
     if may_be_slipping(problem, current, effect.name):
         return replace(effect, failed="no other than the model's own slipping")
-    if answers_disturbance(effect.name, problem, current.extension, current.noise):
-        return replace(effect, failed="no more than efforts that answer the disturbance")
     proof = prove(problem, rest, current)
     if not proof.holds:
         return replace(effect, proof=proof, failed="not proven on held-out windows")
@@ -102,6 +110,23 @@ def through_gates(
         return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")
     small = path_change(problem, rest, current, options.tolerance_s) < options.tolerance_m
     return replace(effect, proof=proof, failed="moves the path by less than the tolerance" if small else "")
+
+
+def is_remainder(
+    problem: Problem, current: Fit, effect: FittedCandidate, found: list[FittedCandidate]
+) -> bool:
+    """Whether an effect explains no more than the wrong form of another one leaves.
+
+    The order in which effects are found is an accident: a gain that is found first may be what a saturation
+    leaves that is found behind it.
+    """
+    if effect.name in WEIGHTS:
+        return False
+    own = problem.settings.selection
+    most = max((f.gain for f in found if f.name not in (effect.name, *WEIGHTS)), default=0.0)
+    if effect.gain >= own.remainder_share * most:
+        return False
+    return correlation(problem, current, effect.name) > own.correlated
 
 
 def margin_for(problem: Problem, current: Fit, effect: FittedCandidate) -> float:

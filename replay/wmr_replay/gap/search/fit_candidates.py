@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.extension import Extension, weight
@@ -72,7 +73,7 @@ def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[Fitt
         if i < budget.fully_fitted:
             edged = search_edges(problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
-        if not is_at_an_end(problem, fit, one.name):
+        if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
 
@@ -163,6 +164,13 @@ def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
     t_s, one_side = problem.binned.t_s, problem.settings.candidates.one_side
     share = (fit.extension.effects[name]["t0_s"] - t_s[0]) / (t_s[-1] - t_s[0])
     return not one_side <= share <= 1 - one_side
+
+
+def only_answers(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether a dead zone holds back no efforts but those that answer the disturbance, as any dead zone of a
+    controlled robot seems to: nothing that is missing hides behind it.
+    """
+    return answers_disturbance(name, problem, fit.extension, fit.noise)
 
 
 def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:

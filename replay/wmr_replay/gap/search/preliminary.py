@@ -14,10 +14,10 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
 from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
 from wmr_schemas.modes import ContactMode
@@ -25,7 +25,9 @@ from wmr_schemas.signals import Log
 
 
 class PreliminaryModels(NamedTuple):
-    """Models to identify the modes with, the likeliest first, and the selection that they come from."""
+    """Models to identify the modes with, the likeliest first, and a selection that may be the answer itself:
+    the one that they come from, or that of the base model's modes where slipping was replaced altogether.
+    """
 
     models: list[Extension]
     seen_in: tuple[Problem, Selection]
@@ -52,8 +54,8 @@ def preliminary_models(
             selection = forward_selection(problem, extension, options, terms=False)
         found = models_from(problem, extension, selection, local=local)
         if found:
-            return PreliminaryModels(found, (problem, selection))
-    return PreliminaryModels([], (problem, selection))
+            return PreliminaryModels(found, (problem, selection) if local else (first, plain()))
+    return PreliminaryModels([], (first, plain()))
 
 
 def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:
@@ -81,19 +83,19 @@ def no_slip(problem: Problem) -> Iterator[tuple[Problem, bool]]:
 def models_from(
     problem: Problem, extension: Extension, selection: Selection, *, local: bool = True
 ) -> list[Extension]:
-    """The significant effects of a selection as one model, and a skid's near rivals as others.
+    """The significant effects of a selection as one model, and the near rivals of its first effect as others.
 
-    Modes without skidding favour an undeclared skid, so what explains nearly as much is considered too.
+    Wrong modes favour wrong effects, so what explains nearly as much is considered too.
     ``local`` says whether a local loss of traction can be told from slipping.
     """
     own = problem.settings.modes
     model = significant_model(problem, extension, selection, local=local)
     found = [model] if model.effects else []
-    if SKID in model.effects:
+    if model.effects:
         first, *others = selection.stages[0][: own.most_rivals]
         near = [c for c in others if c.score > own.rival_share * first.score > 0 and c.name not in LOCAL]
-        named = [(c.name, c.fit.extension.effects[c.name]) for c in near]
-        found += [extension.with_effect(*one) for one in named]
+        named = [(c.name, c.fit.extension.effects[c.name]) for c in near if c.name in BY_NAME]
+        found += [extension.with_effect(*one) for one in named if {one[0]} != set(model.effects)]
     return found
 
 
@@ -112,7 +114,7 @@ def significant_model(
     for stage in selection.stages:
         lasting = [c for c in stage if c.name in BY_NAME and c.name not in LOCAL]
         best = lasting[0] if lasting else None
-        if best is None or best.p_value > level or best.score <= 0 or best.name in effects:
+        if best is None or best.failed or best.p_value > level or best.score <= 0 or best.name in effects:
             continue
         if not any({best.name, other} in CONFOUNDED_FORMS for other in effects):
             effects[best.name] = best.fit.extension.effects[best.name]

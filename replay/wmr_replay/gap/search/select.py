@@ -56,7 +56,7 @@ def forward_selection(
         if not stage or stage[0].failed:
             break
         best = stage[0]
-        others = tuple((a.name, max(best.score - a.score, 0.0)) for a in stage[1:] if a.score > 0)
+        others = tuple((a.name, best.score - a.score) for a in stage[1:] if 0 < a.score <= best.score)
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
@@ -67,7 +67,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
     base, stages = selection.base, selection.stages
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
     current, found = eliminate(problem, base, current, found, options)
-    reasons = (too_calm_for(f.name, problem, current.extension, current.noise) for f in found)
+    reasons = (too_calm_for(f.name, problem, current) for f in found)
     refused = next(filter(None, reasons), "")
     if refused:
         return Selection(base, base, (), stages, refused)
@@ -100,12 +100,17 @@ def first_tested(
     stage: tuple[FittedCandidate, ...],
     found: list[FittedCandidate],
 ) -> tuple[FittedCandidate, ...]:
-    """The stage with the significance and remainder gates applied to its first candidate."""
+    """The stage, its best significant candidate first, with the significance and remainder gates applied to
+    that one.
+    """
     if not stage:
         return ()
-    first = stage[0]
-    if first.p_value > problem.settings.significance.level or first.score <= 0:
-        return (replace(first, failed="not significant"), *stage[1:])
+    level = problem.settings.significance.level
+    significant = [c for c in stage if c.p_value <= level and c.score > 0]
+    if not significant:
+        return (replace(stage[0], failed="not significant"), *stage[1:])
+    first = significant[0]
+    stage = (first, *(c for c in stage if c is not first))
     first = replace(first, correlation=correlation(problem, first.fit, first.name))
     if found and first.gain < remainder(problem, base, current, first, found):
         first = replace(first, failed="a remainder of what is found already")

@@ -91,9 +91,19 @@ class ExcitationSettings:
     """How strongly the torques must vary for a verdict."""
 
     least_ratio: float = 3.0
-    """Least ratio of the commanded acceleration's standard deviation to the disturbance's. Statistics: under
-    feedback the torques answer the disturbance; its variance is then at most a ninth of what they ask for.
-    Chosen on the benchmark's patrol and cruise drives."""
+    """Least ratio of the commanded acceleration's standard deviation to the disturbance's for a log to say
+    that nothing is missing, and of what a dead zone holds back. Statistics: under feedback the torques answer
+    the disturbance; its variance is then at most a ninth of what they ask for. Chosen on the benchmark's
+    patrol and cruise drives."""
 
-    least_other_ratio: float = 2.0
-    """Least ratio of the weaker channel for an effect on both. Patrol benchmark: two thirds."""
+    manoeuvre_sd: float = 5.0
+    """From so many standard deviations of the disturbance on, what the torques ask for is a manoeuvre.
+    Statistics: efforts that answer a Gaussian disturbance reach it once in two million. Its level is a fit's,
+    and a false effect makes it smaller: at 3, delays that are not there were seen on cruise drives."""
+
+    afterwards_s: float = 0.5
+    """How long a manoeuvre shows, s. Judgement: a pose shows an acceleration after tenths of a second."""
+
+    level: float = 0.01
+    """Level of the test in manoeuvres alone. Statistics: as ``SignificanceSettings.level``; the effect is
+    significant after the correction for everything scanned already."""

@@ -85,16 +85,31 @@ class ModeSettings:
     """Share of the log called skidding from which skidding is doubted. Judgement: a robot rarely skids for
     most of a drive, while a yaw that is off looks like a skid that never ends."""
 
-    much_slip: float = 0.12
+    much_slip: float = 0.02
     """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
 
+    most_slip: float = 0.5
+    """Share of the log called slipping from which all of it is held against rolling. Judgement: as
+    ``much_skid``."""
+
+    least_doubt: float = 10.0
+    """How much likelier rolling must be, in −2 log likelihood, for a skid or slip to be taken back.
+    Statistics: "very strong" after Kass and Raftery (1995)."""
+
     rival_share: float = 1 / 3
-    """Share of an undeclared skid's score from which another candidate is a preliminary model too. Patrol
-    benchmark."""
+    """Share of the best score from which another candidate is a preliminary model too. Patrol benchmark."""
 
     most_rivals: int = 3
-    """First candidates of a stage that are so considered, the skid among them. Numerics: each costs a run of
+    """First candidates of a stage that are so considered, the best among them. Numerics: each costs a run of
     the identifier and a selection."""
+
+    change_cost: float = 9.4
+    """−2 ln of the probability that a mode changes in .06 s. Statistics: at .15 changes a second, the rate
+    of the identifier (``BankSettings.switch_rate_per_s``)."""
+
+    alpha_sd: float = 0.1
+    """Standard deviation of ln α in the identifier where a preliminary model explains the log. Judgement: it
+    knows α to that by then, and with a wider one slipping at all times explains the same as another α."""
 
 
 @dataclass(frozen=True)

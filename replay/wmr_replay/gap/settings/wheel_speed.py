@@ -107,8 +107,16 @@ class GateSettingsWheelSpeed:
     """Least driving in a unit of the hold-out, s; every third unit is held out in turn. Judgement: as long
     as a step of a calibration campaign."""
 
+    least_unit_change: float = 0.5
+    """Least change of the deviance of a unit in which an effect shows. Judgement: in the others the driving
+    has nothing to say of it."""
+
+    least_agreeing: float = 0.65
+    """Share of the units that have to be likelier where there are few. Judgement: two of three."""
+
     few_units: int = 6
-    """Fewest units of the hold-out for a test of ranks. Statistics: that of five pairs cannot reach 3 %."""
+    """Fewest units in which an effect shows for a test of ranks. Statistics: that of five pairs cannot reach
+    3 %."""
 
     few_units_gain: float = 10.0
     """Drop of the held-out deviance that decides in place of the test of ranks where there are fewer.
@@ -135,8 +143,9 @@ class GateSettingsWheelSpeed:
     """Lengths of the windows of this gate, s; the first with enough windows is taken. Judgement: as reported,
     then shorter, since a robot that slips often drives few whole windows without."""
 
-    enough_windows: int = 16
-    """Windows that are enough. Statistics: Wilcoxon's test of 16 pairs sees a medium shift."""
+    enough_windows: int = 10
+    """Windows that are enough. Statistics: ten pairs reach one in a thousand; most effects
+    grow with the length of a window."""
 
     few_windows: int = 8
     """Fewest windows for their test of ranks; with fewer the reduction alone counts beside the units' test.
@@ -154,6 +163,9 @@ class GateSettingsWheelSpeed:
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""
 
+    least_lowered: float = 0.1
+    """Least share by which a limit of the base model has to be lowered. Physics: a limit is known to 10 %."""
+
     least_units: int = 3
     """Fewest units for a verdict: one in each third. Statistics."""
 
@@ -167,15 +179,25 @@ class GateSettingsWheelSpeed:
     """Least drop of the deviance by a loss in a time or a place. Judgement, on the encoder benchmark: noise
     of 5 cm lets a spin of a wheel pass for a steady loss below 50; true losses gain hundreds."""
 
-    most_steady_square: float = 2.0
-    """Most median square of whitened errors within that time or place, by channel. Statistics: .45 is
-    expected of normal errors. Encoder benchmark: true losses stay below 1.1, spinning wheels are above 16."""
+    most_loss_sd_of_bin: float = 0.2
+    """Most standard deviation of the loss of a single bin that shows one. Judgement: two thirds of the least
+    loss that matters."""
 
-    least_steady_s: float = 1.2
-    """Least time in it during which the robot drives, s. Judgement: six bins."""
+    least_loss: float = 0.15
+    """Least loss in a time or a place. Judgement: less is what uneven ground does."""
 
-    driving_mps: float = 0.1
-    """Speed of the rims above which the robot drives, m/s. Judgement: well above what encoders jitter by."""
+    least_steady_share: float = 0.45
+    """Least share of these bins that move as with the common loss, in each channel. Encoder benchmark,
+    develop families: true losses .46 to 1."""
+
+    least_steady_s: float = 2.3
+    """Least time for which they do, s. Physics: wheels that spin up on ice from standing still lose a
+    constant share until they are as fast as commanded. Encoder benchmark, develop families: up to 2.2 s at a
+    noise of 5 cm."""
+
+    least_beyond_usual: float = 1.5
+    """Least time for which they do, in that of every other steady slip of the record. Judgement: clearly
+    longer than any."""
 
     tolerance_m: float = 0.003
     """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
@@ -227,10 +249,76 @@ class ModeSettingsWheelSpeed:
 
 
 @dataclass(frozen=True)
+class TermSettings:
+    """Terms of the dictionary, which are tried beside the effects of the library."""
+
+    least_share: float = 0.01
+    """Least size of a term, as a share of the speed or the yaw rate. Physics: a tyre's elastic slip is .3 %
+    of the speed where it accelerates by 1 m/s²."""
+
+    fitted_in_full: int = 2
+    """Best terms of each channel that are fitted in full. Numerics: the motion is linear in a term."""
+
+    most: int = 2
+    """Most terms that are looked for. Judgement: three would be a table, not an explanation."""
+
+    least_remainder: float = 0.15
+    """Share of what the effects found explain that a term beside them has to explain. Judgement, as for
+    torques: the wrong form of an effect leaves less."""
+
+    least_better: float = 25.0
+    """Drop of the deviance by which a term in the place of effects has to be better. Statistics: BIC of 25 is
+    far beyond "very strong" (Kass and Raftery 1995)."""
+
+    draws: int = 199
+    """Placebo records. Statistics: the least p is 1/(1 + draws), half of the level."""
+
+
+@dataclass(frozen=True)
+class DisagreementSettings:
+    """Disagreement in time or on the ground that no effect and no term explains."""
+
+    level: float = 0.005
+    """Level of each of the two placebos. Statistics: half of the level of the verdict."""
+
+    draws: int = 999
+    """Placebo records. Statistics: the least p is a fifth of the level."""
+
+    cell_s: float = 2.0
+    """Length of a cell of one sign, s. Judgement: as for torques."""
+
+    most_cells: int = 120
+    """Most cells; a longer record has longer ones. Numerics: intervals grow with their square."""
+
+    least_cells: int = 3
+    """Fewest cells of an interval. Statistics: fewer cannot keep a direction beyond chance."""
+
+    least_share: float = 0.1
+    """Least share of the errors in an interval that its velocity explains. Judgement: as of the gap."""
+
+    region_m: float = 2.0
+    """Side of a square on the ground, m. Judgement: a robot's length or two."""
+
+    least_visits: int = 3
+    """Fewest visits of a square. Statistics: two may be one moment of slip on the way out and in."""
+
+    least_louder: float = 2.0
+    """Least median square of errors in a square, in those elsewhere. Judgement: 1.4 times the size."""
+
+    shift_s: float = 5.0
+    """Least shift of the errors along the path, s. Physics: a moment of slip lasts less."""
+
+    least_bins: int = 100
+    """Fewest bins for a placebo by shifts. Statistics: the least p is 1/(1 + shifts)."""
+
+
+@dataclass(frozen=True)
 class WheelSpeedSettings:
     """All settings of the wheel-speed base."""
 
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
     modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    terms: TermSettings = TermSettings()
+    disagreement: DisagreementSettings = DisagreementSettings()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

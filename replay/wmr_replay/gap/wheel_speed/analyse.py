@@ -10,7 +10,8 @@ from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.wheel_speed.assemble import assemble
 from wmr_replay.gap.wheel_speed.base import Base, base_of
 from wmr_replay.gap.wheel_speed.bins import bins_of
-from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.dictionary import with_terms
+from wmr_replay.gap.wheel_speed.modes import ideal_only, slip_mask, without_slip
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
 from wmr_replay.gap.wheel_speed.select import select
@@ -38,11 +39,24 @@ def analyse_wheel_speeds(
     tell("base model", 0.0)
     own = base_of(logs[0].robot, base)
     problem = problem_of(logs, own, options, driven_by)
-    if options.modes == "identified" and driven_by != "command":
-        problem = ideal_only(problem, {})
-    selection = select(problem, options.max_effects, tell)
+    if options.modes == "identified":
+        problem = identified(problem, logs, own, options)
+    selection = with_terms(select(problem, options.max_effects, tell), options.max_effects)
     tell("proving", 0.85)
     return assemble(selection, own, options)
+
+
+def identified(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Problem:
+    """The problem without the moments of slip. Where commands drive the model, those that the measured wheel
+    speeds show; none where a log has no such speeds.
+    """
+    if problem.record.driven_by != "command":
+        return ideal_only(problem, {})
+    if any(log.wheels is None for log in logs):
+        return problem
+    measured = problem_of(logs, base, options, "wheel_speed")
+    slips = measured.record.pose_s[slip_mask(measured)]
+    return without_slip(problem, np.isin(problem.record.pose_s, slips))
 
 
 def most_effects(options: GapOptions, asked: int | None) -> int:

@@ -18,11 +18,12 @@ from wmr_replay.gap.result.result import (
     GapResult,
     HeldOutGap,
     TrainGap,
-    Verdict,
+    Where,
 )
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.wheel_speed.base import Base
+from wmr_replay.gap.wheel_speed.disagreement import Disagreement, disagreement
 from wmr_replay.gap.wheel_speed.estimate import Fit
 from wmr_replay.gap.wheel_speed.evidence import folds_of
 from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
@@ -31,6 +32,7 @@ from wmr_replay.gap.wheel_speed.proof import Proof, proof_of
 from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
 from wmr_replay.gap.wheel_speed.units import held_out_bins
+from wmr_replay.gap.wheel_speed.verdict import said_of, verdict_of
 from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
 from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
 from wmr_schemas.arrays import F64
@@ -51,13 +53,15 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     effects = tuple(found_effect(problem, selection, named) for named in selection.found)
     names = tuple(named.name for named in selection.found)
     detectable = minimum_detectable(problem, selection.left, names, options)
-    verdict, reasons = verdict_of(problem, selection, detectable)
+    standing = disagreement(problem, selection.fit)
+    verdict, reasons = verdict_of(problem, selection, detectable, standing)
+    left = () if standing is None or not selection.found else (said_of(standing),)
     held_out = held_out_bins(problem, 0)
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, reasons),
         effects=effects if verdict in ("named", "ambiguous", "unnamed") else (),
-        where=locate(problem, selection.base, selection.fit, options.gates.locate),
+        where=where_of(problem, selection, options, standing),
         position=metric(proofs, "position", "m", windows.seconds, options),
         yaw=metric(proofs, "yaw", "rad", windows.seconds, options),
         modes="ideal" if options.modes == "ideal" else "identified",
@@ -66,7 +70,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
         minimum_detectable=detectable,
         model=extended_model(problem, selection, base, effects),
         seed=options.seed,
-        notes=(*reasons, *short_windows(windows.seconds, options)),
+        notes=(*reasons, *left, *short_windows(windows.seconds, options)),
         traces=traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float)),
         candidates=tuple(
             CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried
@@ -127,40 +131,14 @@ def span_of(problem: Problem, key: str) -> float:
     return float(np.hypot(np.ptp(record.pose[0]), np.ptp(record.pose[1])))
 
 
-def verdict_of(
-    problem: Problem, selection: Selection, detectable: dict[str, Detectable]
-) -> tuple[Verdict, tuple[str, ...]]:
-    """The verdict, and notes that say why it is no firmer."""
-    if selection.found:
-        close = [
-            f"{one.name} and {other} explain the log almost equally well"
-            for one in selection.found
-            for other, delta in one.alternatives
-            if delta < 10.0
-        ]
-        return ("ambiguous", tuple(close)) if close else ("named", ())
-    if reason := too_calm(problem):
-        return "not_enough_excitation", (reason,)
-    hidden = [
-        name
-        for name, least in detectable.items()
-        if (relevant := DECLARED[name].relevant) is not None and least.value > relevant
-    ]
-    if len(hidden) > problem.settings.gates.most_unseen:
-        return "not_enough_excitation", ("the log would not have shown " + ", ".join(hidden),)
-    return "nothing_missing", ()
-
-
-def too_calm(problem: Problem) -> str:
-    """Why the driving shows nothing; empty where it may."""
-    own, way = problem.settings.gates, problem.bins.blocks(problem.predicted({}))
-    inside = problem.bins.inside[:, 1:]
-    steps = np.where(inside, np.abs(np.diff(way, axis=-1)), 0.0).sum(axis=(1, 2))
-    if steps[0] < own.least_driven_m:
-        return f"the wheels drive {steps[0]:.2g} m in the log (at least {own.least_driven_m:g} m are needed)"
-    if steps[2] < own.least_turning_rad:
-        return f"the robot turns by {steps[2]:.2g} rad (at least {own.least_turning_rad:g} rad are needed)"
-    return ""
+def where_of(
+    problem: Problem, selection: Selection, options: GapOptions, standing: Disagreement | None
+) -> Where:
+    """Where the base model and the log disagree; a disagreement that nothing explains stands alone."""
+    where = locate(problem, selection.base, selection.fit, options.gates.locate)
+    if standing is None or selection.found:
+        return where
+    return replace(where, intervals=standing.intervals, regions=standing.regions)
 
 
 def minimum_detectable(

@@ -8,6 +8,7 @@ from wmr_replay.gap.wheel_speed.rolling import Chassis
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
+from wmr_schemas.slip_terms import is_slip_term
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,9 @@ class Base:
     @property
     def values(self) -> Values:
         """The effects that act on this base."""
-        return {e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED}
+        return {
+            e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED or is_slip_term(e.name)
+        }
 
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:

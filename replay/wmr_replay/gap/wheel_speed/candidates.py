@@ -1,5 +1,6 @@
 """What may be missing: the catalogue's effects of this base, as far as a record can show them."""
 
+from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.effects import EffectDeclaration
@@ -8,6 +9,8 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
+RESTARTED_S = 10.0
+"""Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
 CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_offset", "pose_delay")
 """The effects of which a calibrated base model consists."""
 
@@ -15,8 +18,8 @@ CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_o
 def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
     """The effects that the record could show, in the catalogue's order.
 
-    Where commands drive the model from measured starting speeds, the drive's gains differ from the wheels'
-    scales; without such speeds the two are one class, and the drive's are named.
+    Where commands drive the model from measured starting speeds every few seconds, the drive's gains differ
+    from the wheels' scales; elsewhere the two are one class, and the drive's are named.
     """
     commanded = record.driven_by == "command"
     return tuple(
@@ -32,7 +35,9 @@ def hidden_by_commands(record: Record) -> tuple[str, ...]:
     """Effects that commands cannot tell from the drive's own."""
     import numpy as np  # noqa: PLC0415
 
-    if np.isfinite(record.started_radps).all():
+    begins = np.diff(record.pose_s[np.append(record.first_pose[:-1], len(record.pose_s) - 1)])
+    often = float(np.mean(begins)) < RESTARTED_S
+    if often and np.isfinite(record.started_radps).all():
         return ("pose_delay",)
     return ("pose_delay", "wheel_scale", "effective_track")
 
@@ -45,3 +50,11 @@ def parameters_of(name: str) -> tuple[Parameter, ...]:
 def absent(name: str) -> dict[str, float]:
     """The values of an effect that is not there."""
     return dict.fromkeys(DECLARED[name].parameters, 0.0)
+
+
+def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:
+    """Whether an effect is a limit that the base model has, lowered by less than a share."""
+    if DECLARED[name].zero_is_absent or name not in base:
+        return False
+    (key,) = DECLARED[name].parameters
+    return values[name][key] > (1 - share) * base[name][key]

@@ -60,7 +60,9 @@ def delayed(record: Record, speeds: F64, delay_s: float) -> F64:
 
 
 def lagged(record: Record, speeds: F64, time_s: float) -> F64:
-    """First-order lag, dy/dt = (u − y)/T, exact for a held u; starts as in :func:`stretch_by_stretch`."""
+    """Means over each row of a first-order lag, dy/dt = (u − y)/T, exact for a held u; starts as in
+    :func:`stretch_by_stretch`.
+    """
     from scipy.signal import lfilter  # noqa: PLC0415 – a second of start-up
 
     if time_s < 1e-6:
@@ -68,22 +70,51 @@ def lagged(record: Record, speeds: F64, time_s: float) -> F64:
     keep = float(np.exp(-record.step_s / time_s))
 
     def follow(rows: F64, start: F64) -> F64:
-        return np.asarray(lfilter([1 - keep], [1.0, -keep], rows, axis=-1, zi=keep * start[..., None])[0])
+        ends = lfilter([1 - keep], [1.0, -keep], rows, axis=-1, zi=keep * start[..., None])[0]
+        begins = np.concatenate([start[..., None], ends[..., :-1]], axis=-1)
+        return np.asarray(rows + (begins - rows) * (1 - keep) * time_s / record.step_s)
 
     return stretch_by_stretch(record, speeds, follow)
 
 
 def rate_limited(record: Record, speeds: F64, most: float) -> F64:
-    """Wheel speeds that change by at most ``most`` from row to row."""
+    """Means over each row of wheel speeds that change by at most ``most`` in a row, at a constant rate until
+    they reach what is wanted.
+    """
 
     def follow(rows: F64, start: F64) -> F64:
-        out, at = np.empty_like(rows), start
-        for k in range(rows.shape[-1]):
-            at = np.clip(rows[..., k], at - most, at + most)
-            out[..., k] = at
-        return out
+        flat = rows.reshape(-1, rows.shape[-1])
+        limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
+        ends = np.stack(limited).reshape(rows.shape)
+        steps = np.diff(ends, axis=-1, prepend=start[..., None])
+        return np.asarray(ends - steps * np.abs(steps) / (2 * most))
 
     return stretch_by_stretch(record, speeds, follow)
+
+
+def limited_row(row: F64, start: float, most: float) -> F64:
+    """One row that changes by at most ``most`` from place to place, from ``start`` on.
+
+    Only where a step is too large are places taken one by one, until the row is reached again.
+    """
+    steps = np.flatnonzero(np.abs(np.diff(row, prepend=start)) > most).tolist()
+    if not steps:
+        return row
+    wanted, reached, n = row.tolist(), -1, len(row)
+    out = list(wanted)
+    for first in steps:
+        if first <= reached:
+            continue
+        at, k = wanted[first - 1] if first else start, first
+        while k < n:
+            step = wanted[k] - at
+            if -most <= step <= most:
+                break
+            at += most if step > 0 else -most
+            out[k] = at
+            k += 1
+        reached = k
+    return np.array(out)
 
 
 def stretch_by_stretch(record: Record, speeds: F64, follow: Callable[[F64, F64], F64]) -> F64:

@@ -24,6 +24,11 @@ MAD = 0.6745
 
 def slip_mask(problem: Problem) -> Bool:
     """Poses (N,) of bins in which wheels slip or the robot skids."""
+    return widened(problem, slipping(problem))
+
+
+def slipping(problem: Problem) -> Bool:
+    """Bins (n,) in which wheels slip or the robot skids."""
     own = problem.settings.modes
     start: Values = {name: absent(name) for name in LASTING}
     which = tuple(one for name in LASTING for one in parameters_of(name))
@@ -35,8 +40,7 @@ def slip_mask(problem: Problem) -> Bool:
         start = moved(start, which, regress(rate / sd, columns / sd[..., None], weights))
         rate = rates(problem, start)
         weights = 1 / (1 + np.nan_to_num((rate / spread(rate)) ** 2, nan=np.inf).max(axis=0) / own.soft**2)
-    slips = beyond(problem, start, rate)
-    return widened(problem, slips)
+    return beyond(problem, start, rate)
 
 
 def rates(problem: Problem, values: Values) -> F64:
@@ -117,6 +121,10 @@ def without_slip(problem: Problem, mask: Bool) -> Problem:
 
 
 def ideal_only(problem: Problem, known: Values) -> Problem:
-    """The problem without the moments of slip that remain where some effects are known."""
+    """The problem without the moments of slip that remain where some effects are known; as it is where
+    commands drive the model, whose errors are those of the drive.
+    """
+    if problem.record.driven_by == "command":
+        return problem
     whole = problem.with_slip
     return without_slip(whole, slip_mask(replace(whole, base=summed(whole.base, known))))

@@ -14,6 +14,8 @@ from scipy.special import expit
 from wmr_replay.gap.wheel_speed.drive import Values, wheel_speeds
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.slip_terms import SLIP_CHANNELS, is_slip_term, parse_slip_term
+from wmr_schemas.terms import COEFFICIENT
 
 MOVING_RADPS = 0.02
 """The wheels turn where either is faster, rad/s."""
@@ -95,7 +97,32 @@ def with_slip(
         x, y = effects["slope_slip"]["x_mps"], effects["slope_slip"]["y_mps"]
         ahead = ahead + moving * (cos * x + sin * y)
         left = left + moving * (cos * y - sin * x)
-    return Motion(ahead, left, yaw)
+    return with_terms(record, nominal, Motion(ahead, left, yaw), effects, smooth_rows)
+
+
+def with_terms(record: Record, nominal: Motion, moved: Motion, effects: Values, smooth_rows: int) -> Motion:
+    """The motion with the terms of the dictionary, products of the ``nominal`` speeds."""
+    terms = [name for name in effects if is_slip_term(name)]
+    if not terms:
+        return moved
+    columns = term_columns(record, nominal, smooth_rows)
+    added = dict.fromkeys(SLIP_CHANNELS, np.zeros_like(moved.ahead))
+    for name in terms:
+        term = parse_slip_term(name)
+        added[term.channel] = added[term.channel] + effects[name][COEFFICIENT] * term.evaluate(columns)
+    return Motion(moved.ahead + added["v_long"], moved.left + added["v_lat"], moved.yaw + added["yaw_rate"])
+
+
+def term_columns(record: Record, nominal: Motion, smooth_rows: int) -> dict[str, F64]:
+    """What the factors of terms read, each (M,)."""
+    v_mps = smoothed(nominal.ahead, smooth_rows)
+    return {
+        "v": v_mps,
+        "a": np.gradient(v_mps, record.step_s),
+        "yaw_rate": smoothed(nominal.yaw, smooth_rows),
+        "yaw": record.world[2],
+        "t": record.time_s,
+    }
 
 
 def as_measured(record: Record, body: Motion, effects: Values) -> Motion:

@@ -71,7 +71,9 @@ class Bank:
     def __init__(self, model: BankModel, step_s: float, settings: BankSettings, n_modes: int) -> None:
         self.settings, self._n_modes = settings, n_modes
         self._first_model = self._model = model
-        self._hypotheses = make_hypotheses(settings.most_hypotheses * (n_modes + 2) + 4)
+        self._hypotheses = make_hypotheses(
+            settings.most_hypotheses * (n_modes + 2) + 4, n_states=model.n_states
+        )
         self._step_s, self._last = step_s, np.zeros(N_LAST)
         self._waiting: Bins | None = None
         self._origin_ns, self._long_steps = 0, LongSteps()

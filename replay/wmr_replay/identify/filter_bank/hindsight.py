@@ -47,7 +47,7 @@ class LookingBack:
         room = second.rhythm.most * (second.n_modes + 2) + 4
         self._second = second
         self._room = max(1, round(lag_s / second.interval_s))
-        self._hypotheses = make_hypotheses(room, self._room)
+        self._hypotheses = make_hypotheses(room, self._room, second.model.n_states)
         self._last = np.zeros(N_LAST)
         self._waiting: Bins | None = None
         self._origin_ns, self._long_steps = 0, LongSteps()

@@ -44,7 +44,7 @@ COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 class HypothesisSet(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live.
 
-    Each has a mean (12,), a covariance (12, 12), a log weight, a mode and a level of disturbance; ``slips``
+    Each has a mean (s,), a covariance (s, s), a log weight, a mode and a level of disturbance; ``slips``
     (2,): how often it has slipped so far, in the form of a share, and on slippery ground; ``habits`` (5,):
     how often and after how long it has switched; and when, in s, its pose last jumped. ``past`` (S, 4) holds
     the probabilities of the modes that led to it, in a ring of S intervals; ``past_s`` (S,) are the ends of
@@ -69,11 +69,11 @@ class HypothesisSet(NamedTuple):
     stack: I64
 
 
-def make_hypotheses(room: int, intervals: int = 0) -> HypothesisSet:
+def make_hypotheses(room: int, intervals: int = 0, n_states: int = N_STATES) -> HypothesisSet:
     """An empty set with room for so many hypotheses, each with a past of so many intervals."""
     return HypothesisSet(
-        np.zeros((room, N_STATES)),
-        np.zeros((room, N_STATES, N_STATES)),
+        np.zeros((room, n_states)),
+        np.zeros((room, n_states, n_states)),
         np.zeros(room),
         np.zeros(room, np.int64),
         np.zeros(room, np.int64),
@@ -106,9 +106,10 @@ def restore(before: list[Any], hypotheses: HypothesisSet) -> None:
 @lean
 def copy(hypotheses: HypothesisSet, source: int, target: int) -> None:
     """One hypothesis over another."""
-    for i in range(N_STATES):
+    n_states = hypotheses.mean.shape[1]
+    for i in range(n_states):
         hypotheses.mean[target, i] = hypotheses.mean[source, i]
-        for j in range(N_STATES):
+        for j in range(n_states):
             hypotheses.covariance[target, i, j] = hypotheses.covariance[source, i, j]
     hypotheses.log_weight[target] = hypotheses.log_weight[source]
     hypotheses.mode[target] = hypotheses.mode[source]

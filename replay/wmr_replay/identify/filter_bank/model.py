@@ -9,12 +9,12 @@ from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
 from wmr_replay.identify.filter_bank.hypotheses import ENDED, LEFT, HypothesisSet
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.start import start_hypotheses
-from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, Prior, with_alpha
+from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, N_STATES, Prior, with_alpha
 from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
 from wmr_replay.identify.terms import Terms
 from wmr_schemas.arrays import F64
 
-N_LAST = 7
+N_LAST = 9
 LEAST_SD = 0.05
 """Of ln α and ln c in the second pass: a load of 5 % comes and goes within a log."""
 
@@ -36,6 +36,10 @@ class BankModel(Protocol):
         """Rows of the answers."""
 
     @property
+    def n_states(self) -> int:
+        """States of a hypothesis."""
+
+    @property
     def least_bins(self) -> int:
         """Bins of the first fit."""
 
@@ -47,10 +51,10 @@ class BankModel(Protocol):
         """The model, once a regression has found α."""
 
     def start(self, hypotheses: HypothesisSet, bins: Bins, n_modes: int, last: F64) -> None:
-        """Fill the set at the last of the bins, and ``last`` (7,), which the steps carry on."""
+        """Fill the set at the last of the bins, and ``last`` (9,), which the steps carry on."""
 
     def run(self, hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm) -> Said:
-        """Bins (9, m) at times (m,) through the hypotheses."""
+        """Bins (9 rows at least, m) at times (m,) through the hypotheses."""
 
     def learned(self, hypotheses: HypothesisSet) -> "BankModel":
         """The model with what the hypotheses know at the end of the first pass."""
@@ -72,6 +76,7 @@ class TorqueModel:
     drift: Drift
     least_bins: int
     n_answers: int = 7
+    n_states: int = N_STATES
     habits: F64 = field(default_factory=first_habits)
 
     @property
@@ -126,7 +131,7 @@ def learned_habits(hypotheses: HypothesisSet) -> F64:
 
 
 def moments(hypotheses: HypothesisSet) -> tuple[F64, F64]:
-    """Mean and standard deviation (12,) of the states over all hypotheses."""
+    """Mean and standard deviation (s,) of the states over all hypotheses."""
     n = int(hypotheses.size[0])
     weight = np.exp(hypotheses.log_weight[:n])
     weight /= weight.sum()

@@ -43,7 +43,7 @@ def start_hypotheses(
     half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
     each = product(centres_of(prior), range(n_modes), range(len(disturbances_mps2)))
     n = 0
-    for (off, share), mode, level in each:
+    for (off, likely), mode, level in each:
         hypotheses.mean[n], hypotheses.covariance[n] = mean, covariance
         hypotheses.mean[n, LN_ALPHA] += off
         hypotheses.mean[n, LN_BETA] += off
@@ -52,7 +52,7 @@ def start_hypotheses(
         hypotheses.covariance[n, AHEAD, AHEAD] = variance
         hypotheses.covariance[n, AROUND, AROUND] = variance / half_track_m**2
         starts = PRIORS.starts_rolling if mode == IDEAL else (1 - PRIORS.starts_rolling) / (n_modes - 1)
-        hypotheses.log_weight[n] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(share * starts)
+        hypotheses.log_weight[n] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(likely * starts)
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
             hypotheses.mean[n, V_LAT] = 0.0
             hypotheses.covariance[n, V_LAT] = hypotheses.covariance[n, :, V_LAT] = 0.0

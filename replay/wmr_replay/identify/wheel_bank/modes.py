@@ -41,12 +41,8 @@ def shares_of_modes(mean: F64, covariance: F64, mode: int, wheels: F64, out: F64
     cross = 2.0 * covariance[S_SUM, S_DIFF]
     right = within(mean[S_SUM] + mean[S_DIFF], both + cross, limit)
     left = within(mean[S_SUM] - mean[S_DIFF], both - cross, limit)
-    if mode in (IDEAL, SKIDDING):
-        right = left = 1.0
     rolls = min(right, left) * max(right, left) ** 0.5
     stays = within(mean[S_LAT], covariance[S_LAT, S_LAT], SKID_MPS)
-    if mode in (IDEAL, SLIPPING):
-        stays = 1.0
     out[IDEAL], out[SKIDDING] = rolls * stays, rolls * (1.0 - stays)
     out[SLIPPING], out[SKIDDING_SLIPPING] = (1.0 - rolls) * stays, (1.0 - rolls) * (1.0 - stays)
 

@@ -11,7 +11,6 @@ from wmr_replay.identify.wheel_bank.states import (
     LATERAL,
     LN_SCALE,
     LN_TRACK,
-    N_STATES,
     PSI,
     S_DIFF,
     S_LAT,
@@ -45,14 +44,15 @@ def body_motion(mean: F64, wheels: F64) -> tuple[float, float, float]:
 
 @lean
 def slopes(mean: F64, wheels: F64, v: float, omega: float, rows: F64) -> None:
-    """Derivatives of v, v_lat and ω by the states, (3, 12). Wheels that stand, or whose speeds are unknown
+    """Derivatives of v, v_lat and ω by the states, (3, s). Wheels that stand, or whose speeds are unknown
     and count as 0, tell nothing of the track.
     """
     scale, difference, delay = math.exp(mean[LN_SCALE]), mean[DIFFERENCE], mean[DELAY]
     per_track = math.exp(-mean[LN_TRACK])
     ahead, around = wheels[0] + delay * wheels[2], wheels[1] + delay * wheels[3]
+    n_states = mean.shape[0]
     for i in range(3):
-        for j in range(N_STATES):
+        for j in range(n_states):
             rows[i, j] = 0.0
     rows[0, S_SUM], rows[0, LN_SCALE] = -1.0, v + mean[S_SUM]
     rows[0, DIFFERENCE] = scale * around
@@ -63,7 +63,7 @@ def slopes(mean: F64, wheels: F64, v: float, omega: float, rows: F64) -> None:
     rows[2, DIFFERENCE] = scale * ahead * per_track
     rows[2, DELAY] = scale * (wheels[3] + difference * wheels[2]) * per_track
     arm, lateral = mean[ICR] + mean[LATERAL] * v, mean[LATERAL] * omega
-    for j in range(N_STATES):
+    for j in range(n_states):
         rows[1, j] = -arm * rows[2, j] - lateral * rows[0, j]
     rows[1, S_LAT] = 1.0
     rows[1, ICR], rows[1, LATERAL] = -omega, -v * omega
@@ -71,16 +71,17 @@ def slopes(mean: F64, wheels: F64, v: float, omega: float, rows: F64) -> None:
 
 @lean
 def predict_pose(mean: F64, covariance: F64, wheels: F64, dt: float, work: F64) -> None:
-    """The pose after ``dt`` of the motion at its beginning, at the heading of the middle. ``work`` (9, 12) is
+    """The pose after ``dt`` of the motion at its beginning, at the heading of the middle. ``work`` (9, s) is
     scratch.
     """
     v, v_lat, omega = body_motion(mean, wheels)
     by, step, moved = work[:3], work[3:6], work[6:9]
+    n_states = mean.shape[0]
     slopes(mean, wheels, v, omega, by)
     heading = mean[PSI] + 0.5 * omega * dt
     cos, sin = math.cos(heading), math.sin(heading)
     along_x, along_y = v * cos - v_lat * sin, v * sin + v_lat * cos
-    for j in range(N_STATES):
+    for j in range(n_states):
         turned = 0.5 * dt * by[2, j] + (1.0 if j == PSI else 0.0)
         step[X, j] = dt * (cos * by[0, j] - sin * by[1, j] - along_y * turned)
         step[Y, j] = dt * (sin * by[0, j] + cos * by[1, j] + along_x * turned)
@@ -89,18 +90,18 @@ def predict_pose(mean: F64, covariance: F64, wheels: F64, dt: float, work: F64) 
     mean[Y] += dt * along_y
     mean[PSI] += dt * omega
     for i in range(3):
-        for j in range(N_STATES):
+        for j in range(n_states):
             total = covariance[i, j]
-            for k in range(PSI, N_STATES):
+            for k in range(PSI, n_states):
                 total += step[i, k] * covariance[k, j]
             moved[i, j] = total
     for i in range(3):
         for j in range(i, 3):
             total = moved[i, j]
-            for k in range(PSI, N_STATES):
+            for k in range(PSI, n_states):
                 total += moved[i, k] * step[j, k]
             covariance[i, j] = covariance[j, i] = total
-        for j in range(3, N_STATES):
+        for j in range(3, n_states):
             covariance[i, j] = covariance[j, i] = moved[i, j]
 
 
@@ -109,7 +110,7 @@ def fade(mean: F64, covariance: F64, state: int, variance: float, time_s: float,
     """An Ornstein–Uhlenbeck state after ``dt``: the old value fades, its stationary ``variance`` stays."""
     left = math.exp(-dt / time_s)
     mean[state] *= left
-    for j in range(N_STATES):
+    for j in range(mean.shape[0]):
         covariance[state, j] *= left
         covariance[j, state] *= left
     covariance[state, state] += variance * (1.0 - left * left)

@@ -1,0 +1,59 @@
+"""A case: one log of the engine, named by robot, driver family, noise, effect and seed.
+
+Each purpose has a random stream of its own, so that the same seed with another effect or noise has the same
+drive.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import quality_logs
+from encoders.drivers import FAMILIES as TURNING_FAMILIES
+from worlds.drivers import path_of, slow_square_wave
+
+from wmr_synth.driving.drivers import Profile
+from wmr_synth.driving.patrol import stop_go_reverse_turn
+from wmr_synth.sensors import NOISE_LEVELS
+
+DURATION_S = 90.0
+STREAMS = ("drive", "size", "place", "pose", "wheels")
+Draw = Callable[[float, np.random.Generator], Profile]
+FAMILIES: dict[str, Draw] = {
+    "stop-go": stop_go_reverse_turn,
+    "square-wave": slow_square_wave,
+    "teleoperated": path_of(quality_logs.teleoperated),
+    "wander": TURNING_FAMILIES["wander"],
+    "spin-and-go": TURNING_FAMILIES["spin-and-go"],
+    "aisles": TURNING_FAMILIES["aisles"],
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One log; an empty effect hides nothing."""
+
+    robot: str
+    family: str
+    noise: str
+    effect: str
+    seed: int
+    duration_s: float = DURATION_S
+
+    @property
+    def key(self) -> str:
+        """Key of the case's row of results."""
+        return f"{self.robot}/{self.family}/{self.noise}/{self.effect or 'nothing'}/{self.seed}"
+
+    @property
+    def noise_sd(self) -> tuple[float, float]:
+        """Standard deviations of a pose sample in m and rad."""
+        return NOISE_LEVELS[self.noise]
+
+    def stream(self, purpose: str) -> np.random.Generator:
+        """The random stream for a purpose."""
+        return np.random.default_rng([self.seed, STREAMS.index(purpose), sorted(FAMILIES).index(self.family)])
+
+    def references(self) -> Profile:
+        """Speed and yaw rate that the controller follows."""
+        return FAMILIES[self.family](self.duration_s, self.stream("drive"))

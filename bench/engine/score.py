@@ -1,0 +1,46 @@
+"""What ``gap`` says of a log of the engine, against the names that are accepted.
+
+right     one effect is named, and its name or a member of its exact class is accepted
+among     the answer is ambiguous, and an accepted name is among its alternatives
+more      an accepted name beside another effect
+refused   nothing named: nothing missing, or not enough excitation
+unnamed   a disagreement without a name
+wrong     another name
+error     the analysis raised
+silent    (nothing hidden) nothing is named
+false     (nothing hidden) something is named
+"""
+
+from typing import Any
+
+from worlds.score import CLAIMS, CLOSE_BIC
+
+Row = dict[str, Any]
+
+
+def names(effect: Row) -> set[str]:
+    """The effect's name and its exact class."""
+    return {effect["name"], *effect["class"]}
+
+
+def alternatives(effect: Row) -> set[str]:
+    """The names that the answer gives as nearly as likely."""
+    return {name for name, worse in effect["alternatives"].items() if worse < CLOSE_BIC}
+
+
+def outcome(row: Row, accepted: list[str]) -> str:
+    """One of the words above; nothing is hidden where no name is accepted."""
+    if "error" in row:
+        return "error"
+    claims = row["verdict"] in CLAIMS
+    if not accepted:
+        return "false" if claims else "unnamed" if row["verdict"] == "unnamed" else "silent"
+    if not claims:
+        return "unnamed" if row["verdict"] == "unnamed" else "refused"
+    found = [bool(names(effect) & set(accepted)) for effect in row["effects"]]
+    if found == [True]:
+        return "right"
+    if any(found):
+        return "more"
+    near = any(alternatives(effect) & set(accepted) for effect in row["effects"])
+    return "among" if near and len(found) == 1 else "wrong"

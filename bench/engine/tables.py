@@ -1,0 +1,44 @@
+"""Tables of the benchmark: by robot, by noise, by effect; failures; times."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from worlds.tables import by, said, table, times
+
+Row = dict[str, Any]
+HIDDEN = ("right", "among", "more", "refused", "unnamed", "wrong", "error")
+NOTHING = ("silent", "unnamed", "false", "error")
+
+
+def failures(rows: Sequence[Row]) -> str:
+    """Every log that is not right: what was hidden, verdict, names."""
+    lines = [
+        [
+            row["key"],
+            row["outcome"],
+            row.get("verdict", "–").replace("_", " "),
+            said(row) or "–",
+            ", ".join(f"{key} {size:.3g}" for key, size in row["sizes"].items()) or "–",
+        ]
+        for row in rows
+        if row["outcome"] not in ("right", "silent")
+    ]
+    return table(("log", "outcome", "verdict", "said", "hidden size"), sorted(lines))
+
+
+def report(rows: Sequence[Row]) -> str:
+    """All tables; a log that could not be driven is no case."""
+    rows = [row for row in rows if row["outcome"] != "not driven"]
+    parts = []
+    for part, outcomes, title in (
+        ([row for row in rows if row["effect"]], HIDDEN, "one effect hidden"),
+        ([row for row in rows if not row["effect"]], NOTHING, "nothing hidden"),
+    ):
+        if part:
+            parts += [by(part, lambda row: row["robot"], title, outcomes)]
+            parts += [by(part, lambda row: row["noise"], "noise", outcomes)]
+            parts += [by(part, lambda row: row["family"], "family", outcomes)]
+    hidden = [row for row in rows if row["effect"]]
+    if hidden:
+        parts.append(by(hidden, lambda row: row["effect"], "effect", HIDDEN))
+    return "\n\n".join([*parts, "Failures", failures(rows), times(rows)])

@@ -1,0 +1,134 @@
+"""The gap analysis on logs of MuJoCo: which of the engine's effects it names, by robot, noise and effect.
+
+    python bench/gap_mujoco.py --split develop --n 60
+    python bench/gap_mujoco.py --split report --n 400 --jobs 2
+    python bench/gap_mujoco.py --robot cart --effect none --noise mocap --n 6
+
+Every log is a canonical MCAP without a mode topic, analysed with default settings; its base model is what
+``fit`` calibrates on another log of the robot, on which nothing is hidden. Cases go round the robots; for
+each robot, effects and noises take turns, and every third log hides nothing. Rows are appended to a file; a
+run that is started again continues there. ``--fresh`` starts over, as one should after a change of the
+analysis.
+"""
+
+import argparse
+import json
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(threads, "1")
+
+from engine import tables  # noqa: E402
+from engine.case import FAMILIES, Case  # noqa: E402
+from engine.drive import RanAway  # noqa: E402
+from engine.effects import EDITS  # noqa: E402
+from engine.logs import Logged, base_of, logged, written  # noqa: E402
+from engine.score import outcome  # noqa: E402
+from engine.split import accepted, part  # noqa: E402
+from worlds import runs  # noqa: E402
+
+from wmr_replay.api.gap import gap  # noqa: E402 (numpy reads the environment)
+from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
+
+Row = dict[str, Any]
+RESULTS = Path(__file__).parent / "results"
+NOTHING_EVERY = 3
+
+
+def cases(options: argparse.Namespace) -> Iterator[Case]:
+    """``--n`` cases of the split, by their seeds from the part's first (or ``--first-seed``) on."""
+    chosen = part(options.split)
+    robots = [options.robot] if options.robot else list(chosen.robots)
+    families = [options.family] if options.family else list(chosen.families)
+    noises = [options.noise] if options.noise else list(NOISE_LEVELS)
+    if not {*robots} <= {*chosen.robots} or not {*families} <= {*chosen.families}:
+        raise SystemExit(f"only {', '.join(chosen.robots)} on {', '.join(chosen.families)} in this part")
+    first = chosen.first_seed if options.first_seed is None else options.first_seed
+    for k in range(options.n):
+        lap, place = divmod(k, len(robots))
+        chosen.check(first + k)
+        turn = lap // NOTHING_EVERY
+        family = families[(lap + turn + place) % len(families)]
+        noise = noises[(lap + turn + turn // len(noises)) % len(noises)]
+        effect = effect_of(lap, 5 * place, list(accepted(robots[place])), options.effect)
+        yield Case(robots[place], family, noise, effect, first + k)
+
+
+def effect_of(lap: int, shift: int, names: list[str], choice: str) -> str:
+    """The effect that ``--effect`` says: of ``all``, every third log hides nothing, the others go round."""
+    if choice == "none":
+        return ""
+    if choice != "all":
+        return choice
+    turn, rest = divmod(lap, NOTHING_EVERY)
+    if rest == NOTHING_EVERY - 1:
+        return ""
+    return names[(turn * (NOTHING_EVERY - 1) + rest + shift) % len(names)]
+
+
+def row_of(case: Case) -> Row:
+    """One log driven, analysed and scored. The analysis gets the log and the base model alone."""
+    row: Row = {"key": case.key, **vars(case), "sizes": {}}
+    try:
+        found = logged(case)
+    except RanAway as error:
+        return row | {"outcome": "not driven", "error": str(error)}
+    row |= {"sizes": found.hidden.sizes} | analysed(case, found)
+    return row | {"outcome": outcome(row, accepted(case.robot).get(case.effect, []))}
+
+
+def analysed(case: Case, found: Logged) -> Row:
+    """What the analysis says, and its processor time. An exception is recorded as text."""
+    try:
+        base = base_of(case)
+        with TemporaryDirectory() as folder:
+            path = written(found.log, Path(folder) / "log.mcap")
+            begun = time.process_time()
+            answer = gap(path, model=base)
+            spent = time.process_time() - begun
+    except Exception as error:  # a crash of the analysis is a result of the benchmark
+        return {"error": f"{type(error).__name__}: {error}"}
+    effects = [
+        {
+            "name": effect.name,
+            "class": list(effect.confound_class),
+            "alternatives": {other.name: other.delta_bic for other in effect.alternatives},
+            "parameters": {key: [e.value, *e.ci95] for key, e in effect.parameters.items()},
+        }
+        for effect in answer.document.effects
+    ]
+    words = {"verdict": answer.verdict, "sentence": answer.sentence, "notes": list(answer.document.notes)}
+    return words | {"effects": effects, "cpu_s": spent}
+
+
+def main() -> None:
+    """Run the cases, and print the tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--split", choices=("develop", "report"), default="develop")
+    parser.add_argument("--n", type=int, default=40)
+    parser.add_argument("--first-seed", type=int)
+    parser.add_argument("--effect", choices=("all", "none", *EDITS), default="all")
+    parser.add_argument("--robot")
+    parser.add_argument("--family", choices=tuple(FAMILIES))
+    parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--fresh", action="store_true", help="forget the rows of the file")
+    parser.add_argument("--json", action="store_true", help="print rows in place of tables")
+    options = parser.parse_args()
+    out = options.out or RESULTS / f"gap_mujoco.{options.split}.jsonl"
+    if options.fresh:
+        out.unlink(missing_ok=True)
+    rows = runs.run(row_of, cases(options), out, options.jobs)  # type: ignore[arg-type]
+    print("\n".join(map(json.dumps, rows)) if options.json else tables.report(rows))
+
+
+if __name__ == "__main__":
+    main()
