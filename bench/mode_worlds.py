@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 import polars as pl
 from worlds.case import Case, World
-from worlds.drivers import FAMILIES
+from worlds.drivers import FAMILIES, Family, Rng
 from worlds.mode_model import linear_model, to_rows
 from worlds.mode_smoother import told_posteriors
 from worlds.simulate import simulated
-from worlds.split import part
+from worlds.split import Part, part
 
 from wmr_replay.jobs.replay import MemorySource, Replay
 from wmr_replay.pipeline.engine import Engine
@@ -32,8 +32,23 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.tables import CalibrationCollector
 from wmr_schemas.arrays import F64
+from wmr_synth.driving.drivers import Waypoints
+from wmr_synth.driving.patrol import ramped
 from wmr_synth.sensors import NOISE_LEVELS
 
+
+def weaving(duration_s: float, rng: Rng) -> Waypoints:
+    """From side to side at a speed that changes slowly."""
+    n = int(duration_s / 1.5) + 2
+    speed = 1.2 + np.cumsum(rng.normal(0.0, 0.1, n)).clip(-0.8, 0.8)
+    turning = rng.uniform(0.3, 0.9, n) * np.resize([1.0, -1.0], n)
+    rates = np.full(n, 0.5), np.full(n, 1.0)
+    return ramped(rng.uniform(1.5, 4.0, n), (speed, turning), rates, (1.2, 0.0))
+
+
+FAMILIES["weaving"] = Family(weaving, (2.0, 20.0), (0.5, 4.0))
+LATER = Part(((1, "weaving"), (2, "weaving")), 200_000, 299_999)
+"""Left out until the report on the families of plant two had led to a change."""
 MOST = 24
 DIRECTLY = 1 / 6
 SETTLED_S = 2.0
@@ -157,7 +172,7 @@ def table(rows: list[Row]) -> str:
 def main() -> None:
     """Judge the logs of a part of the split, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--split", choices=("develop", "report"), default="develop")
+    parser.add_argument("--split", choices=("develop", "report", "later"), default="develop")
     parser.add_argument("--logs", type=int, default=3, help="per family and plant, shared among the noises")
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--family", choices=sorted(FAMILIES))
@@ -169,7 +184,7 @@ def main() -> None:
     if asked.show:
         print(table([json.loads(line) for line in asked.show.read_text(encoding="utf-8").splitlines()]))
         return
-    split, rows = part(asked.split), []
+    split, rows = LATER if asked.split == "later" else part(asked.split), []
     for plant, family in split.cells:
         if asked.family not in (None, family):
             continue

@@ -32,7 +32,7 @@ UNEVEN = 1.5
 """Four blocks that span more than this times their nominal length hold a hole."""
 SUBSETS = np.array([s for s in product((0.0, 1.0), repeat=4) if any(s)])
 WHITE, WOBBLE, VELOCITY, ACCELERATION = range(4)
-REWEIGHTINGS = 6
+REWEIGHTINGS = 5
 
 
 class Scale:
@@ -160,10 +160,12 @@ def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
         return None
     trust, seen, shapes = np.minimum(n[known], TRUSTED), squares[known], shapes[:, known]
     sizes, deviance = explained(trust, seen, shapes)
-    _, plain = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
     at = int(np.flatnonzero(deviance <= deviance.min() + NEARLY_AS_GOOD)[-1])
     white, wobble, velocity, acceleration = sizes[at].tolist()
-    evidence = float(plain[0] - deviance[at])
+    _, plain = (
+        explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0])) if wobble else (0, deviance)
+    )
+    evidence = float(plain[0] - deviance[at]) if wobble else 0.0
     return Colour(white, wobble, TIMES_S[at], velocity, acceleration, float(squares[0]), evidence)
 
 
@@ -222,12 +224,14 @@ def kernel_noise(colour: Colour, spec: KernelSpec, n_taps: int, step_s: float) -
 
 def biases_of(colour: Colour, taps: F64, delay_s: float, step_s: float) -> tuple[float, float, float]:
     """Mean squares of the errors of the orders 0, 1, 2 by jumps of velocity and acceleration at any time."""
-    ages = np.arange(taps.shape[1]) * step_s
-    since = np.maximum(ages[:, None] - ages, 0.0)
+    k = np.arange(taps.shape[1], dtype=float)
+    ages = k * step_s
+    sums = [np.cumsum(taps * power, axis=1) - taps * power for power in (1.0, k, k * k)]
     ago = np.maximum(ages - delay_s, 0.0)
     behind = (ages > delay_s).astype(float)
-    velocity = taps @ since.T - np.stack([ago, behind, 0 * ago])
-    acceleration = taps @ (0.5 * since**2).T - np.stack([0.5 * ago**2, ago, behind])
+    velocity = step_s * (k * sums[0] - sums[1]) - np.stack([ago, behind, 0 * ago])
+    parabola = 0.5 * step_s**2 * (k * k * sums[0] - 2 * k * sums[1] + sums[2])
+    acceleration = parabola - np.stack([0.5 * ago**2, ago, behind])
     squares = colour.velocity_jumps * velocity**2 + colour.acceleration_jumps * acceleration**2
     position, speed, acceleration_error = (squares.sum(axis=1) * step_s).tolist()
     return position, speed, acceleration_error

@@ -24,8 +24,8 @@ from wmr_replay.identify import Motion
 from wmr_replay.pipeline.columns import LATER, Columns
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
-FIRST_S, GROWTH, LONGEST_S = 2.0, 1.25, 30.0
-"""The colour is found after 2 s, after each quarter more of the log, and every 30 s at least."""
+FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
+"""The colour is found after 2 s, whenever the log has grown by two fifths, and every minute."""
 FORGOTTEN_S = 0.2
 """To a filter that takes noise for white, a slower wobble is motion."""
 

@@ -35,6 +35,10 @@ class BankPriors:
     disturbance_time_s: float = 1.0
     """Correlation time of disturbances: between a floor's unevenness (tenths of a second at a walking pace)
     and slopes and friction that change over some metres. .4 s gives the same accuracies."""
+    elastic_sideslip_s: float = 0.004
+    """Lateral velocity of tyres that grip, over the lateral acceleration: some mm/s at 1 m/s² …"""
+    elastic_lasts_s: float = 0.5
+    """… which lasts as long as a curve does."""
     compensated_sd: float = 3.0
     """Efforts that ask for less than so many standard deviations of a disturbance may only compensate it."""
     least_half_track_m: float = 0.1

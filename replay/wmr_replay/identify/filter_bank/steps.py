@@ -29,6 +29,7 @@ from wmr_replay.identify.filter_bank.states import (
     N_MOVING,
     N_STATES,
     OMEGA,
+    PSI,
     RHO,
     SKIDDING,
     SKIDDING_SLIPPING,
@@ -36,6 +37,8 @@ from wmr_replay.identify.filter_bank.states import (
     V_LAT,
     V_LONG,
     Prior,
+    X,
+    Y,
 )
 from wmr_replay.identify.filter_bank.switches import split
 from wmr_replay.identify.filter_bank.traction import slipping_share
@@ -47,6 +50,7 @@ from wmr_schemas.compiled.lean import lean
 LONGEST_STEP_S, LONGEST_HOLE_S = PRIORS.longest_step_s, PRIORS.longest_hole_s
 LEAST_HALF_TRACK_M = PRIORS.least_half_track_m
 MIN_LOG_WEIGHT = math.log(PRIORS.least_interval_weight)
+ELASTIC_S, ELASTIC_LASTS_S = PRIORS.elastic_sideslip_s, PRIORS.elastic_lasts_s
 COMPENSATED = PRIORS.compensated_sd * PRIORS.compensated_sd
 UNKNOWN_ACCELERATION_DIFFUSION = PRIORS.unknown_acceleration_diffusion
 
@@ -74,6 +78,18 @@ def told(effort: float, gain: float, variance: float) -> float:
     """
     x = effort * effort * gain * gain / (COMPENSATED * variance)
     return effort * x / (1.0 + x)
+
+
+@lean
+def creep_sideways(mean: F64, covariance: F64, dt: float) -> None:
+    """Tyres that grip give way a little in a curve. How much is not known: the position becomes uncertain."""
+    creep = ELASTIC_S * mean[V_LONG] * mean[OMEGA]
+    variance = 2.0 * ELASTIC_LASTS_S * creep * creep * dt
+    sin, cos = math.sin(mean[PSI]), math.cos(mean[PSI])
+    covariance[X, X] += variance * sin * sin
+    covariance[Y, Y] += variance * cos * cos
+    covariance[X, Y] -= variance * sin * cos
+    covariance[Y, X] = covariance[X, Y]
 
 
 @lean
@@ -120,6 +136,8 @@ def predict(
             covariance[OMEGA, OMEGA] += (UNKNOWN_ACCELERATION_DIFFUSION if free_omega else diffusion) * dt
             if mode in (SKIDDING, SKIDDING_SLIPPING):
                 covariance[V_LAT, V_LAT] += diffusion * dt
+            else:
+                creep_sideways(mean, covariance, dt)
             for a in (LN_ALPHA, LN_BETA):
                 for b in (LN_ALPHA, LN_BETA):
                     covariance[a, b] += drift.alpha_share * diffusion * dt
