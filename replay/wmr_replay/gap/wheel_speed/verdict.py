@@ -32,7 +32,7 @@ def verdict_of(
         ]
         return ("ambiguous", tuple(close)) if close else ("named", ())
     if standing is not None:
-        return "unnamed", (said_of(standing),)
+        return "unnamed", (standing.text,)
     if reason := too_calm(problem):
         return "not_enough_excitation", (reason,)
     hidden = [
