@@ -11,6 +11,10 @@ from typing import Literal
 from wmr_schemas.errors import InvalidFile
 
 AUTO: Literal["auto"] = "auto"
+ASSUMED_RADIUS_M = 0.15
+"""Where no wheel radius is stated, the scale of wheel speeds is learnt relative to it: wheels between 3.5 and
+60 cm lie within a factor of 4.
+"""
 AverageSpeed = float | Literal["auto"] | None
 
 

@@ -10,7 +10,7 @@ from wmr_replay.align import Aligner, SampleBatch, concatenate
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.columns import Columns, warming_up_columns
 from wmr_replay.pipeline.derivation import Tuning
-from wmr_replay.pipeline.evidence import chosen_evidence
+from wmr_replay.pipeline.evidence import chosen_evidence, remark_on
 from wmr_replay.pipeline.hindsight import Record
 from wmr_replay.pipeline.intake import Intake, stretch_length
 from wmr_replay.pipeline.model_effects import ReplayModel
@@ -117,7 +117,7 @@ class Engine:
             steered=self._steered,
             wheels_alone=self._wheels_alone,
         )
-        self.note = self.note or self.settings.lacks(self.told_by)
+        self.note = "; ".join(filter(None, [self.note, remark_on(self.settings, self.told_by, self.model)]))
         settings = self.settings.told_by(self.told_by)
         self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)

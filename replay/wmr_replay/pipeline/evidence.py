@@ -12,6 +12,8 @@ import numpy as np
 
 from wmr_replay.align import SampleBatch
 from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
+from wmr_schemas.robot import ASSUMED_RADIUS_M
 
 AUTO, TORQUES, WHEEL_SPEEDS, BOTH = "auto", "torques", "wheel-speeds", "both"
 
@@ -21,8 +23,8 @@ def chosen_evidence(
 ) -> tuple[str, str]:
     """What tells the modes of a log with this initial stretch, and a note where that is not what was asked.
 
-    The wheel speeds of a ``steered`` robot tell nothing of slipping. ``wheels_alone``: the channels hold wheel
-    speeds and no torques, so that wheel speeds which begin later are waited for.
+    The wheel speeds of a ``steered`` robot tell nothing of slipping. ``wheels_alone``: the channels hold
+    wheel speeds and no torques, so that wheel speeds which begin later are waited for.
     """
     efforts = bool(np.isfinite(stretch.inputs[:2]).all(axis=0).any())
     any_effort = bool(np.isfinite(stretch.inputs[:2]).any())
@@ -35,6 +37,25 @@ def chosen_evidence(
     if asked == BOTH and efforts:
         return BOTH, ""
     return (BOTH if efforts and suits_both(model) else TORQUES), ""
+
+
+def remark_on(settings: Settings, told_by: str, model: ReplayModel) -> str:
+    """What limits the identifier of the settings where modes are told by this; empty where nothing does."""
+    if told_by not in (WHEEL_SPEEDS, BOTH):
+        return ""
+    if settings.identifier == "algebraic" and told_by == WHEEL_SPEEDS:
+        return (
+            "--identifier algebraic needs torques: without them it names skidding alone; "
+            "bank and paper use the wheel speeds"
+        )
+    if settings.identifier == "paper" and told_by == WHEEL_SPEEDS and not model.effects:
+        return (
+            "--identifier paper takes the robot's dimensions as they are given and allows for their errors; "
+            "what fit writes, given as --model, lets it tell more"
+        )
+    if settings.identifier == "bank" and model.robot.wheel_radius_m is None:
+        return f"no wheel radius is stated: wheel_scale is relative to {ASSUMED_RADIUS_M:g} m"
+    return ""
 
 
 def suits_both(model: ReplayModel) -> bool:

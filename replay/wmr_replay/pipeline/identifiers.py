@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
+from wmr_replay.identify import Identifier, PaperIdentifier, Rules, Verdict, make_rules
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
 from wmr_replay.identify.joint_bank import JointBankIdentifier
@@ -43,9 +43,14 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
     if settings.identifier == "algebraic":
         algebraic = AlgebraicSettings(settings.min_confidence)
         return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
-    bank = BankSettings(min_confidence=settings.min_confidence)
+    return make_bank(settings, model, rules, step_s)
+
+
+def make_bank(settings: Settings, model: ReplayModel, rules: Rules, step_s: float) -> Identifier:
+    """What tells modes by wheel speeds, or the bank of the settings."""
     if settings.identifier == WHEEL_THRESHOLDS:
         return WheelThresholds(model.robot, rules, known_of_wheels(model.effects))
+    bank = BankSettings(min_confidence=settings.min_confidence)
     if settings.identifier == WHEEL_BANK:
         return WheelBankIdentifier(model.robot, rules, step_s, bank, known_of_wheels(model.effects))
     if settings.identifier == JOINT_BANK:

@@ -58,7 +58,8 @@ def replay_columns(
     log: Log, settings: Settings | None = None, model: ReplayModel | None = None
 ) -> list[Columns]:
     """Columns of the samples table of a log in memory, by ``model`` or its own nominal parameters."""
-    engine = Engine(replace(settings or Settings(), hindsight=False), model or ReplayModel(log.robot))
+    causal = replace(settings or Settings(), hindsight=False)
+    engine = Engine(causal, model or ReplayModel(log.robot), wheels_alone=has_wheels_alone(log))
     return [*engine.push(as_batch(log)), *engine.finish()]
 
 
@@ -68,6 +69,7 @@ def hindsight_columns(
     """Columns of the hindsight table of a log in memory; those of the samples table where the log is too
     short for a second pass.
     """
-    engine = Engine(settings or Settings(), model or ReplayModel(log.robot))
+    replayed = model or ReplayModel(log.robot)
+    engine = Engine(settings or Settings(), replayed, wheels_alone=has_wheels_alone(log))
     causal = [*engine.push(as_batch(log)), *engine.finish()]
     return list(engine.hindsight()) or causal

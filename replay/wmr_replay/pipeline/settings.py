@@ -141,15 +141,6 @@ class Settings:
         identifier = BY_WHEELS.get((self.identifier, evidence))
         return self if identifier is None else replace(self, identifier=identifier, simultaneous=True)
 
-    def lacks(self, evidence: str) -> str:
-        """What the identifier does without where modes are told by this; empty where nothing is."""
-        if self.identifier == "algebraic" and evidence == "wheel-speeds":
-            return (
-                "--identifier algebraic needs torques: without them it names skidding alone; "
-                "bank and paper use the wheel speeds"
-            )
-        return ""
-
     def as_dict(self) -> dict[str, Any]:
         """The settings as ``summary.settings`` holds them."""
         return asdict(self)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from wmr_schemas.robot import RobotParameters
+from wmr_schemas.robot import ASSUMED_RADIUS_M, RobotParameters
 from wmr_schemas.status import BARRING, STATUS_MEANING, Status
 
 WORTH_SAYING = 0.05
@@ -13,6 +13,8 @@ LEARNT = (
     ("effective_half_track_m", "effective half track", " m"),
     ("icr_offset_m", "centre of rotation at x =", " m"),
 )
+
+WITHOUT_RADIUS = ("wheel_scale", "none is stated, so by the pose the wheel radius is", " m")
 
 REASONS = {
     Status.WARMING_UP: "the window was filling",
@@ -54,20 +56,30 @@ def verdict_sentence(
     if alpha is not None:
         nominal = "" if robot.alpha is None else f" (nominal {robot.alpha:.4g})"
         sentences.append(f"alpha = {alpha[0]:.4g} ± {1.96 * alpha[1]:.2g} (m/s²)/(N·m){nominal}.")
-    sentences += wheel_sentence(learnt)
+    sentences += wheel_sentence(learnt, stated_radius=robot.wheel_radius_m is not None)
     return " ".join(sentences)
 
 
-def wheel_sentence(learnt: Mapping[str, float]) -> list[str]:
-    """What wheel speeds have taught about the robot, with 95 % intervals; see ``LEARNT_OF_WHEELS``."""
+def wheel_sentence(learnt: Mapping[str, float], *, stated_radius: bool = True) -> list[str]:
+    """What wheel speeds have taught about the robot, with 95 % intervals; see ``LEARNT_OF_WHEELS``. Without a
+    ``stated_radius`` the wheels' scale is said as the radius that it stands for.
+    """
     if not learnt:
         return []
+    words_of = LEARNT if stated_radius else (WITHOUT_RADIUS, *LEARNT[1:])
+    if not stated_radius and "wheel_scale" in learnt:
+        learnt = {name: value * assumed(name) for name, value in learnt.items()}
     parts = [
         f"{words} {with_interval(learnt[name], 1.96 * learnt[f'{name}_sd'])}{unit}"
-        for name, words, unit in LEARNT
+        for name, words, unit in words_of
         if name in learnt
     ]
     return [f"By the wheel speeds: {', '.join(parts)}."]
+
+
+def assumed(name: str) -> float:
+    """What a learnt value is relative to where no wheel radius is stated."""
+    return ASSUMED_RADIUS_M if name.startswith("wheel_scale") else 1.0
 
 
 def with_interval(value: float, half: float) -> str:

@@ -46,7 +46,19 @@ def evidence_of(name, seed, sensors, duration_s=None, window_s=0.4):
     true = log.mode.mode[np.searchsorted(log.mode.t_ns, t_ns, side="right") - 1]
     nothing, independence = np.zeros(len(t_ns)), np.full(len(t_ns), float(INDEPENDENT))
     return (
-        Evidence(t_ns, pose, efforts, motion, force, nothing, variances, independence, nothing > 0, efforts),
+        Evidence(
+            t_ns,
+            pose,
+            efforts,
+            motion,
+            force,
+            nothing,
+            variances,
+            independence,
+            nothing > 0,
+            efforts,
+            efforts,
+        ),
         true,
         (t_ns - t_ns[0]) * 1e-9,
     )

@@ -142,6 +142,7 @@ def identify(motion, force, robot, window_ns=100_000_000):
         independence,
         unused[0] > 0,
         unused[:2],
+        unused[:2],
     )
     return PaperIdentifier(rules).push(evidence)
 

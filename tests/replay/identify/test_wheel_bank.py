@@ -185,6 +185,48 @@ def test_nothing_is_said_of_slipping_while_no_wheel_speed_is_known():
     assert result.summary["effective_half_track_m"][0] == pytest.approx(0.25, abs=0.01)
 
 
+def wheels_from(log: Log, begin_s: float) -> Log:
+    """``log`` with no message of wheel speeds before ``begin_s``."""
+    w = log.wheels
+    kept = w.t_ns >= log.pose.t_ns[0] + round(begin_s * 1e9)
+    return replace(log, wheels=WheelSpeedTrack(w.t_ns[kept], w.left_radps[kept], w.right_radps[kept]))
+
+
+def test_wheel_speeds_that_begin_late_tell_from_then_on(log_rows):
+    late = wheels_from(straight_and_turning(synthesise("encoders", seed=4, duration_s=25).log, 4096), 10.0)
+    told = wr.replay(late).samples.collect()
+    before, behind = told.filter(pl.col("t_s").is_between(2, 10)), told.filter(pl.col("t_s") > 12)
+    assert not before["mode"].is_in([*SLIPS, "ideal"]).any()
+    assert (before["status"] == "no_torque").mean() > 0.8
+    assert (behind["mode"] == "ideal").mean() > 0.9
+    rows = log_rows(late)
+    whole = rows.samples()
+    assert whole.equals(rows.samples(cuts=range(0, rows.n, 311)))
+    prefix = rows.samples(stop=int(0.7 * rows.n))
+    n = len(prefix) - 300
+    assert n > 1200
+    assert prefix[:n].equals(whole[:n])
+
+
+def test_a_skid_in_a_hole_of_the_wheel_speeds_is_no_more_in_hindsight(simulated):
+    t_s = (simulated.log.pose.t_ns - simulated.log.pose.t_ns[0]) * 1e-9
+    result = wr.replay(without_wheels(simulated.log, (t_s > 10) & (t_s < 30)), min_sideslip=0.0)
+    hole = result.hindsight.collect().filter(pl.col("t_s").is_between(11.5, 29.5))
+    assert not hole["mode"].is_in([*SLIPS, "ideal"]).any()
+    assert (hole["mode"] == "skidding").any()
+    samples = result.samples.collect()
+    assert not ((samples["status"] == "ok") & (samples["mode"] == "undecided")).any()
+
+
+def test_an_unknown_wheel_radius_is_said(simulated):
+    true = simulated.facts["true_robot"]["wheel_radius_m"]
+    bare = replace(simulated.log, robot=replace(simulated.log.robot, wheel_radius_m=None))
+    row = wr.replay(bare, hindsight=False).summary.row(0, named=True)
+    assert 0.15 * row["wheel_scale"] == pytest.approx(true, rel=0.03)
+    assert "wheel_scale is relative to 0.15 m" in row["notes"]
+    assert f"the wheel radius is {true:.1f}" in row["verdict"]
+
+
 def test_one_wheel_teaches_nothing():
     log = straight_and_turning(synthesise("encoders", seed=4, duration_s=10).log, 4096)
     result = wr.replay(without_wheels(log, slice(None), sides=["right"]))

@@ -2,7 +2,8 @@
 
 With rolling rim speeds g_i = r φ̇_i by the robot's stated or calibrated dimensions, in robot conventions,
 
-    s_R = g_R − (v_long + l·yaw_rate)    s_L = g_L − (v_long − l·yaw_rate)    s_lat = v_lat + x_icr·yaw_rate + k·v_long·yaw_rate
+    s_R = g_R − (v_long + l·yaw_rate)    s_L = g_L − (v_long − l·yaw_rate)
+    s_lat = v_lat + x_icr·yaw_rate + k·v_long·yaw_rate
 
 a wheel slips where |s| exceeds max(.05 m/s, .03 |v_long|), the robot skids where |s_lat| exceeds .03 m/s and
 what its tyres may yield. A claim has to exceed three standard deviations of the estimate as well, and what an
@@ -28,16 +29,18 @@ SLIP_MPS, SLIP_SHARE, SKID_MPS = 0.05, 0.03, 0.03
 """What counts as a slip and as a skid."""
 HIDDEN_SD = 2.0
 """A mode that is as large as its threshold stays hidden where this many standard deviations exceed that."""
-STATED_RADIUS_SD, STATED_TRACK_SD = 0.015, 0.35
-"""Shares: radii are stated to 3 %; the track of a robot that turns by sliding is up to 2.2 times the stated."""
+STATED_RADIUS_SD, STATED_TRACK_SD, UNKNOWN_ICR_SD_M = 0.015, 0.8, 0.1
+"""Shares, and m: radii are stated to 3 %; the track of a robot that turns by sliding is up to 2.6 times the
+stated one, and its centre of rotation some centimetres to tens of them away.
+"""
 STANDSTILL_MPS = 0.05
 """Below it a slip ratio has no meaning."""
 OPEN = ModeSet.ALL
 
 
 class Dimensions(NamedTuple):
-    """Of a robot, NaN where unknown: rim radii of the left and the right wheel, effective half track, x_icr, k;
-    standard deviations, as shares, of radius and half track; and whether x_icr and k are known.
+    """Of a robot, NaN where unknown: rim radii of the left and the right wheel, effective half track, x_icr
+    and k; standard deviations of radius and half track, as shares, and of x_icr; whether x_icr, k are known.
     """
 
     radii_m: tuple[float, float]
@@ -46,6 +49,7 @@ class Dimensions(NamedTuple):
     lateral_s: float
     radius_sd: float
     track_sd: float
+    icr_sd_m: float
     sideways_known: bool
 
 
@@ -67,6 +71,7 @@ def dimensions_of(robot: RobotParameters, known: Mapping[str, tuple[float, float
         size("lateral_slip"),
         known["wheel_scale"][1] if "wheel_scale" in known else STATED_RADIUS_SD,
         known["effective_track"][1] if "effective_track" in known else STATED_TRACK_SD,
+        known["icr_offset"][1] if "icr_offset" in known else UNKNOWN_ICR_SD_M,
         "icr_offset" in known or "lateral_slip" in known,
     )
 
@@ -79,14 +84,14 @@ class Judged(NamedTuple):
 
 
 def judged(size: F64, limit: F64, sd: F64, margin: F64, threshold_sd: float) -> Judged:
-    """A constraint by the estimate of its ``size``, which errors of the dimensions move by ``margin`` at most."""
+    """A constraint by its estimated ``size``, which errors of the dimensions move by up to ``margin``."""
     violated = np.abs(size) > np.maximum(limit, threshold_sd * sd) + margin
     seen = (HIDDEN_SD * sd <= limit) & (margin <= limit)
     return Judged(violated, seen & ~violated & np.isfinite(size))
 
 
 class WheelThresholds:
-    """Stage: evidence in, verdicts out, for a robot whose wheel speeds are known and whose torques are not."""
+    """Stage: evidence in, verdicts out, for a robot with wheel speeds and without torques."""
 
     def __init__(
         self, robot: RobotParameters, rules: Rules, known: Mapping[str, tuple[float, float]]
@@ -128,7 +133,8 @@ class WheelThresholds:
 
     def _rims(self, evidence: Evidence) -> F64:
         """Rim speeds (2, n) of the left and the right wheel through the window of the motion."""
-        return evidence.smoothed_wheels * np.array(self._dimensions.radii_m)[:, None]
+        rims: F64 = evidence.smoothed_wheels * np.array(self._dimensions.radii_m)[:, None]
+        return rims
 
     def _slips(self, motion: Motion, wheels: F64) -> tuple[F64, F64, F64]:
         """Slip velocities (2, n) of the left and the right wheel, their standard deviations, and what errors
@@ -148,6 +154,7 @@ class WheelThresholds:
         own = (d.icr_m + d.lateral_s * motion.v_long_mps) * motion.yaw_rate_radps
         yields = 0.0 if d.sideways_known else rules.min_sideslip
         margin = np.maximum(yields * np.abs(motion.v_long_mps) - SKID_MPS, 0.0)
+        margin += HIDDEN_SD * d.icr_sd_m * np.abs(motion.yaw_rate_radps)
         limit = np.full(len(own), SKID_MPS)
         skids = judged(motion.v_lat_mps + own, limit, motion.v_lat_mps_sd, margin, rules.threshold_sd)
         return skids, np.maximum(limit, rules.threshold_sd * motion.v_lat_mps_sd) + margin

@@ -18,7 +18,7 @@ from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import Known
 from wmr_replay.identify.wheel_bank.steps import JUMPED, N_ANSWERS
 from wmr_schemas.arrays import I8, Bool
-from wmr_schemas.modes import ModeSet
+from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.status import Status
 
@@ -29,7 +29,9 @@ def without_torque(verdict: Verdict, known: Bool) -> I8:
     """The outcome of each row (n,); where wheel speeds are ``known``, torques are not what is missing."""
     turns = verdict.mode_set & int(ModeSet.SKIDDING) != 0
     reason = np.where(turns, Status.NOT_TURNING, Status.NOT_EXCITED)
-    return np.where(known & (verdict.outcome == Status.NO_TORQUE), reason, verdict.outcome).astype(np.int8)
+    left_open = (verdict.outcome == Status.OK) & (verdict.mode == ContactMode.UNDECIDED)
+    lacks = (verdict.outcome == Status.NO_TORQUE) | left_open
+    return np.where(known & lacks, reason, verdict.outcome).astype(np.int8)
 
 
 class WheelBankIdentifier:

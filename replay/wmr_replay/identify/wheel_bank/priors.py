@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from wmr_schemas.robot import ASSUMED_RADIUS_M
+
 
 @dataclass(frozen=True)
 class WheelPriors:
@@ -9,7 +11,7 @@ class WheelPriors:
 
     ln_scale_sd: float = 0.08
     """Of the wheels' scale: radii are known to 3 %, but a real robot's was .82 of its nominal one."""
-    unknown_radius_m: float = 0.15
+    unknown_radius_m: float = ASSUMED_RADIUS_M
     """Without a nominal radius: of wheels between 3.5 and 60 cm …"""
     unknown_ln_scale_sd: float = 0.7
     """… which lie within two standard deviations."""

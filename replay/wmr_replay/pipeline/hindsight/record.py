@@ -22,6 +22,7 @@ ROW = np.dtype(
         ("mode_set", np.uint8),
         ("status", np.int8),
         ("mode_true", np.int8),
+        ("slip_known", np.bool_),
     ]
 )
 SILENT = np.array([Status.WARMING_UP, Status.GAP, Status.POSE_JUMP, Status.OUTLIER])
@@ -49,6 +50,7 @@ class Record:
             table["described"][:, k] = estimates.get(LATER + name, estimates[name])
         for name in ("delay_s", "mode", "mode_set", "status"):
             table[name] = estimates[name]
+        table["slip_known"] = ~np.isnan(estimates["slip_left_mps"]) if "slip_left_mps" in estimates else True
         self._rows.push(table)
         telling = np.flatnonzero(~np.isin(table["status"], SILENT))
         if len(telling):

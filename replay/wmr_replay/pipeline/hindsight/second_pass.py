@@ -21,7 +21,8 @@ NO_ANSWER = np.array(sorted({*BARRING, Status.POSE_NOT_INDEPENDENT}))
 class SecondPass:
     """Iterate over :meth:`columns` once the first pass is over.
 
-    ``by_wheel_speeds``: the status ``no_torque`` then means rows without wheel speeds, which have no answer.
+    ``by_wheel_speeds``: the status ``no_torque`` then means rows without wheel speeds, which have no answer;
+    where such a row shows a skid, that is all it shows.
     """
 
     def __init__(
@@ -34,6 +35,7 @@ class SecondPass:
         by_wheel_speeds: bool = False,
     ) -> None:
         self._record, self._looking_back = record, looking_back
+        self._by_wheel_speeds = by_wheel_speeds
         self._min_confidence, self._all_modes = min_confidence, all_modes
         self._no_answer = np.append(NO_ANSWER, Status.NO_TORQUE) if by_wheel_speeds else NO_ANSWER
         self._intervals = self._smoothed() if looking_back is not None else iter(())
@@ -84,6 +86,13 @@ class SecondPass:
         mode, mode_set = decided[0].copy(), decided[1].view(np.uint8).copy()
         mode[barred], mode_set[barred] = ContactMode.UNDECIDED, self._all_modes
         posterior[:, barred] = alpha[:, barred] = np.nan
+        if self._by_wheel_speeds:
+            bare = (rows["status"] == Status.OK) & ~rows["slip_known"] & ~barred
+            mode[bare], mode_set[bare], posterior[:, bare] = (
+                rows["mode"][bare],
+                rows["mode_set"][bare],
+                np.nan,
+            )
         status = np.where(mode != ContactMode.UNDECIDED, Status.OK, reason(cause, mode_set))
         return {
             **dict(zip(POSTERIOR, posterior, strict=True)),
