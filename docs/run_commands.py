@@ -196,7 +196,7 @@ def real(name: str) -> str:
 
 
 def settings() -> dict[str, dict[str, str]]:
-    """What ``commands.toml`` says of each page: ``prepare``, ``quick``."""
+    """What ``commands.toml`` says of each page: ``prepare``, ``quick``, ``needs``."""
     return tomllib.loads((ROOT / "docs" / "commands.toml").read_text(encoding="utf-8"))
 
 

@@ -168,6 +168,7 @@ class ModelTables(Part, frozen=True, omit_defaults=True):
     odometry: dict[str, float] = {}
     effects: tuple[dict[str, float | str], ...] = ()
     provenance: dict[str, str] = {}
+    misfit: dict[str, float] = {}
 
 
 class Asked(Part, frozen=True):

@@ -115,12 +115,13 @@ class Model:
     effects: tuple[Effect, ...] = ()
     provenance: Provenance = Provenance()
     odometry: Odometry | None = None
+    misfit: dict[str, float] = field(default_factory=dict)
 
 
 def read_model(path: Path) -> Model:
     """Read and check a model file. Raises InvalidFile naming the key at fault."""
     tables = read_toml(path)
-    check_keys(path, "", tables, ("robot", "noise", "effects", "provenance", "odometry"))
+    check_keys(path, "", tables, ("robot", "noise", "effects", "provenance", "odometry", "misfit"))
     robot, robot_sd = split_sd(path, "[robot]", expect_table(path, "[robot]", tables.get("robot", {})))
     noise = expect_table(path, "[noise]", tables.get("noise", {}))
     check_keys(path, "[noise]", noise, (f.name for f in fields(NoiseModel)))
@@ -140,7 +141,14 @@ def read_model(path: Path) -> Model:
             **{key: expect_text(path, f"[provenance] {key}", value) for key, value in provenance.items()}
         ),
         odometry=parse_odometry(path, tables.get("odometry")),
+        misfit=parse_misfit(path, expect_table(path, "[misfit]", tables.get("misfit", {}))),
     )
+
+
+def parse_misfit(path: Path, table: Mapping[str, Any]) -> dict[str, float]:
+    """The ``[misfit]`` table: a size by effect."""
+    check_keys(path, "[misfit]", table, catalogue())
+    return {key: non_negative(path, f"[misfit] {key}", value) for key, value in table.items()}
 
 
 def parse_odometry(path: Path, entry: object) -> Odometry | None:
@@ -226,6 +234,7 @@ def model_tables(model: Model) -> dict[str, Any]:
     tables["noise"] = {key: value for key, value in vars(model.noise).items() if value is not None}
     tables["provenance"] = {key: value for key, value in vars(model.provenance).items() if value}
     tables["odometry"] = {} if model.odometry is None else vars(model.odometry)
+    tables["misfit"] = dict(model.misfit)
     tables["effects"] = [effect_table(effect) for effect in model.effects]
     return {key: value for key, value in tables.items() if value}
 

@@ -118,3 +118,14 @@ def test_a_file_that_is_not_utf8_is_no_toml(tmp_path: Path) -> None:
     (tmp_path / "model.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(InvalidFile, match=r"is not TOML: "):
         read_model(tmp_path / "model.toml")
+
+
+def test_a_misfit_is_a_size_by_effect(tmp_path):
+    path = tmp_path / "model.toml"
+    model = Model(misfit={"viscous_drag": 0.01, "slope": 0.002})
+    path.write_text(model_to_toml(model))
+    assert read_model(path) == model
+    for wrong, said in (("viscous_drag = -0.1", "viscous_drag"), ("nonsense = 0.1", "nonsense")):
+        path.write_text(f"[misfit]\n{wrong}\n")
+        with pytest.raises(InvalidFile, match=said):
+            read_model(path)

@@ -7,6 +7,7 @@ from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
+from wmr_replay.gap.scan.misfit import misfit_of
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
@@ -43,10 +44,20 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
     if base is not None:
         robot = RobotParameters.from_values(own | base.robot.known(), "model")
         if robot.alpha is not None and robot.half_track_m is not None:
-            return BaseModel(robot, base.effects, "model file")
+            return BaseModel(robot, base.effects, "model file", misfit=base.misfit)
         log = replace(log, robot=robot)
     elif log.robot.alpha is not None and log.robot.half_track_m is not None:
         return BaseModel(log.robot, (), "metadata record")
-    fitted = calibrate_on_log(log, options)
+    fitted = calibrate_on_log(log, options).model
     effects = base.effects if base is not None else ()
     return BaseModel(fitted.robot, effects, "calibrated on the log", SELF_CALIBRATED)
+
+
+def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
+    """A base model calibrated on ``log``, with what it leaves there.
+
+    See :func:`wmr_replay.gap.estimation.calibrate.calibrate` and :mod:`wmr_replay.gap.scan.misfit`. Raises
+    InvalidSignal where the torques do not move the robot, or without ``half_track_m``.
+    """
+    model, problem, fit = calibrate_on_log(replace(log, robot=robot), options or GapOptions())
+    return replace(model, misfit=misfit_of(problem, fit))

@@ -72,7 +72,7 @@ def extended(path: LogPath, fitted: FitRun, more: Callable[[Model], GapRun]) -> 
     """The calibrated model with the effects that the simulator's own log shows beyond it."""
     found = more(fitted.model)
     kept = tuple(effect for effect in found.result.model.effects if may_be_base(effect))
-    model = replace(fitted.model, effects=kept)
+    model = replace(fitted.model, effects=kept, misfit={} if kept else fitted.model.misfit)
     return SimulatorBase(model, path, found.sha256)
 
 

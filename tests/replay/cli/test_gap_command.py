@@ -365,3 +365,27 @@ def test_a_missing_parameter_of_the_robot_is_asked_for_by_file(run, log, analyse
     assert code == 3
     assert "half_track_m is needed\nName it in a file" in err
     assert "--map robot.toml" in err
+
+
+def test_a_simulators_log_is_the_base(run, log, analysed, tmp_path):
+    simulated = tmp_path / "simulated.mcap"
+    simulated.write_bytes(log.read_bytes())
+    analysed["result"] = replace(analysed["result"], sentence="The model lacks viscous_drag.")
+    own = analysed["result"].model.effects
+    code, out, _ = run("gap", log, "--base-log", simulated, "--no-rrd", "--out", tmp_path / "out")
+    assert code == 0
+    assert "simulator's log simulated.mcap" in out
+    assert "The simulator lacks viscous_drag." in out
+    assert analysed["base"].effects == own  # what the simulator's own log shows
+    gap, model = read_gap(tmp_path / "out/drive.gap.json"), read_model(tmp_path / "out/drive.model.toml")
+    assert (gap.base, gap.base_log) == ("simulator's log simulated.mcap", str(simulated))
+    assert gap.base_log_sha256 == model.provenance.base_log_sha256 == gap.log_sha256
+    assert [one["name"] for one in json.loads(model.provenance.base_effects)] == [e.name for e in own]
+
+
+def test_a_base_is_a_model_or_a_log(run, log, tmp_path):
+    model = tmp_path / "base.model.toml"
+    model.write_text(model_to_toml(Model()))
+    code, _, err = run("gap", log, "--base-log", log, "--model", model)
+    assert code == 2
+    assert "not both" in err

@@ -32,6 +32,9 @@ from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.locate import marked, placed
+from wmr_replay.gap.result.result import Where
+from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.modes_and_effects import Solution
@@ -326,6 +329,30 @@ def test_a_drag_explains_more_than_placebo_logs_and_nothing_does_not(dragged):
     assert placebo_p(problem, without, with_it, "viscous_drag") == pytest.approx(0.01)
     beside = fit_model(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
     assert placebo_p(problem, with_it, beside, "payload") > 0.2
+
+
+# What nothing explains
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.3])
+def test_a_disagreement_in_one_time_beyond_all_placebo_logs_has_its_place(loss):
+    """Efforts are recorded that do not act: 30 % are lost from 25 to 31 s."""
+    log = made_log(5)
+    torque = log.torque
+    share = np.where((torque.t_ns > 25e9) & (torque.t_ns < 31e9), 1 / (1 - loss), 1.0)
+    recorded = replace(torque, left_nm=torque.left_nm * share, right_nm=torque.right_nm * share)
+    problem = problem_of(replace(log, torque=recorded))
+    selection = forward_selection(problem, Extension(BASE), GapOptions(modes="ideal"), terms=False)
+    left = unexplained(problem, replace(selection, fit=selection.base, found=()), 0)
+    if not loss:
+        assert left is None
+        return
+    assert left.name == "slip_interval"
+    assert left.parameters["start_s"] == pytest.approx(25, abs=1.5)
+    assert left.parameters["end_s"] == pytest.approx(31, abs=1.5)
+    where = marked(Where(), left)
+    assert where.intervals[0].start_s == left.parameters["start_s"]
+    assert f"to {left.parameters['end_s']:.1f} s" in placed(left)
 
 
 # Excitation

@@ -1,6 +1,7 @@
 """Calibrating the base model on a log: α, yaw gain, stiffness and noise, with standard deviations."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,14 @@ START_ALPHA = {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 0.0}}
 """α and α_yaw are fitted as a payload and a yaw inertia, from none of either."""
 
 
+class Calibration(NamedTuple):
+    """The calibrated model, and the last fit of its parameters on the log, every row fitted."""
+
+    model: Model
+    problem: Problem
+    fit: Fit
+
+
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
     """``robot`` with the log's α, α_yaw and, where it skids for 3 s or more, G_x/ε; their standard
     deviations; the noise.
@@ -34,10 +43,10 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     standard deviations by the delta method. Raises InvalidSignal where the torques do not move the robot, or
     without ``half_track_m``.
     """
-    return calibrate_on_log(replace(log, robot=robot), options or GapOptions())
+    return calibrate_on_log(replace(log, robot=robot), options or GapOptions()).model
 
 
-def calibrate_on_log(log: Log, options: GapOptions) -> Model:
+def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
     """See :func:`calibrate`; the log carries the robot."""
     settings = options.gates
     robot = with_rough_alpha(log, settings)
@@ -47,7 +56,8 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Model:
         problem = Problem.of(bin_log(log, settings, track)).all_fitted()
         noise, fit = fit_parameters(problem, to_calibrate(problem, robot), noise)
         robot, sd = calibrated(robot, problem, fit)
-    return Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))
+    model = Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))
+    return Calibration(model, problem, fit)
 
 
 def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:

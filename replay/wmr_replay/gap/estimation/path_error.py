@@ -17,6 +17,8 @@ from wmr_schemas.compiled.lean import lean
 from wmr_schemas.lapack import routines
 from wmr_schemas.modes import ContactMode
 
+FAR_SD = 1e6
+"""Residual, in standard deviations, of a simulation that runs away: no number, but no good model either."""
 Windows = list[tuple[int, int]]
 """Rows [a, b) of each window."""
 
@@ -77,8 +79,8 @@ def solved(N: F64, g: F64) -> F64:
 def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
     """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
 
-    v_lat is free only where the window starts in a skid. ``rounds`` bounds the steps, ``tries`` the dampings
-    tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
+    v_lat is free only where the window starts in a skid. A simulation that runs away stays far off.
+    ``rounds`` bounds the steps, ``tries`` the dampings tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
     """
     m, blas = len(window.rows), routines("_fblas")
     free = N_MOTION if skids(window.rows[0, Row.MODE], window.theta) else N_MOTION - 1
@@ -97,6 +99,8 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
             damped = N.copy()
             for j in range(free):
                 damped[j, j] += damping * N[j, j] + 1e-9
+            if not np.isfinite(damped).all():
+                break
             tried[:free] = z[:free] + solved(damped, g)
             new_cost = residuals(tried, window, *scratch, moved)
             lower = new_cost < cost
@@ -110,7 +114,7 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
         damping /= 10
         if converged:
             break
-    return at.reshape(m, 3).copy()
+    return np.nan_to_num(at.reshape(m, 3), nan=FAR_SD, posinf=FAR_SD, neginf=-FAR_SD)
 
 
 def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) -> Windows:

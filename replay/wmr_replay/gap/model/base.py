@@ -1,6 +1,7 @@
 """The base model out of a robot's parameters."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.dynamics import Base
@@ -51,9 +52,10 @@ class BaseModel:
     effects: tuple[Effect, ...]
     source: str
     unnameable: tuple[str, ...] = ()
+    misfit: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def extension(self) -> Extension:
         """The model with its own effects and nothing new."""
         known = tuple((effect.name, dict(effect.parameters)) for effect in self.effects)
-        return Extension(base_of(self.robot), {}, self.robot.wheel_radius_m or 1.0, known)
+        return Extension(base_of(self.robot), {}, self.robot.wheel_radius_m or 1.0, known, self.misfit)

@@ -1,7 +1,7 @@
 """Effects by name and parameters → θ, input rows and poses, as the filter and the simulation take them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -42,15 +42,17 @@ class Extension:
     wheel_radius_m: float = 1.0
     known: tuple[tuple[str, Parameters], ...] = ()
     """Effects that the base model has already, by name and parameters; they act, and are not fitted."""
+    misfit: Mapping[str, float] = field(default_factory=dict)
+    """By effect, the size that the base model leaves on its own calibration log."""
 
     def with_effect(self, name: str, parameters: Parameters) -> "Extension":
         """One effect more, or other parameters for one that is there."""
-        return Extension(self.base, {**self.effects, name: dict(parameters)}, self.wheel_radius_m, self.known)
+        return replace(self, effects={**self.effects, name: dict(parameters)})
 
     def without(self, name: str) -> "Extension":
         """One effect fewer."""
         rest = {key: value for key, value in self.effects.items() if key != name}
-        return Extension(self.base, rest, self.wheel_radius_m, self.known)
+        return replace(self, effects=rest)
 
     @property
     def acting(self) -> list[tuple[str, Parameters]]:

@@ -98,7 +98,10 @@ def extended_model(
         for e in effects
     )
     return Model(
-        robot=model.robot, noise=noise_model(binned, noise), effects=merged_effects(model.effects, new)
+        robot=model.robot,
+        noise=noise_model(binned, noise),
+        effects=merged_effects(model.effects, new),
+        misfit=dict(model.misfit),
     )
 
 

@@ -5,6 +5,7 @@ square is 1 where nothing is missing, and the excess over 1 is shared out.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from wmr_replay.gap.model.dynamics import Row, V, W
 from wmr_replay.gap.result.result import Interval, Regime, Region, Where
 from wmr_replay.gap.settings.result import LocateSettings
 from wmr_schemas.arrays import F64, I64
+from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import MODES
 
 
@@ -34,6 +36,30 @@ def locate(
         regions=regions_of(binned.pose, excess, own),
         regime=regimes_of(binned, rows, states, by_channel),
     )
+
+
+def marked(where: Where, left: Effect) -> Where:
+    """``where`` with the time or place of a disagreement in front, whose share of the excess is that of the
+    listed ones which it covers.
+    """
+    p = left.parameters
+    if "x_m" in p:
+        reach = p["radius_m"]
+        share = sum(r.share for r in where.regions if np.hypot(r.x_m - p["x_m"], r.y_m - p["y_m"]) <= reach)
+        return replace(where, regions=(Region(p["x_m"], p["y_m"], reach, share), *where.regions))
+    start_s, end_s = p["start_s"], p["end_s"]
+    share = sum(i.share for i in where.intervals if start_s < i.end_s and end_s > i.start_s)
+    return replace(where, intervals=(Interval(start_s, end_s, min(share, 1.0)), *where.intervals))
+
+
+def placed(left: Effect) -> str:
+    """The time or place of a disagreement in words, with the change of traction that it looks like."""
+    p = left.parameters
+    if "x_m" in p:
+        at = f"within {p['radius_m']:.1f} m about ({p['x_m']:.1f}, {p['y_m']:.1f}) m"
+    else:
+        at = f"from {p['start_s']:.1f} to {p['end_s']:.1f} s"
+    return f"{at} model and log disagree as if {p['loss']:.0%} of the traction were lost"
 
 
 def disturbance_ratios(base: Diffusion, extended: Diffusion) -> Mapping[str, float]:

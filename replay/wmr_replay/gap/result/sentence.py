@@ -11,7 +11,7 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
     if verdict == "ambiguous":
         return f"The model lacks {said}, or what looks the same on this log: {'; '.join(notes)}."
     if verdict == "unnamed" and not effects:
-        return f"Model and log disagree: {'; '.join(notes)}."
+        return f"Something is missing that no effect of the library explains: {'; '.join(notes)}."
     if verdict == "unnamed":
         return f"The model lacks {said}, for which the library has no name."
     if verdict == "not_enough_excitation":

@@ -10,6 +10,7 @@ from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
 from wmr_schemas.effects import built_in
@@ -83,7 +84,11 @@ def next_stage(
     that something may explain, and a term passes.
     """
     settings = problem.settings
-    stage = first_tested(problem, base, current, fit_candidates(problem, current, terms=False), found)
+    fitted = fit_candidates(problem, current, terms=False)
+    above = tuple(one for one in fitted if not is_rest(one.name, one.fit.extension))
+    if len(above) < len(fitted):  # a term would describe the same rest
+        return first_tested(problem, base, current, above, found)
+    stage = first_tested(problem, base, current, fitted, found)
     significant = stage and stage[0].p_value <= settings.significance.level and stage[0].score > 0
     left = calmed(current.noise, settings.diffusion, settings.selection.something_left)
     if terms and not significant and left is not None:

@@ -86,7 +86,8 @@ class ModeSettings:
     most of a drive, while a yaw that is off looks like a skid that never ends."""
 
     much_slip: float = 0.02
-    """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
+    """Share of the log called slipping from which slipping is doubted. Judgement: two seconds of ninety. What
+    is found without slipping must be more likely than the slipping."""
 
     most_slip: float = 0.5
     """Share of the log called slipping from which all of it is held against rolling. Judgement: as

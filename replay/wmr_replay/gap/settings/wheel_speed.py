@@ -203,6 +203,10 @@ class GateSettingsWheelSpeed:
     constant share until they are as fast as commanded. Encoder benchmark, develop families: up to 2.2 s at a
     noise of 5 cm."""
 
+    least_beyond_usual: float = 1.5
+    """Least time for which they do, in that of every other steady slip of the record. Judgement: clearly
+    longer than any."""
+
     tolerance_m: float = 0.003
     """An effect counts when it moves the simulated path by more, m. ``GapOptions`` sets it."""
 

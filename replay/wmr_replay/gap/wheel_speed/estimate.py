@@ -6,13 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.gap.wheel_speed.bins import Bins
+from wmr_replay.gap.wheel_speed.candidates import STAMPED
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noise, weights_of
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
-STAMPED = ("pose_delay", "slip_ratio", "input_delay")
-"""Effects that a stamp within a step of the wheels' speeds looks like."""
 FORM_SD = {"lateral_slip": 0.06, "turning_slip": 0.03, "slip_ratio": 0.05}
 """Standard deviation of a size, as a share of it, by the form that is not known: a tyre's slip builds up over
 a relaxation length, contacts are elastic. Encoder benchmark, develop families.

@@ -1,0 +1,67 @@
+"""The verdict of a selection, and the notes that say why it is no firmer."""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.evidence.excitation import excitation_ratios
+from wmr_replay.gap.result.result import FoundEffect, Verdict
+from wmr_replay.gap.search.select import Selection
+from wmr_schemas.effects import UNNAMED_PREFIX
+
+
+def verdict_of(
+    problem: Problem, effects: tuple[FoundEffect, ...], selection: Selection, hidden: tuple[str, ...]
+) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict, and notes that say why it is no firmer.
+
+    ``hidden`` are the effects of a relevant size that the log would not have shown.
+    """
+    settings = problem.settings
+    if any(effect.name.startswith(UNNAMED_PREFIX) for effect in effects):
+        return "unnamed", ()
+    if effects:
+        close = [
+            f"{e.name} and {a.name} explain the log almost equally well"
+            for e in effects
+            for a in e.alternatives
+            if a.delta_bic < settings.report.ambiguous_bic
+        ]
+        return ("ambiguous", tuple(close)) if close else ("named", ())
+    if selection.refused:
+        return "not_enough_excitation", (selection.refused,)
+    calm = calm_note(problem, selection)
+    if calm:
+        return "not_enough_excitation", (calm,)
+    if len(hidden) > settings.detectable.most_unseen:
+        return "not_enough_excitation", ("the log would not have shown " + ", ".join(hidden),)
+    return "nothing_missing", ()
+
+
+def slipping_note(problem: Problem) -> tuple[str, ...]:
+    """That identified slipping may hide a loss of traction, with its duration and beginning."""
+    binned = problem.binned
+    seconds = float(binned.step_s[binned.slips].sum())
+    if not binned.identified or seconds < problem.settings.slip.shortest_inside_s:
+        return ()
+    first_s = float(binned.t_s[int(np.argmax(binned.slips))])
+    return (
+        f"slipping is identified for {seconds:.1f} s, first at {first_s:.1f} s: a loss of traction of its "
+        "size in those times or places cannot be told from it",
+    )
+
+
+def calm_note(problem: Problem, selection: Selection) -> str:
+    """Why nothing found does not mean nothing missing; empty where it does."""
+    least = problem.settings.excitation.least_ratio
+    ahead, turning = excitation_ratios(problem, selection.fit.extension, selection.fit.noise)
+    if min(ahead, turning) >= least:
+        return ""
+    what, ratio, sd = (
+        ("longitudinal acceleration", ahead, selection.fit.noise.long_sd_mps2)
+        if ahead < turning
+        else ("turning", turning, selection.fit.noise.yaw_sd_mps2)
+    )
+    return (
+        f"the {what} that the torques ask for varies by only {ratio:.1f} times a disturbance of {sd:.2g} "
+        f"m/s² that no candidate explains (at least {least:g} times are needed)"
+    )

@@ -1,0 +1,76 @@
+"""What a calibrated base model cannot follow on its own calibration log, by effect.
+
+One pass scores every effect of the library on the calibration log, beside the parameters that were fitted.
+Its best size, and twice its standard deviation on top, is how much of it the base model leaves there: the
+resistance of a caster, a creeping tyre. A rest of that size on another log of the robot is no finding.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.candidates import candidate_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.scan import scan
+from wmr_schemas.effects import built_in, effects_of
+
+IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
+"""What a calibration takes into α and α_yaw."""
+IN_SD = 2.0
+"""Standard deviations added to a size. Statistics: a size on another log varies as well."""
+NEGLIGIBLE_SHARE = 0.2
+"""Largest rest, as a share of the size from which an effect matters in practice: more is a finding, and not a
+rest. As with wheel speeds."""
+NEGLIGIBLE_MPS2, NEGLIGIBLE_PER_S, NEGLIGIBLE_M = 0.03, 0.04, 0.02
+"""The same for effects that declare no such size: a fifth of .15 m/s² and of .2 1/s, and a lever arm."""
+
+
+def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
+    """Sizes by effect, of those that act always and have no grid; two components by their length."""
+    scanned = scan(problem, fit.extension, fit.noise, fit.psi)
+    found: dict[str, float] = {}
+    for one in scanned.scored:
+        information = scanned.unit_information.get(one.name, (0.0, 0.0))[1]
+        if one.name in IN_PARAMETERS or not may_be_rest(one.name) or not information > 0:
+            continue
+        size = float(np.hypot.reduce(list(one.parameters.values())))
+        found[one.name] = size + IN_SD / float(np.sqrt(information))
+    return found
+
+
+def may_be_rest(name: str) -> bool:
+    """Whether an effect of the library acts always and in proportion to its parameters."""
+    candidate = candidate_of(name)
+    declaration = candidate.declaration
+    lasting = declaration.extent == "always" and declaration.zero_is_absent
+    return lasting and not candidate.grid and declaration in built_in("torque")
+
+
+def is_rest(name: str, extension: Extension) -> bool:
+    """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
+    least = floor_of(name, extension)
+    return least > 0 and float(np.hypot.reduce(list(extension.effects[name].values()))) <= least
+
+
+def floor_of(name: str, extension: Extension) -> float:
+    """Largest size of an effect that is a rest; 0 where every size is a finding."""
+    return min(extension.misfit.get(name, 0.0), negligible(name, extension))
+
+
+def negligible(name: str, extension: Extension) -> float:
+    """The size below which an effect does not matter in practice; 0 where none is known."""
+    declaration = effects_of("torque").get(name)
+    if declaration is None:
+        return 0.0
+    if declaration.relevant is not None:
+        return NEGLIGIBLE_SHARE * declaration.relevant
+    half_torque = 1 / (2 * extension.base.alpha)
+    sizes: Mapping[str, float] = {
+        "m/s²": NEGLIGIBLE_MPS2,
+        "N·m": NEGLIGIBLE_MPS2 * half_torque,
+        "N·m/(rad/s)": NEGLIGIBLE_PER_S * half_torque * extension.wheel_radius_m,
+        "m": NEGLIGIBLE_M,
+    }
+    return sizes.get(next(iter(declaration.units.values())), 0.0)

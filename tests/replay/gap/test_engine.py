@@ -1,0 +1,138 @@
+"""Logs of a contact engine: the committed split and names, the engine's mechanisms, and what they taught.
+
+Tyres that creep do not skid, and a rest that the calibration log shows is no finding.
+"""
+
+import importlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap import GapOptions, analyse, calibrate
+from wmr_replay.gap.estimation.likely_modes import likely_modes
+from wmr_replay.gap.estimation.modes import identified_modes
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.misfit import floor_of, is_rest
+from wmr_schemas.effects import effects_of
+from wmr_schemas.modes import ContactMode
+
+pytest.importorskip("mujoco")
+BENCH = Path(__file__).parents[3] / "bench"
+TWO_WHEELED = ("courier", "cart", "hauler")
+
+
+@pytest.fixture(scope="module")
+def engine():
+    """``engine(name)``: a module of bench/engine."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield lambda name: importlib.import_module(f"engine.{name}")
+
+
+@pytest.fixture(scope="module")
+def nothing_hidden(engine):
+    """Two logs of the courier with nothing hidden, from a precise pose."""
+    case = engine("case").Case("courier", "stop-go", "mocap", "", 11, 45.0)
+    return [engine("logs").logged(replace(case, seed=seed)) for seed in (11, 12)]
+
+
+@pytest.fixture(scope="module")
+def calibrated(nothing_hidden):
+    log = nothing_hidden[0].log
+    return calibrate(log, log.robot)
+
+
+def test_a_robot_is_held_out_and_seeds_do_not_meet(engine):
+    develop, report = (engine("split").part(name) for name in ("develop", "report"))
+    assert set(report.robots) - set(develop.robots) == {"hauler"}
+    assert develop.last_seed < report.first_seed
+    assert set(develop.families) | set(report.families) == set(engine("case").FAMILIES)
+    with pytest.raises(ValueError, match="seed 5 is not"):
+        report.check(5)
+
+
+@pytest.mark.parametrize(("robot", "base"), [("courier", "torque"), ("rover", "wheel_speed")])
+def test_at_most_two_names_are_accepted_for_an_effect(engine, robot, base):
+    accepted, known = engine("split").accepted(robot), effects_of(base)
+    assert set(accepted) <= set(engine("effects").EDITS)
+    for names in accepted.values():
+        assert 1 <= len(names) <= 2
+        assert set(names) <= set(known)
+
+
+@pytest.mark.parametrize("name", TWO_WHEELED)
+def test_a_robots_alpha_is_what_the_engine_does(engine, name):
+    robot, drive = engine("robot").robot_of(name), engine("drive")
+    plant = drive.Plant(engine("effects").Hidden(engine("robot").spec_of(name), {}))
+    for _ in range(50):
+        plant.step(0.0, 0.0)
+    torque = 0.5 / (2 * robot.alpha)
+    for _ in range(50):
+        plant.step(torque, torque)
+    assert plant.speeds()[0] == pytest.approx(0.25, rel=0.05)
+    for _ in range(50):
+        plant.step(-torque, -torque)
+    moment, gained = 0.2 / (2 * robot.alpha_yaw), []
+    for times in (1, 2):  # what a skid brakes is the same in both
+        before = plant.speeds()[2]
+        for _ in range(50):
+            plant.step(-times * moment, times * moment)
+        gained.append((plant.speeds()[2] - before) * robot.half_track_m)
+    assert gained[1] - gained[0] == pytest.approx(0.1, rel=0.05)
+
+
+def test_outcomes(engine):
+    outcome = engine("score").outcome
+
+    def row(verdict, *names, near=()):
+        alternatives = dict.fromkeys(near, 3.0)
+        return {
+            "verdict": verdict,
+            "effects": [{"name": name, "class": [name], "alternatives": alternatives} for name in names],
+        }
+
+    accepted = ["wheel_coulomb", "rolling_resistance"]
+    assert outcome(row("named", "wheel_coulomb"), accepted) == "right"
+    assert outcome(row("named", "wheel_coulomb", "slope"), accepted) == "more"
+    assert outcome(row("ambiguous", "viscous_drag", near=["rolling_resistance"]), accepted) == "among"
+    assert outcome(row("named", "slope"), accepted) == "wrong"
+    assert outcome(row("not_enough_excitation"), accepted) == "refused"
+    assert outcome(row("nothing_missing"), []) == "silent"
+    assert outcome(row("named", "slope"), []) == "false"
+    assert outcome({"error": "ValueError"}, accepted) == "error"
+
+
+def test_tyres_that_creep_do_not_skid(nothing_hidden, calibrated):
+    log = replace(nothing_hidden[1].log, robot=calibrated.robot)
+    extension, gates = Extension(base_of(calibrated.robot)), GapOptions().gates
+    t_ns = log.pose.t_ns
+    shares = []
+    for modes in (identified_modes, likely_modes):
+        track = modes(log, extension, gates)
+        at = track.mode[np.searchsorted(track.t_ns, t_ns, side="right").clip(1) - 1]
+        shares.append(np.mean(at == ContactMode.SKIDDING))
+    assert np.abs(nothing_hidden[1].motion.v_lat_mps).max() < 0.01
+    assert shares[0] > 0.5
+    assert shares[1] < 0.02
+
+
+def test_a_rest_of_the_calibration_log_is_no_finding(nothing_hidden, calibrated):
+    log, rolling = nothing_hidden[1].log, GapOptions(modes="ideal")
+    without = analyse(log, replace(calibrated, misfit={}), rolling)
+    assert without.verdict != "nothing_missing"
+    found = analyse(log, calibrated, rolling)
+    assert (found.verdict, found.effects) == ("nothing_missing", ())
+    assert found.model.misfit == calibrated.misfit
+
+
+def test_what_matters_in_practice_is_no_rest(calibrated):
+    extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.01})
+    assert floor_of("viscous_drag", extension) == pytest.approx(0.2 * 0.2)
+    assert floor_of("slope", extension) == 0.01
+    assert floor_of("rolling_resistance", extension) == 0.0
+    assert is_rest("slope", extension.with_effect("slope", {"grade_x_mps2": 0.006, "grade_y_mps2": 0.007}))
+    assert not is_rest("slope", extension.with_effect("slope", {"grade_x_mps2": 0.01, "grade_y_mps2": 0.01}))
+    assert not {"payload", "yaw_inertia", "drive_gain"} & set(calibrated.misfit)
