@@ -299,6 +299,12 @@ class GapFile(Part, frozen=True):
     bases: Annotated[
         Bases | None, Meta(description="with `--base both`: both answers, and where they agree")
     ] = None
+    base_log: Annotated[
+        str, Meta(description="the simulator's log that the base model was calibrated on; else empty")
+    ] = ""
+    base_log_sha256: Annotated[
+        str, Meta(pattern="^([0-9a-f]{64})?$", description="hash of that log; else empty")
+    ] = ""
 
 
 def gap_to_json(gap: GapFile) -> str:

@@ -74,6 +74,15 @@ class Provenance:
         default="",
         metadata=described("–", "`wheel_speed` where wheel speeds drive the model; else torques do"),
     )
+    base_log: str = field(
+        default="",
+        metadata=described("–", "the simulator's log that the base was calibrated on, where there is one"),
+    )
+    base_log_sha256: str = field(default="", metadata=described("–", "hash of that log"))
+    base_effects: str = field(
+        default="",
+        metadata=described("–", "JSON: the effects that the simulator itself shows, as in `[[effects]]`"),
+    )
 
 
 @dataclass(frozen=True)

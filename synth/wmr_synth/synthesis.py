@@ -84,9 +84,9 @@ def synthesise(  # noqa: PLR0913 – one call says what a log is
     ``world`` holds what the robot's parameters do not say (effects, disturbance); without one a disturbed
     scenario has its disturbance. ``wrong_modes`` is the share of pose samples at which the mode channel errs.
     ``nominal_error``, ``commands_as`` and ``torques_as`` change the plan of a robot that wheel speeds drive,
-    whose nominal lengths are those of ``robot``. The same arguments give the same log, bit for bit. Raises InvalidSetting
-    for an unknown scenario, a duration below 1 ms or beyond memory, a negative seed, or a robot that lacks
-    what the modes need.
+    whose nominal lengths are those of ``robot``. The same arguments give the same log, bit for bit. Raises
+    InvalidSetting for an unknown scenario, a duration below 1 ms or beyond memory, a negative seed, or a
+    robot that lacks what the modes need.
     """
     chosen = find_scenario(scenario) if isinstance(scenario, str) else scenario
     sensors = chosen.sensors if sensors is None else sensors

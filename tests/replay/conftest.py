@@ -33,7 +33,7 @@ class LogRows:
     def __init__(self, log: Log) -> None:
         self.robot = log.robot
         whole = as_batch(log)
-        self.signals = [whole.pose, whole.torque, whole.mode]
+        self.signals = [whole.pose, whole.torque, whole.mode, whole.wheels]
         self.n = sum(map(len, self.signals))
 
     def batch(self, start: int, stop: int) -> RawBatch:
@@ -42,7 +42,7 @@ class LogRows:
         for rows in self.signals:
             chosen = (rows.order >= start) & (rows.order < stop)
             parts.append(Rows(rows.t_ns[chosen], rows.order[chosen], rows.values[:, chosen]))
-        return RawBatch(*parts)
+        return RawBatch(*parts[:3], wheels=parts[3])
 
     def samples(
         self,

@@ -25,6 +25,16 @@ class AlignmentCounts:
     n_torque_backward: int = 0
 
 
+class Held:
+    """One signal's input in force, and its rows that belong to later intervals."""
+
+    def __init__(self, n_columns: int) -> None:
+        self.waiting = Rows.empty(n_columns)
+        self.values, self.t_ns = np.full(n_columns, np.nan), EARLIEST
+        self.seen = False
+        """Whether any row has come."""
+
+
 class Aligner:
     """Stage: raw batches → aligned rows, which depend neither on later stamps nor on the batches."""
 
@@ -32,8 +42,8 @@ class Aligner:
         self.counts = AlignmentCounts()
         self._reorder = Reorder(round(reorder_window_s * NS_PER_S))
         self._max_hold_ns = round(max_hold_s * NS_PER_S)
-        self._inputs, self._modes = Rows.empty(4), Rows.empty(1)
-        self._held, self._held_ns, self._mode = np.full(4, np.nan), EARLIEST, -1.0
+        self._inputs, self._wheels, self._modes = Held(4), Held(2), Rows.empty(1)
+        self._mode = -1.0
         self._last_ns, self._yaw, self._turns = EARLIEST, np.nan, 0
 
     def push(self, batch: RawBatch) -> SampleBatch:
@@ -47,7 +57,9 @@ class Aligner:
     def _align(self, ready: RawBatch) -> SampleBatch:
         """Sorted signals → one row per pose sample."""
         pose = self._clean_pose(ready.pose)
-        inputs = self._hold(pose.t_ns, self._clean_torque(ready.torque))
+        inputs = self._hold(pose.t_ns, self._clean_torque(ready.torque), self._inputs)
+        if self._wheels.seen or len(ready.wheels):
+            inputs = self._with_wheels(inputs, pose.t_ns, ready.wheels)
         mode_true = self._truth(pose.t_ns, ready.mode)
         self.counts.n_pose += len(pose)
         if len(pose):
@@ -83,18 +95,26 @@ class Aligner:
         self.counts.n_torque += len(rows)
         return Rows(rows.t_ns, rows.order, without_absurd(rows.values))
 
-    def _hold(self, pose_ns: I64, arrived: Rows) -> F64:
-        """Mean inputs (4, n) of the intervals that end at the pose stamps; later inputs are held back."""
-        rows = join(self._inputs, arrived)
+    def _hold(self, pose_ns: I64, arrived: Rows, signal: Held) -> F64:
+        """Mean inputs (k, n) of the intervals that end at the pose stamps; later inputs are held back."""
+        rows = join(signal.waiting, arrived)
         if not pose_ns.size:
-            self._inputs = rows
-            return np.empty((4, 0))
+            signal.waiting = rows
+            return np.empty((len(signal.values), 0))
         before_ns = int(pose_ns[0]) if self._last_ns == EARLIEST else self._last_ns
-        means, self._held_ns, used = hold_mean(
-            pose_ns, before_ns, rows.t_ns, rows.values, self._held_ns, self._held, self._max_hold_ns
+        means, signal.t_ns, used = hold_mean(
+            pose_ns, before_ns, rows.t_ns, rows.values, signal.t_ns, signal.values, self._max_hold_ns
         )
-        self._inputs = take(rows, np.arange(used, len(rows)))
+        signal.waiting = take(rows, np.arange(used, len(rows)))
         return means
+
+    def _with_wheels(self, inputs: F64, pose_ns: I64, arrived: Rows) -> F64:
+        """The inputs with the wheel speeds of a channel of their own, where these are known."""
+        self._wheels.seen = True
+        first = np.asarray(np.diff(arrived.t_ns, prepend=EARLIEST) != 0)
+        rows = take(arrived, first)
+        means = self._hold(pose_ns, Rows(rows.t_ns, rows.order, without_absurd(rows.values)), self._wheels)
+        return np.concatenate([inputs[:2], np.where(np.isnan(means), inputs[2:], means)])
 
     def _truth(self, pose_ns: I64, arrived: Rows) -> I8:
         """The mode in force at each pose stamp, (n,), −1 where there is none."""

@@ -21,12 +21,12 @@ class Reorder:
         self.window_ns = window_ns
         self._newest_ns = EARLIEST
         self._held: tuple[Rows, ...] | None = None
-        self.n_late = [0, 0, 0]
-        """Rows left out because they came later than the window allows: pose, torque, mode."""
+        self.n_late = [0, 0, 0, 0]
+        """Rows left out because they came later than the window allows: pose, torque, mode, wheel speeds."""
 
     def push(self, batch: RawBatch) -> RawBatch:
         """Take a batch in; give back every row that can have no predecessor any more."""
-        arrivals = (batch.pose, batch.torque, batch.mode)
+        arrivals = (batch.pose, batch.torque, batch.mode, batch.wheels)
         keep = self._in_time(arrivals)
         for k, mask in enumerate(keep):
             self.n_late[k] += int(np.count_nonzero(~mask))
@@ -35,13 +35,13 @@ class Reorder:
         limit = self._newest_ns - self.window_ns if self._newest_ns > EARLIEST else EARLIEST
         parts = [divide(rows, limit) for rows in held]
         self._held = tuple(later for _, later in parts)
-        return RawBatch(*(ready for ready, _ in parts))
+        return sorted_batch([ready for ready, _ in parts])
 
     def finish(self) -> RawBatch:
         """All rows that were held back, by stamp."""
-        held = self._held or (Rows.empty(3), Rows.empty(4), Rows.empty(1))
+        held = self._held or (Rows.empty(3), Rows.empty(4), Rows.empty(1), Rows.empty(2))
         self._held = None
-        return RawBatch(*(sort(rows) for rows in held))
+        return sorted_batch([sort(rows) for rows in held])
 
     def _in_time(self, signals: tuple[Rows, ...]) -> tuple[Bool, ...]:
         """Mask of the rows that came in time, in file order: within the window of the newest stamp before."""
@@ -56,6 +56,11 @@ class Reorder:
         self._newest_ns = int(newest[-1])
         ends = np.cumsum([len(rows) for rows in signals])[:-1]
         return tuple(np.split(in_time, ends))
+
+
+def sorted_batch(signals: list[Rows]) -> RawBatch:
+    """Pose, torque, mode and wheel speeds as a batch."""
+    return RawBatch(*signals[:3], wheels=signals[3])
 
 
 def take(rows: Rows, index: Bool | I64) -> Rows:

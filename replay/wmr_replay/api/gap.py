@@ -26,6 +26,7 @@ from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
+from wmr_replay.jobs.simulator_base import against, torque_base, wheel_speed_base
 from wmr_replay.jobs.wheel_speed import WHEEL_SPEED, Request, analyse_wheel_logs, either
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
@@ -158,6 +159,7 @@ def gap(
     out: LocalPlace | None = None,
     *,
     model: ModelLike | None = None,
+    base_log: Place | None = None,
     base: str = "auto",
     inputs: str = "measured",
     modes: str = "identified",
@@ -182,6 +184,7 @@ def gap(
             robot where wheel speeds drive the model.
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
+        base_log: In place of a model, the log of a simulator: what it shows is the base model.
         base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where
             the log has them, else wheel speeds.
         inputs: Of wheel speeds: ``measured``, or the ``commands``.
@@ -208,6 +211,8 @@ def gap(
     if report:
         check_extra()
     check_base(base, inputs)
+    if model is not None and base_log is not None:
+        raise InvalidSetting("the base is a model or a simulator's log, not both")
     places = places_of(log)
     place, directory = places[0], None if out is None else local_path(out)
     options, topic = options_of(modes, tolerance_m, tolerance_s, max_effects or MOST_ON_TORQUES, seed)
@@ -231,6 +236,7 @@ def gap(
         max_effects,
         command,
         progress,
+        None if base_log is None else places_of(base_log)[0],
     )
     runs = asked.runs(base)
     if claim is None:
@@ -257,6 +263,7 @@ class Asked:
     max_effects: int | None
     command: str
     progress: Progress | None
+    base_log: LogPath | None = None
 
     def runs(self, base: str) -> list[GapRun]:
         """The analyses on a base; two for ``both``. Raises LogUnusable."""
@@ -279,9 +286,12 @@ class Asked:
             raise InvalidSetting("torques are analysed log by log; several logs need --base wheel-speed")
         if self.max_effects is not None and self.max_effects > MOST_ON_TORQUES:
             raise InvalidSetting(f"one to three effects are looked for on torques, not {self.max_effects}")
-        return analyse_log(
+        simulator = self.base_log and torque_base(
+            self.base_log, self.request.mapping, self.options, self.progress
+        )
+        run = analyse_log(
             self.places[0],
-            base=self.model,
+            base=simulator.model if simulator else self.model,
             options=self.options,
             mode_topic=self.topic,
             mapping=self.request.mapping,
@@ -290,20 +300,25 @@ class Asked:
             command=self.command,
             progress=self.progress,
         )
+        return against(run, simulator) if simulator else run
 
     def on_wheel_speeds(self) -> GapRun:
         """The analysis on wheel speeds or commands."""
         if self.topic is not None:
             raise InvalidSetting("on wheel speeds, modes are identified or ideal, not those of a topic")
-        return analyse_wheel_logs(
+        simulator = self.base_log and wheel_speed_base(
+            self.base_log, self.request, self.options, self.progress
+        )
+        run = analyse_wheel_logs(
             self.places,
             self.request,
-            base=self.model,
+            base=simulator.model if simulator else self.model,
             options=self.options,
             at_most=self.max_effects,
             command=self.command,
             progress=self.progress,
         )
+        return against(run, simulator) if simulator else run
 
 
 def options_of(

@@ -32,6 +32,7 @@ class SettingsArguments(TypedDict, total=False):
     mu: int
     theta: float
     identifier: str
+    evidence: str
     min_confidence: float
     simultaneous: bool
     threshold_sd: float

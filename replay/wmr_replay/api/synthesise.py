@@ -10,6 +10,7 @@ from wmr_replay.api.names import with_mode_names
 from wmr_replay.api.places import LocalPlace, home_of, local_path
 from wmr_replay.api.request import ModelLike, model_of
 from wmr_replay.api.simulation import RobotLike, SensorArguments, robot_of, sensors_of, world_of
+from wmr_replay.pipeline.memory import wheels_apart
 from wmr_schemas.effects import BEYOND, EFFECTS
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.signals import Log
@@ -21,6 +22,7 @@ from wmr_synth.synthesis import synthesise as simulate
 
 Encoding: TypeAlias = Literal["ros2", "protobuf", "json"]
 Commands: TypeAlias = Literal["wheels", "twist", "none"]
+Torques: TypeAlias = Literal["together", "apart", "none"]
 Noise: TypeAlias = Literal["mocap", "rtk", "poor"]
 Progress = Callable[[int, int], None]
 
@@ -54,7 +56,8 @@ class Synthetic:
     @property
     def n_messages(self) -> int:
         """Poses, and torques or wheel speeds and commands."""
-        others = (self.log.torque, self.log.wheels, self.log.commands)
+        wheels = self.log.wheels if self.log.torque is None else wheels_apart(self.log)
+        others = (self.log.torque, wheels, self.log.commands)
         return len(self.log.pose) + sum(len(track) for track in others if track is not None)
 
     def save(
@@ -104,6 +107,7 @@ def synthesise(
     wrong_modes: float = 0.0,
     nominal_error: float | None = None,
     commands: Commands | None = None,
+    torques: Torques | None = None,
     encoding: Encoding = "ros2",
     **sensors: Unpack[SensorArguments],
 ) -> Synthetic:
@@ -123,6 +127,8 @@ def synthesise(
         wrong_modes: Share of the pose samples at which the log's mode is wrong.
         nominal_error: For a robot that wheel speeds drive: share by which its stated lengths may be wrong.
         commands: For such a robot: commands as wheel speeds, as a twist, or none; None: the scenario's.
+        torques: For such a robot: torques of the wheels in the messages of the wheel speeds, in a channel of
+            their own (``apart``), or none; None: the scenario's, none.
         encoding: Message encoding of ``out``.
         **sensors: Fields of ``wmr_synth.Sensors``, such as ``rate_hz`` or ``dropout``, and ``wheel_rate_hz``,
             ``encoder_ticks``, ``command_rate_hz`` of a robot that wheel speeds drive; None: the scenario's.
@@ -155,6 +161,7 @@ def synthesise(
         wrong_modes=wrong_modes,
         nominal_error=nominal_error,
         commands_as=commands,
+        torques_as=torques,
     )
     made = Synthetic(chosen.name, seed, simulated)
     if target is not None:

@@ -43,6 +43,12 @@ BASE_OPTION = base_option("torque", "wheel-speed", "both")
 @click.command("gap", cls=GroupedCommand)
 @click.argument("logs", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="LOG...")
 @model_option("Base model (model.toml); else the log's own parameters; else calibrated on the log.")
+@click.option(
+    "--base-log",
+    type=click.Path(path_type=Path),
+    metavar="LOG",
+    help="In place of a model: a simulator's log; what it shows is the base model.",
+)
 @BASE_OPTION
 @click.option(
     "--input",
@@ -84,6 +90,7 @@ BASE_OPTION = base_option("torque", "wheel-speed", "both")
 def command(  # noqa: PLR0917
     logs: tuple[Path, ...],
     model_file: Path | None,
+    base_log: Path | None,
     base: str,
     inputs: str,
     modes: str,
@@ -110,6 +117,7 @@ def command(  # noqa: PLR0917
       wmr-replay gap log.mcap --model robot.model.toml --tolerance 5:4
       wmr-replay gap log.mcap --modes topic:/ground_truth/mode --fail-on named,ambiguous,unnamed
       wmr-replay gap second.mcap --model log.wmr/log.model.toml     # is anything missing still?
+      wmr-replay gap real.mcap --base-log simulated.mcap            # what does my simulator lack?
       wmr-replay gap encoders.mcap                                  # no torques: wheel speeds drive the model
       wmr-replay gap encoders.mcap --input commands                 # lag, delay and gains of the drive, too
     """
@@ -125,6 +133,7 @@ def command(  # noqa: PLR0917
             list(logs),
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
+            base_log=base_log,
             base=base,
             inputs=inputs,
             modes=modes,

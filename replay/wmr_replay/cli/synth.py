@@ -12,7 +12,7 @@ from wmr_schemas.errors import InvalidSetting
 
 if TYPE_CHECKING:
     from wmr_replay.api.simulation import SensorArguments
-    from wmr_replay.api.synthesise import Commands, Encoding, Noise
+    from wmr_replay.api.synthesise import Commands, Encoding, Noise, Torques
 
 NOISE_NAMES = ("mocap", "rtk", "poor")
 POSITIVE = click.FloatRange(min=0, min_open=True)
@@ -121,6 +121,11 @@ Examples:
     type=click.Choice(["wheels", "twist", "none"]),
     help="Commands as wheel speeds, as a twist, or none.  [default: the scenario's]",
 )
+@click.option(
+    "--torques",
+    type=click.Choice(["together", "apart", "none"]),
+    help="Torques of a robot by wheel speeds: with these, in a channel of their own, or none.",
+)
 @click.option("--dropout", type=click.FloatRange(0, 0.99), help="Share of the messages lost.")
 @click.option(
     "--clock-offset",
@@ -174,6 +179,7 @@ def command(  # noqa: PLR0917
     wrong_modes: float,
     nominal_error: float | None,
     commands: "Commands | None",
+    torques: "Torques | None",
     as_json: bool,
     **sensor_options: float | None,
 ) -> None:
@@ -208,6 +214,7 @@ def command(  # noqa: PLR0917
         wrong_modes=wrong_modes,
         nominal_error=nominal_error,
         commands=commands,
+        torques=torques,
         **cast("SensorArguments", sensor_options),
     )
     with message_progress(f"writing {out.name}") as progress:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 
-FORMATS = ("ros2-diff-drive",)
+FORMATS = ("ros2-diff-drive", "mjcf")
 NORMAL_95 = 1.96
 CONTROLLER = "diff_drive_controller"
 HELD = ("wheel_scale", "wheel_scale_difference", "effective_track")

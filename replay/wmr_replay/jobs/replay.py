@@ -13,7 +13,7 @@ from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
 from wmr_replay.jobs.torque_record import TorqueRecord
 from wmr_replay.pipeline.columns import Columns
 from wmr_replay.pipeline.engine import Engine
-from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.memory import as_batch, wheels_apart
 from wmr_replay.tables import confusion_frame, hindsight_frame, samples_frame
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
@@ -153,7 +153,7 @@ class MemorySource:
 def content_sha256(log: Log) -> str:
     """Hash of a log's arrays."""
     digest = hashlib.sha256()
-    for track in (log.pose, log.torque, log.mode):
+    for track in (log.pose, log.torque, log.mode, wheels_apart(log)):
         for column in () if track is None else vars(track).values():
             digest.update(np.ascontiguousarray(column).tobytes())
     return digest.hexdigest()
@@ -256,7 +256,7 @@ class Replay:
         robot = engine.model.robot
         settings = engine.settings.as_dict() | {"robot": robot.known()}
         settings |= {"effects": [asdict(effect) for effect in engine.model.effects]}
-        settings |= {"given": self._given}
+        settings |= {"given": self._given, "told_by": engine.told_by}
         settings |= {"channels": dict(source.channels()), "tuning": asdict(tuning) if tuning else None}
         return LogFacts(
             log=source.name,
@@ -268,7 +268,7 @@ class Replay:
             n_gaps=engine.n_gaps,
             n_pose_jumps=engine.n_pose_jumps,
             n_outliers=engine.n_outliers,
-            notes=[*source.losses.notes, *source.notes(), *engine.model.notes],
+            notes=[*source.losses.notes, *source.notes(), *engine.model.notes, *filter(None, [engine.note])],
             findings=[*source.findings(), *engine.findings],
             robot=robot,
             alpha_true=self._truth.alpha,

@@ -63,7 +63,8 @@ def replay_of(
 
     Raises LogUnusable, and InvalidSetting for a model that a replay cannot apply.
     """
-    reader = open_log(log, mapping or LogMapping(), between=between or Between())
+    also = () if settings is not None and settings.evidence == "torques" else ("wheel_speed",)
+    reader = open_log(log, mapping or LogMapping(), between=between or Between(), also=also)
     replayed = replay_model(model or Model(), reader.robot)
     engine = Engine(settings or Settings(), replayed, steered=reader.is_steered)
     return Replay(

@@ -10,11 +10,11 @@ from wmr_replay.align import Aligner, SampleBatch, concatenate
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.columns import Columns, warming_up_columns
 from wmr_replay.pipeline.derivation import Tuning
+from wmr_replay.pipeline.evidence import chosen_evidence
 from wmr_replay.pipeline.hindsight import Record
 from wmr_replay.pipeline.intake import Intake, stretch_length
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
-from wmr_replay.pipeline.stretch import has_wheel_speeds_alone
 from wmr_replay.quality.frozen import RepeatedRows
 from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_schemas.batches import RawBatch
@@ -32,6 +32,8 @@ class Engine:
         self._record = Record() if settings.hindsight else None
         self._intake, self._repeats = Intake(settings, model), RepeatedRows()
         self._chain: Chain | None = None
+        self.told_by, self.note = "", ""
+        """What tells the modes once the initial stretch is complete, and why that is less than was asked."""
         self._bars = ReaderBars()
         self._stretch: list[SampleBatch] = []
         self._start_ns = 0
@@ -104,8 +106,10 @@ class Engine:
 
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
-        by_wheels = has_wheel_speeds_alone(stretch) and not self._steered
-        settings = self.settings.by_wheel_speeds if by_wheels else self.settings
+        self.told_by, self.note = chosen_evidence(
+            self.settings.evidence, stretch, self.model, steered=self._steered
+        )
+        settings = self.settings.told_by(self.told_by)
         self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)
         return [

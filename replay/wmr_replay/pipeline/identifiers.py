@@ -7,17 +7,18 @@ import numpy as np
 from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
+from wmr_replay.identify.joint_bank import JointBankIdentifier
 from wmr_replay.identify.undecided import Undecided
 from wmr_replay.identify.wheel_bank import WheelBankIdentifier
 from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import NO_IDENTIFIER, WHEEL_BANK, Settings
+from wmr_replay.pipeline.settings import JOINT_BANK, NO_IDENTIFIER, WHEEL_BANK, Settings
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import Status
 
-BANKS = (BankIdentifier, WheelBankIdentifier)
+BANKS = (BankIdentifier, WheelBankIdentifier, JointBankIdentifier)
 
 
 def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, step_s: float) -> Identifier:
@@ -44,6 +45,8 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
     bank = BankSettings(min_confidence=settings.min_confidence)
     if settings.identifier == WHEEL_BANK:
         return WheelBankIdentifier(model.robot, rules, step_s, bank, known_of_wheels(model.effects))
+    if settings.identifier == JOINT_BANK:
+        return JointBankIdentifier(model.robot, rules, step_s, bank, known_of_wheels(model.effects))
     return BankIdentifier(model.robot, rules, step_s, bank, both=settings.simultaneous, terms=model.terms)
 
 

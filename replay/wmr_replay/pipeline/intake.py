@@ -31,7 +31,8 @@ class Intake:
         if self._first_pose_ns is None and len(batch.pose.t_ns):
             self._first_pose_ns = int(batch.pose.t_ns[0])
         if self._settings.clock_offset_s:
-            batch = replace(batch, torque=batch.torque.moved(self._settings.clock_offset_s))
+            by_s = self._settings.clock_offset_s
+            batch = replace(batch, torque=batch.torque.moved(by_s), wheels=batch.wheels.moved(by_s))
         corrected = self._model.corrected(batch, self._first_pose_ns or 0)
         return self._measured(self.aligner.push(corrected))
 

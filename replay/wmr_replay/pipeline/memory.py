@@ -10,7 +10,7 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.batches import RawBatch, Rows
-from wmr_schemas.signals import Log
+from wmr_schemas.signals import Log, WheelSpeedTrack
 
 
 def as_batch(log: Log) -> RawBatch:
@@ -21,11 +21,21 @@ def as_batch(log: Log) -> RawBatch:
         signals.append((np.empty(0, np.int64), np.empty((1, 0))))
     else:
         signals.append((log.mode.t_ns, log.mode.mode[None].astype(np.float64)))
+    if beside := wheels_apart(log):
+        signals.append((beside.t_ns, np.stack([beside.left_radps, beside.right_radps])))
     stamps = np.concatenate([t_ns for t_ns, _ in signals])
     order = np.empty(len(stamps), np.int64)
     order[np.argsort(stamps, kind="stable")] = np.arange(len(stamps))
     orders = np.split(order, np.cumsum([len(t_ns) for t_ns, _ in signals])[:-1])
-    return RawBatch(*(Rows(t_ns, o, values) for (t_ns, values), o in zip(signals, orders, strict=True)))
+    rows = [Rows(t_ns, o, values) for (t_ns, values), o in zip(signals, orders, strict=True)]
+    return RawBatch(*rows[:3], wheels=rows[3]) if len(rows) > 3 else RawBatch(*rows)
+
+
+def wheels_apart(log: Log) -> WheelSpeedTrack | None:
+    """Wheel speeds beside torques that have none of their own."""
+    if log.torque is None or np.isfinite(log.torque.left_radps).any():
+        return None
+    return log.wheels
 
 
 def inputs_of(log: Log) -> tuple[I64, F64]:

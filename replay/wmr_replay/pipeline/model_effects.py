@@ -63,6 +63,7 @@ class ReplayModel:
             change_pose(batch.pose, self.effects, start_ns),
             change_torque(batch.torque, self.effects),
             batch.mode,
+            wheels=batch.wheels,
         )
 
     @property

@@ -12,6 +12,9 @@ NO_IDENTIFIER = "none"
 """For a replay that is asked for the data's quality alone; no choice of a user's."""
 WHEEL_BANK = "wheel_bank"
 """What becomes of ``bank`` where a log has wheel speeds and no torques; no choice of a user's."""
+JOINT_BANK = "joint_bank"
+"""What becomes of ``bank`` where torques and wheel speeds tell modes together; no choice of a user's."""
+EVIDENCE = ("auto", "torques", "wheel-speeds", "both")
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
 """8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
@@ -34,6 +37,10 @@ class Settings:
     theta: float = 0.0
     identifier: str = "bank"
     """``paper``, ``algebraic`` or ``bank``."""
+    evidence: str = "auto"
+    """What ``bank`` tells modes by: ``torques``, ``wheel-speeds``, ``both``, or ``auto``, what the log has
+    (:mod:`wmr_replay.pipeline.evidence`).
+    """
     min_confidence: float = 0.5
     """Below this posterior ``mode`` is −1."""
     simultaneous: bool = False
@@ -75,8 +82,10 @@ class Settings:
         self._check_differentiator()
 
     def _check_identifier(self) -> None:
-        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER, WHEEL_BANK):
+        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER, WHEEL_BANK, JOINT_BANK):
             raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
+        if self.evidence not in EVIDENCE:
+            raise InvalidSetting(f"no evidence {self.evidence!r}; known are {', '.join(EVIDENCE)}")
         if not 0 <= self.min_confidence < 1:
             raise InvalidSetting(f"the confidence asked for must lie in 0 to 1, not {self.min_confidence:g}")
         if self.min_sideslip is not None and not self.min_sideslip >= 0:
@@ -117,10 +126,14 @@ class Settings:
         """``mode_set`` of a row in which nothing is excluded."""
         return ModeSet.ALL if self.simultaneous else ModeSet.ALL_SINGLE
 
-    @property
-    def by_wheel_speeds(self) -> "Settings":
-        """The same for a log with wheel speeds and no torques: they tell slipping beside skidding."""
-        return replace(self, identifier=WHEEL_BANK, simultaneous=True) if self.identifier == "bank" else self
+    def told_by(self, evidence: str) -> "Settings":
+        """The same for a log whose modes ``bank`` tells by one of ``EVIDENCE``; wheel speeds tell slipping
+        beside skidding.
+        """
+        bank = {"wheel-speeds": WHEEL_BANK, "both": JOINT_BANK}.get(evidence)
+        if bank is None or self.identifier != "bank":
+            return self
+        return replace(self, identifier=bank, simultaneous=True)
 
     def as_dict(self) -> dict[str, Any]:
         """The settings as ``summary.settings`` holds them."""

@@ -38,9 +38,3 @@ def initial_levels(stretch: SampleBatch) -> InitialLevels:
         position_sd_m=float(np.sqrt(np.mean(sigma[:2] ** 2))),
         yaw_sd_rad=float(sigma[2]),
     )
-
-
-def has_wheel_speeds_alone(stretch: SampleBatch) -> bool:
-    """Whether the initial stretch knows the speeds of both wheels, and no torque."""
-    efforts, wheels = np.isfinite(stretch.inputs[:2]), np.isfinite(stretch.inputs[2:])
-    return bool(wheels.all(axis=0).any() and not efforts.any())

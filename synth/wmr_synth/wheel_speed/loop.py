@@ -109,7 +109,8 @@ def simulate_rolling(
     """The motion at all instants of ``seen`` (sorted, ns since the start), from standing still at the origin;
     and the commanded wheel speeds (m, 2), left and right in rad/s, at the driver's stamps.
 
-    Without a ``drivetrain`` the motion has no efforts (NaN). Its slips are σ_sum = (s_R + s_L)/3 and σ_diff = (s_R − s_L)/3.
+    Without a ``drivetrain`` the motion has no efforts (NaN). Its slips are σ_sum = (s_R + s_L)/3 and
+    σ_diff = (s_R − s_L)/3.
     """
     rig, delay_ns = rig_of(robot, h), h.delay_ns + round(robot.delay_s * NS_PER_S)
     end_ns = max(int(track[-1]) for track in (*seen, reference.t_ns))

@@ -65,7 +65,9 @@ def true_alpha(drivetrain: Drivetrain, robot: WheelRobot) -> float:
     return 1 / (radius * (drivetrain.mass_kg + 2 * drivetrain.wheel_inertia_kgm2 / radius**2))
 
 
-def effort_nm(traction_mps2: F64, spin_radps2: F64, speed_radps: F64, of: Drivetrain, robot: WheelRobot) -> F64:
+def effort_nm(
+    traction_mps2: F64, spin_radps2: F64, speed_radps: F64, of: Drivetrain, robot: WheelRobot
+) -> F64:
     """Torque (n,) of one wheel by its specific traction, its angular acceleration and its speed."""
     radius = robot.wheel_radius_m
     load = GRAVITY_MPS2 * robot.carried / 2

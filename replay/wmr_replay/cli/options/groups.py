@@ -21,6 +21,7 @@ GROUPS = {
     ),
     "Method": (
         "--identifier",
+        "--evidence",
         "--min-confidence",
         "--modes",
         "--base",

@@ -94,6 +94,7 @@ SETTINGS = (
     "mu",
     "theta",
     "identifier",
+    "evidence",
     "min_confidence",
     "simultaneous",
     "threshold_sd",

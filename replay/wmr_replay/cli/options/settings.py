@@ -27,6 +27,12 @@ OPTIONS = (
         default="bank",
         help="How modes are told apart.",
     ),
+    click.option(
+        "--evidence",
+        type=click.Choice(["auto", "torques", "wheel-speeds", "both"]),
+        default="auto",
+        help="What the bank tells modes by; by default what the log has.",
+    ),
     click.option("--min-confidence", type=float, default=0.5, help="No mode is named below this posterior."),
     click.option(
         "--simultaneous", is_flag=True, help="Let skidding and slipping at once be a mode of its own."
@@ -70,6 +76,7 @@ OPTIONS = (
 )
 NAMES = (
     "identifier",
+    "evidence",
     "min_confidence",
     "simultaneous",
     "threshold_sd",

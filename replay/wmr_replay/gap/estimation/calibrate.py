@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import fit_diffusion, noise_model
-from wmr_replay.gap.estimation.modes import identified_modes
+from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
@@ -53,7 +53,7 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Model:
 def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:
     """The modes that the options ask for; None for ideal rolling throughout."""
     if options.modes == "identified":
-        return identified_modes(replace(log, robot=robot), Extension(base_of(robot)), options.gates)
+        return likely_modes(replace(log, robot=robot), Extension(base_of(robot)), options.gates)
     return log.mode if options.modes == "given" else None
 
 

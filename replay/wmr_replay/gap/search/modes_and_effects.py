@@ -2,20 +2,21 @@
 
 from collections.abc import Callable
 from functools import cache
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
+from wmr_replay.gap.estimation.likely_modes import likely_modes
+from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.preliminary import preliminary_models
-from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
 from wmr_schemas.modes import ContactMode
@@ -34,13 +35,10 @@ class Solution(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """−2 log of the joint probability of modes and poses, with the price of the effects; less is more
-        likely. Each change of mode costs what it is expected to be rare.
-        """
-        problem, fit = self.problem, self.selection.fit
-        changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
-        prices = sum(price_of(problem, effect.scored, fit) for effect in self.selection.found)
-        return float(fit.deviance + prices + changes * problem.settings.modes.change_cost)
+        """The cost of the modes and the fitted model, with the price of its effects."""
+        fit = self.selection.fit
+        prices = sum(price_of(self.problem, effect.scored, fit) for effect in self.selection.found)
+        return cost_of(self.problem, fit) + prices
 
     @property
     def is_skidding(self) -> bool:
@@ -52,6 +50,14 @@ class Solution(NamedTuple):
         """Whether something is found; skidding replaced by ideal must be found as an undeclared skid."""
         found = [effect.name for effect in self.selection.found]
         return bool(found) and (SKID not in self.preliminary.effects or SKID in found)
+
+
+def cost_of(problem: Problem, fit: Fit) -> float:
+    """−2 log of the joint probability of modes and poses; less is more likely. Changes of the mode are rare,
+    and cost accordingly.
+    """
+    changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
+    return float(fit.deviance + changes * problem.settings.modes.change_cost)
 
 
 def find_effects(
@@ -74,23 +80,25 @@ def find_modes_and_effects(
     """The most likely solution whose effects pass the gates.
 
     Preliminary models come from the base model's modes. With each, the modes are identified again and the
-    selection is made from the start. Where no solution holds, the answer is that of the base model's modes,
+    selection is made from the start. What is less likely than the base model's modes with nothing missing is
+    no solution: slip and skid explain more. Where none holds, the answer is that of the base model's modes,
     or why the log cannot carry a verdict.
     """
-    track = identified_modes(log, extension, options.gates)
+    track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates))
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
     tell("naming", 0.4)
     solutions = [solve_with(model, log, extension, options) for model in preliminary.models]
-    if preliminary.models:
+    if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
         solutions.append(with_missed_slipping(seen, extension, options))
-    solutions.sort(key=lambda solution: solution.cost)
+    nothing = cost_of(first, plain().base)
+    likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
     tell("naming", 0.7)
     confirmed = []
-    for solution in chain(solutions, (Solution(first, plain(), extension) for _ in range(1))):
+    for solution in [*likely, Solution(first, plain(), extension)]:
         selection = confirm(solution.problem, solution.selection, options)
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:
@@ -104,7 +112,7 @@ def find_modes_and_effects(
 
 def solve_with(model: Extension, log: Log, extension: Extension, options: GapOptions) -> Solution:
     """The selection with the modes that the identifier sees with a preliminary model."""
-    track, skids = identified_modes(log, model, options.gates), SKID in model.effects
+    track, skids = likely_modes(log, model, options.gates), SKID in model.effects
     track = without_skid(track) if skids else track
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
     solution = Solution(problem, forward_selection(problem, extension, options), model)

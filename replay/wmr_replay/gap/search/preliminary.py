@@ -14,10 +14,10 @@ import numpy as np
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.relabel import with_mode_at, without_skid
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
 from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
 from wmr_schemas.modes import ContactMode
@@ -25,7 +25,9 @@ from wmr_schemas.signals import Log
 
 
 class PreliminaryModels(NamedTuple):
-    """Models to identify the modes with, the likeliest first, and the selection that they come from."""
+    """Models to identify the modes with, the likeliest first, and a selection that may be the answer itself:
+    the one that they come from, or that of the base model's modes where slipping was replaced altogether.
+    """
 
     models: list[Extension]
     seen_in: tuple[Problem, Selection]
@@ -52,8 +54,8 @@ def preliminary_models(
             selection = forward_selection(problem, extension, options, terms=False)
         found = models_from(problem, extension, selection, local=local)
         if found:
-            return PreliminaryModels(found, (problem, selection))
-    return PreliminaryModels([], (problem, selection))
+            return PreliminaryModels(found, (problem, selection) if local else (first, plain()))
+    return PreliminaryModels([], (first, plain()))
 
 
 def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:

@@ -9,12 +9,12 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calm_or_same
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import weight
-from wmr_replay.gap.search.relabel import with_mode_at
 from wmr_replay.gap.settings.search import SlipSettings
 from wmr_schemas.arrays import F64, I64, Bool
 from wmr_schemas.modes import ContactMode

@@ -85,8 +85,16 @@ class ModeSettings:
     """Share of the log called skidding from which skidding is doubted. Judgement: a robot rarely skids for
     most of a drive, while a yaw that is off looks like a skid that never ends."""
 
-    much_slip: float = 0.12
+    much_slip: float = 0.02
     """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
+
+    most_slip: float = 0.5
+    """Share of the log called slipping from which all of it is held against rolling. Judgement: as
+    ``much_skid``."""
+
+    least_doubt: float = 10.0
+    """How much likelier rolling must be, in −2 log likelihood, for a skid or slip to be taken back.
+    Statistics: "very strong" after Kass and Raftery (1995)."""
 
     rival_share: float = 1 / 3
     """Share of the best score from which another candidate is a preliminary model too. Patrol benchmark."""

@@ -9,7 +9,6 @@ from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.joint_bank.model import joint_model
-from wmr_replay.identify.joint_bank.states import N_KINDS
 from wmr_replay.identify.joint_bank.steps import ALPHA_ROW, N_ANSWERS
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
@@ -34,7 +33,7 @@ class JointBankIdentifier:
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
-        self._bank = Bank(joint_model(robot, known), step_s, settings, N_KINDS)
+        self._bank = Bank(joint_model(robot, known), step_s, settings, N_MODES)
         self._by_wheels, self._by_efforts = open_bin(), open_bin()
         self._said = np.full(N_ANSWERS, np.nan)
         self.new_bins = Bins.none()

@@ -17,8 +17,6 @@ from wmr_replay.identify.joint_bank.states import (
     BETA,
     DRAG,
     DRAG_TURN,
-    LOST,
-    N_KINDS,
     N_STATES,
     JointPrior,
     make_joint_prior,
@@ -62,8 +60,8 @@ class JointModel:
         return self
 
     def start(self, hypotheses: HypothesisSet, bins: Bins, n_modes: int, last: F64) -> None:
-        """One hypothesis for each kind of contact and level, at the last of the bins."""
-        start_hypotheses(hypotheses, bins, self.prior)
+        """One hypothesis for each mode and level, at the last of the bins."""
+        start_hypotheses(hypotheses, bins, self.prior, n_modes)
         last[1:3] = bins.values[FORCE, -1], bins.values[TURN, -1]
         last[7:9] = bins.values[EFFORT, -1], bins.values[EFFORT_TURN, -1]
 
@@ -99,10 +97,10 @@ def joint_model(robot: RobotParameters, known: Known) -> JointModel:
     return JointModel(prior, doubted)
 
 
-def start_hypotheses(hypotheses: HypothesisSet, bins: Bins, prior: JointPrior) -> None:
-    """Fill the set with one hypothesis for each kind of contact and level, at the last of the bins."""
+def start_hypotheses(hypotheses: HypothesisSet, bins: Bins, prior: JointPrior, n_modes: int) -> None:
+    """Fill the set with one hypothesis for each mode and level, at the last of the bins."""
     levels = WHEEL_PRIORS.calm_mps
-    for h, (mode, level) in enumerate(product(range(N_KINDS), range(len(levels)))):
+    for h, (mode, level) in enumerate(product(range(n_modes), range(len(levels)))):
         mean, covariance = hypotheses.mean[h], hypotheses.covariance[h]
         mean[:], covariance[:] = 0.0, 0.0
         mean[:3], mean[LN_SCALE:ALPHA] = bins.values[:3, -1], prior.wheels.mean
@@ -119,8 +117,6 @@ def start_hypotheses(hypotheses: HypothesisSet, bins: Bins, prior: JointPrior) -
         diagonal[AROUND] = JOINT_PRIORS.turn_disturbance**2 * diagonal[AHEAD]
         covariance[np.arange(N_STATES), np.arange(N_STATES)] = diagonal
         hypotheses.mode[h], hypotheses.level[h] = mode, level
-        hypotheses.slips[h] = 0.0
         hypotheses.log_weight[h] = log_prior_of_level(level) - (0.0 if mode == 0 else 3.0)
-        hypotheses.log_weight[h] += JOINT_PRIORS.lost_log_prior if mode == LOST else 0.0
-    hypotheses.size[0] = N_KINDS * len(levels)
+    hypotheses.size[0] = n_modes * len(levels)
     normalise(hypotheses)

@@ -1,6 +1,5 @@
-"""Priors of the joint bank, every value with its reason. Those of wheels and pose are the wheel-speed bank's."""
+"""Priors of the joint bank, every value with its reason; those of the wheels are the wheel-speed bank's."""
 
-import math
 from dataclasses import dataclass
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
@@ -15,7 +14,7 @@ class JointPriors:
     yaw_sd_share: float = 2.0
     """Of the traction in yaw about α's: masses lie at the middle of a robot or at its ends."""
     unknown_alpha: float = 10.0
-    """Of α about 0 without a nominal one, (m/s²)/(N·m): 1 of 10 kg on wheels of 10 cm, far more of a toy."""
+    """Of α about 0 without a nominal one, (m/s²)/(N·m): it is 1 of 10 kg on wheels of 10 cm."""
     alpha_drift_share_rts: float = 0.003
     """Diffusion of α in a second as a share of it: motors warm up by some per cent in minutes."""
     load_change_sd: float = PRIORS.load_change_sd
@@ -32,7 +31,8 @@ class JointPriors:
     turn_disturbance: float = 3.0
     """Disturbances of turning over those ahead: wheels that turn a robot also scrub."""
     disturbance_mps2: tuple[float, ...] = (0.03, 0.06, 0.1, 0.15, 0.3)
-    """What acts besides torques, by level of elastic slip: resistance to rolling (.15 m/s² at most), slopes."""
+    """What acts besides torques, by level of elastic slip: resistance to rolling (.15 m/s² at most),
+    slopes."""
     disturbance_time_s: float = 2.0
     """Its correlation time: resistance lasts as long as a run, slopes some metres."""
     timing_sd_s: float = 0.005
@@ -49,16 +49,9 @@ class JointPriors:
     """What is left of a slip at the instant at which its end is supposed; it dies out within the interval."""
     least_sd_mps: float = 0.001
     """Of a change of speed in a bin: no model is truer."""
-    coupling_sd: float = 0.5
+    coupling_sd: float = 0.3
     """Of the share of v_lat·ω that accelerates a robot ahead: all of it in a rigid body, a third in the
     paper's skid."""
-    lost_share: float = 0.1
-    """Of the traction where wheels lose it without running away …"""
-    lost_share_sd: float = 0.3
-    """… and its standard deviation."""
-    lost_prior: float = 1e-9
-    lost_log_prior: float = math.log(1e-9)
-    """Of that kind of slip, before the log has shown any."""
 
 
 JOINT_PRIORS = JointPriors()

@@ -23,9 +23,6 @@ from wmr_schemas.robot import RobotParameters
 
 ALPHA, BETA, DRAG, DRAG_TURN, AHEAD, AROUND, E_SUM, E_DIFF = range(12, 20)
 N_STATES = 20
-LOST = 4
-"""A hypothesis beyond the modes: traction is lost, and the wheels do not run away. It counts as slipping."""
-N_KINDS = 5
 
 
 class JointPrior(NamedTuple):
@@ -40,9 +37,7 @@ class JointPrior(NamedTuple):
     spinning_yaw: float
 
 
-def make_joint_prior(
-    robot: RobotParameters, known: Known, priors: JointPriors = JOINT_PRIORS
-) -> JointPrior:
+def make_joint_prior(robot: RobotParameters, known: Known, priors: JointPriors = JOINT_PRIORS) -> JointPrior:
     """The prior of a robot about its nominal parameters; those that are unknown get a wide one."""
     wheels = make_wheel_prior(robot, known)
     spinning, spinning_yaw = spinning_shares(robot, priors)

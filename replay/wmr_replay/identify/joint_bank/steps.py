@@ -22,16 +22,16 @@ from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.steps import Rhythm
 from wmr_replay.identify.joint_bank.predict import predict
 from wmr_replay.identify.joint_bank.priors import JOINT_PRIORS
-from wmr_replay.identify.joint_bank.states import ALPHA, LOST
-from wmr_replay.identify.joint_bank.switches import as_mode, split
-from wmr_replay.identify.wheel_bank.modes import shares_of_modes
-from wmr_replay.identify.wheel_bank.states import IDEAL, S_DIFF, S_LAT, S_SUM, SLIPPING
+from wmr_replay.identify.joint_bank.states import ALPHA
+from wmr_replay.identify.joint_bank.switches import split
+from wmr_replay.identify.wheel_bank.modes import count_modes
 from wmr_replay.identify.wheel_bank.steps import (
     CALM,
     JUMPED,
     PARAMETERS,
     follow_rounding,
     moments_of_parameters,
+    record_interval,
     set_wheels,
     update_all,
 )
@@ -45,38 +45,10 @@ N_WORK = 13
 N_ANSWERS = 25
 ALPHA_ROW = 23
 """Rows of the answers: those of the wheel-speed bank, and mean and variance of α."""
+TINY = 1e-12
 MIN_LOG_WEIGHT = math.log(PRIORS.least_interval_weight)
 STANDS_MPS = JOINT_PRIORS.stands_mps
 DISTURBANCE = np.array(JOINT_PRIORS.disturbance_mps2) ** 2
-
-
-@lean
-def shares_of_kinds(mean: F64, covariance: F64, mode: int, wheels: F64, out: F64) -> None:
-    """The probabilities (4,) of the modes in one hypothesis: lost traction is slipping."""
-    shares_of_modes(mean, covariance, as_mode(mode), wheels, out)
-    if mode == LOST:
-        out[SLIPPING] += out[IDEAL]
-        out[IDEAL] = 0.0
-
-
-@lean
-def count_modes(hypotheses: HypothesisSet, wheels: F64, shares: F64, out: F64) -> None:
-    """The posterior (4,) over the modes, and moments of the slip velocities (6,), into ``out`` (10,)."""
-    for h in range(hypotheses.size[0]):
-        weight = math.exp(hypotheses.log_weight[h])
-        mean, covariance = hypotheses.mean[h], hypotheses.covariance[h]
-        shares_of_kinds(mean, covariance, hypotheses.mode[h], wheels, shares)
-        for m in range(4):
-            out[m] += weight * shares[m]
-        both = covariance[S_SUM, S_SUM] + covariance[S_DIFF, S_DIFF]
-        cross = 2.0 * covariance[S_SUM, S_DIFF]
-        left, right = mean[S_SUM] - mean[S_DIFF], mean[S_SUM] + mean[S_DIFF]
-        out[4] += weight * left
-        out[5] += weight * right
-        out[6] += weight * mean[S_LAT]
-        out[7] += weight * (left * left + both - cross)
-        out[8] += weight * (right * right + both + cross)
-        out[9] += weight * (mean[S_LAT] * mean[S_LAT] + covariance[S_LAT, S_LAT])
 
 
 @lean
@@ -93,36 +65,19 @@ def moments_of_alpha(hypotheses: HypothesisSet) -> tuple[float, float]:
 
 
 @lean
-def record_interval(
-    hypotheses: HypothesisSet, wheels: F64, shares: F64, now_s: float, row: int, smoothed: F64
-) -> int:
-    """An interval ends: it enters the ring with what each hypothesis says of its mode; the one in whose place
-    it comes goes to column ``row`` of ``smoothed``; the next free column.
-    """
-    room, n = hypotheses.past.shape[1], hypotheses.n_past[0]
-    k = n % room
-    if n >= room:
-        smoothed[0, row] = hypotheses.past_s[k]
-        for h in range(hypotheses.size[0]):
-            weight = math.exp(hypotheses.log_weight[h])
-            for m in range(4):
-                smoothed[1 + m, row] += weight * hypotheses.past[h, k, m]
+def record(hypotheses: HypothesisSet, wheels: F64, shares: F64, now_s: float, row: int, smoothed: F64) -> int:
+    """An interval ends, as in the wheel-speed bank, with what is known of α now; the next free column."""
+    after = record_interval(hypotheses, wheels, shares, now_s, row, smoothed)
+    if after > row:
         alpha, variance = moments_of_alpha(hypotheses)
-        smoothed[5, row], smoothed[6, row] = math.log(max(alpha, 1e-12)), variance / (alpha * alpha)
-        row += 1
-    hypotheses.past_s[k] = now_s
-    for h in range(hypotheses.size[0]):
-        shares_of_kinds(hypotheses.mean[h], hypotheses.covariance[h], hypotheses.mode[h], wheels, shares)
-        for m in range(4):
-            hypotheses.past[h, k, m] = shares[m]
-    hypotheses.n_past[0] = n + 1
-    return row
+        smoothed[5, row], smoothed[6, row] = math.log(max(alpha, TINY)), variance / max(alpha * alpha, TINY)
+    return after
 
 
 @lean
 def set_efforts(values: F64, k: int, last: F64, wheels: F64, efforts: F64) -> bool:
-    """Efforts between the middles of two bins, their changes, and mean and half difference of the signs of the
-    wheels' speeds, into ``efforts`` (6,); whether they are known.
+    """Efforts between the middles of two bins, their changes, and mean and half difference of the signs of
+    the wheels' speeds, into ``efforts`` (6,); whether they are known.
     """
     known = True
     right = math.tanh((wheels[0] + wheels[1]) / STANDS_MPS)
@@ -139,10 +94,12 @@ def set_efforts(values: F64, k: int, last: F64, wheels: F64, efforts: F64) -> bo
 
 
 @lean
-def branch(hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, doubted: F64, calm: F64, work: F64) -> None:
+def branch(
+    hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, doubted: F64, calm: F64, work: F64
+) -> None:
     """The hypotheses of a split: doubts, switches, changes of level; the best are kept."""
     doubt(hypotheses, since_s, doubted)
-    split(hypotheses, since_s, rhythm.switch_rate_per_s, calm, work)
+    split(hypotheses, rhythm.n_modes, since_s, rhythm.switch_rate_per_s, calm, work)
     vary_level(hypotheses, calm.shape[0])
     prune_and_merge(hypotheses, rhythm.most)
 
@@ -153,19 +110,18 @@ def filter_joint_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    noise: tuple[F64, F64, F64],
-    spinning: tuple[float, float],
+    model: tuple[F64, F64, F64, tuple[float, float]],
     rhythm: Rhythm,
     work: F64,
     out: tuple[F64, F64],
 ) -> None:
     """Every bin through the bank into ``out``: answers (25, m) and smoothed intervals (7, m).
 
-    ``noise``: variances of elastic slip and of disturbances by level, and of parameters in doubt. ``work``
-    is scratch.
+    ``model``: variances of elastic slip and of disturbances by level, and of parameters in doubt; the wheels'
+    shares of inertia. ``work`` is scratch.
     """
     answers, smoothed = out
-    calm, disturbance, doubted = noise
+    calm, disturbance, doubted, spinning = model
     row = 0
     wheels, shares, efforts = work[9], work[10], work[12]
     for k in range(seconds.shape[0]):
@@ -173,7 +129,7 @@ def filter_joint_bins(
         last[3] += step_s
         if last[3] >= rhythm.split_s - 1e-9:
             if hypotheses.past.shape[1] > 0:
-                row = record_interval(hypotheses, wheels, shares, seconds[k] - step_s, row, smoothed)
+                row = record(hypotheses, wheels, shares, seconds[k] - step_s, row, smoothed)
             branch(hypotheses, last[3], rhythm, doubted, calm, work[11])
             last[3] = 0.0
         follow_rounding(values, k, last, step_s)
@@ -182,7 +138,7 @@ def filter_joint_bins(
             set_efforts(values, k, last, wheels, efforts) and step_s > 0.0,
         )
         error = last[6] / (step_s * step_s) if step_s > 0.0 else 0.0
-        predict(hypotheses, wheels, efforts, known, spinning, step_s, (calm, disturbance), error, work)
+        predict(hypotheses, (wheels, efforts), known, spinning, step_s, (calm, disturbance, error), work)
         pose, variances = values[:3, k], values[3:6, k]
         if values[RELEASED, k] > 0.0:
             release_pose(hypotheses, variances, seconds[k])
@@ -221,9 +177,7 @@ def run_joint_bins(
     answers, smoothed = np.zeros((N_ANSWERS, m)), np.zeros((7, m if intervals else 0))
     before = int(hypotheses.n_past[0])
     work = np.zeros((N_WORK, hypotheses.mean.shape[1]))
-    values, noise = np.ascontiguousarray(values), (CALM, DISTURBANCE, doubted)
-    filter_joint_bins(
-        hypotheses, values, seconds, last, noise, spinning, rhythm, work, (answers, smoothed)
-    )
+    values, model = np.ascontiguousarray(values), (CALM, DISTURBANCE, doubted, spinning)
+    filter_joint_bins(hypotheses, values, seconds, last, model, rhythm, work, (answers, smoothed))
     first, done = max(before, intervals), int(hypotheses.n_past[0])
     return Said(answers, smoothed[:, : max(done - first, 0)])

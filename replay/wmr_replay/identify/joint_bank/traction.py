@@ -17,6 +17,7 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.joint_bank.priors import JOINT_PRIORS
+from wmr_replay.identify.wheel_bank.states import LN_SCALE, S_LAT
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -25,7 +26,9 @@ LOG_BURST, LOG_QUIET = math.log(JOINT_PRIORS.burst_share), math.log(1.0 - JOINT_
 
 
 class Axis(NamedTuple):
-    """The places of one axis's states: slip, traction, resistance, disturbance, error of the wheels' speed."""
+    """The places of one axis's states: slip, traction, resistance, disturbance, error of the wheels'
+    speed.
+    """
 
     slip: int
     gain: int
@@ -35,18 +38,18 @@ class Axis(NamedTuple):
 
 
 class Step(NamedTuple):
-    """One axis over one step: κ; Δu in m/s; the effort in N·m and the share of it that is traction; g; the
-    coupling with the other axes in m/s²; what of a slip is left and the variance of a new one; the variances
-    of the wheels' speed and of the line itself in (m/s)²; dt in s.
+    """One axis over one step: κ; Δu in m/s; the effort in N·m; the sign of the wheels; g; the coupling
+    v_lat ω in m/s² and ω in rad/s, 0 in yaw; what is left of a slip, the variance of a new one, and that of
+    one that grows or dies out; the variances of the wheels' speed and of the line itself in (m/s)²; dt in s.
     """
 
     scale: float
     change: float
     effort: float
-    share: float
     resists: float
     spinning: float
     coupling: float
+    yaw_rate: float
     left: float
     fresh: float
     burst: float
@@ -57,12 +60,12 @@ class Step(NamedTuple):
 
 @lean
 def log_normal(value: float, variance: float) -> float:
-    """log N(value; 0, variance) but for a constant."""
+    """The log of a normal density of mean 0, but for a constant."""
     return -0.5 * (value * value / variance + math.log(variance))
 
 
 @lean
-def follow_traction(mean: F64, covariance: F64, at: Axis, ln_scale: int, by: Step, work: F64) -> float:
+def follow_traction(mean: F64, covariance: F64, at: Axis, by: Step, work: F64) -> float:
     """The slip of one axis after a step, by the line above; the log likelihood. ``work`` (2, s) is scratch.
 
     The slope by ln κ takes the change that the traction gives, and not the measured one: the errors of that
@@ -71,20 +74,21 @@ def follow_traction(mean: F64, covariance: F64, at: Axis, ln_scale: int, by: Ste
     n = mean.shape[0]
     slope, column = work[0], work[1]
     change = by.scale * (1.0 + by.spinning) * by.change
-    effort = by.share * (1.0 + by.spinning) * by.effort
+    effort = (1.0 + by.spinning) * by.effort
     for i in range(n):
         slope[i] = 0.0
     slope[at.slip], slope[at.error] = 1.0 - by.left, by.scale
     slope[at.gain], slope[at.drag], slope[at.disturbance] = -by.dt * effort, by.dt * by.resists, -by.dt
+    slope[S_LAT] = -by.dt * by.yaw_rate
     pull = effort * mean[at.gain] - by.resists * mean[at.drag] + mean[at.disturbance] + by.coupling
-    slope[ln_scale] = by.dt * pull - (1.0 - by.left) * mean[at.slip]
-    off = change + by.scale * mean[at.error] - slope[ln_scale]
+    slope[LN_SCALE] = by.dt * pull - (1.0 - by.left) * mean[at.slip]
+    off = change + by.scale * mean[at.error] - slope[LN_SCALE]
     variance = by.scale * by.scale * by.error + by.line
     for i in range(n):
         column[i] = 0.0
-        for j in (at.slip, ln_scale, at.error, at.gain, at.drag, at.disturbance):
+        for j in (S_LAT, at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
             column[i] += covariance[i, j] * slope[j]
-    for j in (at.slip, ln_scale, at.error, at.gain, at.drag, at.disturbance):
+    for j in (S_LAT, at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
         variance += slope[j] * column[j]
     quiet, fresh = variance + by.fresh, by.fresh
     likely = log_normal(off, max(quiet, (off / OUTLIER_SD) ** 2))
@@ -128,15 +132,8 @@ def take_error(
     column, off, variance = found
     spread = by.scale * by.error / variance
     for j in range(mean.shape[0]):
-        if j != at.error and j != at.slip:
-            covariance[at.error, j] = covariance[j, at.error] = spread * column[j]
+        covariance[at.error, j] = covariance[j, at.error] = spread * column[j]
     with_slip = by.left * spread * column[at.slip] - spread * fresh
     covariance[at.error, at.slip] = covariance[at.slip, at.error] = with_slip
     mean[at.error] = spread * off
     covariance[at.error, at.error] = by.error - by.scale * by.error * spread
-
-
-@lean
-def log_normal_ratio(value: float, variance: float, usual: float) -> float:
-    """log N(value; 0, variance) − log N(0; 0, usual)."""
-    return 0.5 * (math.log(usual / variance) - value * value / variance)

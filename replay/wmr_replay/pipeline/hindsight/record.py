@@ -6,8 +6,8 @@ import numpy as np
 
 from wmr_replay.align import SampleBatch
 from wmr_replay.identify import Motion
-from wmr_replay.identify.filter_bank.bins import N_VALUES, Bins
-from wmr_replay.pipeline.columns import SMOOTHED_POSE, Columns
+from wmr_replay.identify.filter_bank.bins import Bins
+from wmr_replay.pipeline.columns import LATER, SMOOTHED_POSE, Columns
 from wmr_replay.pipeline.hindsight.spool import Spool, Table
 from wmr_schemas.status import WHOLE_LOG, Status
 
@@ -26,14 +26,13 @@ ROW = np.dtype(
 )
 SILENT = np.array([Status.WARMING_UP, Status.GAP, Status.POSE_JUMP, Status.OUTLIER])
 """Statuses that leave open whether a fault of the whole log still holds."""
-BIN = np.dtype([("values", np.float64, N_VALUES), ("stamp", np.int64)])
 
 
 class Record:
     """Rows and bins of the first pass, in order."""
 
     def __init__(self) -> None:
-        self._rows, self._bins = Spool(ROW), Spool(BIN)
+        self._rows, self._bins = Spool(ROW), list[Spool]()
         self.last_status = Status.OK
         """Of the last row that tells: a fault of the whole log that holds there held from the beginning."""
         self.first_delay_s = np.nan
@@ -47,7 +46,7 @@ class Record:
         table = np.empty(n, ROW)
         table["t_ns"], table["mode_true"] = rows.t_ns, rows.mode_true
         for k, name in enumerate((*SMOOTHED_POSE, *Motion._fields)):
-            table["described"][:, k] = estimates[name]
+            table["described"][:, k] = estimates.get(LATER + name, estimates[name])
         for name in ("delay_s", "mode", "mode_set", "status"):
             table[name] = estimates[name]
         self._rows.push(table)
@@ -59,9 +58,12 @@ class Record:
 
     def push_bins(self, bins: Bins) -> None:
         """Bins that the identifier completed."""
-        table = np.empty(len(bins.stamps), BIN)
+        layout = np.dtype([("values", np.float64, len(bins.values)), ("stamp", np.int64)])
+        if not self._bins:
+            self._bins.append(Spool(layout))
+        table = np.empty(len(bins.stamps), layout)
         table["values"], table["stamp"] = bins.values.T, bins.stamps
-        self._bins.push(table)
+        self._bins[0].push(table)
 
     @property
     def whole_log(self) -> Status | None:
@@ -74,5 +76,5 @@ class Record:
 
     def bins(self) -> Iterator[Bins]:
         """The bins in blocks."""
-        for table in self._bins.blocks():
+        for table in self._bins[0].blocks() if self._bins else ():
             yield Bins(np.ascontiguousarray(table["values"].T), table["stamp"].copy())

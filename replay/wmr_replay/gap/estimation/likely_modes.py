@@ -1,0 +1,63 @@
+"""Skidding and slipping that make the log less likely than rolling are taken back.
+
+A filter bank sees every lateral velocity. Tyres of many robots, and those of physics engines, creep sideways
+by a few mm/s in each turn while they grip: with a precise pose that is called skidding for most of the drive.
+A skid of the model moves sideways by far more, and the disturbance that makes up for the difference drowns
+what the torques do.
+"""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.diffusion import fit_diffusion
+from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import Log, ModeTrack
+
+
+def likely_modes(log: Log, extension: Extension, settings: GateSettings) -> ModeTrack:
+    """The identifier's modes with the extended model, without those that rolling explains better.
+
+    Every skid is doubted; slipping where the robot is said to slip most of the time.
+    """
+    track = identified_modes(log, extension, settings)
+    seen = Problem.of(bin_identified(log, track, settings)).all_fitted()
+    seen = without_unlikely(seen, seen.relabelled(without_skid(track)), seen.binned.skids, extension)
+    slips = seen.binned.slips
+    if np.mean(slips) > settings.modes.most_slip:
+        rolling = seen.relabelled(with_mode_at(seen.binned, slips, ContactMode.IDEAL))
+        seen = without_unlikely(seen, rolling, slips, extension)
+    return track if seen.binned.track is None else seen.binned.track
+
+
+def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Extension) -> Problem:
+    """``seen`` with the modes of ``other`` wherever its own are less likely, interval by interval.
+
+    ``rows`` (n,) are those in which the two differ. Each labelling has the diffusion that it needs. An
+    interval is judged by the sum of −2 log likelihood over its rows and those next to its ends.
+    """
+    if not np.any(rows):
+        return seen
+    excess = deviances(seen, extension) - deviances(other.all_fitted(), extension)
+    edges = np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
+    margin, least = seen.binned.margin, seen.settings.modes.least_doubt
+    unlikely = np.zeros(len(rows), bool)
+    for start, end in edges:
+        unlikely[start:end] = excess[max(start - margin, 0) : end + margin].sum() > least
+    if not np.any(unlikely):
+        return seen
+    mode = np.where(unlikely, other.binned.mode, seen.binned.mode)
+    for kind in np.unique(mode[unlikely]):
+        track = with_mode_at(seen.binned, unlikely & (mode == kind), ContactMode(int(kind)))
+        seen = seen.relabelled(track).all_fitted()
+    return seen
+
+
+def deviances(problem: Problem, extension: Extension) -> F64:
+    """−2 log likelihood of each row (n,), at the diffusion that the labels need."""
+    noise = fit_diffusion(problem, extension, iterations=problem.settings.budget.base_diffusion)
+    return problem.filtered(extension, noise).deviance

@@ -1,0 +1,52 @@
+"""By what the modes of a log are told: torques, wheel speeds, or both.
+
+``auto`` takes what the initial stretch knows. Where it knows both, both are evidence, except for
+
+- a robot whose cornering stiffness is stated: it follows the paper's model, in which traction is lost while
+  the wheels do not run away, and a skid dies out by a known law. Torques alone tell both better there;
+- a robot whose wheel radius is not stated: its wheel speeds are no ground speeds yet;
+- a model with further accelerations, which only the torque bank applies.
+"""
+
+import numpy as np
+
+from wmr_replay.align import SampleBatch
+from wmr_replay.pipeline.model_effects import ReplayModel
+
+AUTO, TORQUES, WHEEL_SPEEDS, BOTH = "auto", "torques", "wheel-speeds", "both"
+
+
+def chosen_evidence(
+    asked: str, stretch: SampleBatch, model: ReplayModel, *, steered: bool
+) -> tuple[str, str]:
+    """What tells the modes of a log with this initial stretch, and a note where that is not what was asked.
+
+    The wheel speeds of a ``steered`` robot tell nothing of slipping.
+    """
+    efforts = bool(np.isfinite(stretch.inputs[:2]).all(axis=0).any())
+    any_effort = bool(np.isfinite(stretch.inputs[:2]).any())
+    wheels = bool(np.isfinite(stretch.inputs[2:]).all(axis=0).any()) and not steered
+    if asked == TORQUES or not wheels:
+        return TORQUES, lacking(asked, wheels=wheels, efforts=efforts)
+    if asked == WHEEL_SPEEDS or not any_effort:
+        return WHEEL_SPEEDS, lacking(asked, wheels=wheels, efforts=efforts)
+    if asked == BOTH and efforts:
+        return BOTH, ""
+    return (BOTH if efforts and suits_both(model) else TORQUES), ""
+
+
+def suits_both(model: ReplayModel) -> bool:
+    """Whether torques and wheel speeds of the robot are told together unasked."""
+    robot = model.robot
+    plain = not model.terms.any and not model.accelerates
+    return plain and robot.wheel_radius_m is not None and robot.cornering_stiffness_over_epsilon is None
+
+
+def lacking(asked: str, *, wheels: bool, efforts: bool) -> str:
+    """Why a log is told by less than was asked; empty where it is not."""
+    missing = []
+    if asked in (BOTH, WHEEL_SPEEDS) and not wheels:
+        missing.append("wheel speeds")
+    if asked in (BOTH, TORQUES) and not efforts:
+        missing.append("torques")
+    return f"--evidence {asked}: the log begins without {' and '.join(missing)}" if missing else ""
