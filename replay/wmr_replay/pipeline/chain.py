@@ -193,6 +193,7 @@ class Chain:
             independence=self._independence_of(rows),
             restarts=rows.restarts,
             wheels=rows.inputs[2:],
+            smoothed_wheels=derivatives.inputs[2:],
         )
 
     def _independence_of(self, rows: SampleBatch) -> F64:

@@ -132,6 +132,7 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
     if len(before) >= own.few_windows and p > own.held_out_level:
         return False
     doubtless = reduction > own.least_doubtless and p < own.doubtless
+    doubtless = doubtless or (reduction > own.least_clear and p < own.clear)
     return bool(
         reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless
     )

@@ -21,6 +21,7 @@ from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS, likeliest
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
+from wmr_replay.gap.wheel_speed.usual_slip import stands_out
 from wmr_schemas.effects import EffectDeclaration
 from wmr_schemas.effects.declaration import DrivenBy
 
@@ -215,16 +216,21 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
     if p > problem.settings.gates.level:
         return "significance"
-    own = problem.settings.gates
+    own, same = problem.settings.gates, same_in_any_motion(problem, name)
     slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
     slight = slight or within_a_step(problem.record, after.values, name)
-    if slight or not matters(after, name, same_in_any_motion(problem, name), own.least_relevant):
+    if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):
         return "tolerance"
-    if name in PLACES and not steady_loss(problem, before, after, name):
+    if name in PLACES and not is_no_mode(problem, before, after, name):
         return "contact mode"
     return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
+
+
+def is_no_mode(problem: Problem, before: Fit, after: Fit, name: str) -> bool:
+    """Whether a loss in a time or a place is more than a wheel that spins."""
+    return steady_loss(problem, before, after, name) and stands_out(problem, before, after, name)
 
 
 def places_scanned(name: str) -> int:

@@ -47,20 +47,23 @@ class WheelPriors:
     """A robot skids from this lateral velocity on, beside what its centre of rotation explains."""
 
     rates_per_s: tuple[tuple[float, ...], ...] = (
-        (0.0, 0.05, 0.1, 0.01),
+        (0.0, 0.025, 0.05, 0.005),
         (0.8, 0.0, 0.02, 0.6),
         (0.8, 0.02, 0.0, 0.6),
         (0.15, 0.4, 0.4, 0.0),
     )
     """Changes a second from mode to mode: ideal, skidding, slipping, both. Slip lasts about a second, grip
     many; where a wheel slips nothing holds the robot sideways, so that the two come together. Judgement."""
-    first_slips: float = 1.0
+    first_slips: float = 0.5
     first_s: float = 10.0
     """What is known of how often ideal rolling ends before the log: a slip in 10 s. …"""
     memory_s: float = 120.0
     """… The ground of the last minutes decides."""
 
-    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.02)
+    hindsight_split_s: float = 0.02
+    """Time between two branchings of the second pass: slips of a spinning wheel begin and end within it."""
+
+    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012)
     """Levels of elastic slip, standard deviations: from a hard wheel on concrete to a soft one on carpet."""
     rare_sd: float = 2.5
     """A pose further off is weighed as if it lay there: among 10⁵ poses an hour many are, and a slip that is
