@@ -15,7 +15,7 @@ from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.select import base_fit
-from wmr_replay.gap.wheel_speed.verdict import too_calm
+from wmr_replay.gap.wheel_speed.verdict import too_short_a_way
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -40,7 +40,7 @@ def calibrate_wheel_speeds(
     options = options or GapOptions()
     base = base_of(robot, None)
     problem = problem_of(logs, base, options, "wheel_speed")
-    if reason := too_calm(problem):
+    if reason := too_short_a_way(problem):
         raise InvalidSignal("wheel speed", reason)
     apart = logs_apart(problem)
     if options.modes == "identified":

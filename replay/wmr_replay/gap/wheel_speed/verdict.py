@@ -6,6 +6,7 @@ from wmr_replay.gap.result.result import Detectable, Verdict
 from wmr_replay.gap.wheel_speed.disagreement import Disagreement
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.select import Selection
+from wmr_schemas.arrays import F64
 from wmr_schemas.slip_terms import is_slip_term
 
 
@@ -47,11 +48,25 @@ def verdict_of(
 
 def too_calm(problem: Problem) -> str:
     """Why the driving shows nothing; empty where it may."""
-    own, way = problem.settings.gates, problem.bins.blocks(problem.predicted({}))
-    inside = problem.bins.inside[:, 1:]
-    steps = np.where(inside, np.abs(np.diff(way, axis=-1)), 0.0).sum(axis=(1, 2))
-    if steps[0] < own.least_driven_m:
-        return f"the wheels drive {steps[0]:.2g} m in the log (at least {own.least_driven_m:g} m are needed)"
-    if steps[2] < own.least_turning_rad:
-        return f"the robot turns by {steps[2]:.2g} rad (at least {own.least_turning_rad:g} rad are needed)"
+    own, driven = problem.settings.gates, too_short_a_way(problem)
+    if driven:
+        return driven
+    turned = float(steps_of(problem)[2])
+    if turned < own.least_turning_rad:
+        return f"the robot turns by {turned:.2g} rad (at least {own.least_turning_rad:g} rad are needed)"
     return ""
+
+
+def too_short_a_way(problem: Problem) -> str:
+    """Says that the wheels hardly drive; empty where they do."""
+    own, driven = problem.settings.gates, float(steps_of(problem)[0])
+    if driven < own.least_driven_m:
+        return f"the wheels drive {driven:.2g} m in the log (at least {own.least_driven_m:g} m are needed)"
+    return ""
+
+
+def steps_of(problem: Problem) -> F64:
+    """How far the wheels drive ahead and sideways [m], and turn [rad], (3,)."""
+    way = problem.bins.blocks(problem.predicted({}))
+    inside = problem.bins.inside[:, 1:]
+    return np.asarray(np.where(inside, np.abs(np.diff(way, axis=-1)), 0.0).sum(axis=(1, 2)))
