@@ -1,20 +1,23 @@
-"""Modes from wheel speeds, by driver family and noise: causal, in hindsight, and two yardsticks.
+"""Modes from wheel speeds, by driver family and noise: causal, in hindsight, and the yardsticks of both.
 
-    python bench/encoder_modes.py [--part develop|report] [--logs 2] [--first-seed S]
+    python bench/encoder_modes.py [--part develop|report|late] [--logs 2] [--colour eccentric]
 
 Half of the robots are skid-steer; wheel radius and track are up to 3 % off, the encoders have 2048 ticks at
-100 Hz. Both yardsticks are told the robot's true dimensions: an ordinary filter that shares nothing with the
-analysis (``encoders/yardstick.py``), and the analysis's own bank. False slips are counted on dry ground. The
-table's rows are means over the logs of a family and noise.
+100 Hz. A filter and a smoother that share nothing with the analysis (``encoders/yardstick.py``) are told the
+robot, and so is the analysis's own bank. False slips are counted on dry ground. The table's rows are means
+over the logs of a family and noise. ``--converged`` prints instead how far twice the yardstick's hypotheses
+and trajectories move its accuracies.
 """
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
+from encoders.colours import COLOURS, coloured
 from encoders.logs import made
 from encoders.split import part
-from encoders.yardstick import modes_told
+from encoders.yardstick import N_DRAWN, ROOM, Told, modes_told, rates_of
 
 import wmr_replay as wr
 from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
@@ -27,6 +30,7 @@ from wmr_synth.sensors import NOISE_LEVELS
 
 WARM_S = 1.0
 BINS = 10
+TICKS = 2048
 
 
 def calibration_error(posterior: F64, true: I8) -> float:
@@ -44,10 +48,13 @@ class Aligned:
     t_ns: I64
     pose: F64
     wheels_mps: F64
-    robot: F64
-    """Effective half track in m, x_icr in m, lateral slip in s."""
-    noise_sd: tuple[float, float]
+    told: Told
     true: I8
+
+    @property
+    def step_s(self) -> float:
+        """From pose to pose."""
+        return float(np.median(np.diff(self.t_ns))) * 1e-9
 
     @property
     def warm(self) -> Bool:
@@ -61,28 +68,29 @@ class Aligned:
 
 
 def aligned(simulated: SimulatedLog, noise: str) -> Aligned:
-    """What both yardsticks are told."""
-    log, true = simulated.log, simulated.facts["true_robot"]
+    """What the yardsticks are told."""
+    log, true = simulated.log, cast(dict[str, float], simulated.facts["true_robot"])
     assert log.wheels is not None
     rows = np.searchsorted(log.wheels.t_ns, log.pose.t_ns, side="right") - 1
     speeds = np.stack([log.wheels.left_radps, log.wheels.right_radps])[:, np.maximum(rows, 0)]
-    return Aligned(
-        log.pose.t_ns,
-        np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad]),
-        speeds * true["wheel_radius_m"],
-        np.array([true["half_track_m"], true["icr_offset_m"], true["lateral_slip_s"]]),
-        NOISE_LEVELS[noise],
-        true_modes(simulated),
+    modes = true_modes(simulated)
+    told = Told(
+        robot=np.array([true["half_track_m"], true["icr_offset_m"], true["lateral_slip_s"]]),
+        noise_sd=NOISE_LEVELS[noise],
+        tick_m=2 * np.pi / TICKS * true["wheel_radius_m"],
+        rates_per_s=rates_of(modes.astype(np.int64), float(np.median(np.diff(log.pose.t_ns))) * 1e-9),
     )
+    pose = np.stack([log.pose.x_m, log.pose.y_m, log.pose.yaw_rad])
+    return Aligned(log.pose.t_ns, pose, speeds * true["wheel_radius_m"], told, modes)
 
 
 def bank_told(log: Aligned) -> F64:
     """The posterior (4, n) of the analysis's bank whose robot is known."""
-    half_track, icr, lateral = log.robot
-    prior = WheelPrior(np.array([0.0, np.log(half_track), icr, lateral, 0.0, 0.005]), np.full(6, 1e-4))
-    n, step_s = len(log.t_ns), float(np.median(np.diff(log.t_ns))) * 1e-9
-    bank = Bank(WheelModel(prior, np.zeros(6)), step_s, BankSettings(), 4)
-    variances = np.tile(np.array(log.noise_sd)[:, None] ** 2, (1, n))
+    half_track, icr, lateral = log.told.robot
+    prior = WheelPrior(np.array([0.0, np.log(half_track), icr, lateral, 0.0, 0.0]), np.full(6, 1e-4))
+    n, step_s = len(log.t_ns), log.step_s
+    bank = Bank(WheelModel(prior, np.zeros((3, 6))), step_s, BankSettings(), 4)
+    variances = np.tile(np.array(log.told.noise_sd)[:, None] ** 2, (1, n))
     known = log.t_ns, log.pose, log.wheels_mps, variances, np.zeros(n, bool)
     bins, done = into_bins(*known, bank.rows_per_bin, open_bin())
     unknown = np.full(n, np.nan)
@@ -98,45 +106,80 @@ def true_modes(simulated: SimulatedLog) -> I8:
     return mode.mode[np.maximum(rows, 0)]
 
 
-def false_slips_an_hour(family: str, chassis: str, noise: str, seed: int) -> float:
+@dataclass(frozen=True)
+class Cell:
+    """A driver, a noise of the pose, and a colour of the encoders' noise."""
+
+    family: str
+    noise: str
+    colour: str | None = None
+
+    def made(self, chassis: str, seed: int, *, slippery: bool = True) -> SimulatedLog:
+        """A log of the cell."""
+        simulated = made(self.family, chassis, self.noise, seed, slippery=slippery)
+        if self.colour is None:
+            return simulated
+        return replace(simulated, log=coloured(simulated.log, self.colour, seed))
+
+
+def false_slips_an_hour(cell: Cell, chassis: str, seed: int) -> float:
     """Slips told on dry ground, an hour, behind the warm-up."""
-    simulated = made(family, chassis, noise, seed, slippery=False)
+    simulated = cell.made(chassis, seed, slippery=False)
     told = wr.replay(simulated.log, hindsight=False).samples.collect()
     slips = told["mode"].is_in(["slipping", "skidding_slipping"]).to_numpy()
     slips &= ~np.isin(true_modes(simulated), (2, 3))
     begins = int((np.diff(slips.astype(int)) > 0).sum())
-    return begins / (told["t_s"][-1] / 3600)
+    return begins / float(told["t_s"][-1] / 3600)
 
 
-def scores(family: str, chassis: str, noise: str, seed: int) -> list[float]:
-    """Of one log: both yardsticks, causal, hindsight; calibration errors of these; false slips an hour."""
-    simulated = made(family, chassis, noise, seed)
-    log = aligned(simulated, noise)
-    step_s = float(np.median(np.diff(log.t_ns))) * 1e-9
-    filtered, _ = log.score(modes_told(log.wheels_mps, log.pose, log.noise_sd, step_s, log.robot))
-    told, _ = log.score(bank_told(log))
+def yardsticks(log: Aligned, times: int = 1) -> list[float]:
+    """Accuracies of filter and smoother with ``times`` their hypotheses and trajectories."""
+    sizes = {"room": times * ROOM, "drawn": times * N_DRAWN}
+    both = modes_told(log.wheels_mps, log.pose, log.step_s, log.told, **sizes)
+    return [log.score(posterior)[0] for posterior in both]
+
+
+def scores(cell: Cell, chassis: str, seed: int) -> list[float]:
+    """Of one log: filter, smoother and bank that are told the robot, causal, hindsight; calibration errors of
+    these; false slips an hour.
+    """
+    simulated = cell.made(chassis, seed)
+    log = aligned(simulated, cell.noise)
     row = wr.replay(simulated.log).summary.to_dicts()[0]
-    accuracies = [filtered, told, row["accuracy"], row["hindsight_accuracy"]]
+    accuracies = [*yardsticks(log), log.score(bank_told(log))[0], row["accuracy"], row["hindsight_accuracy"]]
     errors = [row["ece"], row["hindsight_ece"]]
-    return [*accuracies, *errors, false_slips_an_hour(family, chassis, noise, seed)]
+    return [*accuracies, *errors, false_slips_an_hour(cell, chassis, seed)]
+
+
+def moved(cell: Cell, chassis: str, seed: int) -> list[float]:
+    """Of one log: accuracies of the yardsticks, and how far twice their size moves them."""
+    log = aligned(cell.made(chassis, seed), cell.noise)
+    once, twice = yardsticks(log), yardsticks(log, 2)
+    return [*once, twice[0] - once[0], twice[1] - once[1]]
+
+
+HEADS = "filter told | smoother told | bank told | causal | hindsight | ece | hindsight ece | false slips/h"
+MOVED = "filter told | smoother told | filter moved by | smoother moved by"
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--part", choices=("develop", "report"), default="develop")
+    parser.add_argument("--part", choices=("develop", "report", "late"), default="develop")
     parser.add_argument("--logs", type=int, default=2, help="of each chassis")
     parser.add_argument("--first-seed", type=int)
+    parser.add_argument("--colour", choices=tuple(COLOURS), help="of the encoders' noise")
+    parser.add_argument("--converged", action="store_true", help="twice the yardsticks' size")
     options = parser.parse_args()
-    chosen = part(options.part)
+    chosen, measure = part(options.part), moved if options.converged else scores
     first = chosen.first_seed if options.first_seed is None else options.first_seed
-    heads = "filter told | bank told | causal | hindsight | causal ece | hindsight ece | false slips/h"
+    heads = MOVED if options.converged else HEADS
     print(f"| family | noise | logs | {heads} |")
-    print("| --- " * 10 + "|")
+    print("| --- " * (4 + heads.count("|")) + "|")
     for family in chosen.families:
         for noise in NOISE_LEVELS:
             rows = [
-                scores(family, chassis, noise, first + seed)
+                measure(Cell(family, noise, options.colour), chassis, first + seed)
                 for chassis in ("differential", "skid-steer")
                 for seed in range(options.logs)
             ]

@@ -4,8 +4,8 @@
 
 The logs are those of ``encoder_modes.py`` with torques in them: mass up to 20 % and the wheels' inertia up to
 30 % off, resistance to rolling of 0 to 3 % of the weight, of which the identifiers are not told. The table's
-rows are means over the logs of a family and noise: accuracy causal and in hindsight, calibration error, and false
-slips an hour on dry ground; then errors of what both learn of α and of the wheels' scale.
+rows are means over the logs of a family and noise: accuracy causal and in hindsight, calibration error, and
+false slips an hour on dry ground; then errors of what both learn of α and of the wheels' scale.
 """
 
 import argparse

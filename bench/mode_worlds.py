@@ -19,18 +19,20 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from quality_logs import replayed
-
-from wmr_replay.pipeline.settings import Settings
-from wmr_replay.tables import CalibrationCollector
-from wmr_schemas.arrays import F64
-from wmr_synth.sensors import NOISE_LEVELS
-from worlds.simulate import simulated
 from worlds.case import Case, World
 from worlds.drivers import FAMILIES
 from worlds.mode_model import linear_model, to_rows
 from worlds.mode_smoother import told_posteriors
+from worlds.simulate import simulated
 from worlds.split import part
+
+from wmr_replay.jobs.replay import MemorySource, Replay
+from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.model_effects import ReplayModel
+from wmr_replay.pipeline.settings import Settings
+from wmr_replay.tables import CalibrationCollector
+from wmr_schemas.arrays import F64
+from wmr_synth.sensors import NOISE_LEVELS
 
 MOST = 24
 DIRECTLY = 1 / 6
@@ -50,18 +52,20 @@ def switch_rates(family: str) -> F64:
 
 
 def scores(posterior: F64, true: F64, mode: F64 | None = None) -> Row:
-    """Accuracy and calibration error of a posterior (3, n); NaN is undecided, and wrong."""
+    """Accuracy and calibration error of a posterior (3, n); what is not named at .5 counts as wrong."""
     known = np.isfinite(posterior).all(axis=0)
-    said = np.where(known, np.nan_to_num(posterior).argmax(axis=0), -1) if mode is None else mode
+    named = known & (np.nan_to_num(posterior).max(axis=0) >= Settings().min_confidence)
+    said = np.where(named, np.nan_to_num(posterior).argmax(axis=0), -1) if mode is None else mode
     collector = CalibrationCollector()
     names = ("p_ideal", "p_skidding", "p_slipping")
     collector.push(
         pl.DataFrame(
-            {name: column for name, column in zip(names, posterior[:, known], strict=True)}
+            dict(zip(names, posterior[:, known], strict=True))
             | {"mode_true": true[known], "status": ["ok"] * int(known.sum())}
         ).with_columns(pl.lit(0.0).alias("p_skidding_slipping"))
     )
-    return {"accuracy": float(np.mean(said == true)), "ece": collector.ece, "brier": collector.brier}
+    found = {"accuracy": float(np.mean(said == true)), "ece": collector.ece, "brier": collector.brier}
+    return found | {"bins": collector._bins.tolist()}
 
 
 def answers(table: pl.DataFrame) -> tuple[F64, F64]:
@@ -85,10 +89,6 @@ def by_run(world: World, counted: F64, settings: Settings) -> Row:
 
 def replayed_tables(world: World, settings: Settings) -> tuple[pl.DataFrame, pl.DataFrame]:
     """Samples and hindsight of the log."""
-    from wmr_replay.jobs.replay import MemorySource, Replay
-    from wmr_replay.pipeline.engine import Engine
-    from wmr_replay.pipeline.model_effects import ReplayModel
-
     replay = Replay(MemorySource(world.log, "log"), Engine(settings, ReplayModel(world.log.robot)))
     samples = pl.concat(list(replay.samples()))
     return samples, pl.concat(list(replay.hindsight()))
@@ -117,6 +117,13 @@ def judged(case: Case, most: int, settings: Settings) -> Row:
 KINDS = ("causal", "told_causal", "hindsight", "told_hindsight")
 
 
+def pooled(rows: list[Row], kind: str) -> float:
+    """Calibration error over the rows of all logs: a single log is too short to show it."""
+    bins = [row[kind]["bins"] for row in rows if kind in row]
+    counts, confidence, right = np.sum(bins or np.zeros((1, 3, 10)), axis=0)
+    return float(np.abs(right - confidence).sum() / max(counts.sum(), 1.0))
+
+
 def table(rows: list[Row]) -> str:
     """Means by family and plant, by noise, by disturbance and wobble, over all."""
     groups: dict[str, list[Row]] = {}
@@ -131,17 +138,15 @@ def table(rows: list[Row]) -> str:
         ):
             groups.setdefault(key, []).append(row)
     lines = [
-        "| logs of | n | causal | told | less | hindsight | told | less | ece causal | ece hindsight | ece told |",
+        "| logs of | n | causal | told | less | hindsight | told | less | ece causal | hindsight | told |",
         "|" + " --- |" * 11,
     ]
     for key in sorted(groups, key=lambda k: (k == "all", k.split()[-1].isalpha(), k)):
-        cells = []
-        for kind in KINDS:
-            cells.append(np.mean([row[kind]["accuracy"] for row in groups[key] if kind in row]))
-        ece = [
-            np.mean([row[kind]["ece"] for row in groups[key] if kind in row])
-            for kind in ("causal", "hindsight", "told_hindsight")
+        cells = [
+            np.mean([row[kind]["accuracy"] for row in groups[key] if kind in row] or [np.nan])
+            for kind in KINDS
         ]
+        ece = [pooled(groups[key], kind) for kind in ("causal", "hindsight", "told_hindsight")]
         parts = [cells[0], cells[1], cells[1] - cells[0], cells[2], cells[3], cells[3] - cells[2], *ece]
         lines.append(
             f"| {key} | {len(groups[key])} | " + " | ".join(f"{value:.3f}" for value in parts) + " |"

@@ -14,7 +14,7 @@ from wmr_schemas.signals import Log
 
 Colour = Callable[[F64, F64, np.random.Generator], F64]
 """Stamps in s and the angle of a wheel in rad to the angle that is read, (n,) each."""
-RIPPLE_RAD, RIPPLE_S = 0.01, 0.3
+RIPPLE_RAD, RIPPLE_S = 0.003, 0.3
 ECCENTRIC_RAD, JITTER_S = (0.004, 0.015), 4e-4
 
 

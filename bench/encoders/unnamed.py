@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from bench.encoders.gap import Case, cases, simulated
+from bench.encoders.split import part
 
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.result import GapResult
@@ -163,10 +164,9 @@ def main() -> None:
     parser.add_argument("--forms", default=",".join(FORMS))
     parser.add_argument("--first", type=int, default=700, help="added to every seed")
     given = parser.parse_args()
-    forms = [
-        (f, c) for c in cases(given.part, given.rounds, tuple(given.forms.split(","))) for f in [c.effect]
-    ]
-    plain = [("", c) for c in cases(given.part, given.plain, ("",))] if given.plain else []
+    chosen, wanted = part(given.part), tuple(given.forms.split(","))
+    forms = [(c.effect, c) for c in cases(chosen, chosen.conditions, given.rounds, wanted)]
+    plain = [("", c) for c in cases(chosen, chosen.conditions, given.plain, ("",))]
     answers: dict[str, Counter[str]] = {}
     right: Counter[str] = Counter()
     for form, case in (*forms, *plain):

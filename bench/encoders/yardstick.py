@@ -24,7 +24,7 @@ STEP_ROWS, BRANCH_STEPS = 2, 2
 SLIP_MPS, SLIP_SHARE, SKID_MPS = 0.05, 0.03, 0.03
 CALM_MPS, CALM_SHARE, CALM_S = 0.003, 0.006, 0.5
 """Elastic slip: its standard deviation at standstill, its growth with the speed, its correlation time."""
-ACTIVE_SD, ACTIVE_S = np.array([0.5, 0.5, 0.3]), 0.4
+ACTIVE_SD, ACTIVE_S = np.array([0.3, 0.3, 0.15]), 1.0
 PATH_SD = np.array([1e-4, 1e-4, 2e-4])
 LEAST_SWITCHES = 0.5
 """Of each kind that a log may have had: an unseen kind of switch stays possible."""
@@ -46,8 +46,12 @@ class Told(NamedTuple):
     rates_per_s: F64
 
 
+Row = tuple[F64, F64, F64, I64]
+"""Means, covariances, log weights and regimes."""
+
+
 class Filtered(NamedTuple):
-    """Every step's Gaussians: means (m, N, 6), covariances (m, N, 6, 6), log weights (m, N), regimes (m, N)."""
+    """Every step's Gaussians: means (m, N, 6), covariances (m, N, 6, 6), log weights and regimes (m, N)."""
 
     mean: F64
     covariance: F64
@@ -86,11 +90,12 @@ def modes_told(
     nodes = rng.normal(size=(N_NODES, 3))
     nodes = np.concatenate([nodes, -nodes])
     filtered, causal = run_filter(blocks, speeds, dt, robot, variance, turn, room, nodes)
-    smoothed = draw_backward(Filtered(*filtered), speeds, dt, robot, turn, drawn, 1)
+    smoothed = draw_backward(Filtered(*filtered), speeds, dt, robot, turn, drawn, rng)
     n = pose.shape[1]
     causal_rows, rows = (np.repeat(found, STEP_ROWS, axis=1) for found in (causal, smoothed))
     held = np.concatenate([np.repeat(causal_rows[:, :1], STEP_ROWS - 1, axis=1), causal_rows], axis=1)
-    return held[:, np.minimum(np.arange(n), held.shape[1] - 1)], rows[:, np.minimum(np.arange(n), rows.shape[1] - 1)]
+    held_at, at = np.minimum(np.arange(n), held.shape[1] - 1), np.minimum(np.arange(n), rows.shape[1] - 1)
+    return held[:, held_at], rows[:, at]
 
 
 def into_steps(wheels_mps: F64, pose: F64) -> tuple[F64, F64]:
@@ -107,7 +112,9 @@ def into_steps(wheels_mps: F64, pose: F64) -> tuple[F64, F64]:
 def transition(rates: F64, dt: float) -> F64:
     """Probabilities (4, 4) of the mode ``dt`` later, to second order."""
     turn = np.eye(4) + rates * dt + 0.5 * (rates * dt) @ (rates * dt)
-    return np.maximum(turn, 1e-9) / np.maximum(turn, 1e-9).sum(axis=1, keepdims=True)
+    turn = np.maximum(turn, 1e-9)
+    shares: F64 = turn / turn.sum(axis=1, keepdims=True)
+    return shares
 
 
 @njit(cache=True)
@@ -205,7 +212,7 @@ def step_of(
 
 @njit(cache=True)
 def spread_of(covariance: F64, slope: F64, noise: F64, out: F64) -> None:
-    """slope · covariance · slopeᵀ + noise into ``out`` (6, 6)."""
+    """Slope · covariance · slopeᵀ + noise into ``out`` (6, 6)."""
     half = slope @ covariance
     out[:] = half @ slope.T
     for i in range(6):
@@ -233,7 +240,7 @@ def update(mean: F64, covariance: F64, pose: F64, variance: F64) -> float:
         for j in range(6):
             for k in range(3):
                 covariance[i, j] -= gain[k, i] * gain[k, j]
-    return -0.5 * (log_det + (whitened**2).sum())
+    return float(-0.5 * (log_det + (whitened**2).sum()))
 
 
 @njit(cache=True)
@@ -259,7 +266,7 @@ def count(mean: F64, covariance: F64, share: float, speed: float, nodes: F64, ou
 
 
 @njit(cache=True)
-def reduce(mean: F64, covariance: F64, log_weight: F64, regime: I64, room: int, out: tuple) -> None:
+def reduce(mean: F64, covariance: F64, log_weight: F64, regime: I64, room: int, out: Row) -> None:
     """Of each regime the ``room`` − 1 heaviest Gaussians, and one with the moments of all others, into the
     row of ``out``.
     """
@@ -295,7 +302,7 @@ def reduce(mean: F64, covariance: F64, log_weight: F64, regime: I64, room: int, 
 @njit(cache=True)
 def run_filter(
     blocks: F64, speeds: F64, dt: float, robot: F64, variance: F64, turn: F64, room: int, nodes: F64
-) -> tuple:
+) -> tuple[Row, F64]:
     """All steps forward: the Gaussians after each, and the modes' probabilities (4, m)."""
     m, n = blocks.shape[0], 4 * room
     means, covariances = np.zeros((m, n, 6)), np.zeros((m, n, 6, 6))
@@ -345,10 +352,9 @@ def run_filter(
 
 @njit(cache=True)
 def draw_backward(
-    filtered: Filtered, speeds: F64, dt: float, robot: F64, turn: F64, drawn: int, seed: int
+    filtered: Filtered, speeds: F64, dt: float, robot: F64, turn: F64, drawn: int, rng: np.random.Generator
 ) -> F64:
     """The share (4, m) of drawn trajectories in each mode at every step."""
-    np.random.seed(seed)
     means, covariances, log_weights, regimes = filtered
     m, n = log_weights.shape
     found = np.zeros((4, m))
@@ -356,9 +362,9 @@ def draw_backward(
     lower = np.zeros((6, 6))
     total = np.cumsum(np.exp(log_weights[m - 1]))
     for d in range(drawn):
-        h = min(np.searchsorted(total, np.random.random() * total[-1]), n - 1)
+        h = min(np.searchsorted(total, rng.random() * total[-1]), n - 1)
         factor(covariances[m - 1, h], lower)
-        state[d], regime[d] = means[m - 1, h] + lower @ np.random.standard_normal(6), regimes[m - 1, h]
+        state[d], regime[d] = means[m - 1, h] + lower @ rng.standard_normal(6), regimes[m - 1, h]
         found[mode_of(state[d, 3], state[d, 4], state[d, 5], speeds[m - 1, 0]), m - 1] += 1.0 / drawn
     after, slope, noise = np.zeros((4, n, 6)), np.zeros((4, n, 6, 6)), np.zeros((4, n, 6))
     factors, log_det, own = np.zeros((4, n, 6, 6)), np.zeros((4, n)), np.zeros((n, 6, 6))
@@ -373,7 +379,9 @@ def draw_backward(
                 was = regimes[k, h]
                 if r != was and not branches:
                     continue
-                step_of(means[k, h], speeds[k + 1], dt, robot, (was, r), after[r, h], slope[r, h], noise[r, h])
+                step_of(
+                    means[k, h], speeds[k + 1], dt, robot, (was, r), after[r, h], slope[r, h], noise[r, h]
+                )
                 spread_of(covariances[k, h], slope[r, h], noise[r, h], spread)
                 log_det[r, h] = factor(spread, factors[r, h])
         for d in range(drawn):
@@ -388,9 +396,9 @@ def draw_backward(
                 weight[h] += np.log(turn[was, r]) if branches else 0.0
                 top = max(top, weight[h])
             total = np.cumsum(np.exp(weight - top))
-            h = min(np.searchsorted(total, np.random.random() * total[-1]), n - 1)
-            fresh = own[h] @ np.random.standard_normal(6)
-            ahead = after[r, h] + slope[r, h] @ fresh + np.sqrt(noise[r, h]) * np.random.standard_normal(6)
+            h = min(np.searchsorted(total, rng.random() * total[-1]), n - 1)
+            fresh = own[h] @ rng.standard_normal(6)
+            ahead = after[r, h] + slope[r, h] @ fresh + np.sqrt(noise[r, h]) * rng.standard_normal(6)
             distance(factors[r, h], state[d], ahead, white)
             solve_upper(factors[r, h], white, further)
             state[d] = means[k, h] + fresh + covariances[k, h] @ (slope[r, h].T @ further)

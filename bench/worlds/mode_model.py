@@ -223,8 +223,8 @@ def switch_spread(truth: Truth, middle: I64, seconds: F64, c: dict[str, float]) 
 
 
 def to_rows(posterior: F64, t_ns: I64, rows: int, *, behind: bool) -> F64:
-    """Posterior (3, n) of bins at every pose; ``behind``: the last complete bin's. In hindsight a bin's mode is
-    that of the rows between the last bin's middle and its own.
+    """Posterior (3, n) of bins at every pose; ``behind``: the last complete bin's. In hindsight a bin's mode
+    is that of the rows between the last bin's middle and its own.
     """
     row = np.arange(len(t_ns))
     at = (row + 1) // rows - 1 if behind else (row - (rows - 1) // 2) // rows + 1

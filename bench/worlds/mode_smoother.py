@@ -1,9 +1,9 @@
 """Posterior of the mode by a two-filter smoother over mode histories, for a linear model by mode.
 
-Forward: Kalman filters over histories up to a bin, the causal answer. Backward: likelihood functions
+Forward: Kalman filters over histories up to a bin, the causal answer. Backward: likelihoods
 exp(−½ xᵀY x + yᵀx + c) of what follows, over histories to come. Their products, mode by mode, are the answer
-in hindsight; with N of each it weighs N²/3 whole histories at every bin. Of both, the best are kept, each mode
-with a third of the places; forward histories that have become alike are merged.
+in hindsight; with N of each it weighs N²/3 whole histories at every bin. Of both, the best are kept, each
+mode with a third of the places; forward histories that have become alike are merged.
 """
 
 import math
@@ -14,7 +14,7 @@ from numba import njit
 from wmr_schemas.arrays import F64
 from worlds.mode_model import N_MODES, SKIDDING, SLIPPING, Linear, Q, V, W, X, Y
 
-EVERY_BIN, LOWEST = 1, -25.0
+LOWEST = -25.0
 ALIKE_SD, ALIKE_RATIO = 0.1, 1.2
 
 
@@ -28,7 +28,7 @@ def add_switch(covariance, by, before, mode):
         covariance[Y, X] += by[0] * by[1]
     if mode == SKIDDING:
         covariance[W, W] += by[3] * by[3]
-    if mode == SLIPPING or before == SLIPPING:
+    if SLIPPING in (mode, before):
         covariance[V, V] += by[2] * by[2]
         covariance[Q, Q] += by[4] * by[4]
 
@@ -75,7 +75,9 @@ def best_of(weight, mode, n, most):
 
 
 @njit(cache=True)
-def forward(flow, offset, noise, at_switch, pose, variances, start, switches, first, most, wobbles):
+def forward(  # noqa: C901, PLR0913, PLR0917 – one compiled pass
+    flow, offset, noise, at_switch, pose, variances, start, switches, first, most, wobbles
+):
     """Filtered weights, modes, means and covariances at each bin, and how many there are."""
     n, d = pose.shape[0], start.shape[0]
     h_matrix, room = measured(d, wobbles), most * N_MODES
@@ -173,7 +175,9 @@ def references(weights, modes, means, covariances, size):
 
 
 @njit(cache=True)
-def backward(flow, offset, noise, at_switch, pose, variances, switches, ahead, most, pairs, wobbles):
+def backward(  # noqa: C901, PLR0912, PLR0913, PLR0915, PLR0917 – one compiled pass
+    flow, offset, noise, at_switch, pose, variances, switches, ahead, most, pairs, wobbles
+):
     """Smoothed log posterior by mode, (n, 3)."""
     weights, modes, means, covariances, sizes = ahead
     n, d = pose.shape[0], means.shape[2]

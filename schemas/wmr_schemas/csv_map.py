@@ -17,7 +17,17 @@ from wmr_schemas.units import RIM_SPEED, SPEED_UNITS
 REQUIRED = ("time", "x", "y", "yaw")
 COMMANDED = ("command_left", "command_right")
 TWIST = ("command_linear", "command_angular")
-OPTIONAL = ("effort_left", "effort_right", "speed_left", "speed_right", *COMMANDED, *TWIST, "mode", "window")
+OPTIONAL = (
+    "effort_left",
+    "effort_right",
+    "speed_left",
+    "speed_right",
+    *COMMANDED,
+    *TWIST,
+    "steering",
+    "mode",
+    "window",
+)
 PAIRS = (COMMANDED, TWIST)
 
 

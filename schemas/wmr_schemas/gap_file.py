@@ -228,6 +228,37 @@ class OdometryError(Part, frozen=True):
     yaw_rms_after_rad: Annotated[Size, Meta(description="the same, extended model")]
 
 
+class OnBase(Part, frozen=True):
+    """The answer on one base."""
+
+    verdict: Annotated[Verdict, Meta(description="the answer in a word")]
+    effects: Annotated[tuple[str, ...], Meta(description="names of what is missing, in the order found")]
+    sentence: Annotated[str, Meta(description="the answer in a sentence")]
+
+
+class SameCause(Part, frozen=True):
+    """An effect on each base that may be one cause."""
+
+    torque: Annotated[str, Meta(description="effect on torques")]
+    wheel_speed: Annotated[str, Meta(description="effect on wheel speeds")]
+    cause: Annotated[str, Meta(description="what both confound classes hold, or the effect itself")]
+    sizes_agree: Annotated[
+        bool | None, Meta(description="whether the 95 % intervals meet; null: sizes of different kinds")
+    ]
+
+
+class Bases(Part, frozen=True):
+    """With `--base both`: what each base says, and what the two say together."""
+
+    torque: OnBase
+    wheel_speed: OnBase
+    same: Annotated[tuple[SameCause, ...], Meta(description="pairs of effects that may be one cause")]
+    disputed: Annotated[
+        tuple[str, ...], Meta(description="effects that one base names and the other would have seen")
+    ]
+    sentence: Annotated[str, Meta(description="both answers in a sentence")]
+
+
 class GapFile(Part, frozen=True):
     """The whole file."""
 
@@ -265,6 +296,9 @@ class GapFile(Part, frozen=True):
     odometry: Annotated[
         OdometryError | None,
         Meta(description="where wheel speeds drive the model: the error of dead reckoning"),
+    ] = None
+    bases: Annotated[
+        Bases | None, Meta(description="with `--base both`: both answers, and where they agree")
     ] = None
     base_log: Annotated[
         str, Meta(description="the simulator's log that the base model was calibrated on; else empty")

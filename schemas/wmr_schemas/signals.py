@@ -42,7 +42,9 @@ def check_columns(signal: str, n: int, columns: dict[str, F64], *, allow_nan: bo
             raise InvalidSignal(signal, f"{name} is {column[row]}", row)
 
 
-def described(track: "PoseTrack | TorqueTrack | WheelSpeedTrack | CommandTrack | ModeTrack") -> str:
+def described(
+    track: "PoseTrack | TorqueTrack | WheelSpeedTrack | CommandTrack | SteeringTrack | ModeTrack",
+) -> str:
     """``<PoseTrack: 6000 rows, 60 s>``."""
     span_s = (int(track.t_ns[-1]) - int(track.t_ns[0])) / NS_PER_S if len(track) else 0.0
     return f"<{type(track).__name__}: {len(track)} rows, {span_s:g} s>"
@@ -129,6 +131,24 @@ class CommandTrack:
         return described(self)
 
 
+@dataclass(frozen=True, eq=False, repr=False)
+class SteeringTrack:
+    """What a steered robot is steered by, an angle or a command; a log carries it, no analysis reads it."""
+
+    t_ns: I64
+    position: F64
+
+    def __post_init__(self) -> None:
+        check_stamps("steering", self.t_ns)
+        check_columns("steering", len(self.t_ns), {"position": self.position}, allow_nan=True)
+
+    def __len__(self) -> int:
+        return len(self.t_ns)
+
+    def __repr__(self) -> str:
+        return described(self)
+
+
 def check_wheels(signal: str, track: WheelSpeedTrack | CommandTrack) -> None:
     """Stamps and columns of a track of wheel speeds. Raises InvalidSignal."""
     check_stamps(signal, track.t_ns)
@@ -164,7 +184,7 @@ class Log:
 
     ``wheels`` are the measured wheel speeds, whichever channel holds them; ``commands`` the commanded ones.
     ``breaks_ns`` are the stamps at which a stretch begins that does not follow on the one before it; see
-    :func:`wmr_schemas.breaks.stretches`.
+    :func:`wmr_schemas.breaks.stretches`. A ``steering`` says that the robot is no differential drive.
     """
 
     pose: PoseTrack
@@ -174,3 +194,4 @@ class Log:
     wheels: WheelSpeedTrack | None = None
     commands: CommandTrack | None = None
     breaks_ns: tuple[int, ...] = ()
+    steering: SteeringTrack | None = None

@@ -18,6 +18,8 @@ from wmr_schemas.messages import (
     METADATA_NAME,
     MODE_TOPIC,
     POSE_TOPIC,
+    STEERING_JOINTS,
+    STEERING_TOPIC,
     TORQUE_TOPIC,
     TWIST_TOPIC,
     WHEEL_TOPIC,
@@ -27,7 +29,15 @@ from wmr_schemas.messages import (
 )
 from wmr_schemas.messages.codec import Codec, MessageSchema, WheelAngles
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
+from wmr_schemas.signals import (
+    CommandTrack,
+    Log,
+    ModeTrack,
+    PoseTrack,
+    SteeringTrack,
+    TorqueTrack,
+    WheelSpeedTrack,
+)
 from wmr_synth.synthesis import SimulatedLog
 from wmr_synth.truth import side_files, write_truth
 from wmr_synth.wheel_speed.plan import CommandsAs
@@ -119,6 +129,15 @@ def command_channel(codec: Codec, track: CommandTrack) -> Channel:
     return Channel(COMMAND_TOPIC, codec.torque, track.t_ns, messages, qos(10))
 
 
+def steering_channel(codec: Codec, track: SteeringTrack) -> Channel:
+    """What a steered robot is steered by, as the position of one joint."""
+
+    def messages(rows: slice) -> list[bytes]:
+        return codec.encode_joints(track.t_ns[rows], ([track.position[rows]], [], []), STEERING_JOINTS)
+
+    return Channel(STEERING_TOPIC, codec.torque, track.t_ns, messages, qos(10))
+
+
 def twist_channel(codec: Codec, track: CommandTrack, robot: RobotParameters) -> Channel:
     """The commands as a twist, by the robot's nominal lengths."""
     radius_m, half_track_m = robot.wheel_radius_m, robot.half_track_m
@@ -146,6 +165,8 @@ def channels_of(
             twist_channel(codec, log.commands, log.robot) if twist else command_channel(codec, log.commands)
         )
         channels.append(made)
+    if log.steering is not None:
+        channels.append(steering_channel(codec, log.steering))
     if log.torque is not None:
         together = log.wheels is None or bool(np.isfinite(log.torque.left_radps).any())
         channels.append(torque_channel(codec, log.torque, angles if together else None))

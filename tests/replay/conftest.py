@@ -10,7 +10,7 @@ import polars as pl
 import pytest
 
 from wmr_replay.pipeline.engine import Engine
-from wmr_replay.pipeline.memory import as_batch
+from wmr_replay.pipeline.memory import as_batch, has_wheels_alone
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.regress.replayed import Asked, replay
@@ -31,7 +31,7 @@ class LogRows:
     """The rows of a log in the order in which a recorder would have written them."""
 
     def __init__(self, log: Log) -> None:
-        self.robot = log.robot
+        self.robot, self.wheels_alone = log.robot, has_wheels_alone(log)
         whole = as_batch(log)
         self.signals = [whole.pose, whole.torque, whole.mode, whole.wheels]
         self.n = sum(map(len, self.signals))
@@ -53,7 +53,8 @@ class LogRows:
         stop: int | None = None,
     ) -> pl.DataFrame:
         """The samples table of the first ``stop`` messages, pushed in pieces."""
-        engine = Engine(settings or Settings(), model or ReplayModel(self.robot))
+        known = model or ReplayModel(self.robot)
+        engine = Engine(settings or Settings(), known, wheels_alone=self.wheels_alone)
         stop = self.n if stop is None else stop
         edges = [0, *sorted(c for c in cuts if c < stop), stop]
         columns = [c for a, b in pairwise(edges) for c in engine.push(self.batch(a, b))] + engine.finish()

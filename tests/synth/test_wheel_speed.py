@@ -315,3 +315,41 @@ def test_slippery_ground_is_drawn_within_its_bounds():
     assert floor.slippery[0] <= lower.min() < lower.max() <= floor.slippery[1]
     assert np.all(ground.left[::2] == ground.right[::2])
     assert np.mean(ground.left[1::2] != ground.right[1::2]) == pytest.approx(floor.one_side, abs=0.15)
+
+
+def test_torques_obey_newtons_law_for_the_whole_robot():
+    """Σ torque / r is what the robot, its wheels and their resistance to rolling take, in every mode."""
+    plain = synthesise("encoders", seed=3, duration_s=12.0, sensors=EVENLY)
+    made = synthesise("encoders", seed=3, duration_s=12.0, sensors=EVENLY, torques_as="together")
+    assert np.array_equal(plain.log.pose.x_m, made.log.pose.x_m)
+    robot, drive, truth = made.facts["true_robot"], made.facts["drivetrain"], made.truth
+    torque, radius = made.log.torque, robot["wheel_radius_m"]
+    t_s = (torque.t_ns - torque.t_ns[0]) * 1e-9
+    rows = np.searchsorted(truth.t_ns, torque.t_ns - made.log.pose.t_ns[0])
+    speeds = np.stack([made.log.wheels.left_radps, made.log.wheels.right_radps])
+    spins = np.gradient(speeds, t_s, axis=1).sum(axis=0)
+    traction = truth.a_long_mps2[rows] - truth.v_lat_mps[rows] * truth.yaw_rate_radps[rows]
+    load = drive["resistance"] * G * robot["carried"] / 2
+    resisted = load * np.tanh(speeds * radius / 0.02).sum(axis=0)
+    wanted = radius * drive["mass_kg"] * (traction + resisted) + drive["wheel_inertia_kgm2"] * spins
+    found = torque.left_nm + torque.right_nm
+    off = np.abs(found - wanted)[20:-20]
+    assert np.median(off) < 0.03 * np.std(found)
+    assert np.any(truth.mode[rows] == 2) or np.any(truth.mode[rows] == 3)
+
+
+def test_torques_stand_with_the_wheel_speeds_or_apart(tmp_path):
+    for torques_as, topics in (
+        ("together", {"/wheel_torques"}),
+        ("apart", {"/wheel_torques", "/wheel_speeds"}),
+    ):
+        made = synthesise("skid-steer", seed=1, duration_s=1.0, torques_as=torques_as)
+        (file, *_) = record(made, tmp_path / f"{torques_as}.mcap")
+        with file.open("rb") as stream:
+            names = {c.topic for c in make_reader(stream).get_summary().channels.values()}
+        assert topics <= names
+        assert ("/wheel_speeds" in names) == (torques_as == "apart")
+        assert np.isfinite(made.log.torque.left_nm).all()
+    assert synthesise("encoders", duration_s=1.0).log.torque is None
+    with pytest.raises(InvalidSetting, match="driven by torques"):
+        synthesise("patrol", duration_s=1.0, torques_as="apart")

@@ -21,6 +21,7 @@ from wmr_replay.api.request import (
 from wmr_replay.gap import GapOptions, GapResult
 from wmr_replay.ingest import LogPath
 from wmr_replay.ingest.tracks import Progress
+from wmr_replay.jobs.both_bases import with_both
 from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
@@ -267,7 +268,7 @@ class Asked:
     def runs(self, base: str) -> list[GapRun]:
         """The analyses on a base; two for ``both``. Raises LogUnusable."""
         if base == "both":
-            return [self.on_torques(), self.on_wheel_speeds()]
+            return list(with_both(self.on_torques(), self.on_wheel_speeds()))
         if base == "wheel-speed" or (base == "auto" and self.needs_wheel_speeds()):
             return [self.on_wheel_speeds()]
         if base == "torque":

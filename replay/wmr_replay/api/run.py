@@ -21,6 +21,7 @@ from wmr_replay.jobs.replay import MemorySource, Progress, Replay
 from wmr_replay.jobs.result_files import Live
 from wmr_replay.jobs.run import RunResult, replay_of, run_into
 from wmr_replay.pipeline.engine import Engine
+from wmr_replay.pipeline.memory import has_wheels_alone
 from wmr_replay.pipeline.model_effects import replay_model
 from wmr_schemas.model_file import Model
 from wmr_schemas.signals import Log
@@ -111,7 +112,8 @@ def replay(
     Raises:
         InvalidSetting: A setting or model that makes no sense.
     """
-    engine = Engine(settings_of(settings), replay_model(model_of(model) or Model(), log.robot))
+    replayed = replay_model(model_of(model) or Model(), log.robot)
+    engine = Engine(settings_of(settings), replayed, wheels_alone=has_wheels_alone(log))
     return held_result(Replay(MemorySource(log, name), engine))
 
 

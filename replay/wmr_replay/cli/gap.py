@@ -122,7 +122,7 @@ def command(  # noqa: PLR0917
       wmr-replay gap encoders.mcap --input commands                 # lag, delay and gains of the drive, too
     """
     from wmr_replay.api.gap import gap
-    from wmr_replay.cli.printing.gap import print_gap
+    from wmr_replay.cli.printing.gap import print_both, print_gap
     from wmr_replay.cli.printing.progress import share_progress
 
     viewing = Viewing.of(options, no_rrd=no_rrd)
@@ -152,9 +152,10 @@ def command(  # noqa: PLR0917
     print_gap(found, log, as_json=as_json)
     if found.also is not None and not as_json:
         print_gap(found.also, log, as_json=False)
+        print_both(found.document)
     if "timeline" in found.files:
         viewing.show(found.files["timeline"])
-    if found.verdict in failing:
+    if failing & {answer.verdict for answer in (found, found.also) if answer is not None}:
         sys.exit(EXIT_CHECK_FAILED)
 
 

@@ -13,7 +13,8 @@ class Evidence(NamedTuple):
 
     ``t_ns`` (n,) stamps. ``pose`` (3, n) repaired x, y in m and unwrapped yaw in rad. ``efforts`` (2, n) left
     and right in N·m, each the mean over the interval that ends at the row, NaN where unknown. ``wheels``
-    (2, n) their speeds in rad/s, likewise. ``motion`` at the instants t − δ. ``force`` (n,) the sum of the
+    (2, n) their speeds in rad/s, likewise; ``smoothed_wheels`` through the same window as the motion.
+    ``motion`` at the instants t − δ. ``force`` (n,) the sum of the
     efforts in N·m through the same window as the motion. ``known_acceleration`` (n,) dv_long/dt in m/s² by
     the model's further effects. ``variances`` (2, n) of the noise of position and yaw. ``independence``
     (n,) of the pose from wheel speeds. ``restarts`` (n,) rows before which the pose has jumped; the repair
@@ -30,6 +31,7 @@ class Evidence(NamedTuple):
     independence: F64
     restarts: Bool
     wheels: F64
+    smoothed_wheels: F64
 
 
 class WheelEstimates(NamedTuple):

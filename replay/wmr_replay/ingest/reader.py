@@ -22,7 +22,7 @@ from wmr_replay.ingest.channels.stamp_unit import log_time_findings, stamp_unit_
 from wmr_replay.ingest.channels.unreadable import unreadable_kin, without_schema
 from wmr_replay.ingest.channels.unsupported_robots import drive_findings
 from wmr_replay.ingest.channels.wheel_bindings import made_up
-from wmr_replay.ingest.channels.wheel_channels import find_wheel_channels
+from wmr_replay.ingest.channels.wheel_channels import find_wheel_channels, held_by
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.mcap.checksums import NO_CHECKSUMS, is_covered
 from wmr_replay.ingest.mcap.chunk_selection import (
@@ -279,6 +279,13 @@ class LogReader:
     def is_steered(self) -> bool:
         """Whether names say that the robot is steered: its efforts tell nothing of slipping."""
         return any(f.code == "steered" and f.severity == Severity.WARNING for f in self.findings)
+
+    @property
+    def has_wheels_alone(self) -> bool:
+        """Whether the first messages of the channel in use for torques hold wheel speeds alone."""
+        torque = self.plan.uses.get("torque")
+        efforts, speeds = (False, False) if torque is None else held_by(torque)
+        return speeds and not efforts
 
     def _bytes_before(self) -> list[int]:
         """How many bytes precede each file."""

@@ -1,6 +1,6 @@
 """A whole log in memory: its signals as checked tracks, sorted by stamp, each stamp once."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,7 +17,7 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.batches import RawBatch
 from wmr_schemas.breaks import BREAKS_NAME, from_metadata
 from wmr_schemas.errors import ChannelNotFound, LogUnusable
-from wmr_schemas.findings import Finding
+from wmr_schemas.findings import Finding, Severity
 from wmr_schemas.mapping_file import LogMapping
 from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
 
@@ -35,6 +35,18 @@ ALSO: dict[Need, tuple[str, ...]] = {
     "commands": ("wheel_speed", "command"),
 }
 WORDS: dict[Need, str] = {"torque": "torques", "wheel_speed": "wheel speeds", "commands": "commands"}
+
+OTHER_CLASSES = {
+    "steered": "its yaw rate follows from the steering, not from a difference of wheel speeds or torques, of "
+    "which the base models of fit and gap are made",
+    "drives_sideways": "it moves sideways without a skid, and the base models of fit and gap are robots with "
+    "a left and a right side",
+}
+"""Findings that name a robot of another class, and why it is not analysed."""
+OF_ANOTHER = (
+    "`wmr-replay run` tells skidding from the poses alone. Where the signs are another robot's, name this "
+    "robot's topics with --pose and --torque, or in --map FILE."
+)
 
 Progress = Callable[[str, float], None]
 """Called with the name of the present step and the share that is done, 0 to 1."""
@@ -119,8 +131,9 @@ class Inputs:
 
 def check_channels(reader: LogReader, need: Need) -> None:
     """Raises ChannelNotFound where no channel may hold what is needed: one that is found may turn out to go
-    by another clock.
+    by another clock. Raises LogUnusable for a robot of another class, whatever its channels hold.
     """
+    check_class(reader.path, reader.findings)
     uses = reader.plan.uses
     there = {
         "torque": "torque" in uses,
@@ -130,6 +143,15 @@ def check_channels(reader: LogReader, need: Need) -> None:
     if not there[need]:
         role = "command" if need == "commands" else need
         raise not_found(reader.path, role, reader.candidates, reader.plan)
+
+
+def check_class(path: LogPath, findings: Sequence[Finding]) -> None:
+    """Raises LogUnusable for a steered or an omnidirectional robot, unless the signs are of other channels
+    than those that the user named.
+    """
+    for found in findings:
+        if found.code in OTHER_CLASSES and found.severity != Severity.NOTE:
+            raise LogUnusable(path, f"{found.code}: {found.text}; {OTHER_CLASSES[found.code]}", OF_ANOTHER)
 
 
 def moved(rows: RawBatch, offset_s: float) -> RawBatch:

@@ -12,7 +12,15 @@ from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.csv_map import COMMANDED, REQUIRED, TWIST, CsvMap
 from wmr_schemas.errors import InvalidFile, LogUnusable
 from wmr_schemas.modes import ContactMode
-from wmr_schemas.signals import CommandTrack, Log, ModeTrack, PoseTrack, TorqueTrack, WheelSpeedTrack
+from wmr_schemas.signals import (
+    CommandTrack,
+    Log,
+    ModeTrack,
+    PoseTrack,
+    SteeringTrack,
+    TorqueTrack,
+    WheelSpeedTrack,
+)
 
 EFFORTS, SPEEDS = ("effort_left", "effort_right"), ("speed_left", "speed_right")
 BREAK_NS = 10 * NS_PER_S
@@ -61,6 +69,7 @@ def read_csv(path: Path, csv_map: CsvMap) -> Converted:
         None if not (sides := sides_of(columns, SPEEDS)) else WheelSpeedTrack(t_kept, *sides),
         None if not (sides := sides_of(columns, COMMANDED)) else CommandTrack(t_kept, *sides),
         tuple(t_kept[begins].tolist()),
+        SteeringTrack(t_kept, columns["steering"]) if "steering" in columns else None,
     )
     return Converted(log, len(log.pose), len(t_ns) - len(log.pose))
 

@@ -66,7 +66,9 @@ def replay_of(
     also = () if settings is not None and settings.evidence == "torques" else ("wheel_speed",)
     reader = open_log(log, mapping or LogMapping(), between=between or Between(), also=also)
     replayed = replay_model(model or Model(), reader.robot)
-    engine = Engine(settings or Settings(), replayed, steered=reader.is_steered)
+    engine = Engine(
+        settings or Settings(), replayed, steered=reader.is_steered, wheels_alone=reader.has_wheels_alone
+    )
     return Replay(
         FileSource(reader, sha256), engine, read_side_truth(log), request_texts(mapping, between, model)
     )

@@ -11,7 +11,7 @@ from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, most_effect
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.channels.detect import WANTED
-from wmr_replay.ingest.tracks import Need, Progress, WholeLog, read_whole
+from wmr_replay.ingest.tracks import Need, Progress, WholeLog, check_class, read_whole
 from wmr_replay.jobs.base_model import base_for
 from wmr_replay.jobs.data_quality import checked_findings
 from wmr_replay.jobs.gap import FitRun, GapRun, errors_naming, robot_of
@@ -28,8 +28,8 @@ Run = TypeVar("Run")
 NO_EFFORT = "no row has an effort"
 """The words of a log whose torque channel is empty."""
 WHEEL_SPEED = "wheel_speed"
-OTHER_CLASSES = ("steered", "drives_sideways")
-"""Findings that name a robot of another class."""
+SAME_LENGTH = 0.01
+"""Relative difference of a length that two logs state of one robot."""
 TRY_LONGER = (
     "An analysis of wheel speeds needs half a minute or so of driving with turns, a pose, and wheel speeds "
     "throughout. `wmr-replay info {path}` says what the log holds."
@@ -85,20 +85,24 @@ def read_all(
         wholes.append(with_measured_poses(whole))
         findings += list(found)
         notes += wholes[-1].notes if len(paths) == 1 else [f"{path.name}: {n}" for n in wholes[-1].notes]
+    check_one_robot(paths, wholes)
     hashes = [whole.sha256 for whole in wholes]
     sha256 = hashes[0] if len(hashes) == 1 else hashlib.sha256("".join(hashes).encode()).hexdigest()
     return Read(tuple(wholes), tuple(findings), tuple(notes), sha256)
 
 
-def check_class(path: LogPath, findings: Sequence[Finding]) -> None:
-    """Raises LogUnusable for a steered or an omnidirectional robot."""
-    for found in findings:
-        if found.code in OTHER_CLASSES:
-            raise LogUnusable(
-                path,
-                f"{found.code}: {found.text}; the base model is a robot with a left and a right wheel speed",
-                "`wmr-replay run` tells skidding from the poses alone.",
-            )
+def check_one_robot(paths: Sequence[LogPath], wholes: Sequence[WholeLog]) -> None:
+    """Raises LogUnusable where two logs state different lengths of the robot."""
+    first = wholes[0].log.robot
+    for path, whole in zip(paths[1:], wholes[1:], strict=True):
+        for key in ("wheel_radius_m", "half_track_m"):
+            own, other = getattr(whole.log.robot, key), getattr(first, key)
+            if own is not None and other is not None and abs(own / other - 1) > SAME_LENGTH:
+                raise LogUnusable(
+                    path,
+                    f"states {key} {own:g}, and {paths[0].name} {other:g}: they are of two robots",
+                    "Logs of one robot are one data set; give its lengths in [robot] of --map FILE.",
+                )
 
 
 def analyse_wheel_logs(

@@ -7,6 +7,7 @@ from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
+from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
 from wmr_replay.pipeline.hindsight import Record, SecondPass
@@ -50,6 +51,7 @@ class Chain:
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repairing = Repairing(levels, stretch, settings.noise_time_constant_s)
         self._derivation = Derivation(settings, levels)
+        self._colour = PoseColour(levels.start_ns, levels.step_s)
         self._changes, self._slow = list[RateChange](), SlowPose()
         self._independence = fresh_independence()
         self._identifier = make_identifier(
@@ -133,6 +135,7 @@ class Chain:
         levels = self._repairing.change_rate(t_ns)
         self._derivation.change_rate(levels, t_ns, self._repairing.recent)
         follow_rate(self._identifier, levels.step_s)
+        self._colour = PoseColour(t_ns, levels.step_s)
         at_s = (t_ns - self._start_ns) / NS_PER_S
         self._changes.append(RateChange(at_s, before_s, levels.step_s, window_s, self._derivation.window_s))
 
@@ -148,7 +151,8 @@ class Chain:
     def _estimate(self, rows: SampleBatch) -> Columns:
         """Motion, slip velocities and verdict of rows without outliers."""
         derivatives = self._derivation.push(rows)
-        evidence = self._evidence(rows, derivatives)
+        variances, which = self._repairing.variances(rows), self._colour.push(rows)
+        evidence = self._evidence(rows, derivatives, variances, which)
         motion = evidence.motion
         robot = self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
@@ -162,12 +166,17 @@ class Chain:
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        return estimated_columns(derivatives.estimates[:, 0], motion, slip, verdict, delay_s, status)
+        columns = estimated_columns(derivatives.estimates[:, 0], motion, slip, verdict, delay_s, status)
+        if self._record is not None:
+            columns |= self._colour.later_columns(
+                motion, derivatives, variances, which, self._derivation.kernel
+            )
+        return columns
 
-    def _evidence(self, rows: SampleBatch, derivatives: Derivatives) -> Evidence:
+    def _evidence(self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64) -> Evidence:
         """What the identifier is given of each row."""
-        variances = self._repairing.variances(rows)
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
+        motion = self._colour.widen(motion, derivatives, variances, which, self._derivation.kernel)
         known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
         if self._model.accelerates:
@@ -180,10 +189,11 @@ class Chain:
             motion=motion,
             force=derivatives.inputs[0] + derivatives.inputs[1],
             known_acceleration=known,
-            variances=variances,
+            variances=self._colour.as_white(variances, which),
             independence=self._independence_of(rows),
             restarts=rows.restarts,
             wheels=rows.inputs[2:],
+            smoothed_wheels=derivatives.inputs[2:],
         )
 
     def _independence_of(self, rows: SampleBatch) -> F64:

@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from wmr_replay.align import SampleBatch
-from wmr_replay.differentiate import Derivatives, Differentiator
+from wmr_replay.differentiate import Derivatives, Differentiator, KernelSpec
 from wmr_replay.pipeline.designs import Design, Trial, first_design
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import InitialLevels
@@ -64,6 +64,11 @@ class Derivation:
     def window_s(self) -> float:
         """Window of the design that holds."""
         return self._differentiator.window_s
+
+    @property
+    def kernel(self) -> tuple[KernelSpec, int]:
+        """Shape and number of taps of the design that holds."""
+        return self._differentiator.spec, self._differentiator.n_taps
 
     @property
     def bridged_ns(self) -> int:

@@ -24,11 +24,15 @@ from wmr_schemas.findings import Finding
 class Engine:
     """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
     order; the second pass follows where the settings ask for it. The wheel speeds of a ``steered`` robot
-    tell nothing of slipping.
+    tell nothing of slipping. ``wheels_alone``: the log's channels hold wheel speeds and no torques, whenever
+    they begin.
     """
 
-    def __init__(self, settings: Settings, model: ReplayModel, *, steered: bool = False) -> None:
-        self.settings, self.model, self._steered = settings, model, steered
+    def __init__(
+        self, settings: Settings, model: ReplayModel, *, steered: bool = False, wheels_alone: bool = False
+    ) -> None:
+        self.settings, self.model = settings, model
+        self._steered, self._wheels_alone = steered, wheels_alone
         self._record = Record() if settings.hindsight else None
         self._intake, self._repeats = Intake(settings, model), RepeatedRows()
         self._chain: Chain | None = None
@@ -107,8 +111,13 @@ class Engine:
     def _begin(self, stretch: SampleBatch, rest: SampleBatch) -> list[Columns]:
         """Tune on the stretch and fill the stages' memory with it; its own rows get the status warming_up."""
         self.told_by, self.note = chosen_evidence(
-            self.settings.evidence, stretch, self.model, steered=self._steered
+            self.settings.evidence,
+            stretch,
+            self.model,
+            steered=self._steered,
+            wheels_alone=self._wheels_alone,
         )
+        self.note = self.note or self.settings.lacks(self.told_by)
         settings = self.settings.told_by(self.told_by)
         self._chain = Chain(settings, self.model, stretch, self._bars, self._record)
         self._chain.push(stretch)

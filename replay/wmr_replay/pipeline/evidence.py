@@ -17,15 +17,17 @@ AUTO, TORQUES, WHEEL_SPEEDS, BOTH = "auto", "torques", "wheel-speeds", "both"
 
 
 def chosen_evidence(
-    asked: str, stretch: SampleBatch, model: ReplayModel, *, steered: bool
+    asked: str, stretch: SampleBatch, model: ReplayModel, *, steered: bool, wheels_alone: bool = False
 ) -> tuple[str, str]:
     """What tells the modes of a log with this initial stretch, and a note where that is not what was asked.
 
-    The wheel speeds of a ``steered`` robot tell nothing of slipping.
+    The wheel speeds of a ``steered`` robot tell nothing of slipping. ``wheels_alone``: the channels hold wheel
+    speeds and no torques, so that wheel speeds which begin later are waited for.
     """
     efforts = bool(np.isfinite(stretch.inputs[:2]).all(axis=0).any())
     any_effort = bool(np.isfinite(stretch.inputs[:2]).any())
-    wheels = bool(np.isfinite(stretch.inputs[2:]).all(axis=0).any()) and not steered
+    wheels = wheels_alone or bool(np.isfinite(stretch.inputs[2:]).all(axis=0).any())
+    wheels = wheels and not steered
     if asked == TORQUES or not wheels:
         return TORQUES, lacking(asked, wheels=wheels, efforts=efforts)
     if asked == WHEEL_SPEEDS or not any_effort:

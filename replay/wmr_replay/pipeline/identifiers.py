@@ -8,11 +8,12 @@ from wmr_replay.identify import Identifier, PaperIdentifier, Verdict, make_rules
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, AlgebraicSettings
 from wmr_replay.identify.filter_bank import BankIdentifier, BankSettings
 from wmr_replay.identify.joint_bank import JointBankIdentifier
+from wmr_replay.identify.thresholds.wheel_speeds import WheelThresholds
 from wmr_replay.identify.undecided import Undecided
 from wmr_replay.identify.wheel_bank import WheelBankIdentifier
 from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import JOINT_BANK, NO_IDENTIFIER, WHEEL_BANK, Settings
+from wmr_replay.pipeline.settings import JOINT_BANK, NO_IDENTIFIER, WHEEL_BANK, WHEEL_THRESHOLDS, Settings
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode, ModeSet
@@ -43,6 +44,8 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
         algebraic = AlgebraicSettings(settings.min_confidence)
         return AlgebraicIdentifier(model.robot, rules, algebraic, terms=model.terms)
     bank = BankSettings(min_confidence=settings.min_confidence)
+    if settings.identifier == WHEEL_THRESHOLDS:
+        return WheelThresholds(model.robot, rules, known_of_wheels(model.effects))
     if settings.identifier == WHEEL_BANK:
         return WheelBankIdentifier(model.robot, rules, step_s, bank, known_of_wheels(model.effects))
     if settings.identifier == JOINT_BANK:

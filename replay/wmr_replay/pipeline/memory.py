@@ -38,6 +38,11 @@ def wheels_apart(log: Log) -> WheelSpeedTrack | None:
     return log.wheels
 
 
+def has_wheels_alone(log: Log) -> bool:
+    """Whether a log holds wheel speeds and no torques."""
+    return log.wheels is not None and log.torque is None
+
+
 def inputs_of(log: Log) -> tuple[I64, F64]:
     """Stamps and rows (4, n) of torques and wheel speeds; of wheel speeds alone where no torque is known."""
     if log.torque is not None:

@@ -14,7 +14,15 @@ WHEEL_BANK = "wheel_bank"
 """What becomes of ``bank`` where a log has wheel speeds and no torques; no choice of a user's."""
 JOINT_BANK = "joint_bank"
 """What becomes of ``bank`` where torques and wheel speeds tell modes together; no choice of a user's."""
+WHEEL_THRESHOLDS = "wheel_thresholds"
+"""What becomes of ``paper`` where a log has wheel speeds and no torques; no choice of a user's."""
 EVIDENCE = ("auto", "torques", "wheel-speeds", "both")
+NOT_CHOSEN = (WHEEL_BANK, JOINT_BANK, WHEEL_THRESHOLDS)
+BY_WHEELS = {
+    ("bank", "wheel-speeds"): WHEEL_BANK,
+    ("bank", "both"): JOINT_BANK,
+    ("paper", "wheel-speeds"): WHEEL_THRESHOLDS,
+}
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
 """8.5°: tyres of rubber that grip reach 5° at 6 m/s² of lateral acceleration (docs/dart.md)."""
@@ -82,7 +90,7 @@ class Settings:
         self._check_differentiator()
 
     def _check_identifier(self) -> None:
-        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER, WHEEL_BANK, JOINT_BANK):
+        if self.identifier not in (*IDENTIFIERS, NO_IDENTIFIER, *NOT_CHOSEN):
             raise InvalidSetting(f"no identifier {self.identifier!r}; known are {', '.join(IDENTIFIERS)}")
         if self.evidence not in EVIDENCE:
             raise InvalidSetting(f"no evidence {self.evidence!r}; known are {', '.join(EVIDENCE)}")
@@ -127,13 +135,20 @@ class Settings:
         return ModeSet.ALL if self.simultaneous else ModeSet.ALL_SINGLE
 
     def told_by(self, evidence: str) -> "Settings":
-        """The same for a log whose modes ``bank`` tells by one of ``EVIDENCE``; wheel speeds tell slipping
-        beside skidding.
+        """The same for a log whose modes are told by one of ``EVIDENCE``; wheel speeds tell slipping beside
+        skidding.
         """
-        bank = {"wheel-speeds": WHEEL_BANK, "both": JOINT_BANK}.get(evidence)
-        if bank is None or self.identifier != "bank":
-            return self
-        return replace(self, identifier=bank, simultaneous=True)
+        identifier = BY_WHEELS.get((self.identifier, evidence))
+        return self if identifier is None else replace(self, identifier=identifier, simultaneous=True)
+
+    def lacks(self, evidence: str) -> str:
+        """What the identifier does without where modes are told by this; empty where nothing is."""
+        if self.identifier == "algebraic" and evidence == "wheel-speeds":
+            return (
+                "--identifier algebraic needs torques: without them it names skidding alone; "
+                "bank and paper use the wheel speeds"
+            )
+        return ""
 
     def as_dict(self) -> dict[str, Any]:
         """The settings as ``summary.settings`` holds them."""

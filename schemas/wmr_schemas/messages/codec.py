@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,16 @@ class MessageSchema:
     definition: bytes
 
 
+Joints = tuple[str, ...]
+
+
+class EncodeJoints(Protocol):
+    """Stamps, groups of columns, and the joints that these are of."""
+
+    def __call__(self, t_ns: I64, groups: JointGroups, joints: Joints = ...) -> list[bytes]:
+        """A message of each row."""
+
+
 @dataclass(frozen=True)
 class Codec:
     """One encoding of the canonical log; the encoders turn n rows into n messages."""
@@ -41,7 +51,7 @@ class Codec:
     encode_pose: Callable[[PoseTrack], list[bytes]]
     encode_torque: Callable[[TorqueTrack, WheelAngles | None], list[bytes]]
     encode_mode: Callable[[ModeTrack], list[bytes]]
-    encode_joints: Callable[[I64, JointGroups], list[bytes]]
+    encode_joints: EncodeJoints
     """Stamps and groups as messages of the schema ``torque``."""
     twist: MessageSchema
     encode_twist: Callable[[I64, F64, F64], list[bytes]]

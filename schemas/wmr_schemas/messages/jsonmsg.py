@@ -14,6 +14,7 @@ from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
     JointGroups,
+    Joints,
     MessageSchema,
     WheelAngles,
     split_stamp,
@@ -76,13 +77,13 @@ def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> lis
     return encode_joints(torque.t_ns, wheel_columns(torque, angles))
 
 
-def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
-    """``wmr.JointState`` of the two wheels."""
+def encode_joints(t_ns: I64, groups: JointGroups, joints: Joints = WHEEL_JOINTS) -> list[bytes]:
+    """``wmr.JointState`` of the two wheels, or of other joints."""
     position, velocity, effort = groups
     return encode(
         timestamp=timestamp(t_ns),
         frame_id=pl.lit(""),
-        name=pl.lit(pl.Series([list(WHEEL_JOINTS)])),
+        name=pl.lit(pl.Series([list(joints)])),
         position=numbers(position),
         velocity=numbers(velocity),
         effort=numbers(effort),

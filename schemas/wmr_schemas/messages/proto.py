@@ -16,6 +16,7 @@ from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
     JointGroups,
+    Joints,
     MessageSchema,
     Template,
     WheelAngles,
@@ -175,9 +176,9 @@ def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> lis
     return encode_joints(torque.t_ns, wheel_columns(torque, angles))
 
 
-def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
-    """``wmr.JointState`` of the two wheels."""
-    names = [text(3, joint) for joint in WHEEL_JOINTS]
+def encode_joints(t_ns: I64, groups: JointGroups, joints: Joints = WHEEL_JOINTS) -> list[bytes]:
+    """``wmr.JointState`` of the two wheels, or of other joints."""
+    names = [text(3, joint) for joint in joints]
     arrays = [packed(number, len(group)) for number, group in enumerate(groups, start=4)]
     columns = [column.astype("<f8") for group in groups for column in group]
     return joined(timestamp(), *names, *arrays).fill(len(t_ns), *stamps(t_ns), *columns)

@@ -9,6 +9,7 @@ from wmr_schemas.messages import POSE_FRAME, ROBOT_FRAME, WHEEL_JOINTS
 from wmr_schemas.messages.codec import (
     Codec,
     JointGroups,
+    Joints,
     MessageSchema,
     Template,
     WheelAngles,
@@ -130,10 +131,10 @@ def encode_torque(torque: TorqueTrack, angles: WheelAngles | None = None) -> lis
     return encode_joints(torque.t_ns, wheel_columns(torque, angles))
 
 
-def encode_joints(t_ns: I64, groups: JointGroups) -> list[bytes]:
-    """``sensor_msgs/msg/JointState`` of the two wheels."""
-    template = count(message(""), len(WHEEL_JOINTS))
-    for joint in WHEEL_JOINTS:
+def encode_joints(t_ns: I64, groups: JointGroups, joints: Joints = WHEEL_JOINTS) -> list[bytes]:
+    """``sensor_msgs/msg/JointState`` of the two wheels, or of other joints."""
+    template = count(message(""), len(joints))
+    for joint in joints:
         string(template, joint)
     for group in groups:
         doubles(template, len(group))

@@ -146,7 +146,7 @@ def test_the_identifier_knows_the_base_models_effects_and_the_new_ones():
         "torque_saturation": {"limit_nm": 3.0},
         "slip_interval": {"start_s": 1.0, "end_s": 2.0, "loss": 0.5},
     }
-    extension = Extension(base, {"viscous_drag": {"c1_per_s": 0.1}}, 1.0, known)
+    extension = Extension(base, {"viscous_drag": {"c1_per_s": 0.1}}, 1.0, tuple(known.items()))
     extension = extension.with_effect("torque_saturation", {"limit_nm": 4.0})
     extension = extension.with_effect("payload", {"mass_ratio": 0.3})
     told = {effect.name: dict(effect.parameters) for effect in lasting_effects(extension)}
@@ -161,7 +161,7 @@ def test_modes_are_the_same_whether_an_effect_is_known_or_new():
     log, truth = hidden_log("patrol", seed=90_111, hide=["viscous_drag:c1_per_s=.3"], noise="rtk")
     base = base_model(log, None, GIVEN).extension
     (effect,) = truth["effects"]
-    known = Extension(base.base, {}, base.wheel_radius_m, {effect["name"]: effect["parameters"]})
+    known = Extension(base.base, {}, base.wheel_radius_m, ((effect["name"], effect["parameters"]),))
     new = base.with_effect(effect["name"], effect["parameters"])
     modes = [identified_modes(log, extension, SETTINGS).mode for extension in (base, known, new)]
     np.testing.assert_array_equal(modes[1], modes[2])

@@ -1,14 +1,18 @@
 """Between a scan and a verdict, on simulated logs: scores, placebo logs, bounds, the merged model."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wmr_replay.effects.theta import PLACES
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.effects import merged_effects
 from wmr_replay.gap.scan.local_effects import sizes_of
 from wmr_replay.gap.scan.scan import scan
@@ -81,6 +85,7 @@ def test_an_effect_that_the_base_has_already_adds_up():
         Effect("yaw_drift", {"rate_radps": -0.006}),
         Effect("torque_saturation", {"limit_nm": 2.0}),
         Effect("slip_interval", {"start_s": 1.0, "end_s": 2.0, "loss": 0.5}),
+        Effect("slip_interval", {"start_s": 3.0, "end_s": 4.0, "loss": 0.3}),
     )
     new = (
         Effect("yaw_drift", {"rate_radps": -0.0003}, {"rate_radps": 1e-5}),
@@ -88,10 +93,37 @@ def test_an_effect_that_the_base_has_already_adds_up():
         Effect("slip_interval", {"start_s": 5.0, "end_s": 6.0, "loss": 0.4}),
         Effect("payload", {"mass_ratio": 0.2}),
     )
-    drift, limit, first, payload, second = merged_effects(base, new)
+    drift, limit, payload, *intervals = merged_effects(base, new)
     assert drift == Effect("yaw_drift", {"rate_radps": pytest.approx(-0.0063)}, {"rate_radps": 1e-5})
     assert limit == base[1]
-    assert (first, payload, second) == (base[2], new[3], new[2])
+    assert (payload, intervals) == (new[3], [base[2], base[3], new[2]])
+
+
+@pytest.mark.parametrize(
+    ("name", "places", "at", "expected"),
+    [
+        (
+            "load_step",
+            ({"mass_ratio": 0.2, "t0_s": 5.0}, {"mass_ratio": -0.1, "t0_s": 20.0}),
+            (2.0, 10.0, 30.0),
+            (0.0, 0.2, 0.1),
+        ),
+        (
+            "slip_interval",
+            ({"start_s": 5.0, "end_s": 15.0, "loss": 0.4}, {"start_s": 12.0, "end_s": 20.0, "loss": 0.5}),
+            (2.0, 8.0, 13.5, 18.0),
+            (0.0, 0.4, 0.7, 0.5),
+        ),
+    ],
+)
+def test_local_effects_of_one_name_keep_their_places(name, places, at, expected):
+    """Loads add up; of what a first loss of traction leaves, a second one takes its share."""
+    log, _ = hidden_log("patrol", seed=90_112, noise="mocap")
+    problem, extension = problem_of(log)
+    both = replace(extension, known=((name, places[0]),)).with_effect(name, places[1])
+    acts = both.rows(problem.binned)[:, WEIGHTS[name]]
+    assert np.interp(at, problem.binned.t_s, acts) == pytest.approx(expected, abs=1e-3)
+    assert both.theta()[PLACES[name, "mass_ratio" if name == "load_step" else "loss"]] == 1.0
 
 
 @pytest.mark.parametrize("places", [1, 16, 17, 40])

@@ -1,5 +1,6 @@
 """The filter bank: its model against the plant's, its hypotheses, its results."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,12 +12,15 @@ from hypothesis import strategies as st
 
 from wmr_replay.identify.filter_bank.bins import into_bins, open_bin
 from wmr_replay.identify.filter_bank.hypotheses import (
+    ENDED,
+    LEFT,
     change_load,
     make_hypotheses,
     normalise,
     prune_and_merge,
 )
 from wmr_replay.identify.filter_bank.jumps import hypothesise_jump, share_that_jumped, surprising
+from wmr_replay.identify.filter_bank.model import first_habits
 from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.states import (
     AHEAD,
@@ -162,13 +166,14 @@ def population(weights, modes):
         hypotheses.mean[h] = state(v_long=1.0 + h, v_lat=-0.4 if mode == 1 else 0.0)
         hypotheses.covariance[h] = np.eye(N_STATES) * 1e-4
         hypotheses.log_weight[h], hypotheses.mode[h] = np.log(weight), mode
+        hypotheses.habits[h] = first_habits()
     hypotheses.size[0] = len(weights)
     return hypotheses
 
 
 def test_splitting_keeps_the_probability_and_starts_skids_without_lateral_velocity():
     hypotheses = population([0.7, 0.3], [0, 1])
-    split(hypotheses, 3, 0.1, 0.2, (20.0, 0.0), PRIOR)
+    split(hypotheses, 3, 0.1, (20.0, 0.0), PRIOR)
     n = hypotheses.size[0]
     assert n == 8
     assert np.exp(hypotheses.log_weight[:n]).sum() == pytest.approx(1.0)
@@ -187,9 +192,36 @@ def test_splitting_keeps_the_probability_and_starts_skids_without_lateral_veloci
 def test_no_switch_makes_or_loses_probability(modes, n_modes, force):
     possible = [mode for mode in modes if n_modes == 4 or mode != 3] or [0]
     hypotheses = population([1 / len(possible)] * len(possible), possible)
-    split(hypotheses, n_modes, 0.1, 0.2, (force, 0.0), PRIOR)
+    split(hypotheses, n_modes, 0.1, (force, 0.0), PRIOR)
     assert np.exp(hypotheses.log_weight[: hypotheses.size[0]]).sum() == pytest.approx(1.0)
     assert (3 in hypotheses.mode[: hypotheses.size[0]]) == (n_modes == 4)
+
+
+def share_that_switches(hypotheses):
+    """Probability of the children of the only hypothesis at a split of .1 s."""
+    split(hypotheses, 3, 0.1, (0.0, 0.0), PRIOR)
+    children = np.exp(hypotheses.log_weight[1 : hypotheses.size[0]]).sum()
+    hypotheses.size[0], hypotheses.log_weight[0] = 1, 0.0
+    return float(children)
+
+
+def test_rolling_that_lasts_makes_a_switch_less_probable_and_switches_more():
+    rolls = population([1.0], [0])
+    early = share_that_switches(rolls)
+    assert early == pytest.approx(0.1 / 10.0, rel=0.02)
+    for _ in range(599):
+        late = share_that_switches(rolls)
+    assert late == pytest.approx(0.1 / 70.0, rel=0.02)
+    rolls.habits[0, LEFT] += 20
+    assert share_that_switches(rolls) == pytest.approx(0.1 * 21 / 70.0, rel=0.02)
+
+
+def test_a_skid_ends_in_rolling_more_often_than_in_a_slip():
+    skids = population([1.0], [1])
+    split(skids, 3, 0.1, (0.0, 0.0), PRIOR)
+    weight = dict(zip(skids.mode[1:3].tolist(), np.exp(skids.log_weight[1:3]).tolist(), strict=True))
+    assert weight[0] == pytest.approx(weight[2] * 0.6 / 0.4)
+    assert skids.habits[1, ENDED] == skids.habits[0, ENDED] + 1
 
 
 def test_a_jump_of_the_pose_is_supposed_only_where_no_hypothesis_expects_the_bin():
@@ -320,10 +352,12 @@ def test_weights_at_the_start_are_those_that_compiled_code_normalises():
 
     levels = BankSettings().disturbances_mps2
     values = np.tile(np.array([[0.1], [0.2], [0.3], [1e-4], [1e-4], [1e-4], [1.0], [0.0], [0.0]]), 30)
-    hypotheses, expected = make_hypotheses(64), make_hypotheses(64)
+    hypotheses, expected = make_hypotheses(90), make_hypotheses(90)
     start_hypotheses(hypotheses, Bins(values, np.arange(30) * 20_000_000), PRIOR, 4, np.array(levels))
-    expected.size[0] = 4 * len(levels)
-    for h in range(4 * len(levels)):
-        expected.log_weight[h] = log_prior_of_level(h % len(levels))
+    expected.size[0] = 3 * 4 * len(levels)
+    for h in range(3 * 4 * len(levels)):
+        share = (0.94, 0.03, 0.03)[h // (4 * len(levels))]
+        share *= 0.6 if h // len(levels) % 4 == 0 else (1 - 0.6) / 3
+        expected.log_weight[h] = log_prior_of_level(h % len(levels)) + math.log(share)
     normalise(expected)
     np.testing.assert_array_equal(hypotheses.log_weight, expected.log_weight)

@@ -68,3 +68,20 @@ def test_skids_are_told_and_slipping_is_not(result):
     assert not row["share_slipping"]
     assert not row["share_ideal"]
     assert result.samples.collect()["alpha"].is_null().all()
+
+
+def test_a_column_of_steering_is_carried_and_fit_and_gap_say_why_they_refuse(tmp_path, command):
+    x, y, yaw = drive()
+    poses = enumerate(zip(x, y, yaw, strict=True))
+    rows = [f"{k / 100},{a},{b},{c},{np.sin(k / 90)}" for k, (a, b, c) in poses]
+    (tmp_path / "car.csv").write_text("\n".join(["t,x,y,yaw,steer", *rows]))
+    names = "\n".join(f'{key} = "{key}"' for key in ("x", "y", "yaw"))
+    (tmp_path / "columns.toml").write_text(f'[columns]\ntime = "t"\nsteering = "steer"\n{names}\n')
+    log = tmp_path / "car.mcap"
+    command("convert", tmp_path / "car.csv", "--map", tmp_path / "columns.toml", "--out", log)
+
+    assert "steered" in command("info", log).stdout
+    for call in (("fit",), ("gap",), ("gap", "--base", "both"), ("gap", "--input", "commands")):
+        said = command(call[0], log, *call[1:], "--out", tmp_path, code=3).stderr
+        assert "steered: the robot seems to be steered (/steering, steering_joint)" in said
+        assert "its yaw rate follows from the steering" in said

@@ -1,14 +1,17 @@
 """``fit``, ``gap`` and ``export`` on wheel speeds: files, exit codes, refusals."""
 
 import json
+from dataclasses import replace
 
+import msgspec
 import pytest
 import yaml
 from tests.replay.made_up_wheels import ROBOT, drive
 
 import wmr_replay as wr
+from wmr_replay.api.gap import Asked
+from wmr_replay.ingest.tracks import check_class
 from wmr_replay.jobs.export import multipliers, ros2_diff_drive
-from wmr_replay.jobs.wheel_speed import check_class
 from wmr_schemas.errors import InvalidSetting, LogUnusable
 from wmr_schemas.findings import finding
 from wmr_schemas.model_file import Effect, Model, Odometry, read_model
@@ -52,6 +55,22 @@ def test_gap_with_the_fitted_model_finds_nothing_missing(log, fitted, tmp_path, 
     assert "wheel speeds" in done.stdout
     assert "odometry" in done.stdout
     assert (tmp_path / "drive.gap_traces.parquet").exists()
+
+
+def test_both_bases_are_one_answer(log, fitted, tmp_path, command, monkeypatch):
+    def on_torques(asked):
+        run = asked.on_wheel_speeds()
+        return replace(run, document=msgspec.structs.replace(run.document, base_model="torque"))
+
+    monkeypatch.setattr(Asked, "on_torques", on_torques)
+    asked = ("--base", "both", "--model", fitted.file, "--out", tmp_path, "--no-rrd")
+    done = command("gap", log, *asked, "--fail-on", "nothing_missing", code=1)
+
+    first = json.loads((tmp_path / "drive.gap.json").read_text())
+    second = json.loads((tmp_path / "wheel-speed" / "drive.gap.json").read_text())
+    assert first["bases"] == second["bases"]
+    assert first["bases"]["sentence"] in " ".join(done.stdout.split())
+    assert second["base_model"] == "wheel_speed"
 
 
 def test_export_says_the_controllers_parameters(fitted, tmp_path, command):

@@ -197,6 +197,14 @@ def bar(held: "HeldOut") -> Text:
     return drawn
 
 
+def print_both(gap: "GapFile") -> None:
+    """What torques and wheel speeds say together."""
+    if gap.bases is not None:
+        console = terminal()
+        console.print()
+        console.print(styled(("both bases", "bold"), f"  {gap.bases.sentence}"))
+
+
 def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     """Where the models disagree, what would have been seen, what was noticed: a label and a line each."""
     if gap.odometry is not None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
-from wmr_replay.gap.model.extension import WEIGHTS, Extension, weight
+from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.extension import WEIGHTS, Extension, change_by
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.pipeline.bank_alone import modes_in_hindsight
 from wmr_replay.pipeline.memory import hindsight_columns
@@ -31,7 +32,7 @@ def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> 
         t_ns, mode = (np.concatenate([columns[name] for columns in batches]) for name in ("t_ns", "mode"))
         mode = np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode)
         return ModeTrack(t_ns, mode.astype(np.int8))
-    alpha_sd = settings.modes.alpha_sd if extension.effects else None
+    alpha_sd = settings.modes.alpha_sd if extension.acting else None
     start_ns, posterior = modes_in_hindsight(log, model, alpha_sd=alpha_sd)
     if not len(start_ns):
         return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))
@@ -71,14 +72,9 @@ def with_acting_torques(log: Log, extension: Extension, settings: GateSettings) 
     if not acting or log.torque is None:
         return log
     binned, torque = bin_log(log, settings), log.torque
-    ahead, turning = np.ones(len(binned)), np.ones(len(binned))
-    for name, p in acting:
-        acts = weight(name, p, binned)
-        if name == "load_step":
-            ahead /= 1 + p["mass_ratio"] * acts
-        else:
-            ahead *= 1 - p["loss"] * acts
-            turning *= 1 - p["loss"] * acts
+    load, *losses = (change_by(name, acting, binned) for name in ("load_step", *LOCAL))
+    turning = np.prod([1 - loss for loss in losses], axis=0)
+    ahead = turning / (1 + load)
     seconds = (torque.t_ns - binned.start_ns) / NS_PER_S
     mean, half = (torque.left_nm + torque.right_nm) / 2, (torque.right_nm - torque.left_nm) / 2
     mean, half = mean * np.interp(seconds, binned.t_s, ahead), half * np.interp(seconds, binned.t_s, turning)

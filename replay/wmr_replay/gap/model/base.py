@@ -57,5 +57,5 @@ class BaseModel:
     @property
     def extension(self) -> Extension:
         """The model with its own effects and nothing new."""
-        known = {effect.name: dict(effect.parameters) for effect in self.effects}
+        known = tuple((effect.name, dict(effect.parameters)) for effect in self.effects)
         return Extension(base_of(self.robot), {}, self.robot.wheel_radius_m or 1.0, known, self.misfit)

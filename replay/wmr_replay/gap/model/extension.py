@@ -8,7 +8,7 @@ import numpy as np
 from wmr_replay.effects.efforts import InputEffects, input_effects
 from wmr_replay.effects.local import local_weight
 from wmr_replay.effects.own import own_accelerations, own_efforts, without_own_errors
-from wmr_replay.effects.theta import theta_of
+from wmr_replay.effects.theta import Theta, theta_of
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of, own_columns_of
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
@@ -23,6 +23,14 @@ LOOSE_MPS = 0.2
 """Standard deviation given to v_lat at a change of skidding: as much as builds up before a label follows."""
 TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
+"""Where the rows hold what the effects in time or space do: their sizes too, since a model may have several
+of one name. Their places in θ are 1.
+"""
+LOCAL_PLACES = {
+    "load_step": Theta.LOAD_STEP,
+    "low_friction_patch": Theta.PATCH,
+    "slip_interval": Theta.SLIP,
+}
 
 
 @dataclass(frozen=True)
@@ -32,8 +40,8 @@ class Extension:
     base: Base
     effects: Mapping[str, Parameters] = field(default_factory=dict)
     wheel_radius_m: float = 1.0
-    known: Mapping[str, Parameters] = field(default_factory=dict)
-    """Effects that the base model has already; they act, and are not fitted."""
+    known: tuple[tuple[str, Parameters], ...] = ()
+    """Effects that the base model has already, by name and parameters; they act, and are not fitted."""
     misfit: Mapping[str, float] = field(default_factory=dict)
     """By effect, the size that the base model leaves on its own calibration log."""
 
@@ -49,7 +57,7 @@ class Extension:
     @property
     def acting(self) -> list[tuple[str, Parameters]]:
         """Known and new effects."""
-        return [*self.known.items(), *self.effects.items()]
+        return [*self.known, *self.effects.items()]
 
     @property
     def own(self) -> list[tuple[str, Parameters]]:
@@ -59,7 +67,9 @@ class Extension:
 
     def theta(self) -> F64:
         """θ of :mod:`~wmr_replay.gap.model.dynamics`."""
-        return theta_of(self.acting, self.wheel_radius_m)
+        theta = theta_of(self.acting, self.wheel_radius_m)
+        theta[[LOCAL_PLACES[name] for name, _ in self.acting if name in LOCAL_PLACES]] = 1.0
+        return theta
 
     def input_effects(self) -> InputEffects:
         """Parameters of the effects on the torques."""
@@ -88,10 +98,10 @@ class Extension:
             (binned.mode % 2 == 1) | (undeclared & (binned.mode == 0))
         )
         rows[:, [Row.LEFT, Row.RIGHT]] = self.mean_torques(binned).T
+        for name, column in WEIGHTS.items():
+            rows[:, column] = change_by(name, self.acting, binned)
         for name, parameters in self.acting:
-            if name in WEIGHTS:
-                rows[:, WEIGHTS[name]] = weight(name, parameters, binned)
-            elif name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
+            if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term = parse_term(name)
                 rows[:, TERM_COLUMNS[term.channel]] += parameters[COEFFICIENT] * term.evaluate(
                     columns_of(binned)
@@ -99,6 +109,19 @@ class Extension:
         if self.own:
             rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
         return rows
+
+
+def change_by(name: str, acting: list[tuple[str, Parameters]], binned: BinnedLog) -> F64:
+    """What all effects ``name`` in time or space do at each row (n,): loads add up to a mass ratio, losses of
+    traction compose to one loss.
+    """
+    found = [(p, weight(name, p, binned)) for other, p in acting if other == name]
+    if name == "load_step":
+        return np.asarray(sum((p["mass_ratio"] * acts for p, acts in found), np.zeros(len(binned))))
+    kept = np.ones(len(binned))
+    for p, acts in found:
+        kept = kept * (1.0 - p["loss"] * acts)
+    return 1.0 - kept
 
 
 def weight(name: str, parameters: Parameters, binned: BinnedLog) -> F64:

@@ -111,14 +111,15 @@ def merged_effects(base: tuple[Effect, ...], new: tuple[Effect, ...]) -> tuple[E
     Of two lasting effects of one name, the parameters add up as they do in the filter; a new stiffness of an
     undeclared skid replaces the old one. Effects in a time or place stay separate.
     """
-    found, others = {effect.name: effect for effect in base}, []
+    found = {effect.name: effect for effect in base if effect.name not in WEIGHTS}
+    local = [effect for effect in (*base, *new) if effect.name in WEIGHTS]
     for effect in new:
         old = found.get(effect.name)
-        if old is not None and effect.name in WEIGHTS:
-            others.append(effect)
-        elif old is None or effect.name == "undeclared_skid":
+        if effect.name in WEIGHTS:
+            continue
+        if old is None or effect.name == "undeclared_skid":
             found[effect.name] = effect
         else:
             sums = {key: combined(key, old.parameters.get(key), v) for key, v in effect.parameters.items()}
             found[effect.name] = replace(effect, parameters=sums)
-    return (*found.values(), *others)
+    return (*found.values(), *local)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import cache
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
@@ -35,13 +35,10 @@ class Solution(NamedTuple):
 
     @property
     def cost(self) -> float:
-        """−2 log of the joint probability of modes and poses, with the price of the effects; less is more
-        likely. Each change of mode costs what it is expected to be rare.
-        """
-        problem, fit = self.problem, self.selection.fit
-        changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
-        prices = sum(price_of(problem, effect.scored, fit) for effect in self.selection.found)
-        return float(fit.deviance + prices + changes * problem.settings.modes.change_cost)
+        """The cost of the modes and the fitted model, with the price of its effects."""
+        fit = self.selection.fit
+        prices = sum(price_of(self.problem, effect.scored, fit) for effect in self.selection.found)
+        return cost_of(self.problem, fit) + prices
 
     @property
     def is_skidding(self) -> bool:
@@ -53,6 +50,14 @@ class Solution(NamedTuple):
         """Whether something is found; skidding replaced by ideal must be found as an undeclared skid."""
         found = [effect.name for effect in self.selection.found]
         return bool(found) and (SKID not in self.preliminary.effects or SKID in found)
+
+
+def cost_of(problem: Problem, fit: Fit) -> float:
+    """−2 log of the joint probability of modes and poses; less is more likely. Changes of the mode are rare,
+    and cost accordingly.
+    """
+    changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
+    return float(fit.deviance + changes * problem.settings.modes.change_cost)
 
 
 def find_effects(
@@ -75,7 +80,8 @@ def find_modes_and_effects(
     """The most likely solution whose effects pass the gates.
 
     Preliminary models come from the base model's modes. With each, the modes are identified again and the
-    selection is made from the start. Where no solution holds, the answer is that of the base model's modes,
+    selection is made from the start. What is less likely than the base model's modes with nothing missing is
+    no solution: slip and skid explain more. Where none holds, the answer is that of the base model's modes,
     or why the log cannot carry a verdict.
     """
     track = likely_modes(log, extension, options.gates)
@@ -85,13 +91,14 @@ def find_modes_and_effects(
     preliminary = preliminary_models(log, first, plain, extension, options)
     tell("naming", 0.4)
     solutions = [solve_with(model, log, extension, options) for model in preliminary.models]
-    if preliminary.models:
+    if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
         solutions.append(with_missed_slipping(seen, extension, options))
-    solutions.sort(key=lambda solution: solution.cost)
+    nothing = cost_of(first, plain().base)
+    likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
     tell("naming", 0.7)
     confirmed = []
-    for solution in chain(solutions, (Solution(first, plain(), extension) for _ in range(1))):
+    for solution in [*likely, Solution(first, plain(), extension)]:
         selection = confirm(solution.problem, solution.selection, options)
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:

@@ -25,7 +25,9 @@ from wmr_schemas.signals import Log
 
 
 class PreliminaryModels(NamedTuple):
-    """Models to identify the modes with, the likeliest first, and the selection that they come from."""
+    """Models to identify the modes with, the likeliest first, and a selection that may be the answer itself:
+    the one that they come from, or that of the base model's modes where slipping was replaced altogether.
+    """
 
     models: list[Extension]
     seen_in: tuple[Problem, Selection]
@@ -52,8 +54,8 @@ def preliminary_models(
             selection = forward_selection(problem, extension, options, terms=False)
         found = models_from(problem, extension, selection, local=local)
         if found:
-            return PreliminaryModels(found, (problem, selection))
-    return PreliminaryModels([], (problem, selection))
+            return PreliminaryModels(found, (problem, selection) if local else (first, plain()))
+    return PreliminaryModels([], (first, plain()))
 
 
 def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:

@@ -85,7 +85,7 @@ class ModeSettings:
     """Share of the log called skidding from which skidding is doubted. Judgement: a robot rarely skids for
     most of a drive, while a yaw that is off looks like a skid that never ends."""
 
-    much_slip: float = 0.12
+    much_slip: float = 0.02
     """Share of the log called slipping from which slipping is doubted. Patrol benchmark."""
 
     most_slip: float = 0.5

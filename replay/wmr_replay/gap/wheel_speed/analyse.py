@@ -12,6 +12,7 @@ from wmr_replay.gap.wheel_speed.base import Base, base_of
 from wmr_replay.gap.wheel_speed.bins import bins_of
 from wmr_replay.gap.wheel_speed.dictionary import with_terms
 from wmr_replay.gap.wheel_speed.modes import ideal_only, slip_mask, without_slip
+from wmr_replay.gap.wheel_speed.plausible import check_signs, logs_apart
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
 from wmr_replay.gap.wheel_speed.select import select
@@ -43,7 +44,8 @@ def analyse_wheel_speeds(
         problem = identified(problem, logs, own, options)
     selection = with_terms(select(problem, options.max_effects, tell), options.max_effects)
     tell("proving", 0.85)
-    return assemble(selection, own, options)
+    result = assemble(selection, own, options)
+    return replace(result, notes=(*logs_apart(problem), *result.notes))
 
 
 def identified(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Problem:
@@ -79,4 +81,6 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
         raise InvalidSignal(
             "pose", f"{seconds:.3g} s of driving with wheel speeds are too short for an analysis"
         )
+    if driven_by != "command":
+        check_signs(problem)
     return problem

@@ -12,8 +12,10 @@ from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
 from wmr_replay.gap.wheel_speed.modes import ideal_only
+from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.select import base_fit
+from wmr_replay.gap.wheel_speed.verdict import too_calm
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -38,6 +40,9 @@ def calibrate_wheel_speeds(
     options = options or GapOptions()
     base = base_of(robot, None)
     problem = problem_of(logs, base, options, "wheel_speed")
+    if reason := too_calm(problem):
+        raise InvalidSignal("wheel speed", reason)
+    apart = logs_apart(problem)
     if options.modes == "identified":
         problem = ideal_only(problem, {})
     fitted, unseen = calibrated(problem)
@@ -48,7 +53,7 @@ def calibrate_wheel_speeds(
         odometry=odometry(problem, (base_fit(problem), fitted), options),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
-    return Calibration(model, tuple(notes))
+    return Calibration(model, (*apart, *notes))
 
 
 def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:

@@ -11,6 +11,8 @@ NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
 RESTARTED_S = 10.0
 """Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
+STAMPED = ("pose_delay", "slip_ratio", "input_delay")
+"""Effects that a stamp within a step of the wheels' speeds looks like."""
 CALIBRATED = ("wheel_scale", "wheel_scale_difference", "effective_track", "icr_offset", "pose_delay")
 """The effects of which a calibrated base model consists."""
 
@@ -58,3 +60,12 @@ def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:
         return False
     (key,) = DECLARED[name].parameters
     return values[name][key] > (1 - share) * base[name][key]
+
+
+def within_a_step(record: Record, values: Values, name: str) -> bool:
+    """Whether an effect is a delay that is shorter than the commands' own step, in which a drive may take
+    them at any time.
+    """
+    if record.driven_by != "command" or name not in STAMPED:
+        return False
+    return all(abs(value) < record.wheel_step_s for value in values[name].values())

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
 
-from wmr_replay.gap.wheel_speed.candidates import candidates_of, parameters_of
+import numpy as np
+
+from wmr_replay.gap.wheel_speed.candidates import PLACES, candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.declared import DECLARED
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, at, fit, minus_two_log, refit
 from wmr_replay.gap.wheel_speed.evidence import p_value
@@ -17,7 +19,17 @@ from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.placebo import placebo_p
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem
 from wmr_replay.gap.wheel_speed.scan import Score, by_slope
-from wmr_replay.gap.wheel_speed.select import Search, Selection, Tried, base_fit, eliminated, gate, price
+from wmr_replay.gap.wheel_speed.select import (
+    Search,
+    Selection,
+    Tried,
+    base_fit,
+    eliminated,
+    gate,
+    price,
+    without,
+)
+from wmr_replay.gap.wheel_speed.whereabouts import speeds_of
 from wmr_schemas.slip_terms import SlipTerm
 from wmr_schemas.terms import COEFFICIENT
 
@@ -74,6 +86,11 @@ class Proposal(NamedTuple):
     cost: float
 
     @property
+    def price(self) -> float:
+        """What its parameters must gain."""
+        return price(self.problem, len(self.after.parameters))
+
+    @property
     def gain(self) -> float:
         """Drop of the deviance."""
         return self.before.minus_two_log - self.after.minus_two_log
@@ -82,7 +99,7 @@ class Proposal(NamedTuple):
 def next_term(selection: Selection) -> tuple[Selection | None, tuple[Tried, ...]]:
     """The selection with the likeliest term that passes every gate, None where none does; and all tried."""
     tried, stage = selection.tried, len(selection.found)
-    for one in sorted(proposals(selection), key=lambda proposal: proposal.cost):
+    for one in sorted(proposals(selection), key=lambda proposal: proposal.cost + proposal.price):
         p, cost = p_of(one.problem, one.after, one.name), price(one.problem, 1)
         failed = failing(one, p)
         further = None if failed else proved(selection, one)
@@ -95,18 +112,24 @@ def next_term(selection: Selection) -> tuple[Selection | None, tuple[Tried, ...]
 
 
 def proposals(selection: Selection) -> Iterator[Proposal]:
-    """The best terms without and with the moments of slip, each where the slip is known with it."""
-    problem, current, tried = selection.problem, selection.fit, set[str]()
+    """The best terms without and with the moments of slip, beside the effects found and in the place of each,
+    fitted where the slip is known with them.
+    """
+    problem, current = selection.problem, selection.fit
+    tried = {frozenset(current.values)}
     whole = problem.with_slip
     for here in (problem, whole) if problem.whole is not None else (problem,):
         own = at(here, current.parameters, current.values, current.noises)
-        for score in best_terms(here, own):
-            values = {**own.values, score.name: dict(score.start)}
-            rough = refit(here, (*own.parameters, *parameters_of(score.name)), values, own.noises)
-            if score.name in tried or p_of(here, rough, score.name) > problem.settings.gates.level:
-                continue
-            tried.add(score.name)
-            yield proposal(problem, current, rough, score.name)
+        lasting = [named.name for named in selection.found if named.name not in PLACES]
+        for lesser in (own, *(without(here, own, name) for name in lasting)):
+            for score in best_terms(here, lesser):
+                values = {**lesser.values, score.name: dict(score.start)}
+                rough = refit(here, (*lesser.parameters, *parameters_of(score.name)), values, own.noises)
+                if frozenset(rough.values) in tried or rough.minus_two_log > own.minus_two_log:
+                    continue
+                tried.add(frozenset(rough.values))
+                if p_of(here, rough, score.name) <= problem.settings.gates.level:
+                    yield proposal(problem, current, rough, score.name)
 
 
 def proposal(problem: Problem, current: Fit, rough: Fit, name: str) -> Proposal:
@@ -118,14 +141,18 @@ def proposal(problem: Problem, current: Fit, rough: Fit, name: str) -> Proposal:
 
 
 def best_terms(problem: Problem, current: Fit) -> tuple[Score, ...]:
-    """The terms with the largest gains above their price, by slope."""
+    """The terms of each channel with the largest gains above their price, by slope."""
     view = View.of(problem, current.noises)
     errors = view.errors(current.values)
     white = view.rows(errors, view.columns(current.values, current.parameters))
     names = [name for name in terms_of(problem) if name not in current.values]
     scores = [by_slope(view, white, errors, current.values, DECLARED[name]) for name in names]
     promising = [score for score in scores if score.gain > price(problem, len(score.start))]
-    return tuple(sorted(promising, key=lambda s: -s.gain)[: problem.settings.terms.fitted_in_full])
+    best = list[Score]()
+    for channel in PRODUCTS:
+        mine = sorted((s for s in promising if f":{channel}:" in s.name), key=lambda s: -s.gain)
+        best += mine[: problem.settings.terms.fitted_in_full]
+    return tuple(best)
 
 
 def p_of(problem: Problem, fitted: Fit, name: str) -> float:
@@ -135,11 +162,24 @@ def p_of(problem: Problem, fitted: Fit, name: str) -> float:
 
 def failing(one: Proposal, p: float) -> str:
     """The gate that a term does not pass; empty where it passes all."""
-    if one.gain < price(one.problem, 1):
+    if one.gain < one.problem.settings.terms.least_better:
         return "significance"
+    if share_of_motion(one) < one.problem.settings.terms.least_share:
+        return "tolerance"
     if failed := gate(one.problem, one.before, one.after, one.name, p):
         return failed
     return "placebo" if is_chance(one) else ""
+
+
+def share_of_motion(one: Proposal) -> float:
+    """Root mean square of what a term adds, over that of the speed; in yaw, of the yaw rate."""
+    own, added = speeds_of(one.problem, one.before.values), speeds_of(one.problem, one.after.values)
+    lesser = {name: value for name, value in one.after.values.items() if name != one.name}
+    change = added - speeds_of(one.problem, lesser)
+    rms = np.sqrt((np.stack([change, own]) ** 2).mean(axis=2))
+    if one.name.split(":")[1] == "yaw_rate":
+        return float(rms[0, 2] / max(rms[1, 2], 1e-9))
+    return float(np.hypot(rms[0, 0], rms[0, 1]) / max(rms[1, 0], 1e-9))
 
 
 def is_chance(one: Proposal) -> bool:
@@ -161,8 +201,9 @@ def proved(selection: Selection, one: Proposal) -> Selection | None:
     before = fit(problem, one.before.parameters, one.before.values, one.before.noises)
     after = fit(problem, one.after.parameters, one.after.values, before.noises)
     names = tuple(named.name for named in selection.found)
+    beside = tuple(name for name in names if name in after.values)
     rivals = {named.name: named.alternatives for named in selection.found}
-    search = Search(problem, after, candidates_of(problem.record), [], (*names, one.name), rivals)
+    search = Search(problem, after, candidates_of(problem.record), [], (*beside, one.name), rivals)
     current, kept = eliminated(search)
     base = base_fit(problem)
     better = before.minus_two_log - current.minus_two_log

@@ -40,9 +40,9 @@ class Disagreement(NamedTuple):
 
 def disagreement(problem: Problem, current: Fit) -> Disagreement | None:
     """The disagreement that exceeds the level of its placebo; None where none does."""
-    if problem.record.driven_by == "command" or not problem.record.anchored:
-        return None
     own = problem.settings.disagreement
+    if own.level <= 0 or problem.record.driven_by == "command" or not problem.record.anchored:
+        return None
     found = [one for one in (in_time(problem, current), on_ground(problem, current)) if one is not None]
     standing = [one for one in found if one.p_value <= own.level]
     return min(standing, key=lambda one: one.p_value, default=None)

@@ -87,7 +87,7 @@ def rate_limited(record: Record, speeds: F64, most: float) -> F64:
         limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
         ends = np.stack(limited).reshape(rows.shape)
         steps = np.diff(ends, axis=-1, prepend=start[..., None])
-        return np.asarray(ends - steps * np.abs(steps) / (2 * most))
+        return np.asarray(ends - steps * np.abs(steps) / (2 * max(most, 1e-12)))
 
     return stretch_by_stretch(record, speeds, follow)
 

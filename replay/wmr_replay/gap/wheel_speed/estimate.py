@@ -6,13 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.gap.wheel_speed.bins import Bins
+from wmr_replay.gap.wheel_speed.candidates import STAMPED
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noise, weights_of
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
-STAMPED = ("pose_delay", "slip_ratio", "input_delay")
-"""Effects that a stamp within a step of the wheels' speeds looks like."""
+FORM_SD = {"lateral_slip": 0.06, "turning_slip": 0.03, "slip_ratio": 0.05}
+"""Standard deviation of a size, as a share of it, by the form that is not known: a tyre's slip builds up over
+a relaxation length, contacts are elastic. Encoder benchmark, develop families.
+"""
 Noises = tuple[Noise, Noise, Noise]
 
 
@@ -48,8 +51,9 @@ class Fit:
     @property
     def sd(self) -> F64:
         """Standard deviations (p,): the larger of the likelihood's and the robust one."""
-        own = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
-        return np.sqrt(np.diag(self.spread) + own)
+        stamps = [self.stamps_s**2 if one.effect in STAMPED else 0.0 for one in self.parameters]
+        forms = np.array([FORM_SD.get(one.effect, 0.0) for one in self.parameters])
+        return np.asarray(np.sqrt(np.diag(self.spread) + stamps + (forms * self.sizes) ** 2))
 
     @property
     def spread(self) -> F64:

@@ -1,6 +1,6 @@
 """Whether an effect is there: significance over clusters of errors, and likelihood of what was not fitted."""
 
-from collections.abc import Mapping
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +10,9 @@ from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
 from wmr_replay.gap.wheel_speed.candidates import PLACES
 from wmr_replay.gap.wheel_speed.drive import Values
-from wmr_replay.gap.wheel_speed.estimate import Fit, View, block_deviance, gauss_newton, inverse
-from wmr_replay.gap.wheel_speed.held_out import Folds, held_out_gaps, pose_noise
+from wmr_replay.gap.wheel_speed.estimate import Fit, block_deviance, gauss_newton, inverse
+from wmr_replay.gap.wheel_speed.held_out import Folds, averaged, held_out_gaps, pose_noise
+from wmr_replay.gap.wheel_speed.places import Rates, inside_of
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
 from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, rolled, windows_of
@@ -80,13 +81,17 @@ def held_out_p(before: F64, after: F64) -> float:
     return float(wilcoxon(change, alternative="greater").pvalue)
 
 
-def matters(fit: Fit, name: str, share: float) -> bool:
-    """Whether an effect's size reaches a share of what matters in practice, where that is declared."""
+def matters(fit: Fit, name: str, same: tuple[str, ...], share: float) -> bool:
+    """Whether an effect's size reaches a share of what matters in practice, where that is declared of it or
+    of the ones that are the ``same`` in any motion.
+    """
     declared = DECLARED[name]
-    if declared.relevant is None or not declared.zero_is_absent:
+    relevant = [DECLARED[one].relevant for one in (name, *same) if one in DECLARED]
+    known = [least for least in relevant if least is not None]
+    if not known or not declared.zero_is_absent:
         return True
-    key = next(iter(declared.parameters))
-    return abs(fit.values[name][key]) >= share * declared.relevant
+    keys = declared.vector or tuple(declared.parameters)[:1]
+    return math.hypot(*(fit.values[name][key] for key in keys)) >= share * known[0]
 
 
 def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
@@ -99,7 +104,8 @@ def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
     pose_sd = pose_noise(problem)
     gaps = [held_out_gaps(problem, windows, folds, pose_sd) for folds in (without, with_it)]
     shows = showing(windows, gaps, own.least_shown)
-    before, after = (WindowErrors(*(part[shows] for part in gap.errors)) for gap in gaps)
+    errors = (averaged(problem, windows, gap, pose_sd) for gap in gaps)
+    before, after = (WindowErrors(*(part[shows] for part in one)) for one in errors)
     return any(
         shrinks(getattr(before, key), getattr(after, key), getattr(before, floor), own)
         for key, floor in (("position_m", "floor_m"), ("yaw_rad", "floor_rad"))
@@ -126,6 +132,7 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
     if len(before) >= own.few_windows and p > own.held_out_level:
         return False
     doubtless = reduction > own.least_doubtless and p < own.doubtless
+    doubtless = doubtless or (reduction > own.least_clear and p < own.clear)
     return bool(
         reduction > own.least_reduction or (above > own.least_above_floor and reduction > 0) or doubtless
     )
@@ -140,37 +147,13 @@ def moves_path(problem: Problem, before: Values, after: Values) -> bool:
     return bool(apart.max(initial=0.0) > own.tolerance_m)
 
 
-def steady_loss(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether a loss in a time or a place is the same all through: a wheel that spins for a moment, which
-    is a contact mode and no effect, leaves errors within it, and an uncertain loss.
-
-    Only bins count in which the robot would drive; half of them have to be explained in every channel.
-    """
-    own = problem.settings.gates
-    loss = fit.parameters.index(Parameter(name, "loss"))
-    white = View.of(problem, fit.noises, robustly=False)
-    inside = inside_of(problem, fit.values[name], name) & driving(problem)
-    mine = white.bins.inside & inside[np.maximum(white.bins.table, 0)]
-    if mine.sum() * problem.bins.step_s < own.least_steady_s:
+def steady_loss(problem: Problem, before: Fit, after: Fit, name: str) -> bool:
+    """Whether a loss in a time or a place is certain, and the same all through."""
+    loss, place = after.parameters.index(Parameter(name, "loss")), after.values[name]
+    if after.sd[loss] > problem.settings.gates.most_loss_sd:
         return False
-    square = np.median(white.errors(fit.values)[:, mine] ** 2, axis=1)
-    return bool(fit.sd[loss] < own.most_loss_sd and square.max() < own.most_steady_square)
-
-
-def driving(problem: Problem) -> Bool:
-    """Bins (n,) in which the wheels turn."""
-    step = np.diff(problem.predicted({}), axis=1, prepend=0.0) / problem.bins.step_s
-    rim = np.abs(step[0]) + np.abs(step[2]) * problem.chassis.half_track_m
-    return np.asarray(rim > problem.settings.gates.driving_mps)
-
-
-def inside_of(problem: Problem, place: Mapping[str, float], name: str) -> Bool:
-    """Bins (n,) in an interval or a disc."""
-    if name == "slip_interval":
-        t_s = problem.bins.t_s
-        return np.asarray((t_s > place["start_s"]) & (t_s < place["end_s"]))
-    x_m, y_m = problem.bins.mean(problem.record.pose[:2])
-    return np.asarray(np.hypot(x_m - place["x_m"], y_m - place["y_m"]) < place["radius_m"])
+    rates = Rates(problem, before.values)
+    return rates.steady(inside_of(problem, place, name), place["loss"], problem.settings.gates)
 
 
 def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -> tuple[bool, float]:
@@ -183,7 +166,11 @@ def holds_on_held_out(problem: Problem, without: Fit, with_it: Fit, name: str) -
     gained = float((before - after).sum())
     if name in PLACES:
         return gained > 0, float(np.exp(-max(gained, 0.0)))
-    p, own = held_out_p(before, after), problem.settings.gates
-    few = len(before) < own.few_units
-    holds = gained > own.few_units_gain if few else gained > 0 and p < own.held_out_level
+    own, change = problem.settings.gates, before - after
+    shown = np.abs(change) > own.least_unit_change
+    p = held_out_p(before[shown], after[shown])
+    if shown.sum() < own.few_units:
+        holds = gained > own.few_units_gain and float((change[shown] > 0).mean()) > own.least_agreeing
+    else:
+        holds = gained > 0 and p < own.held_out_level
     return holds and narrows_gap(problem, *folds), p

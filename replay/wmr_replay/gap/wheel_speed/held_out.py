@@ -34,6 +34,21 @@ def held_out_gaps(problem: Problem, windows: Windows, folds: Folds, pose_sd: tup
     )
 
 
+def averaged(problem: Problem, windows: Windows, gaps: Gaps, pose_sd: tuple[float, float]) -> WindowErrors:
+    """The errors of windows, and their floors, with the poses of about a bin averaged: the noise of single
+    poses would hide a gap that is smaller.
+    """
+    size = max(1, round(float(np.median(problem.bins.count))))
+    starts = np.arange(0, windows.rows.shape[1], size)
+    left = np.where(windows.inside, windows.take(problem.record.pose) - gaps.simulated, 0.0)
+    count = np.add.reduceat(windows.inside.astype(np.int64), starts, axis=1)
+    square = (np.add.reduceat(left, starts, axis=2) / np.maximum(count, 1)) ** 2
+    n = np.maximum((count > 0).sum(axis=1), 2)
+    position, yaw = (np.sqrt(part.sum(axis=-1) / n) for part in (square[0] + square[1], square[2]))
+    kept = np.sqrt(1 - 1 / n) / np.sqrt(size)
+    return WindowErrors(position, yaw, np.sqrt(2) * pose_sd[0] * kept, pose_sd[1] * kept, gaps.errors.start_s)
+
+
 def picked(parts: list[F64], fold_of: I64) -> F64:
     """By window (…, W, …) the part of its fold; windows are the axis of that length."""
     axis = next(k for k, n in enumerate(parts[0].shape) if n == len(fold_of))

@@ -1,5 +1,6 @@
 """The unrolled path that a model predicts, beside the measured one."""
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -15,6 +16,10 @@ from wmr_schemas.arrays import F64, Bool
 
 __all__ = ["CHANNELS", "DECLARED", "Parameter", "Problem"]
 CHANNELS = ("longitudinal", "lateral", "yaw")
+
+
+MOST_KEPT = 300
+"""Predictions that a problem keeps: scans ask for the same ones."""
 
 
 class Parameter(NamedTuple):
@@ -50,6 +55,8 @@ class Problem:
     fitted: Bool
     settings: WheelSpeedSettings = field(default_factory=WheelSpeedSettings)
     whole: Bins | None = None
+    memory: dict[Hashable, F64] = field(default_factory=dict)
+    """Predictions by bin; those of one record share them."""
 
     @property
     def with_slip(self) -> "Problem":
@@ -81,7 +88,12 @@ class Problem:
 
     def predicted(self, values: Values) -> F64:
         """The predicted unrolled path by bin, (3, n)."""
-        return self.bins.mean(self.predicted_at_poses(values))
+        key = frozen(self.base), frozen(values)
+        if key not in self.memory:
+            if len(self.memory) >= MOST_KEPT:
+                self.memory.clear()
+            self.memory[key] = self.bins.mean(self.predicted_at_poses(values))
+        return self.memory[key]
 
     def errors(self, values: Values) -> F64:
         """Measured − predicted in blocks, (3, K, B); each block from its own start."""
@@ -100,6 +112,11 @@ class Problem:
             return np.zeros((3, *self.bins.table.shape))
         change = self.predicted(replaced(values, which, up)) - self.predicted(replaced(values, which, down))
         return from_start(self.bins.blocks(change / (up - down)), self.bins)
+
+
+def frozen(values: Values) -> Hashable:
+    """Values as a key."""
+    return tuple(sorted((name, tuple(sorted(own.items()))) for name, own in values.items()))
 
 
 def from_start(blocks: F64, bins: Bins) -> F64:

@@ -7,10 +7,12 @@ import numpy as np
 from wmr_replay.gap.wheel_speed.candidates import absent, parameters_of
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, White, inverse
-from wmr_replay.gap.wheel_speed.places import scan_discs, scan_intervals
 from wmr_replay.gap.wheel_speed.predict import Problem, from_start
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import EffectDeclaration
+
+UNSEEN = 1e-6
+"""Share of a column's square that the model's others leave of it; below, they are the same. Numerics."""
 
 
 class Score(NamedTuple):
@@ -34,11 +36,7 @@ def scan(problem: Problem, current: Fit, candidates: tuple[EffectDeclaration, ..
     for effect in candidates:
         if effect.name in current.values:
             continue
-        if effect.name == "slip_interval":
-            found.append(Score(effect.name, *scan_intervals(problem, current), np.empty((0, 0))))
-        elif effect.name == "low_grip_patch":
-            found.append(Score(effect.name, *scan_discs(problem, current), np.empty((0, 0))))
-        elif effect.search.grid:
+        if effect.search.grid:
             found.append(on_grid(problem, view, white, errors, current.values, effect))
         else:
             found.append(by_slope(view, white, errors, current.values, effect))
@@ -50,6 +48,8 @@ def by_slope(view: View, white: White, errors: F64, values: Values, effect: Effe
     which = parameters_of(effect.name)
     columns = view.rows(errors, view.columns({**values, effect.name: absent(effect.name)}, which)).columns
     left = columns - white.columns @ (inverse(white.columns.T @ white.columns) @ (white.columns.T @ columns))
+    known = (columns**2).sum(axis=0) * UNSEEN < (left**2).sum(axis=0)
+    left = np.where(known, left, 0.0)
     information = left.T @ left
     # errors are projected too: at the optimum of the others they are free of them
     size = inverse(information) @ (left.T @ white.errors)

@@ -7,14 +7,21 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wmr_replay.gap.model.confounds import confound_class
-from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, hardly_lower, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import (
+    PLACES,
+    absent,
+    candidates_of,
+    hardly_lower,
+    parameters_of,
+    within_a_step,
+)
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
 from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
 from wmr_replay.gap.wheel_speed.modes import ideal_only
-from wmr_replay.gap.wheel_speed.places import MOST_CELLS, refined
+from wmr_replay.gap.wheel_speed.places import MOST_CELLS, likeliest
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
-from wmr_replay.gap.wheel_speed.usual_slip import lasting_alone, stands_out
+from wmr_replay.gap.wheel_speed.usual_slip import stands_out
 from wmr_schemas.effects import EffectDeclaration
 from wmr_schemas.effects.declaration import DrivenBy
 
@@ -65,9 +72,14 @@ class Selection:
 def fitted_with(
     problem: Problem, current: Fit, name: str, start: Mapping[str, float], *, noise_too: bool = True
 ) -> Fit:
-    """``current`` with one more effect, from a start; without ``noise_too`` at the noise of ``current``."""
-    values = {**current.values, name: absent(name) | dict(start)}
-    parameters = (*current.parameters, *parameters_of(name))
+    """``current`` with one more effect, from a start; without ``noise_too`` at the noise of ``current``.
+
+    It takes the place of an effect of its own class, which no motion tells from it.
+    """
+    same = same_in_any_motion(problem, name)
+    kept = {key: value for key, value in current.values.items() if key not in same}
+    values = {**kept, name: absent(name) | dict(start)}
+    parameters = (*(one for one in current.parameters if one.effect not in same), *parameters_of(name))
     if not noise_too:
         return refit(problem, parameters, values, current.noises)
     return fit(problem, parameters, values, current.noises)
@@ -135,22 +147,29 @@ class Search:
         for score, ranked in simplest_first(problem, fits):
             one = fitted_with(problem, current, score.name, ranked.values[score.name]) if slow else ranked
             if not self.failing(stage, problem, current, one, score.name):
-                return replace(self, current=one, found=(*self.found, score.name))
+                return replace(self, current=one, found=self.with_name(score.name))
         return None
+
+    def with_name(self, name: str) -> tuple[str, ...]:
+        """The names found and another one, which takes the place of one of its class."""
+        same = same_in_any_motion(self.problem, name)
+        found = tuple(name if one in same else one for one in self.found)
+        return found if name in found else (*found, name)
 
     def next_place(self, stage: int) -> "Search | None":
         """With the loss of traction in a time or a place that passes every gate, slip identified again."""
         whole, own = self.problem.with_slip, self.current
         current = at(whole, own.parameters, own.values, own.noises)
         passing = []
-        for score in place_scores(whole, current, self.candidates):
-            if score.gain <= price(whole, len(score.start)):
+        for name in (c.name for c in self.candidates if c.name in PLACES and c.name not in own.values):
+            place = likeliest(self.problem, own, name)
+            if place is None:
+                self.tried.append(Tried(stage, name, 0.0, 0.0, 1.0, "contact mode"))
                 continue
-            place = refined(whole, current, score.name, score.start)
-            values = {**current.values, score.name: place}
-            one = refit(whole, (*current.parameters, *parameters_of(score.name)), values, current.noises)
-            if not self.failing(stage, whole, current, one, score.name):
-                passing.append((one.minus_two_log, score.name, one))
+            values = {**current.values, name: place}
+            one = refit(whole, (*current.parameters, *parameters_of(name)), values, current.noises)
+            if not self.failing(stage, whole, current, one, name):
+                passing.append((one.minus_two_log, name, one))
         if not passing:
             return None
         least, name, one = min(passing, key=lambda entry: entry[0])
@@ -169,16 +188,6 @@ class Search:
         failed = "significance" if gain < least else gate(problem, before, after, name, p)
         self.tried.append(Tried(stage, name, gain, gain - cost, p, failed))
         return failed
-
-
-def place_scores(whole: Problem, current: Fit, candidates: tuple[EffectDeclaration, ...]) -> list[Score]:
-    """The likeliest loss in a place; that in a time where slips too short for one do not count."""
-    found: list[Score] = []
-    for effect in candidates:
-        if effect.name in PLACES:
-            seen = lasting_alone(whole, current) if effect.name == "slip_interval" else whole
-            found += scan(seen, current, (effect,))
-    return found
 
 
 def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
@@ -207,15 +216,21 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
     if p > problem.settings.gates.level:
         return "significance"
-    if not matters(after, name, problem.settings.gates.least_relevant):
-        return "tolerance"
-    if hardly_lower(problem.base, after.values, name, problem.settings.gates.least_lowered):
+    own, same = problem.settings.gates, same_in_any_motion(problem, name)
+    slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
+    slight = slight or within_a_step(problem.record, after.values, name)
+    if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):
         return "tolerance"
-    if name in PLACES and not (steady_loss(problem, after, name) and stands_out(problem, after, name)):
+    if name in PLACES and not is_no_mode(problem, before, after, name):
         return "contact mode"
     return "" if holds_on_held_out(problem, before, after, name)[0] else "held-out gap"
+
+
+def is_no_mode(problem: Problem, before: Fit, after: Fit, name: str) -> bool:
+    """Whether a loss in a time or a place is more than a wheel that spins."""
+    return steady_loss(problem, before, after, name) and stands_out(problem, before, after, name)
 
 
 def places_scanned(name: str) -> int:
@@ -265,18 +280,17 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
     pool = tuple(
         c
         for c in candidates_of(problem.record)
-        if c.name not in (*same_in_any_motion(problem, name), *full.values)
+        if c.name not in (*same_in_any_motion(problem, name), *full.values, *PLACES)
     )
     own = lesser.minus_two_log - full.minus_two_log - price(problem, len(parameters_of(name)))
     found = []
     for score in scan(problem, lesser, pool):
         extra = price(problem, len(score.start))
-        if score.gain - extra < own - 60.0 or score.gain <= 0 or score.name in PLACES:
+        if score.gain - extra < own - 60.0 or score.gain <= 0:
             continue
         values = {**lesser.values, score.name: absent(score.name) | score.start}
         rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
-        tries = len(pool) * places_scanned(score.name)
-        if p_value(rival, score.name, tries) > problem.settings.gates.level:
+        if p_value(rival, score.name, len(pool)) > problem.settings.gates.level:
             continue
         delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
         found.append((score.name, max(float(delta), 0.0)))

@@ -119,6 +119,8 @@ class AlgebraicIdentifier:
         self.settings, self.priors = settings, make_priors(robot)
         self._paper, self._terms = PaperIdentifier(rules), terms
         self._bins, self._filter = empty_bins(), new_filter(self.priors)
+        self._driven = False
+        """Whether any torque has been known: without one the equations have nothing on their right side."""
 
     def push(self, evidence: Evidence) -> Verdict:
         """Verdicts for rows in strictly increasing time."""
@@ -130,6 +132,11 @@ class AlgebraicIdentifier:
         jumped = warm & (outputs[JUMP] > 0.0)
         estimates = BinEstimates(posterior, outputs[ALPHA], np.sqrt(outputs[ALPHA_VARIANCE]), jumped, at)
         thresholds = self._paper.push(evidence)
+        known = np.isfinite(evidence.efforts).all(axis=0)
+        driven = np.logical_or.accumulate(known) | self._driven
+        self._driven = bool(driven[-1]) if len(driven) else self._driven
+        if not driven.any():
+            return thresholds
         verdict = decide(thresholds, evidence, estimates, self.settings.min_confidence, N_MODES)
         if outliers.any():
             seen = outliers & warm[at] & (evidence.independence != NOT_INDEPENDENT)

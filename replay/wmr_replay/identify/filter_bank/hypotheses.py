@@ -31,7 +31,12 @@ ALIKE_VARIANCE = PRIORS.merge_variance_ratio
 TINY = 1e-14
 N_MODES = 4
 NEVER_S = -1e9
-N_CARRIED = 8
+N_HABITS = 5
+LEFT, ROLLED_S, ENDED, LOST_S, ACROSS = range(N_HABITS)
+"""Habits: how often rolling has been left, for how long the robot rolled; how often what is no rolling has
+ended, for how long it lasted, and how many of these ends led into another mode than rolling.
+"""
+N_CARRIED = 9
 """The fields of a set that hold a row for each hypothesis."""
 COMPARED = (V_LONG, V_LAT, OMEGA, LN_ALPHA, LN_C, RHO)
 
@@ -40,10 +45,11 @@ class HypothesisSet(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live.
 
     Each has a mean (s,), a covariance (s, s), a log weight, a mode and a level of disturbance; ``slips``
-    (2,): how often it has slipped so far, in the form of a share, and on slippery ground; and when, in s, its
-    pose last jumped. ``past`` (S, 4) holds the probabilities of the modes that led to it, in a ring of S
-    intervals; ``past_s`` (S,) are the ends of these intervals in s and ``n_past`` (1,) their number so far. A
-    bank that does not look back has S = 0. ``order``, ``kept`` (H,) and ``stack`` (64, 2) are scratch.
+    (2,): how often it has slipped so far, in the form of a share, and on slippery ground; ``habits`` (5,):
+    how often and after how long it has switched; and when, in s, its pose last jumped. ``past`` (S, 4) holds
+    the probabilities of the modes that led to it, in a ring of S intervals; ``past_s`` (S,) are the ends of
+    these intervals in s and ``n_past`` (1,) their number so far. A bank that does not look back has S = 0.
+    ``order``, ``kept`` (H,) and ``stack`` (64, 2) are scratch.
     """
 
     mean: F64
@@ -52,6 +58,7 @@ class HypothesisSet(NamedTuple):
     mode: I64
     level: I64
     slips: F64
+    habits: F64
     jumped_s: F64
     past: F64
     past_s: F64
@@ -71,6 +78,7 @@ def make_hypotheses(room: int, intervals: int = 0, n_states: int = N_STATES) -> 
         np.zeros(room, np.int64),
         np.zeros(room, np.int64),
         np.zeros((room, 2)),
+        np.zeros((room, N_HABITS)),
         np.full(room, NEVER_S),
         np.zeros((room, intervals, N_MODES)),
         np.zeros(intervals),
@@ -108,6 +116,8 @@ def copy(hypotheses: HypothesisSet, source: int, target: int) -> None:
     hypotheses.level[target] = hypotheses.level[source]
     hypotheses.slips[target, 0] = hypotheses.slips[source, 0]
     hypotheses.slips[target, 1] = hypotheses.slips[source, 1]
+    for k in range(N_HABITS):
+        hypotheses.habits[target, k] = hypotheses.habits[source, k]
     hypotheses.jumped_s[target] = hypotheses.jumped_s[source]
     for k in range(hypotheses.past.shape[1]):
         for m in range(N_MODES):

@@ -1,12 +1,13 @@
 """What a bank's hypotheses are about: how they start, what a step does to them, what they have learned."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
+from wmr_replay.identify.filter_bank.hypotheses import ENDED, LEFT, HypothesisSet
+from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.start import start_hypotheses
 from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, N_STATES, Prior, with_alpha
 from wmr_replay.identify.filter_bank.steps import Drift, Rhythm, run_bins
@@ -59,6 +60,13 @@ class BankModel(Protocol):
         """The model with what the hypotheses know at the end of the first pass."""
 
 
+def first_habits() -> F64:
+    """How often and after how long a robot switches, before its log: see :class:`.priors.BankPriors`."""
+    return np.array(
+        [1.0, PRIORS.rolled_s, *np.multiply(PRIORS.ends_seen, [1.0, PRIORS.lost_s, PRIORS.across])]
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class TorqueModel:
     """Wheel torques accelerate the robot; the contact mode decides by how much."""
@@ -69,6 +77,7 @@ class TorqueModel:
     least_bins: int
     n_answers: int = 7
     n_states: int = N_STATES
+    habits: F64 = field(default_factory=first_habits)
 
     @property
     def needs_alpha(self) -> bool:
@@ -82,6 +91,7 @@ class TorqueModel:
     def start(self, hypotheses: HypothesisSet, bins: Bins, n_modes: int, last: F64) -> None:
         """See :func:`~.start.start_hypotheses`."""
         start_hypotheses(hypotheses, bins, self.prior, n_modes, self.drift.disturbance)
+        hypotheses.habits[: hypotheses.size[0]] = self.habits
         last[1:3] = bins.values[FORCE, -1], bins.values[TURN, -1]
 
     def run(self, hypotheses: HypothesisSet, values: F64, seconds: F64, last: F64, rhythm: Rhythm) -> Said:
@@ -91,7 +101,7 @@ class TorqueModel:
 
     def learned(self, hypotheses: HypothesisSet) -> "TorqueModel":
         """See :func:`learned_prior`."""
-        return replace(self, prior=learned_prior(hypotheses, self.prior))
+        return replace(self, prior=learned_prior(hypotheses, self.prior), habits=learned_habits(hypotheses))
 
 
 def learned_prior(hypotheses: HypothesisSet, prior: Prior) -> Prior:
@@ -108,6 +118,16 @@ def learned_prior(hypotheses: HypothesisSet, prior: Prior) -> Prior:
         ln_c=float(mean[LN_C]),
         ln_c_sd=min(float(sd[LN_C]), prior.ln_c_sd),
     )
+
+
+def learned_habits(hypotheses: HypothesisSet) -> F64:
+    """The mean habits of all hypotheses, each as if it had been seen at most ``learned_switches`` times."""
+    n = int(hypotheses.size[0])
+    weight = np.exp(hypotheses.log_weight[:n])
+    habits = weight @ hypotheses.habits[:n] / weight.sum()
+    for first, past in ((LEFT, ENDED), (ENDED, len(habits))):
+        habits[first:past] *= min(1.0, PRIORS.learned_switches / habits[first])
+    return np.asarray(habits)
 
 
 def moments(hypotheses: HypothesisSet) -> tuple[F64, F64]:

@@ -11,6 +11,11 @@ class BankPriors:
     ln_alpha_sd: float = 0.5 * math.log(2.0) * 1.5
     """Of ln α about the nominal one: a factor of 2 is 4/3 of it. The benchmark draws nominal values within
     that factor, so the value is the benchmark's own and is not evidence about other robots."""
+    far_ln_alpha: float = 1.2
+    """A nominal α may be off by far more – another gear, an effort in other units: hypotheses about 1/3.3 and
+    3.3 of it, each with the same standard deviation, reach to a factor of 5 …"""
+    far_share: float = 0.03
+    """… and hold so much of the prior each."""
     ln_beta_given_alpha_sd: float = 0.05
     """Of ln β where α is known: both share mass and motors, only the mass's distribution sets them apart."""
     ln_c_sd: float = math.log(2.0)
@@ -59,6 +64,21 @@ class BankPriors:
     """Variances within this ratio agree."""
     least_interval_weight: float = 0.01
     """Hypotheses of less weight do not widen the interval of α: a supposed change of load would always."""
+
+    rolled_s: float = 10.0
+    """For how long a robot rolls before it skids or slips: as if this had been seen once. The log teaches the
+    rest: from one switch in half a second to one a minute."""
+    lost_s: float = 4.0
+    """Likewise how long a skid or slip lasts, …"""
+    ends_seen: float = 3.0
+    """… as if this had been seen so often: one long slip must not make the next one longer, or rolling that
+    looks like slipping never ends."""
+    across: float = 0.4
+    """Share of skids and slips that lead into another mode than rolling."""
+    starts_rolling: float = 0.6
+    """How probable rolling is at the start, a little less than rolled_s/(rolled_s + lost_s)."""
+    learned_switches: float = 4.0
+    """The second pass takes what the first has counted for so many switches at most."""
 
     level_change: float = 1e-3
     """Probability, at each split, that the level of disturbance has changed to a neighbouring one: ground

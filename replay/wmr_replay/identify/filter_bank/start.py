@@ -14,6 +14,7 @@ from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     AHEAD,
     AROUND,
+    IDEAL,
     LN_ALPHA,
     LN_BETA,
     LN_C,
@@ -37,21 +38,35 @@ LEAST_SPEED_SD_MPS = PRIORS.least_start_speed_sd_mps
 def start_hypotheses(
     hypotheses: HypothesisSet, bins: Bins, prior: Prior, n_modes: int, disturbances_mps2: F64
 ) -> None:
-    """Fill the set with one hypothesis for each mode and level, at the last of the bins."""
+    """Fill the set with one hypothesis for each mode, level and centre of α, at the last of the bins."""
     mean, covariance = first_state(bins.values, bins.stamps, prior)
-    for h, (mode, level) in enumerate(product(range(n_modes), range(len(disturbances_mps2)))):
-        hypotheses.mean[h], hypotheses.covariance[h] = mean, covariance
-        hypotheses.mode[h], hypotheses.level[h] = mode, level
+    half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
+    each = product(centres_of(prior), range(n_modes), range(len(disturbances_mps2)))
+    n = 0
+    for (off, likely), mode, level in each:
+        hypotheses.mean[n], hypotheses.covariance[n] = mean, covariance
+        hypotheses.mean[n, LN_ALPHA] += off
+        hypotheses.mean[n, LN_BETA] += off
+        hypotheses.mode[n], hypotheses.level[n] = mode, level
         variance = disturbances_mps2[level] ** 2
-        half_track_m = max(prior.half_track_m, PRIORS.least_half_track_m)
-        hypotheses.covariance[h, AHEAD, AHEAD] = variance
-        hypotheses.covariance[h, AROUND, AROUND] = variance / half_track_m**2
-        hypotheses.log_weight[h] = min(level - N_CALM, 0) * CALM_LOG_PRIOR
+        hypotheses.covariance[n, AHEAD, AHEAD] = variance
+        hypotheses.covariance[n, AROUND, AROUND] = variance / half_track_m**2
+        starts = PRIORS.starts_rolling if mode == IDEAL else (1 - PRIORS.starts_rolling) / (n_modes - 1)
+        hypotheses.log_weight[n] = min(level - N_CALM, 0) * CALM_LOG_PRIOR + math.log(likely * starts)
         if mode not in (SKIDDING, SKIDDING_SLIPPING):
-            hypotheses.mean[h, V_LAT] = 0.0
-            hypotheses.covariance[h, V_LAT] = hypotheses.covariance[h, :, V_LAT] = 0.0
-    hypotheses.size[0] = n = n_modes * len(disturbances_mps2)
+            hypotheses.mean[n, V_LAT] = 0.0
+            hypotheses.covariance[n, V_LAT] = hypotheses.covariance[n, :, V_LAT] = 0.0
+        n += 1
+    hypotheses.size[0] = n
     hypotheses.log_weight[:n] -= log_sum(hypotheses.log_weight[:n])
+
+
+def centres_of(prior: Prior) -> list[tuple[float, float]]:
+    """Where α may lie about, as ln of a factor, and the share of the prior; a learned α lies where it is."""
+    if prior.ln_alpha_sd < PRIORS.ln_alpha_sd:
+        return [(0.0, 1.0)]
+    far, share = PRIORS.far_ln_alpha, PRIORS.far_share
+    return [(0.0, 1 - 2 * share), (-far, share), (far, share)]
 
 
 def log_sum(log_weight: F64) -> float:

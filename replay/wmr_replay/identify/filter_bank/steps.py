@@ -224,7 +224,7 @@ def branch(
 ) -> None:
     """The hypotheses of a split: changes of load, switches of mode, changes of level; the best are kept."""
     change_load(hypotheses, since_s)
-    split(hypotheses, r.n_modes, since_s, r.switch_rate_per_s, inputs, prior)
+    split(hypotheses, r.n_modes, since_s, inputs, prior)
     vary_level(hypotheses, levels)
     prune_and_merge(hypotheses, r.most)
 

@@ -2,7 +2,15 @@
 
 import math
 
-from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
+from wmr_replay.identify.filter_bank.hypotheses import (
+    ACROSS,
+    ENDED,
+    LEFT,
+    LOST_S,
+    ROLLED_S,
+    HypothesisSet,
+    copy,
+)
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     CAPPED,
@@ -110,11 +118,38 @@ def may_follow(before: int, mode: int, n_modes: int, can_cap: bool) -> bool:
 
 
 @lean
+def chances_of_switch(
+    habits: F64, before: int, n_modes: int, interval_s: float
+) -> tuple[float, float, float]:
+    """How probable a switch within ``interval_s`` is: any, into rolling, into each other mode. The time is
+    counted. A rate that nobody knows is (switches + a)/(time + b), a and b what it was before the log.
+    """
+    if before == IDEAL:
+        habits[ROLLED_S] += interval_s
+        switched = 1.0 - math.exp(-habits[LEFT] / habits[ROLLED_S] * interval_s)
+        return switched, 0.0, switched / (n_modes - 1)
+    habits[LOST_S] += interval_s
+    switched = 1.0 - math.exp(-habits[ENDED] / habits[LOST_S] * interval_s)
+    across = switched * habits[ACROSS] / habits[ENDED]
+    return switched, switched - across, across / (n_modes - 2)
+
+
+@lean
+def count_switch(habits: F64, before: int, mode: int) -> None:
+    """A hypothesis that has switched takes it up."""
+    if before == IDEAL:
+        habits[LEFT] += 1.0
+    else:
+        habits[ENDED] += 1.0
+        if mode != IDEAL:
+            habits[ACROSS] += 1.0
+
+
+@lean
 def split(
     hypotheses: HypothesisSet,
     n_modes: int,
     interval_s: float,
-    rate: float,
     inputs: tuple[float, float],
     prior: Prior,
 ) -> None:
@@ -125,13 +160,12 @@ def split(
     uniformly distributed time goes into the child's covariance. A slip may be of either kind, where the
     torques are large enough to tell.
     """
-    switched = 1.0 - math.exp(-rate * interval_s)
     when_sd = interval_s / SQRT_12
-    each = math.log(switched / (n_modes - 1))
     for parent in range(hypotheses.size[0]):
         if hypotheses.log_weight[parent] < SPLIT_LOG_WEIGHT:
             continue
         before = hypotheses.mode[parent]
+        switched, back, across = chances_of_switch(hypotheses.habits[parent], before, n_modes, interval_s)
         demand = largest_demand(hypotheses.mean[parent], inputs[0], inputs[1])
         can_cap = before in (IDEAL, SKIDDING) and demand > LEAST_DEMAND_MPS2
         for mode in (IDEAL, SKIDDING, SLIPPING, SKIDDING_SLIPPING, CAPPED):
@@ -144,7 +178,8 @@ def split(
                 hypotheses.log_weight[child] += log_share_of_kind(hypotheses.slips[child], mode == CAPPED)
             if mode in (SLIPPING, CAPPED):
                 hypotheses.slips[child, 1 if mode == CAPPED else 0] += 1.0
-            hypotheses.log_weight[child] += each
+            hypotheses.log_weight[child] += math.log(back if mode == IDEAL else across)
+            count_switch(hypotheses.habits[child], before, mode)
             hypotheses.size[0] += 1
             switch(
                 hypotheses.mean[child], hypotheses.covariance[child], (before, mode), when_sd, inputs, prior

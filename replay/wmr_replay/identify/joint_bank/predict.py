@@ -46,12 +46,13 @@ TIMING_SD_S, SPINNING_SD = JOINT_PRIORS.timing_sd_s, JOINT_PRIORS.spinning_sd
 SLIP_DIFFUSION, BURST_DIFFUSION = JOINT_PRIORS.slip_diffusion, JOINT_PRIORS.burst_diffusion
 LEAST_VARIANCE, COUPLING_SD = JOINT_PRIORS.least_sd_mps**2, JOINT_PRIORS.coupling_sd
 DISTURBANCE_TIME_S, TURNS_MORE = JOINT_PRIORS.disturbance_time_s, JOINT_PRIORS.turn_disturbance**2
+SPREAD, SPREAD_SKIDDING = (sd**2 for sd in JOINT_PRIORS.spread_mps_rts)
 DRIFT = JOINT_PRIORS.alpha_drift_share_rts**2
 
 
 class Inputs(NamedTuple):
     """One axis's inputs over a step: the change of the wheels' speed in m/s, the effort and its change in
-    N·m, the wheels' sign, their share of inertia, and the coupling v_lat ω in m/s² with ω in rad/s.
+    N·m, the wheels' sign, their share of inertia, the coupling v_lat ω in m/s², and its variance.
     """
 
     change: float
@@ -60,7 +61,7 @@ class Inputs(NamedTuple):
     sign: float
     spinning: float
     coupling: float
-    yaw_rate: float
+    doubt: float
 
 
 class Noise(NamedTuple):
@@ -77,7 +78,8 @@ def step_of(mean: F64, slip: bool, gain: float, on: Inputs, noise: Noise, dt: fl
     left = math.exp(-dt / (ACTIVE_TIME_S if slip else CALM_TIME_S))
     fresh = SLIP_DIFFUSION * dt if slip else noise.calm * (1.0 - left * left)
     burst = BURST_DIFFUSION * dt if slip else 0.0
-    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2 + (COUPLING_SD * on.coupling * dt) ** 2
+    line = LEAST_VARIANCE + (TIMING_SD_S * gain * on.jerk) ** 2
+    line += (COUPLING_SD * on.coupling * dt) ** 2 + on.doubt * dt * dt
     if slip:
         line += (SPINNING_SD * on.change) ** 2
     return Step(
@@ -87,7 +89,6 @@ def step_of(mean: F64, slip: bool, gain: float, on: Inputs, noise: Noise, dt: fl
         on.sign,
         on.spinning,
         on.coupling,
-        on.yaw_rate,
         left,
         fresh,
         burst,
@@ -114,13 +115,18 @@ def drive(
     wheels, efforts = inputs
     slip = slips(mode)
     _, v_lat, omega = body_motion(mean, wheels)
-    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, omega)
+    skids = mode in (SKIDDING, SKIDDING_SLIPPING)
+    doubt = covariance[S_LAT, S_LAT] * omega * omega
+    ahead = Inputs(wheels[2] * dt, efforts[0], efforts[2], efforts[4], spinning[0], v_lat * omega, doubt)
     turn = Inputs(wheels[3] * dt, efforts[1], efforts[3], efforts[5], spinning[1], 0.0, 0.0)
     step = step_of(mean, slip, mean[ALPHA], ahead, noise, dt)
     likely = follow_traction(mean, covariance, AHEAD_AXIS, step, work)
     step = step_of(mean, slip, mean[BETA], turn, noise, dt)
     likely += follow_traction(mean, covariance, TURN_AXIS, step, work)
-    skids = mode in (SKIDDING, SKIDDING_SLIPPING)
+    if slip:
+        unknown = (SPREAD_SKIDDING if skids else SPREAD) * dt
+        covariance[S_SUM, S_SUM] += unknown
+        covariance[S_DIFF, S_DIFF] += unknown
     time_s = ACTIVE_TIME_S if skids else CALM_TIME_S
     fade(mean, covariance, S_LAT, SKID_VARIANCE if skids else noise.calm, time_s, dt)
     return likely

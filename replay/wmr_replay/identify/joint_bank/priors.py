@@ -30,8 +30,8 @@ class JointPriors:
     """Resistance changes its sign over this speed of a wheel."""
     turn_disturbance: float = 3.0
     """Disturbances of turning over those ahead: wheels that turn a robot also scrub."""
-    disturbance_mps2: tuple[float, ...] = (0.03, 0.06, 0.1, 0.15, 0.3)
-    """What acts besides torques, by level of elastic slip: resistance to rolling (.15 m/s² at most), slopes."""
+    disturbance_mps2: tuple[float, ...] = (0.01, 0.02, 0.04, 0.08, 0.15)
+    """What acts besides torques and resistance to rolling, by level of elastic slip: slopes, gears."""
     disturbance_time_s: float = 2.0
     """Its correlation time: resistance lasts as long as a run, slopes some metres."""
     timing_sd_s: float = 0.005
@@ -42,13 +42,16 @@ class JointPriors:
     """… and where it grows or dies out, by some dm/s within .2 s …"""
     burst_share: float = 0.2
     """… which is so in this share of a slip's time."""
+    spread_mps_rts: tuple[float, float] = (0.03, 0.1)
+    """What a line does not know of a slip that goes on, (m/s)/√s: alone, and while the robot skids. Friction
+    divides itself between ahead and sideways, and a slip that is believed too far is never left."""
     start_slip_sd_mps: float = 0.5
     """Of it where its mode has just been supposed without a history."""
     stop_sd_mps: float = 0.05
     """What is left of a slip at the instant at which its end is supposed; it dies out within the interval."""
     least_sd_mps: float = 0.001
     """Of a change of speed in a bin: no model is truer."""
-    coupling_sd: float = 0.3
+    coupling_sd: float = 1.0
     """Of the share of v_lat·ω that accelerates a robot ahead: all of it in a rigid body, a third in the
     paper's skid."""
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.joint_bank.priors import JOINT_PRIORS
-from wmr_replay.identify.wheel_bank.states import LN_SCALE, S_LAT
+from wmr_replay.identify.wheel_bank.states import LN_SCALE
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -39,7 +39,7 @@ class Axis(NamedTuple):
 
 class Step(NamedTuple):
     """One axis over one step: κ; Δu in m/s; the effort in N·m; the sign of the wheels; g; the coupling
-    v_lat ω in m/s² and ω in rad/s, 0 in yaw; what is left of a slip, the variance of a new one, and that of
+    v_lat ω in m/s², 0 in yaw; what is left of a slip, the variance of a new one, and that of
     one that grows or dies out; the variances of the wheels' speed and of the line itself in (m/s)²; dt in s.
     """
 
@@ -49,7 +49,6 @@ class Step(NamedTuple):
     resists: float
     spinning: float
     coupling: float
-    yaw_rate: float
     left: float
     fresh: float
     burst: float
@@ -79,16 +78,15 @@ def follow_traction(mean: F64, covariance: F64, at: Axis, by: Step, work: F64) -
         slope[i] = 0.0
     slope[at.slip], slope[at.error] = 1.0 - by.left, by.scale
     slope[at.gain], slope[at.drag], slope[at.disturbance] = -by.dt * effort, by.dt * by.resists, -by.dt
-    slope[S_LAT] = -by.dt * by.yaw_rate
     pull = effort * mean[at.gain] - by.resists * mean[at.drag] + mean[at.disturbance] + by.coupling
     slope[LN_SCALE] = by.dt * pull - (1.0 - by.left) * mean[at.slip]
     off = change + by.scale * mean[at.error] - slope[LN_SCALE]
     variance = by.scale * by.scale * by.error + by.line
     for i in range(n):
         column[i] = 0.0
-        for j in (S_LAT, at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
+        for j in (at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
             column[i] += covariance[i, j] * slope[j]
-    for j in (S_LAT, at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
+    for j in (at.slip, LN_SCALE, at.error, at.gain, at.drag, at.disturbance):
         variance += slope[j] * column[j]
     quiet, fresh = variance + by.fresh, by.fresh
     likely = log_normal(off, max(quiet, (off / OUTLIER_SD) ** 2))

@@ -1,5 +1,7 @@
 """The wheel-speed bank as an identifier: rows go into bins, and rows report the last bin."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bank import Bank, BankSettings
@@ -43,7 +45,8 @@ class WheelBankIdentifier:
     ) -> None:
         self.settings, self._paper = settings, PaperIdentifier(rules)
         self._radius_m = robot.wheel_radius_m or WHEEL_PRIORS.unknown_radius_m
-        self._bank = Bank(wheel_model(robot, known), step_s, settings, N_MODES)
+        finer = replace(settings, hindsight_split_s=WHEEL_PRIORS.hindsight_split_s)
+        self._bank = Bank(wheel_model(robot, known), step_s, finer, N_MODES)
         self._bin, self._said = open_bin(), np.full(N_ANSWERS, np.nan)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""

@@ -8,8 +8,11 @@ from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
 from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet
 from wmr_replay.identify.filter_bank.model import Said, moments
 from wmr_replay.identify.filter_bank.steps import Rhythm
+from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.start import start_wheel_hypotheses
 from wmr_replay.identify.wheel_bank.states import (
+    ICR,
+    LATERAL,
     LN_SCALE,
     LN_TRACK,
     N_STATES,
@@ -31,8 +34,9 @@ class WheelModel:
 
     prior: WheelPrior
     doubted: F64
-    """Variances (6,) of parameters in doubt: that of the track alone. Doubts about the centre of rotation
-    would explain skids away."""
+    """What (3, 6) may turn out to be wrong, see :func:`~.steps.run_wheel_bins`. The track is open again. The
+    centre of rotation and the lateral slip are near their nominal values again: were they open, they would
+    explain skids away."""
     n_answers: int = N_ANSWERS
     n_states: int = N_STATES
     least_bins: int = 1
@@ -61,6 +65,10 @@ class WheelModel:
 def wheel_model(robot: RobotParameters, known: Known) -> WheelModel:
     """The model of a robot by its nominal dimensions and a model's ``known`` effects."""
     prior = make_wheel_prior(robot, known)
-    doubted = np.zeros_like(prior.sd)
-    doubted[LN_TRACK - LN_SCALE] = prior.sd[LN_TRACK - LN_SCALE] ** 2
+    doubted = np.zeros((3, len(prior.sd)))
+    track = LN_TRACK - LN_SCALE
+    doubted[0, track] = prior.sd[track] ** 2
+    for state, usual_sd in ((ICR, WHEEL_PRIORS.usual_icr_sd_m), (LATERAL, WHEEL_PRIORS.usual_lateral_sd_s)):
+        place = state - LN_SCALE
+        doubted[1:, place] = prior.mean[place], min(prior.sd[place], usual_sd) ** 2
     return WheelModel(prior, doubted)

@@ -28,6 +28,11 @@ class WheelPriors:
     delay_sd_s: float = 0.05
     """Delay between wheel speeds and pose: some periods of a tracker or of a bus."""
 
+    usual_icr_sd_m: float = 0.03
+    """Of an offset about the nominal one that is taken up again, as often: …"""
+    usual_lateral_sd_s: float = 0.03
+    """… and of the lateral slip. A first turn on ice teaches an offset of some decimetres."""
+
     least_known_sd: float = 0.002
     """Of what a model file says, in the effect's own unit: tyres change by so much with load and warmth."""
     doubts_per_s: float = 1 / 600
@@ -42,14 +47,23 @@ class WheelPriors:
     """A robot skids from this lateral velocity on, beside what its centre of rotation explains."""
 
     rates_per_s: tuple[tuple[float, ...], ...] = (
-        (0.0, 0.05, 0.1, 0.01),
+        (0.0, 0.025, 0.05, 0.005),
         (0.8, 0.0, 0.02, 0.6),
         (0.8, 0.02, 0.0, 0.6),
         (0.15, 0.4, 0.4, 0.0),
     )
-    """Changes a second from mode to mode."""
+    """Changes a second from mode to mode: ideal, skidding, slipping, both. Slip lasts about a second, grip
+    many; where a wheel slips nothing holds the robot sideways, so that the two come together. Judgement."""
+    first_slips: float = 0.5
+    first_s: float = 10.0
+    """What is known of how often ideal rolling ends before the log: a slip in 10 s. …"""
+    memory_s: float = 120.0
+    """… The ground of the last minutes decides."""
 
-    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012, 0.02)
+    hindsight_split_s: float = 0.02
+    """Time between two branchings of the second pass: slips of a spinning wheel begin and end within it."""
+
+    calm_mps: tuple[float, ...] = (0.001, 0.003, 0.006, 0.012)
     """Levels of elastic slip, standard deviations: from a hard wheel on concrete to a soft one on carpet."""
     rare_sd: float = 2.5
     """A pose further off is weighed as if it lay there: among 10⁵ poses an hour many are, and a slip that is
@@ -60,12 +74,13 @@ class WheelPriors:
     """Of a wheel's path in a bin, beside slip: what bounds the belief in the kinematics."""
     calm_time_s: float = 1.0
     """Correlation time of elastic slip: that of accelerations and bends."""
-    slip_sd_mps: float = 0.5
+    slip_sd_mps: float = 0.3
     """Of a slipping wheel's slip velocity: between the threshold and the speeds of robots."""
-    skid_sd_mps: float = 0.3
+    skid_sd_mps: float = 0.15
     """Of a skid's lateral velocity, likewise."""
-    active_time_s: float = 0.4
-    """Correlation time of slipping and of skidding: friction changes them within some tenths of a second."""
+    active_time_s: float = 1.0
+    """Correlation time of slipping and of skidding. With it slip velocities change by some tenths of a m/s in
+    some tenths of a second, as friction changes them."""
     unknown_sd_mps: float = 1.0
     """Of the slip velocities where no wheel speed is known: the robot may move in any way."""
 

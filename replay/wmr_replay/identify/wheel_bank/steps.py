@@ -24,7 +24,7 @@ from wmr_replay.identify.wheel_bank.modes import count_modes, shares_of_modes
 from wmr_replay.identify.wheel_bank.predict import fade_slips, predict_pose, spread_pose
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import LN_SCALE, LN_TRACK, N_STATES, PSI, X, Y
-from wmr_replay.identify.wheel_bank.switches import doubt, split
+from wmr_replay.identify.wheel_bank.switches import doubt, doubt_unusual, split
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -33,6 +33,7 @@ N_PARAMETERS = 6
 N_WORK = 12
 CALM = np.array(WHEEL_PRIORS.calm_mps) ** 2
 """Variances of elastic slip by level, (m/s)²."""
+RATES = np.array(WHEEL_PRIORS.rates_per_s)
 RARE_SD = WHEEL_PRIORS.rare_sd
 ROUNDING_TIME_S = WHEEL_PRIORS.rounding_time_s
 POSTERIOR, SLIPS, PARAMETERS, JUMPED = 0, 4, 10, 22
@@ -152,17 +153,18 @@ def filter_wheel_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    noise: tuple[F64, F64],
+    noise: tuple[F64, F64, F64],
     rhythm: Rhythm,
     work: F64,
     out: tuple[F64, F64],
 ) -> None:
     """Every bin through the bank into ``out``: answers (23, m) and smoothed intervals (7, m).
 
-    ``noise``: variances of elastic slip by level, and of parameters in doubt (6,). ``work`` is scratch.
+    ``noise``: variances of elastic slip by level, parameters in doubt (3, 6), rates of change between modes.
+    ``work`` is scratch.
     """
     answers, smoothed = out
-    calm, doubted = noise
+    calm, doubted, rates = noise
     row = 0
     wheels, shares = work[9], work[10]
     for k in range(seconds.shape[0]):
@@ -171,8 +173,9 @@ def filter_wheel_bins(
         if last[3] >= rhythm.split_s - 1e-9:
             if hypotheses.past.shape[1] > 0:
                 row = record_interval(hypotheses, wheels, shares, seconds[k] - step_s, row, smoothed)
-            doubt(hypotheses, last[3], doubted)
-            split(hypotheses, rhythm.n_modes, last[3], rhythm.switch_rate_per_s, calm)
+            doubt(hypotheses, last[3], doubted[0])
+            doubt_unusual(hypotheses, last[3], doubted[1:])
+            split(hypotheses, rhythm.n_modes, last[3], rates, calm)
             vary_level(hypotheses, calm.shape[0])
             prune_and_merge(hypotheses, rhythm.most)
             last[3] = 0.0
@@ -202,14 +205,15 @@ def run_wheel_bins(
 
     ``values`` (9, m) are bins with the wheels' speeds in m/s as efforts, ``seconds`` (m,) their times;
     ``last`` (7,) – time of the last bin in s, its sum and difference, time since the last split, nothing,
-    time over which rounding was seen, its variance – is carried on in place. ``doubted`` (6,) are the
-    variances of parameters in doubt.
+    time over which rounding was seen, its variance – is carried on in place. ``doubted`` (3, 6) are
+    variances of parameters in doubt, and means and variances of usual parameters.
     """
     m, intervals = len(seconds), hypotheses.past.shape[1]
     answers, smoothed = np.zeros((N_ANSWERS, m)), np.zeros((7, m if intervals else 0))
     before = int(hypotheses.n_past[0])
     work = np.zeros((N_WORK, N_STATES))
     values = np.ascontiguousarray(values)
-    filter_wheel_bins(hypotheses, values, seconds, last, (CALM, doubted), rhythm, work, (answers, smoothed))
+    noise, out = (CALM, doubted, RATES), (answers, smoothed)
+    filter_wheel_bins(hypotheses, values, seconds, last, noise, rhythm, work, out)
     first, done = max(before, intervals), int(hypotheses.n_past[0])
     return Said(answers, smoothed[:, : max(done - first, 0)])

@@ -61,7 +61,7 @@ def _find_wheel_speeds(
 ) -> None:
     """Give wheel speeds a channel, unless that of the torques has them."""
     torque, topic = plan.uses.get("torque"), mapping.wheel_speed_topic
-    efforts, speeds = (False, False) if torque is None else _held_by(torque)
+    efforts, speeds = (False, False) if torque is None else held_by(torque)
     asked = topic is not None or mapping.wheel_speeds != WheelSpeedFields() or any(mapping.wheel_speed_joints)
     if not asked and (speeds or (torque is not None and mapping.torque_topic)):
         return
@@ -83,7 +83,7 @@ def _find_wheel_speeds(
         _choose(plan, "torque", ranked, InputBinding(best.binding), mapping)
 
 
-def _held_by(use: Use) -> tuple[bool, bool]:
+def held_by(use: Use) -> tuple[bool, bool]:
     """Whether the first messages of a channel hold efforts, and speeds, of both sides."""
     rows = first_rows(use.definition, use.binding, use.samples).values
     return has_efforts(rows), has_speeds(rows)

@@ -1,5 +1,7 @@
 """What is named on drives whose truth is known, what is not, and what calibration says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.replay.made_up_wheels import ROBOT, drive
@@ -9,10 +11,11 @@ from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.calibrate import calibrate_wheel_speeds
 from wmr_replay.gap.wheel_speed.modes import slip_mask
+from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.record import record_of
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
-from wmr_schemas.signals import Log
+from wmr_schemas.signals import Log, WheelSpeedTrack
 
 RTK = (0.01, 0.005)
 OPTIONS = GapOptions(max_effects=8)
@@ -153,3 +156,30 @@ def test_a_log_without_what_is_needed_is_refused(change, said):
     parts = {"robot": ROBOT, "wheels": log.wheels} | change
     with pytest.raises(InvalidSignal, match=said):
         analyse_wheel_speeds([Log(log.pose, **parts)], None, OPTIONS)
+
+
+def turned(log, left, right):
+    """The log with other wheel speeds."""
+    return replace(log, wheels=WheelSpeedTrack(log.wheels.t_ns, left, right))
+
+
+def test_wheels_that_contradict_the_motion_are_refused():
+    log = drive({}, noise=RTK, seed=15, seconds=30.0)
+    left, right = log.wheels.left_radps, log.wheels.right_radps
+    still = np.zeros_like(left)
+
+    for one, said in ((turned(log, -left, -right), "turn backward"), (turned(log, right, left), "swapped")):
+        with pytest.raises(InvalidSignal, match=said):
+            calibrate_wheel_speeds([one], ROBOT)
+    with pytest.raises(InvalidSignal, match="in log 2 the wheels turn backward"):
+        calibrate_wheel_speeds([log, turned(log, -left, -right)], ROBOT)
+    with pytest.raises(InvalidSignal, match="the wheels drive 0 m"):
+        calibrate_wheel_speeds([turned(log, still, still)], ROBOT)
+
+
+def test_logs_of_two_robots_are_said():
+    logs = [drive({"wheel_scale": {"ratio": r}}, noise=RTK, seed=16, seconds=30.0) for r in (0.0, -0.3)]
+    problem = problem_of(logs, base_of(ROBOT, None), OPTIONS, "wheel_speed")
+
+    assert "roll 1.00, 0.70 times as far as stated" in logs_apart(problem)[0]
+    assert logs_apart(problem_of(logs[:1] * 2, base_of(ROBOT, None), OPTIONS, "wheel_speed")) == ()

@@ -1,0 +1,238 @@
+"""Colour of a signal's noise: white, a wobble that lasts for a time, and motion, told apart by scale.
+
+Third differences of the means of four neighbouring blocks (a Hadamard variance) leave constant acceleration
+out. Their mean square by the blocks' length b is A(b) = w/b for white noise; rises and falls about the
+correlation time for a wobble, a first-order process; and grows as b³ and b⁵ for motion whose velocity or
+acceleration jumps. A fit of all four says how much of each there is.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from wmr_replay.differentiate.design import KernelSpec, uniform_taps
+from wmr_schemas.arrays import F64
+
+BLOCK_DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)
+TIMES_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)
+"""Correlation times that are tried; a drift that never returns counts as the longest."""
+LONGEST_S, MOST_PER_S = 0.65, 100.0
+"""Blocks are no longer: motion hides noise beyond. So many differences of a scale in a second are enough."""
+LEAST_DIFFERENCES, TRUSTED = 8.0, 200.0
+"""Fewer say nothing of a scale. More are not trusted more: no shape is exact (200: to 10 %)."""
+MOTION_RULES = 30.0
+"""Behind the first scale with so many times the least mean square, motion alone is seen."""
+EVIDENCE, LEAST_GAIN = 6.0, 1.1
+"""Deviance that a wobble has to explain (of 1296 looks at clean logs 95 % give less than .9, all less than
+3); and the least factor on a derivative's variance that counts."""
+NEARLY_AS_GOOD = 1.0
+"""Of two times that explain about as much, the longer is taken: its intervals are wider."""
+UNEVEN = 1.5
+"""Four blocks that span more than this times their nominal length hold a hole."""
+SUBSETS = np.array([s for s in product((0.0, 1.0), repeat=4) if any(s)])
+WHITE, WOBBLE, VELOCITY, ACCELERATION = range(4)
+REWEIGHTINGS = 6
+
+
+class Scale:
+    """Third differences of the means of blocks of b rows: their number, and squares of position and yaw."""
+
+    def __init__(self, b: int, step_s: float) -> None:
+        self.b, self._span_s = b, 3 * b * step_s * UNEVEN
+        self.stride = 1 << int(np.log2(max(1.0, 1 / (MOST_PER_S * b * step_s))))
+        self._tail, self._n = np.empty((5, 0)), 0
+        self._sums = np.zeros((3, 1))
+
+    def push(self, blocks: F64) -> F64:
+        """New blocks (5, m): t, x, y, yaw, number of the piece; returns the means of their pairs."""
+        held = self._tail.shape[1]
+        columns = np.concatenate([self._tail, blocks], axis=1)
+        first = self._n - held
+        self._n += blocks.shape[1]
+        self._tail = columns[:, -3:]
+        ends = np.arange(max(held, 3), columns.shape[1])
+        self._add(columns, ends[(ends + first) % self.stride == 0])
+        odd = held + (held + first + 1) % 2
+        second = columns[:, odd::2]
+        return (
+            0.5 * (columns[:, odd - 1 : odd - 1 + 2 * second.shape[1] : 2] + second) if odd else second[:, :0]
+        )
+
+    def _add(self, columns: F64, ends: np.ndarray) -> None:
+        """Differences whose last block is one of ``ends``; none over a hole or a jump of the pose."""
+        if not len(ends):
+            return
+        a, b, c, d = (columns[:, ends - k] for k in (3, 2, 1, 0))
+        whole = d[0] - a[0]
+        p, q, r = (b[0] - a[0]) / whole, (c[0] - b[0]) / whole, (d[0] - c[0]) / whole
+        weights = [-1 / (p * (p + q)), 1 / (p * q * (q + r)), -1 / ((p + q) * q * r), 1 / ((q + r) * r)]
+        size = np.sqrt(sum(w * w for w in weights))
+        off = weights[0] * (a - d) + weights[1] * (b - d) + weights[2] * (c - d)
+        square = (off[1:4] / size) ** 2
+        good = (whole <= self._span_s) & (a[4] == d[4]) & np.isfinite(square).all(axis=0)
+        square = np.where(good, square, 0.0)
+        added = np.stack([good, 0.5 * (square[0] + square[1]), square[2]])
+        self._sums = np.cumsum(np.concatenate([self._sums, added], axis=1), axis=1)[:, -1:]
+
+    @property
+    def level(self) -> tuple[float, float, float]:
+        """Independent differences, mean squares of position and yaw."""
+        n, position, yaw = self._sums[:, 0].tolist()
+        overlap = 2.3 if self.stride == 1 else 1.2 if self.stride == 2 else 1.0
+        return n / overlap, position / max(n, 1.0), yaw / max(n, 1.0)
+
+
+class Scales:
+    """Rows in, Hadamard variances by scale out; the same bits in any batches."""
+
+    def __init__(self, step_s: float) -> None:
+        n = int(np.log2(max(LONGEST_S / step_s, 1.0))) + 1
+        self.scales = [Scale(1 << k, step_s) for k in range(n)]
+
+    def push(self, rows: F64) -> None:
+        """Rows (5, n): t in s, x, y, yaw, number of the piece between jumps."""
+        for scale in self.scales:
+            if not rows.shape[1]:
+                break
+            rows = scale.push(rows)
+
+    def levels(self) -> tuple[F64, F64]:
+        """Independent differences (k,), and mean squares (2, k) of position and yaw."""
+        found = np.array([scale.level for scale in self.scales]).T
+        return found[0], found[1:]
+
+
+def correlation_of(one: F64, other: F64, times_s: F64, step_s: float) -> F64:
+    """Σ_ij one_i other_j exp(−|i − j| step/τ) for each τ (k,)."""
+    n = 1 << int(np.ceil(np.log2(2 * len(one))))
+    crossed = np.fft.irfft(np.fft.rfft(one, n) * np.conj(np.fft.rfft(other, n)), n)
+    lags = np.minimum(np.arange(n), n - np.arange(n))
+    used = lags < len(one)
+    return np.asarray(np.exp(-lags[used] * step_s / times_s[:, None]) @ crossed[used])
+
+
+def shapes_of(blocks: list[int], step_s: float) -> F64:
+    """Mean squares (τ, k, 4) by correlation time, scale and source, each of unit size.
+
+    White noise and wobble of unit variance; jumps of the velocity of 1 (m/s)²/s, of the acceleration of
+    1 (m/s²)²/s.
+    """
+    times = np.array(TIMES_S)
+    out = np.empty((len(times), len(blocks), 4))
+    for k, b in enumerate(blocks):
+        weights = np.repeat(BLOCK_DIFFERENCE, b) / b
+        out[:, k, WHITE] = 1 / b
+        out[:, k, WOBBLE] = correlation_of(weights, weights, times, step_s)
+        velocity = np.cumsum(np.cumsum(weights)) * step_s
+        out[:, k, VELOCITY] = (velocity**2).sum() * step_s
+        out[:, k, ACCELERATION] = (np.cumsum(velocity) ** 2).sum() * step_s**3
+    return out
+
+
+@dataclass(frozen=True)
+class Colour:
+    """What a signal's noise consists of: variances of its white part and its wobble, the wobble's correlation
+    time, jumps of velocity and acceleration in (m/s)²/s and (m/s²)²/s, and the mean square of neighbouring
+    rows' differences, which a tracker of white noise takes for the variance. ``evidence``: the deviance that
+    the wobble explains.
+    """
+
+    white: float
+    wobble: float
+    time_s: float
+    velocity_jumps: float
+    acceleration_jumps: float
+    tracked: float
+    evidence: float
+
+
+def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
+    """The colour that explains the mean squares (k,) of ``n`` (k,) differences; None where too few scales
+    tell.
+    """
+    known = n >= LEAST_DIFFERENCES
+    least = np.minimum.accumulate(np.where(squares > 0, squares, np.inf))
+    far = np.flatnonzero(squares > MOTION_RULES * least)
+    if len(far):
+        known[far[0] + 1 :] = False
+    if known.sum() < 4 or not (squares[known] > 0).all():
+        return None
+    trust, seen, shapes = np.minimum(n[known], TRUSTED), squares[known], shapes[:, known]
+    sizes, deviance = explained(trust, seen, shapes)
+    _, plain = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
+    at = int(np.flatnonzero(deviance <= deviance.min() + NEARLY_AS_GOOD)[-1])
+    white, wobble, velocity, acceleration = sizes[at].tolist()
+    evidence = float(plain[0] - deviance[at])
+    return Colour(white, wobble, TIMES_S[at], velocity, acceleration, float(squares[0]), evidence)
+
+
+def explained(trust: F64, seen: F64, shapes: F64) -> tuple[F64, F64]:
+    """Sizes (τ, 4), not negative, with which the shapes (τ, k, 4) explain the mean squares best, and the
+    deviance (τ,) that is left.
+    """
+    model = np.broadcast_to(seen, shapes.shape[:2])
+    sizes = np.zeros((len(shapes), 4))
+    for _ in range(REWEIGHTINGS):
+        weight = np.sqrt(trust) / model
+        columns = shapes * weight[:, :, None]
+        scale = np.sqrt((columns**2).sum(axis=1)) + 1e-300
+        columns = columns / scale[:, None]
+        target = seen * weight
+        square = np.einsum("tki,tkj->tij", columns, columns)
+        pull = np.einsum("tki,tk->ti", columns, target)
+        mask = SUBSETS[None, :, :, None] * SUBSETS[None, :, None, :]
+        systems = square[:, None] * mask + np.eye(4) * (1 - SUBSETS[None, :, :, None] + 1e-9)
+        found = np.linalg.solve(systems, (pull[:, None] * SUBSETS)[..., None])[..., 0]
+        left = (target[:, None] - np.einsum("tki,tsi->tsk", columns, found)) ** 2
+        cost = np.where((found >= 0).all(axis=2), left.sum(axis=2), np.inf)
+        best = np.argmin(cost, axis=1)
+        sizes = found[np.arange(len(best)), best] / scale
+        model = np.maximum(np.einsum("tki,ti->tk", shapes, sizes), 1e-3 * seen)
+    ratio = seen / model
+    return sizes, np.asarray((trust * (ratio - 1 - np.log(ratio))).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class KernelNoise:
+    """Of one signal and kernel: factors on s² G_ab for (a, b) = (0, 0), (0, 1), (1, 1), (2, 2), with s² the
+    tracked variance, and the mean squares of the kernel's bias for the orders 0, 1, 2.
+    """
+
+    factors: tuple[float, float, float, float]
+    biases: tuple[float, float, float]
+
+
+PAIRS = ((0, 0), (0, 1), (1, 1), (2, 2))
+
+
+def kernel_noise(colour: Colour, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoise:
+    """What a colour makes of a kernel's estimates."""
+    taps = uniform_taps(spec, n_taps, step_s)
+    time_s = np.array([colour.time_s])
+    factors = []
+    for a, b in PAIRS:
+        plain = float(taps[a] @ taps[b])
+        coloured = float(correlation_of(taps[a], taps[b], time_s, step_s)[0])
+        whole = colour.white * plain + colour.wobble * coloured
+        factors.append(max(whole / (colour.tracked * plain), 1.0) if plain > 0 else 1.0)
+    delay_s = spec.delay_s((n_taps - 1) * step_s)
+    return KernelNoise(tuple(factors), biases_of(colour, taps, delay_s, step_s))  # type: ignore[arg-type]
+
+
+def biases_of(colour: Colour, taps: F64, delay_s: float, step_s: float) -> tuple[float, float, float]:
+    """Mean squares of the errors of the orders 0, 1, 2 by jumps of velocity and acceleration at any time."""
+    ages = np.arange(taps.shape[1]) * step_s
+    since = np.maximum(ages[:, None] - ages, 0.0)
+    ago = np.maximum(ages - delay_s, 0.0)
+    behind = (ages > delay_s).astype(float)
+    velocity = taps @ since.T - np.stack([ago, behind, 0 * ago])
+    acceleration = taps @ (0.5 * since**2).T - np.stack([0.5 * ago**2, ago, behind])
+    squares = colour.velocity_jumps * velocity**2 + colour.acceleration_jumps * acceleration**2
+    position, speed, acceleration_error = (squares.sum(axis=1) * step_s).tolist()
+    return position, speed, acceleration_error
+
+
+def worst_factor(noise: KernelNoise) -> float:
+    """The largest factor on the variance of a derivative."""
+    return max(noise.factors[2:])

@@ -1,0 +1,170 @@
+"""Intervals under noise of the pose that is correlated in time: its colour, and what follows from it.
+
+As long as the noise looks white, no value changes.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from wmr_replay.align import SampleBatch
+from wmr_replay.differentiate import Derivatives, KernelSpec
+from wmr_replay.differentiate.colour import (
+    EVIDENCE,
+    LEAST_GAIN,
+    Colour,
+    KernelNoise,
+    Scales,
+    colour_of,
+    kernel_noise,
+    shapes_of,
+    worst_factor,
+)
+from wmr_replay.identify import Motion
+from wmr_replay.pipeline.columns import LATER, Columns
+from wmr_schemas.arrays import F64, I64, NS_PER_S
+
+FIRST_S, GROWTH, LONGEST_S = 2.0, 1.25, 30.0
+"""The colour is found after 2 s, after each quarter more of the log, and every 30 s at least."""
+FORGOTTEN_S = 0.2
+"""To a filter that takes noise for white, a slower wobble is motion."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The colours of position and yaw, from some row on; None while the noise looks white."""
+
+    colours: tuple[Colour, Colour] | None = None
+    by_kernel: dict[tuple[KernelSpec, int], tuple[KernelNoise, KernelNoise]] = field(default_factory=dict)
+
+    @property
+    def evident(self) -> bool:
+        """Whether the noise of position or yaw is no white noise."""
+        return self.colours is not None and max(colour.evidence for colour in self.colours) >= EVIDENCE
+
+    def of_kernel(
+        self, spec: KernelSpec, n_taps: int, step_s: float
+    ) -> tuple[KernelNoise, KernelNoise] | None:
+        """What position and yaw make of a kernel's estimates; None while nothing is known of them."""
+        if self.colours is None:
+            return None
+        key = spec, n_taps
+        if key not in self.by_kernel:
+            position, yaw = (kernel_noise(colour, spec, n_taps, step_s) for colour in self.colours)
+            self.by_kernel[key] = position, yaw
+        return self.by_kernel[key]
+
+    def counts(self, noises: tuple[KernelNoise, KernelNoise]) -> bool:
+        """Whether the colour is evident, and widens a derivative's interval by more than a trifle."""
+        return self.evident and max(worst_factor(noise) for noise in noises) >= LEAST_GAIN
+
+
+class PoseColour:
+    """Stage: repaired poses → which of :attr:`found` holds for each row."""
+
+    def __init__(self, start_ns: int, step_s: float) -> None:
+        self._start_ns, self._step_s = start_ns, step_s
+        self._scales = Scales(step_s)
+        self._shapes = shapes_of([scale.b for scale in self._scales.scales], step_s)
+        self._next_s, self._pieces = FIRST_S, 0
+        self.found = [Found()]
+
+    def push(self, rows: SampleBatch) -> I64:
+        """Ordinals (n,) of what holds for each row; it depends on earlier rows alone."""
+        t_s = (rows.t_ns - self._start_ns) / NS_PER_S
+        pieces = self._pieces + np.cumsum(rows.restarts)
+        columns = np.stack([t_s, *rows.pose, pieces.astype(float)])
+        which, done = np.empty(len(t_s), np.int64), 0
+        while done < len(t_s):
+            n = int(np.searchsorted(t_s[done:], self._next_s))
+            self._scales.push(columns[:, done : done + n])
+            which[done : done + n] = len(self.found) - 1
+            done += n
+            if done < len(t_s):
+                self._find(float(t_s[done]))
+        self._pieces = int(pieces[-1]) if len(pieces) else self._pieces
+        return which
+
+    def _find(self, now_s: float) -> None:
+        """Look again; what is found holds from now on."""
+        self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
+        n, squares = self._scales.levels()
+        position, yaw = colour_of(2 * n, squares[0], self._shapes), colour_of(n, squares[1], self._shapes)
+        self.found.append(Found() if position is None or yaw is None else Found((position, yaw)))
+
+    def widen(
+        self,
+        motion: Motion,
+        derivatives: Derivatives,
+        variances: F64,
+        which: I64,
+        kernel: tuple[KernelSpec, int],
+        *,
+        always: bool = False,
+    ) -> Motion:
+        """The motion with intervals as wide as the colour that holds for each row asks for; ``always``: also
+        where the noise may well be white, for the window's bias.
+        """
+        for k in np.unique(which):
+            noises = self.found[k].of_kernel(*kernel, self._step_s)
+            if noises is not None and (always or self.found[k].counts(noises)):
+                wide, held = widened(motion, derivatives, variances, noises), which == k
+                columns = zip(motion, wide, strict=True)
+                motion = Motion(*(np.where(held, new, old) for old, new in columns))
+        return motion
+
+    def later_columns(
+        self,
+        motion: Motion,
+        derivatives: Derivatives,
+        variances: F64,
+        which: I64,
+        kernel: tuple[KernelSpec, int],
+    ) -> Columns:
+        """The standard deviations of the hindsight table."""
+        wide = self.widen(motion, derivatives, variances, which, kernel, always=True)
+        return {f"{LATER}{name}": getattr(wide, name) for name in Motion._fields if name.endswith("_sd")}
+
+    def as_white(self, variances: F64, which: I64) -> F64:
+        """Variances (2, n) of white noise that tells a filter as much about motion as the coloured one."""
+        if not any(self.found[k].evident for k in np.unique(which)):
+            return variances
+        factors = np.ones_like(variances)
+        for k in np.unique(which):
+            for row, colour in enumerate(self.found[k].colours or ()):
+                if colour.evidence >= EVIDENCE:
+                    lasting = 2 * min(colour.time_s, FORGOTTEN_S) / self._step_s
+                    factors[row, which == k] = max(
+                        (colour.white + lasting * colour.wobble) / colour.tracked, 1.0
+                    )
+        return variances * factors
+
+
+def widened(
+    motion: Motion, derivatives: Derivatives, variances: F64, noises: tuple[KernelNoise, KernelNoise]
+) -> Motion:
+    """The motion with the standard deviations that coloured noise and the window's bias give it.
+
+    The formulas of :func:`wmr_replay.identify.motion.body_motion`, with s² G_ab of position and of yaw each
+    times its own factor, and the bias of the order on top.
+    """
+    gains, estimates = derivatives.gains, derivatives.estimates
+    plain = gains[0, 0], gains[0, 1], gains[1, 1], gains[2, 2]
+    (p00, p01, p11, p22), (y00, y01, y11, y22) = (
+        [factor * s * g for factor, g in zip(noise.factors, plain, strict=True)]
+        for s, noise in zip(variances, noises, strict=True)
+    )
+    del p00, p01
+    p11, p22 = p11 + noises[0].biases[1], p22 + noises[0].biases[2]
+    y00, y11, y22 = (y + bias for y, bias in zip((y00, y11, y22), noises[1].biases, strict=True))
+    cos, sin = np.cos(estimates[2, 0]), np.sin(estimates[2, 0])
+    rate, v_long, v_lat = motion.yaw_rate_radps, motion.v_long_mps, motion.v_lat_mps
+    across = estimates[1, 2] * cos - estimates[0, 2] * sin - rate * v_long
+    from_yaw = np.maximum(across**2 * y00 + 2 * across * v_lat * y01 + v_lat**2 * y11, 0.0)
+    return motion._replace(
+        v_long_mps_sd=np.sqrt(p11 + v_lat**2 * y00),
+        v_lat_mps_sd=np.sqrt(p11 + v_long**2 * y00),
+        yaw_rate_radps_sd=np.sqrt(y11),
+        a_long_mps2_sd=np.sqrt(p22 + rate**2 * p11 + from_yaw),
+        yaw_acc_radps2_sd=np.sqrt(y22),
+    )
