@@ -80,7 +80,8 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
     """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
 
     v_lat is free only where the window starts in a skid. A simulation that runs away stays far off.
-    ``rounds`` bounds the steps, ``tries`` the dampings tried in each. Products and solution come from scipy's BLAS and LAPACK; numpy's round differently.
+    ``rounds`` bounds the steps, ``tries`` the dampings tried in each. Products and solution come from scipy's
+    BLAS and LAPACK; numpy's round differently.
     """
     m, blas = len(window.rows), routines("_fblas")
     free = N_MOTION if skids(window.rows[0, Row.MODE], window.theta) else N_MOTION - 1
