@@ -17,8 +17,6 @@ from wmr_schemas.compiled.lean import lean
 from wmr_schemas.lapack import routines
 from wmr_schemas.modes import ContactMode
 
-FAR_SD = 1e6
-"""Residual, in standard deviations, of a simulation that runs away: no number, but no good model either."""
 Windows = list[tuple[int, int]]
 """Rows [a, b) of each window."""
 
@@ -115,7 +113,7 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
         damping /= 10
         if converged:
             break
-    return np.nan_to_num(at.reshape(m, 3), nan=FAR_SD, posinf=FAR_SD, neginf=-FAR_SD)
+    return at.reshape(m, 3).copy()
 
 
 def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) -> Windows:
@@ -166,6 +164,7 @@ def window_residuals(
         z0 = starting_motion(binned, a, base)
         window = Window(rows[a:b], poses[a:b], sd[a:b], theta, base)
         whitened = fit_window(z0, window, own.rounds, own.tries)
+        whitened = np.nan_to_num(whitened, nan=own.far_sd, posinf=own.far_sd, neginf=-own.far_sd)
         yield (a, b), whitened * sd[a:b], sd[a:b]
 
 

@@ -70,3 +70,7 @@ class WindowSettings:
 
     tries: int = 4
     """Most dampings tried in a step. Numerics: each is 30 times the one before."""
+
+    far_sd: float = 1e6
+    """Residual of a simulation that runs away, in standard deviations of a pose. Numerics: a number, and so
+    large that its model is no good one."""
