@@ -13,7 +13,14 @@ from wmr_replay.identify.undecided import Undecided
 from wmr_replay.identify.wheel_bank import WheelBankIdentifier
 from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_replay.pipeline.model_effects import ReplayModel
-from wmr_replay.pipeline.settings import JOINT_BANK, NO_IDENTIFIER, WHEEL_BANK, WHEEL_THRESHOLDS, Settings
+from wmr_replay.pipeline.settings import (
+    JOINT_BANK,
+    NO_IDENTIFIER,
+    SKIDS_ALONE,
+    WHEEL_BANK,
+    WHEEL_THRESHOLDS,
+    Settings,
+)
 from wmr_schemas.arrays import I8, NS_PER_S, Bool
 from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode, ModeSet
@@ -38,7 +45,7 @@ def make_identifier(settings: Settings, model: ReplayModel, *, window_s: float, 
     )
     if settings.identifier == NO_IDENTIFIER:
         return Undecided()
-    if settings.identifier == "paper":
+    if settings.identifier in ("paper", SKIDS_ALONE):
         return PaperIdentifier(rules)
     if settings.identifier == "algebraic":
         algebraic = AlgebraicSettings(settings.min_confidence)

@@ -17,11 +17,14 @@ JOINT_BANK = "joint_bank"
 WHEEL_THRESHOLDS = "wheel_thresholds"
 """What becomes of ``paper`` where a log has wheel speeds and no torques; no choice of a user's."""
 EVIDENCE = ("auto", "torques", "wheel-speeds", "both")
-NOT_CHOSEN = (WHEEL_BANK, JOINT_BANK, WHEEL_THRESHOLDS)
+SKIDS_ALONE = "skids_alone"
+"""What becomes of ``algebraic`` there: its windows need torques, the thresholds on skidding are left."""
+NOT_CHOSEN = (WHEEL_BANK, JOINT_BANK, WHEEL_THRESHOLDS, SKIDS_ALONE)
 BY_WHEELS = {
     ("bank", "wheel-speeds"): WHEEL_BANK,
     ("bank", "both"): JOINT_BANK,
     ("paper", "wheel-speeds"): WHEEL_THRESHOLDS,
+    ("algebraic", "wheel-speeds"): SKIDS_ALONE,
 }
 DEFAULT_SHAPE = (2, 0, 0, 0.0)
 RUBBER_SIDESLIP = 0.15
@@ -139,7 +142,10 @@ class Settings:
         skidding.
         """
         identifier = BY_WHEELS.get((self.identifier, evidence))
-        return self if identifier is None else replace(self, identifier=identifier, simultaneous=True)
+        if identifier is None:
+            return self
+        both = self.simultaneous or identifier != SKIDS_ALONE
+        return replace(self, identifier=identifier, simultaneous=both)
 
     def as_dict(self) -> dict[str, Any]:
         """The settings as ``summary.settings`` holds them."""

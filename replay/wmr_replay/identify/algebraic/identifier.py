@@ -120,7 +120,7 @@ class AlgebraicIdentifier:
         self._paper, self._terms = PaperIdentifier(rules), terms
         self._bins, self._filter = empty_bins(), new_filter(self.priors)
         self._driven = False
-        """Whether any torque has been known: without one the equations have nothing on their right side."""
+        """Whether any torque has been known: nothing is known of α before."""
 
     def push(self, evidence: Evidence) -> Verdict:
         """Verdicts for rows in strictly increasing time."""
@@ -135,9 +135,10 @@ class AlgebraicIdentifier:
         known = np.isfinite(evidence.efforts).all(axis=0)
         driven = np.logical_or.accumulate(known) | self._driven
         self._driven = bool(driven[-1]) if len(driven) else self._driven
-        if not driven.any():
-            return thresholds
         verdict = decide(thresholds, evidence, estimates, self.settings.min_confidence, N_MODES)
+        if not driven.all():
+            alpha, alpha_sd = (np.where(driven, of, np.nan) for of in (verdict.alpha, verdict.alpha_sd))
+            verdict = verdict._replace(alpha=alpha, alpha_sd=alpha_sd)
         if outliers.any():
             seen = outliers & warm[at] & (evidence.independence != NOT_INDEPENDENT)
             verdict.outcome[seen] = Status.OUTLIER
