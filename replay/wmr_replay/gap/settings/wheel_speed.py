@@ -287,7 +287,11 @@ class DisagreementSettings:
     """Disagreement in time or on the ground that no effect and no term explains."""
 
     level: float = 0.005
-    """Level of each of the two placebos. Statistics: half of the level of the verdict."""
+    """Level of the placebo on the ground. Statistics: half of the level of the verdict."""
+
+    level_in_time: float = 0.001
+    """Level of the placebo in time. Encoder benchmark: errors of the driving itself last longer than a cell;
+    at .005, 5 % of the logs without a hidden effect passed."""
 
     draws: int = 999
     """Placebo records. Statistics: the least p is a fifth of the level."""
@@ -298,8 +302,14 @@ class DisagreementSettings:
     most_cells: int = 120
     """Most cells; a longer record has longer ones. Numerics: intervals grow with their square."""
 
-    least_cells: int = 3
+    least_cells: int = 5
     """Fewest cells of an interval. Statistics: fewer cannot keep a direction beyond chance."""
+
+    least_push: float = 0.01
+    """Least velocity of its own in an interval, m/s or rad/s. Physics: uneven ground is some mm/s."""
+
+    least_slip: float = 0.02
+    """The same as a share of the speed. Physics: as ``relevant`` of a wheel scale."""
 
     least_share: float = 0.1
     """Least share of the errors in an interval that its velocity explains. Judgement: as of the gap."""

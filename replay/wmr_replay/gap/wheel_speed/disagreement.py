@@ -44,7 +44,7 @@ def disagreement(problem: Problem, current: Fit) -> Disagreement | None:
     if own.level <= 0 or problem.record.driven_by == "command" or not problem.record.anchored:
         return None
     found = [one for one in (in_time(problem, current), on_ground(problem, current)) if one is not None]
-    standing = [one for one in found if one.p_value <= own.level]
+    standing = [one for one in found if one.p_value <= (own.level_in_time if one.intervals else own.level)]
     return min(standing, key=lambda one: one.p_value, default=None)
 
 
@@ -82,9 +82,9 @@ def in_time(problem: Problem, current: Fit) -> Disagreement | None:
     inside = (problem.bins.t_s >= begin_s) & (problem.bins.t_s < end_s)
     energy = problem.bins.flat(view.errors(current.values)) ** 2
     share = gain / max(float(np.nansum(energy[KINDS[number][1]][inside])), 1e-12)
-    if share < own.least_share:
-        return None
     what, channel, factor = KINDS[number]
+    if share < own.least_share or abs(size) < (own.least_push if factor is None else own.least_slip):
+        return None
     unit = ("m/s" if channel < 2 else "rad/s") if factor is None else "of the speed"
     text = (
         f"from {begin_s:.0f} to {end_s:.0f} s it moves {what} by {size:.2g} {unit} more than the model says"
