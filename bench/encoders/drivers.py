@@ -168,7 +168,6 @@ FAMILIES: dict[str, Driver] = {
     "stop-and-go": held((2.0, 4.5), stop_and_go, ((0.6, 2.0), (1.0, 2.5))),
     "spin-and-go": held((1.5, 4.0), spin_and_go, ((0.6, 1.5), (1.5, 3.0))),
     "wander": held((1.0, 2.5), wander, ((0.8, 2.5), (1.5, 4.0))),
-    "jerky": held((0.4, 1.2), wander, ((3.0, 6.0), (6.0, 12.0))),
     "teleop": teleop,
     "aisles": aisles,
     "manoeuvres": manoeuvres,

@@ -36,6 +36,7 @@ NOT_NEGATIVE = click.FloatRange(min=0)
             "--encoder-ticks",
             "--command-rate",
             "--commands",
+            "--torques",
             "--nominal-error",
             "--jitter",
             "--dropout",

@@ -16,11 +16,13 @@ from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import floor_of, is_rest
+from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import effects_of
 from wmr_schemas.modes import ContactMode
 
 pytest.importorskip("mujoco")
 BENCH = Path(__file__).parents[3] / "bench"
+OWN = MisfitSettings()
 TWO_WHEELED = ("courier", "cart", "hauler")
 
 
@@ -130,9 +132,13 @@ def test_a_rest_of_the_calibration_log_is_no_finding(nothing_hidden, calibrated)
 
 def test_what_matters_in_practice_is_no_rest(calibrated):
     extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.01})
-    assert floor_of("viscous_drag", extension) == pytest.approx(0.2 * 0.2)
-    assert floor_of("slope", extension) == 0.01
-    assert floor_of("rolling_resistance", extension) == 0.0
-    assert is_rest("slope", extension.with_effect("slope", {"grade_x_mps2": 0.006, "grade_y_mps2": 0.007}))
-    assert not is_rest("slope", extension.with_effect("slope", {"grade_x_mps2": 0.01, "grade_y_mps2": 0.01}))
+    assert floor_of("viscous_drag", extension, OWN) == pytest.approx(0.2 * 0.2)
+    assert floor_of("slope", extension, OWN) == 0.01
+    assert floor_of("rolling_resistance", extension, OWN) == 0.0
+    assert is_rest(
+        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.006, "grade_y_mps2": 0.007}), OWN
+    )
+    assert not is_rest(
+        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.01, "grade_y_mps2": 0.01}), OWN
+    )
     assert not {"payload", "yaw_inertia", "drive_gain"} & set(calibrated.misfit)

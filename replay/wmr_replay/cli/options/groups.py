@@ -3,6 +3,7 @@
 GROUPS = {
     "Input": (
         "--model",
+        "--base-log",
         "--robot",
         "--pose",
         "--torque",
@@ -41,6 +42,8 @@ GROUPS = {
     "Output": (
         "--out",
         "--to",
+        "--into",
+        "--joints",
         "--force",
         "--report",
         "--view",

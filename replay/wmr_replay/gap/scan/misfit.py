@@ -14,17 +14,11 @@ from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import built_in, effects_of
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
-IN_SD = 2.0
-"""Standard deviations added to a size. Statistics: a size on another log varies as well."""
-NEGLIGIBLE_SHARE = 0.2
-"""Largest rest, as a share of the size from which an effect matters in practice: more is a finding, and not a
-rest. As with wheel speeds."""
-NEGLIGIBLE_MPS2, NEGLIGIBLE_PER_S, NEGLIGIBLE_M = 0.03, 0.04, 0.02
-"""The same for effects that declare no such size: a fifth of .15 m/s² and of .2 1/s, and a lever arm."""
 
 
 def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
@@ -36,7 +30,7 @@ def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
         if one.name in IN_PARAMETERS or not may_be_rest(one.name) or not information > 0:
             continue
         size = float(np.hypot.reduce(list(one.parameters.values())))
-        found[one.name] = size + IN_SD / float(np.sqrt(information))
+        found[one.name] = size + problem.settings.misfit.in_sd / float(np.sqrt(information))
     return found
 
 
@@ -48,29 +42,29 @@ def may_be_rest(name: str) -> bool:
     return lasting and not candidate.grid and declaration in built_in("torque")
 
 
-def is_rest(name: str, extension: Extension) -> bool:
+def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
-    least = floor_of(name, extension)
+    least = floor_of(name, extension, own)
     return least > 0 and float(np.hypot.reduce(list(extension.effects[name].values()))) <= least
 
 
-def floor_of(name: str, extension: Extension) -> float:
+def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     """Largest size of an effect that is a rest; 0 where every size is a finding."""
-    return min(extension.misfit.get(name, 0.0), negligible(name, extension))
+    return min(extension.misfit.get(name, 0.0), negligible(name, extension, own))
 
 
-def negligible(name: str, extension: Extension) -> float:
+def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:
     """The size below which an effect does not matter in practice; 0 where none is known."""
     declaration = effects_of("torque").get(name)
     if declaration is None:
         return 0.0
     if declaration.relevant is not None:
-        return NEGLIGIBLE_SHARE * declaration.relevant
+        return own.negligible_share * declaration.relevant
     half_torque = 1 / (2 * extension.base.alpha)
     sizes: Mapping[str, float] = {
-        "m/s²": NEGLIGIBLE_MPS2,
-        "N·m": NEGLIGIBLE_MPS2 * half_torque,
-        "N·m/(rad/s)": NEGLIGIBLE_PER_S * half_torque * extension.wheel_radius_m,
-        "m": NEGLIGIBLE_M,
+        "m/s²": own.negligible_mps2,
+        "N·m": own.negligible_mps2 * half_torque,
+        "N·m/(rad/s)": own.negligible_per_s * half_torque * extension.wheel_radius_m,
+        "m": own.negligible_m,
     }
     return sizes.get(next(iter(declaration.units.values())), 0.0)

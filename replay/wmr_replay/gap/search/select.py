@@ -85,7 +85,7 @@ def next_stage(
     """
     settings = problem.settings
     fitted = fit_candidates(problem, current, terms=False)
-    above = tuple(one for one in fitted if not is_rest(one.name, one.fit.extension))
+    above = tuple(one for one in fitted if not is_rest(one.name, one.fit.extension, problem.settings.misfit))
     if len(above) < len(fitted):  # a term would describe the same rest
         return first_tested(problem, base, current, above, found)
     stage = first_tested(problem, base, current, fitted, found)

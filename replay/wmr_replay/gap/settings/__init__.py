@@ -23,7 +23,7 @@ from wmr_replay.gap.settings.filter import (
 )
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
 from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
-from wmr_replay.gap.settings.scan import ScanSettings
+from wmr_replay.gap.settings.scan import MisfitSettings, ScanSettings
 from wmr_replay.gap.settings.search import CandidateFitSettings, ModeSettings, SelectionSettings, SlipSettings
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 
@@ -41,6 +41,7 @@ class GateSettings:
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
     scan: ScanSettings = field(default_factory=ScanSettings)
+    misfit: MisfitSettings = field(default_factory=MisfitSettings)
     candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
     modes: ModeSettings = field(default_factory=ModeSettings)

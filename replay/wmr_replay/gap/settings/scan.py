@@ -42,3 +42,24 @@ class ScanSettings:
 
     most_local_loss: float = 0.98
     """Largest loss at which a fit starts. Numerics: at 1 nothing depends on the torques."""
+
+
+@dataclass(frozen=True)
+class MisfitSettings:
+    """What a calibrated base model leaves on its own log, below which nothing is a finding."""
+
+    in_sd: float = 2.0
+    """Standard deviations added to a size. Statistics: a size on another log varies as well."""
+
+    negligible_share: float = 0.2
+    """Largest rest, as a share of the size from which an effect matters in practice. Judgement: more is a
+    finding; as with wheel speeds."""
+
+    negligible_mps2: float = 0.03
+    """The same for resistances that declare no such size, m/s². Judgement: a fifth of .15 m/s²."""
+
+    negligible_per_s: float = 0.04
+    """The same for friction in proportion to speed, 1/s. Judgement: a fifth of .2 1/s."""
+
+    negligible_m: float = 0.02
+    """The same for lengths, m. Judgement: where a pose was measured by hand it is off by as much."""

@@ -195,8 +195,8 @@ class GateSettingsWheelSpeed:
     """Least loss in a time or a place. Judgement: less is what uneven ground does."""
 
     least_steady_share: float = 0.45
-    """Least share of these bins that move as with the common loss, in each channel. Encoder benchmark,
-    develop families: true losses .46 to 1."""
+    """Least share of these bins that move as with the common loss, in each channel. Judgement, on the encoder
+    benchmark's develop families: true losses .46 to 1."""
 
     least_steady_s: float = 2.3
     """Least time for which they do, s. Physics: wheels that spin up on ice from standing still lose a
@@ -290,8 +290,8 @@ class DisagreementSettings:
     """Level of the placebo on the ground. Statistics: half of the level of the verdict."""
 
     level_in_time: float = 0.001
-    """Level of the placebo in time. Encoder benchmark: errors of the driving itself last longer than a cell;
-    at .005, 5 % of the logs without a hidden effect passed."""
+    """Level of the placebo in time. Judgement, on the encoder benchmark: errors of the driving itself last
+    longer than a cell; at .005, 5 % of the logs without a hidden effect passed."""
 
     draws: int = 999
     """Placebo records. Statistics: the least p is a fifth of the level."""

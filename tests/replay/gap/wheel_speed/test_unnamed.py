@@ -62,7 +62,7 @@ def test_a_push_that_keeps_its_direction_is_said_with_its_time():
     assert when.start_s == pytest.approx(30.0, abs=4.0)
     assert when.end_s == pytest.approx(55.0, abs=4.0)
     assert "to the left by 0.02" in result.sentence
-    assert "no effect explains" in result.sentence
+    assert "no effect of the library explains" in result.sentence
 
 
 def test_a_term_of_the_base_model_moves_it():
