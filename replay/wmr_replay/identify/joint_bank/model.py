@@ -22,11 +22,10 @@ from wmr_replay.identify.joint_bank.states import (
     make_joint_prior,
 )
 from wmr_replay.identify.joint_bank.steps import EFFORT, EFFORT_TURN, N_ANSWERS, run_joint_bins
-from wmr_replay.identify.wheel_bank.model import LEAST_SD
+from wmr_replay.identify.wheel_bank.model import LEAST_SD, doubted_of_wheels
 from wmr_replay.identify.wheel_bank.priors import WHEEL_PRIORS
 from wmr_replay.identify.wheel_bank.states import (
     LN_SCALE,
-    LN_TRACK,
     S_DIFF,
     S_LAT,
     S_SUM,
@@ -49,7 +48,8 @@ class JointModel:
 
     prior: JointPrior
     doubted: F64
-    """Variances (8,) of parameters in doubt, from ``LN_SCALE`` on: those of the track and of α."""
+    """What (3, 8) may turn out to be wrong, from ``LN_SCALE`` on: the track and α are open again; the centre
+    of rotation and the lateral slip are near their nominal values again, as in the wheel-speed bank."""
     n_answers: int = N_ANSWERS
     n_states: int = N_STATES
     least_bins: int = 1
@@ -90,10 +90,10 @@ class JointModel:
 def joint_model(robot: RobotParameters, known: Known) -> JointModel:
     """The model of a robot by its nominal parameters and a model's ``known`` effects."""
     prior = make_joint_prior(robot, known)
-    doubted = np.zeros(BETA + 1 - LN_SCALE)
-    doubted[LN_TRACK - LN_SCALE] = prior.wheels.sd[LN_TRACK - LN_SCALE] ** 2
-    doubted[ALPHA - LN_SCALE] = (JOINT_PRIORS.load_change_sd * prior.alpha) ** 2
-    doubted[BETA - LN_SCALE] = (JOINT_PRIORS.load_change_sd * prior.beta) ** 2
+    doubted = np.zeros((3, BETA + 1 - LN_SCALE))
+    doubted[:, : ALPHA - LN_SCALE] = doubted_of_wheels(prior.wheels)
+    doubted[0, ALPHA - LN_SCALE] = (JOINT_PRIORS.load_change_sd * prior.alpha) ** 2
+    doubted[0, BETA - LN_SCALE] = (JOINT_PRIORS.load_change_sd * prior.beta) ** 2
     return JointModel(prior, doubted)
 
 

@@ -29,13 +29,14 @@ from wmr_replay.identify.wheel_bank.steps import (
     CALM,
     JUMPED,
     PARAMETERS,
+    RATES,
     follow_rounding,
     moments_of_parameters,
     record_interval,
     set_wheels,
     update_all,
 )
-from wmr_replay.identify.wheel_bank.switches import doubt
+from wmr_replay.identify.wheel_bank.switches import doubt, doubt_unusual
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -95,11 +96,16 @@ def set_efforts(values: F64, k: int, last: F64, wheels: F64, efforts: F64) -> bo
 
 @lean
 def branch(
-    hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, doubted: F64, calm: F64, work: F64
+    hypotheses: HypothesisSet, since_s: float, rhythm: Rhythm, noise: tuple[F64, F64, F64], work: F64
 ) -> None:
-    """The hypotheses of a split: doubts, switches, changes of level; the best are kept."""
-    doubt(hypotheses, since_s, doubted)
-    split(hypotheses, rhythm.n_modes, since_s, rhythm.switch_rate_per_s, calm, work)
+    """The hypotheses of a split: doubts, switches, changes of level; the best are kept.
+
+    ``noise`` as in the wheel-speed bank.
+    """
+    calm, doubted, rates = noise
+    doubt(hypotheses, since_s, doubted[0])
+    doubt_unusual(hypotheses, since_s, doubted[1:])
+    split(hypotheses, rhythm.n_modes, since_s, rates, calm, work)
     vary_level(hypotheses, calm.shape[0])
     prune_and_merge(hypotheses, rhythm.most)
 
@@ -110,18 +116,18 @@ def filter_joint_bins(
     values: F64,
     seconds: F64,
     last: F64,
-    model: tuple[F64, F64, F64, tuple[float, float]],
+    model: tuple[F64, F64, F64, F64, tuple[float, float]],
     rhythm: Rhythm,
     work: F64,
     out: tuple[F64, F64],
 ) -> None:
     """Every bin through the bank into ``out``: answers (25, m) and smoothed intervals (7, m).
 
-    ``model``: variances of elastic slip and of disturbances by level, and of parameters in doubt; the wheels'
-    shares of inertia. ``work`` is scratch.
+    ``model``: variances of elastic slip and of disturbances by level, parameters in doubt (3, 8), rates of
+    change between modes, and the wheels' shares of inertia. ``work`` is scratch.
     """
     answers, smoothed = out
-    calm, disturbance, doubted, spinning = model
+    calm, disturbance, doubted, rates, spinning = model
     row = 0
     wheels, shares, efforts = work[9], work[10], work[12]
     for k in range(seconds.shape[0]):
@@ -130,7 +136,7 @@ def filter_joint_bins(
         if last[3] >= rhythm.split_s - 1e-9:
             if hypotheses.past.shape[1] > 0:
                 row = record(hypotheses, wheels, shares, seconds[k] - step_s, row, smoothed)
-            branch(hypotheses, last[3], rhythm, doubted, calm, work[11])
+            branch(hypotheses, last[3], rhythm, (calm, doubted, rates), work[11])
             last[3] = 0.0
         follow_rounding(values, k, last, step_s)
         known = (
@@ -171,13 +177,14 @@ def run_joint_bins(
 
     ``values`` (11, m) are bins with the wheels' speeds in m/s as efforts and the efforts in N·m behind them,
     ``seconds`` (m,) their times; ``last`` (9,) – as in the wheel-speed bank, and the last bin's efforts – is
-    carried on in place. ``doubted`` are the variances of parameters in doubt, ``spinning`` g and h.
+    carried on in place. ``doubted`` (3, 8) are variances of parameters in doubt, and means and
+    variances of usual parameters; ``spinning`` g and h.
     """
     m, intervals = len(seconds), hypotheses.past.shape[1]
     answers, smoothed = np.zeros((N_ANSWERS, m)), np.zeros((7, m if intervals else 0))
     before = int(hypotheses.n_past[0])
     work = np.zeros((N_WORK, hypotheses.mean.shape[1]))
-    values, model = np.ascontiguousarray(values), (CALM, DISTURBANCE, doubted, spinning)
+    values, model = np.ascontiguousarray(values), (CALM, DISTURBANCE, doubted, RATES, spinning)
     filter_joint_bins(hypotheses, values, seconds, last, model, rhythm, work, (answers, smoothed))
     first, done = max(before, intervals), int(hypotheses.n_past[0])
     return Said(answers, smoothed[:, : max(done - first, 0)])

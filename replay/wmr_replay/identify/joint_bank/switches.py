@@ -6,8 +6,8 @@ from wmr_replay.identify.filter_bank.hypotheses import HypothesisSet, copy
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.joint_bank.priors import JOINT_PRIORS
 from wmr_replay.identify.joint_bank.traction import log_normal
-from wmr_replay.identify.wheel_bank.states import S_DIFF, S_SUM, SKIDDING_SLIPPING, SLIPPING
-from wmr_replay.identify.wheel_bank.switches import switch
+from wmr_replay.identify.wheel_bank.states import IDEAL, S_DIFF, S_SUM, SKIDDING_SLIPPING, SLIPPING
+from wmr_replay.identify.wheel_bank.switches import eagerness, remember_slips, switch
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -46,27 +46,32 @@ def end_slip(mean: F64, covariance: F64, work: F64) -> float:
 
 @lean
 def split(
-    hypotheses: HypothesisSet, n_modes: int, interval_s: float, rate: float, calm: F64, work: F64
+    hypotheses: HypothesisSet, n_modes: int, interval_s: float, rates: F64, calm: F64, work: F64
 ) -> None:
     """Each probable hypothesis has switched, or not, within the last ``interval_s``: one child for each other
-    mode. ``calm`` (levels,) are the variances of elastic slip.
+    mode. ``rates`` (4, 4) a second are those from mode to mode, ``calm`` (levels,) the variances of elastic
+    slip.
     """
-    switched = 1.0 - math.exp(-rate * interval_s)
-    when_sd, each = interval_s / SQRT_12, math.log(switched / (n_modes - 1))
+    when_sd = interval_s / SQRT_12
+    remember_slips(hypotheses, interval_s)
     for parent in range(hypotheses.size[0]):
         if hypotheses.log_weight[parent] < SPLIT_LOG_WEIGHT:
             continue
-        before = hypotheses.mode[parent]
+        before, leaving = hypotheses.mode[parent], 0.0
+        eager = eagerness(hypotheses.slips[parent]) if before == IDEAL else 1.0
         for mode in range(n_modes):
             child = hypotheses.size[0]
             if child == hypotheses.mode.shape[0] or mode == before:
                 continue
             copy(hypotheses, parent, child)
+            rate = eager * rates[before, mode]
             hypotheses.mode[child] = mode
-            hypotheses.log_weight[child] += each
+            hypotheses.log_weight[child] += math.log(1.0 - math.exp(-rate * interval_s))
+            hypotheses.slips[child, 0] += 1.0 if before == IDEAL else 0.0
             hypotheses.size[0] += 1
+            leaving += rate
             mean, covariance = hypotheses.mean[child], hypotheses.covariance[child]
             if slips(before) and not slips(mode):
                 hypotheses.log_weight[child] += end_slip(mean, covariance, work)
             switch(mean, covariance, before, mode, when_sd, calm[hypotheses.level[child]])
-        hypotheses.log_weight[parent] += math.log1p(-switched)
+        hypotheses.log_weight[parent] -= leaving * interval_s

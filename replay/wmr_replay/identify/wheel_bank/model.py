@@ -65,10 +65,15 @@ class WheelModel:
 def wheel_model(robot: RobotParameters, known: Known) -> WheelModel:
     """The model of a robot by its nominal dimensions and a model's ``known`` effects."""
     prior = make_wheel_prior(robot, known)
+    return WheelModel(prior, doubted_of_wheels(prior))
+
+
+def doubted_of_wheels(prior: WheelPrior) -> F64:
+    """What (3, 6) of the parameters may turn out to be wrong, see :class:`WheelModel`."""
     doubted = np.zeros((3, len(prior.sd)))
     track = LN_TRACK - LN_SCALE
     doubted[0, track] = prior.sd[track] ** 2
     for state, usual_sd in ((ICR, WHEEL_PRIORS.usual_icr_sd_m), (LATERAL, WHEEL_PRIORS.usual_lateral_sd_s)):
         place = state - LN_SCALE
         doubted[1:, place] = prior.mean[place], min(prior.sd[place], usual_sd) ** 2
-    return WheelModel(prior, doubted)
+    return doubted
