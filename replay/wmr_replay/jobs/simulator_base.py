@@ -70,7 +70,7 @@ def robot_alone(mapping: LogMapping | None) -> LogMapping:
 
 def extended(path: LogPath, fitted: FitRun, more: Callable[[Model], GapRun]) -> SimulatorBase:
     """The calibrated model with the effects that the simulator's own log shows beyond it."""
-    found = more(fitted.model)
+    found = more(replace(fitted.model, misfit={}))  # its own rests are what the base is to hold
     kept = tuple(effect for effect in found.result.model.effects if may_be_base(effect))
     model = replace(fitted.model, effects=kept, misfit={} if kept else fitted.model.misfit)
     return SimulatorBase(model, path, found.sha256)
