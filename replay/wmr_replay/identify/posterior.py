@@ -20,7 +20,8 @@ class BinEstimates(NamedTuple):
     """Estimates of an identifier after each of m bins, and the bin that each of n rows takes.
 
     ``posterior`` (4, m), NaN before the identifier has started; ``alpha`` and ``alpha_sd`` (m,); ``jumped``
-    (m,): the pose has just jumped; ``at`` (n,): index of the last bin that is complete at a row.
+    (m,): the pose has just jumped; ``at`` (n,): index of the last bin that is complete at a row. ``coasts``
+    (m,): no wheel is driven, so that rolling and slipping are the same motion; None where that is no matter.
     """
 
     posterior: F64
@@ -28,6 +29,7 @@ class BinEstimates(NamedTuple):
     alpha_sd: F64
     jumped: Bool
     at: I64
+    coasts: Bool | None = None
 
 
 def decide(
@@ -35,14 +37,18 @@ def decide(
 ) -> Verdict:
     """Verdicts (n,) from the latest estimates at each row.
 
-    ``mode`` is the most probable mode where it reaches ``min_confidence``, else −1. Where the pose is not
+    ``mode`` is the most probable mode where it reaches ``min_confidence``, else −1. Where the robot coasts,
+    the mode's :func:`twin <open_slip>` has to be excluded, too. Where the pose is not
     independent no mode is named and none excluded. The constraints and their thresholds are those of
     ``paper``; before the identifier has started (a robot whose α is not known yet) the whole verdict is.
     """
     values = np.concatenate([np.empty((4, len(estimates.at))), [paper.alpha, paper.alpha_sd]])
     verdicts = np.stack([paper.mode, paper.mode_set.view(np.int8), paper.outcome])
     bins = np.concatenate([estimates.posterior, [estimates.alpha, estimates.alpha_sd]])
-    modes = np.concatenate([decided_modes(estimates.posterior, min_confidence), [estimates.jumped]], axis=0)
+    decided = decided_modes(estimates.posterior, min_confidence)
+    if estimates.coasts is not None:
+        decided[0, estimates.coasts & open_slip(decided)] = ContactMode.UNDECIDED
+    modes = np.concatenate([decided, [estimates.jumped]], axis=0)
     decide_rows(estimates.at, bins, modes, evidence.independence, evidence.force, values, verdicts)
     if n_modes == 3:
         values[3] = np.nan
@@ -63,6 +69,16 @@ def decided_modes(posterior: F64, min_confidence: float) -> I8:
     sure = np.max(posterior, axis=0) >= min_confidence
     left = (posterior >= NOT_EXCLUDED).T @ (1 << np.arange(len(posterior)))
     return np.stack([np.where(sure, best, ContactMode.UNDECIDED), left]).astype(np.int8)
+
+
+def open_slip(decided: I8) -> Bool:
+    """Whether a mode is named (m,) while its twin, the same with or without slipping, is not excluded.
+
+    Without traction both are the same motion: how often a robot slips, and nothing else, tells them apart.
+    """
+    mode, left = decided
+    twin = np.where(mode >= 0, mode ^ ContactMode.SLIPPING, 0)
+    return np.asarray((mode >= 0) & ((left >> twin) & 1 == 1))
 
 
 @lean

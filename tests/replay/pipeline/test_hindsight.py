@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from wmr_replay.pipeline.colour import FIRST_S
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.hindsight import SecondPass, record, spool
 from wmr_replay.pipeline.memory import as_batch
@@ -149,9 +150,25 @@ def test_motion_is_the_first_passs_at_the_instant_that_it_describes(wholes, name
     told = later.drop_nulls("v_long_mps")
     assert len(told) > 0.9 * len(later)
     told = told.filter(pl.col("t_s") >= about_s[0])
-    for column in ("v_long_mps", "yaw_rate_radps", "v_long_mps_sd"):
+    for column in ("v_long_mps", "yaw_rate_radps"):
         expected = np.interp(told["t_s"].to_numpy(), about_s, known[column].to_numpy())
         np.testing.assert_allclose(told[column].to_numpy(), expected, rtol=0, atol=1e-7)
+
+
+@cases
+def test_intervals_are_the_first_passs_until_the_noise_is_known_and_never_narrower(wholes, name):
+    """From then on they contain the window's bias, which the first pass's do not while the noise is white."""
+    causal, later = wholes[name].causal, wholes[name].later
+    known = causal.drop_nulls("v_long_mps")
+    about_s = (known["t_s"] - known["delay_s"]).to_numpy()
+    told = later.drop_nulls("v_long_mps").filter(pl.col("t_s") >= about_s[0])
+    first = (told["t_s"] < FIRST_S - float(causal["delay_s"].max())).to_numpy()
+    assert first.any()
+    for column in ("v_long_mps_sd", "yaw_rate_radps_sd"):
+        causal_sd = np.interp(told["t_s"].to_numpy(), about_s, known[column].to_numpy())
+        np.testing.assert_allclose(told[column].to_numpy()[first], causal_sd[first], rtol=0, atol=1e-7)
+        assert (told[column].to_numpy() >= causal_sd - 1e-7).all()
+        assert (told[column].to_numpy() > causal_sd).mean() > 0.5
 
 
 def test_the_first_window_is_told_from_its_middle_on(wholes):

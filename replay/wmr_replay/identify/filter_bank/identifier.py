@@ -3,13 +3,14 @@
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bank import Bank, BankSettings, torque_model
-from wmr_replay.identify.filter_bank.bins import Bins, into_bins, open_bin
+from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins, into_bins, open_bin
 from wmr_replay.identify.filter_bank.hindsight import LookingBack
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.interface import Evidence, Verdict
 from wmr_replay.identify.posterior import BinEstimates, decide
 from wmr_replay.identify.terms import Terms
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, Rules
+from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.robot import RobotParameters
 
 
@@ -34,6 +35,7 @@ class BankIdentifier:
         self._n_modes = 4 if both else 3
         self._bank = Bank(torque_model(robot, settings, terms), step_s, settings, self._n_modes)
         self._bin, self._said = open_bin(), np.full(7, np.nan)
+        self._coasts = np.zeros(1, np.bool_)
         self.new_bins = Bins.none()
         """The bins that the last ``push`` completed."""
 
@@ -59,9 +61,21 @@ class BankIdentifier:
         self._said = said[:, -1]
         alpha = np.exp(said[4])
         jumped = said[6] >= PRIORS.jump_probable
-        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), jumped, done)
+        coasts = np.concatenate([self._coasts, no_demand(efforts_of(bins), alpha[1:])])
+        self._coasts = coasts[-1:]
+        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), jumped, done, coasts)
         return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
         """A second pass over the same bins with the parameters learned; None before the bank starts."""
         return self._bank.looking_back(lag_s)
+
+
+def efforts_of(bins: Bins) -> F64:
+    """The harder driven wheel's effort in each bin (m,), twice."""
+    return np.asarray(np.abs(bins.values[FORCE]) + np.abs(bins.values[TURN]))
+
+
+def no_demand(efforts: F64, alpha: F64) -> Bool:
+    """Whether no wheel is asked for anything (m,), or nobody knows for what; see :func:`efforts_of`."""
+    return np.asarray(~(0.5 * alpha * efforts >= PRIORS.least_demand_mps2))

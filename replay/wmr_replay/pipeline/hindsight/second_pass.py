@@ -4,13 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from wmr_replay.identify.filter_bank.bins import Bins
 from wmr_replay.identify.filter_bank.hindsight import Intervals, LookingBack
-from wmr_replay.identify.posterior import decided_modes
+from wmr_replay.identify.filter_bank.identifier import efforts_of, no_demand
+from wmr_replay.identify.posterior import decided_modes, open_slip
 from wmr_replay.pipeline.columns import POSTERIOR, Columns
 from wmr_replay.pipeline.hindsight.motion import AtInstants, Shift
 from wmr_replay.pipeline.hindsight.record import DESCRIBED, Record
 from wmr_replay.pipeline.hindsight.spool import Table
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, U8
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, U8, Bool
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import BARRING, Status
 
@@ -40,6 +42,8 @@ class SecondPass:
         self._no_answer = np.append(NO_ANSWER, Status.NO_TORQUE) if by_wheel_speeds else NO_ANSWER
         self._intervals = self._smoothed() if looking_back is not None else iter(())
         self._held = Intervals(np.empty(0, np.int64), np.empty((4, 0)), np.empty((2, 0)))
+        self._held_coasts = np.empty(0, np.bool_)
+        self._bin_ns, self._efforts = np.empty(0, np.int64), np.empty(0)
         self._exhausted = looking_back is None
         self._start_ns = 0
 
@@ -71,6 +75,7 @@ class SecondPass:
         else:
             posterior, ln_alpha = self._held.posterior[:, at], self._held.ln_alpha[:, at]
             decided = decided_modes(posterior, self._min_confidence)
+            decided[0, self._held_coasts[at] & open_slip(decided)] = ContactMode.UNDECIDED
             alpha = np.stack([np.exp(ln_alpha[0]), np.exp(ln_alpha[0]) * np.sqrt(ln_alpha[1])])
         if ModeSet.SKIDDING_SLIPPING not in self._all_modes:
             posterior[3] = np.nan
@@ -118,6 +123,7 @@ class SecondPass:
             self._exhausted = True
             return
         keep = max(int(np.searchsorted(self._held.end_ns, needed_ns)) - 1, 0)
+        self._held_coasts = np.concatenate([self._held_coasts[keep:], self._coasts(more)])
         parts = zip(self._held, more, strict=True)
         self._held = Intervals(*(np.concatenate([held[..., keep:], new], axis=-1) for held, new in parts))
 
@@ -125,8 +131,24 @@ class SecondPass:
         """The intervals of the second pass in order."""
         assert self._looking_back is not None
         for bins in self._record.bins():
+            self._keep_efforts(bins)
             yield self._looking_back.push(bins)
         yield self._looking_back.finish()
+
+    def _keep_efforts(self, bins: Bins) -> None:
+        """What the wheels are asked for, for the intervals to come."""
+        if not self._by_wheel_speeds:
+            self._bin_ns = np.concatenate([self._bin_ns, bins.stamps])
+            self._efforts = np.concatenate([self._efforts, efforts_of(bins)])
+
+    def _coasts(self, intervals: Intervals) -> Bool:
+        """Whether no wheel is driven at the end of each interval (m,)."""
+        if self._by_wheel_speeds or not len(intervals.end_ns):
+            return np.zeros(len(intervals.end_ns), np.bool_)
+        at = np.maximum(np.searchsorted(self._bin_ns, intervals.end_ns, side="right") - 1, 0)
+        coasts = no_demand(self._efforts[at], np.exp(intervals.ln_alpha[0]))
+        self._bin_ns, self._efforts = self._bin_ns[at[-1] :], self._efforts[at[-1] :]
+        return coasts
 
 
 def reason(cause: I8, mode_set: U8) -> I8:
