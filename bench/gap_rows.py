@@ -107,7 +107,8 @@ def held_out_windows(result: GapResult) -> tuple[list[tuple[float, float]], floa
     traces = result.traces
     t_s, identified = traces.t_s, result.modes == "identified"
     settings, slips = GateSettings(), traces.mode >= ContactMode.SLIPPING
-    binned = SimpleNamespace(t_s=t_s, slips=slips, identified=identified, settings=settings)
+    skids = np.isin(traces.mode, (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING))
+    binned = SimpleNamespace(t_s=t_s, slips=slips, skids=skids, identified=identified, settings=settings)
     problem = SimpleNamespace(binned=binned, settings=settings)
     period_s, held_out_s = settings.split.period_s, settings.split.held_out_s
     folds = [(t_s - k * held_out_s) % period_s >= period_s - held_out_s for k in range(3)]
