@@ -80,7 +80,7 @@ class Case:
 
 
 def cases_of(split: str) -> Iterator[Case]:
-    """The cases of a split, every pair in turn; a seed follows from what is hidden, so that splits may grow."""
+    """The cases of a split, every pair in turn; a seed follows from what is hidden: splits may grow."""
     pairs = TUNED if split == "tune" else (*TUNED, *HELD_OUT)
     for repeat, (noise, modes) in enumerate(LEVELS[split]):
         for side in range(2):

@@ -197,7 +197,7 @@ def spread(picked: list[int]) -> list[int]:
 
 
 def assembled(choice: Choice, order: list[int], n_asked: int, question: Question, limits: Limits) -> Design:
-    """The drive as a whole, simulated once more, with what it is expected to separate. Raises NotSeparable."""
+    """The drive as a whole, simulated once more, with what it is to separate. Raises NotSeparable."""
     settings, columns = choice.settings, choice.columns
     pieces = [choice.offered[k] for k in order]
     profile = joined([*(piece.profile for piece in pieces), rest(settings.rest_s)])

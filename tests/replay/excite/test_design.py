@@ -24,7 +24,7 @@ from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.robot import RobotParameters
-from wmr_synth import Sensors, World, synthesise
+from wmr_synth import Sensors, synthesise
 from wmr_synth.driving.patrol import SMALL_ROBOT
 from wmr_synth.scenarios import Scenario
 
@@ -62,7 +62,7 @@ def drawn_bounds(draw: st.DrawFn) -> Bounds:
 
 
 @given(drawn_bounds(), st.floats(0.05, 0.6), st.floats(0.3, 3.0), st.floats(0.15, 0.5))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 def test_every_manoeuvre_keeps_to_the_bounds_and_ends_where_it_began(bounds, alpha, ratio, half_track):
     robot = RobotParameters(alpha=alpha, alpha_yaw=alpha * ratio, half_track_m=half_track)
     for one in library(Limits(bounds, base_of(robot), OWN)):
@@ -152,13 +152,13 @@ def test_a_slope_and_a_bias_need_other_headings():
     assert np.ptp(np.remainder(yaw, 2 * np.pi)) > np.pi / 2
 
 
-def test_more_time_separates_more_and_no_drive_is_longer_than_asked():
-    short, long = (design(asks("viscous_drag", "aerodynamic_drag"), duration_s=s) for s in (25.0, 60.0))
+def test_more_time_separates_more_and_no_drive_is_longer_than_asked(in_a_box):
+    short = design(asks("viscous_drag", "wheel_viscous"), in_a_box.limits.bounds, 25.0)
     assert short.profile.duration_s <= 25.0
-    assert long.profile.duration_s <= 60.0
-    assert long.weakest.expected_bic > short.weakest.expected_bic
+    assert in_a_box.profile.duration_s <= 60.0
+    assert in_a_box.weakest.expected_bic > short.weakest.expected_bic
     assert short.weakest.seconds_needed > 25.0 or short.weakest.expected_bic > OWN.wanted_bic
-    starts = [one.start_s for one in long.chosen]
+    starts = [one.start_s for one in in_a_box.chosen]
     assert starts == sorted(starts)
     assert starts[0] == 0.0
 
@@ -198,25 +198,28 @@ def test_bounds_that_leave_nothing_to_see_are_refused_with_the_time_needed():
 
 
 def test_without_names_the_whole_library_is_looked_at():
-    found = design(asks(library=True), duration_s=60.0)
+    found = design(asks(library=True), duration_s=45.0)
     assert {one.missing for one in found.separations} == set(drivable())
-    assert len({one.manoeuvre.family for one in found.chosen}) >= 4
+    assert len({one.manoeuvre.family for one in found.chosen}) >= 3
+
+
+@pytest.fixture(scope="module")
+def in_a_box():
+    """A drive of a minute in 7 m by 5 m."""
+    return design(asks("viscous_drag", "wheel_viscous"), Bounds(area=Area(box_m=(7.0, 5.0))), 60.0)
 
 
 @pytest.mark.parametrize("hidden", ["viscous_drag", "slope", "actuator_lag", "torque_bias_differential"])
-def test_a_played_drive_stays_in_its_area_and_below_its_torque(hidden):
+def test_a_played_drive_stays_in_its_area_and_below_its_torque(hidden, in_a_box):
     from wmr_replay.jobs.excite_document import drive_of
     from wmr_synth.driving.played import played_plan
     from wmr_synth.hidden import DEFAULT_DISTURBANCE
     from wmr_synth.hidden.world import drawn_world
 
-    question = asks("viscous_drag", "wheel_viscous")
-    found = design(question, Bounds(area=Area(box_m=(7.0, 5.0))), 60.0)
-    drive = drive_of(found, question, SMALL_ROBOT)
+    drive = drive_of(in_a_box, asks("viscous_drag", "wheel_viscous"), SMALL_ROBOT)
     world = drawn_world((hidden,), 5, SMALL_ROBOT, 60.0, DEFAULT_DISTURBANCE)
     scenario = Scenario("x", "", drive.duration_s, played_plan(drive), robot=SMALL_ROBOT)
     made = synthesise(scenario, seed=5, sensors=Sensors(100.0, 100.0), world=world)
     assert Area(box_m=(7.0, 5.0)).holds(made.truth.x_m, made.truth.y_m)
     torques = np.abs([made.log.torque.left_nm, made.log.torque.right_nm])
-    assert np.max(torques) <= found.limits.torque_nm + 1e-9
-    assert isinstance(world, World)
+    assert np.max(torques) <= in_a_box.limits.torque_nm + 1e-9
