@@ -22,7 +22,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 from loop import together, torques, wheels  # noqa: E402
-from loop.forward import path_errors
+from loop.forward import path_errors  # noqa: E402
 from loop.pair import Pair  # noqa: E402
 from worlds.case import RanAway  # noqa: E402
 

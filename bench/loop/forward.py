@@ -14,7 +14,7 @@ WINDOWS_S = (4.0, 10.0)
 
 
 def path_errors(pair: Pair, model: Model) -> dict[str, float]:
-    """Median over the windows of the other log of the root mean square distance, in m, under the true modes."""
+    """Median over the other log's windows of the root mean square distance in m, under the true modes."""
     if pair.modes is None:
         return {}
     binned = bin_log(pair.other, GateSettings(), pair.modes)
