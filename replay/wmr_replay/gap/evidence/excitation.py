@@ -45,9 +45,9 @@ def manoeuvres(problem: Problem, fit: Fit) -> Bool:
     return np.asarray((t_s - last_s <= own.afterwards_s) & problem.train)
 
 
-def p_in_manoeuvres(problem: Problem, fit: Fit, name: str) -> float:
-    """P value of the Wald test that the effect's size is 0, from manoeuvres alone and robust over blocks."""
-    size, rows = size_columns(fit, name), manoeuvres(problem, fit)
+def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
+    """P value of the Wald test that the effects' sizes are 0, from manoeuvres alone, robust over blocks."""
+    size, rows = [j for name in names for j in size_columns(fit, name)], manoeuvres(problem, fit)
     block_s, clip_sd = problem.settings.significance.block_s, problem.settings.significance.clip_sd
     block = np.unique(problem.binned.t_s[rows] // block_s, return_inverse=True)[1]
     n_blocks = int(block.max()) + 1 if len(block) else 0
