@@ -45,6 +45,7 @@ def document_of(
         "findings": [found.as_dict() for found in findings],
         "base_model": result.base_model,
         "odometry": None if result.odometry is None else asdict(result.odometry),
+        "formulas": [asdict(formula) for formula in result.formulas],
         "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)

@@ -8,6 +8,7 @@ from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
+from wmr_replay.gap.result.formulas import formulas_of
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
@@ -51,6 +52,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         notes=(*notes, *what_to_drive(verdict)),
         traces=traces_of(problem, base, fit),
         candidates=scores_of(selection),
+        formulas=formulas_of(effects, problem.binned),
     )
 
 
