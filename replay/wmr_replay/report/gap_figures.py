@@ -232,6 +232,10 @@ def scatter_figure(
         charts.dots(f"{name}_1", AFTER, size=9, opacity=0.32),
         *(median_line(f"{name}_{k}", colour) for k, colour in ((2, BEFORE), (3, AFTER))),
     ]
+    if effect.against is not None:
+        bins = effect.against.bins
+        data[f"{name}_4"] = {"x": [one.at for one in bins], "y": [one.fitted for one in bins]}
+        layers.append(fitted_line(f"{name}_4"))
     spec = charts.cloud(
         layers, QUANTITIES[effect.variable], residuals[effect.residual], list(data), height=300
     )
@@ -240,6 +244,8 @@ def scatter_figure(
         Key(AFTER, f"with {effect.name}", "dot"),
         Key(INK, "median of a bin", "line"),
     ]
+    if effect.against is not None:
+        key.append(Key(MARK, "what the effect explains", "dash"))
     return Figure(name, scatter_title(effect, before, after, residuals), spec, data, key)
 
 
@@ -259,6 +265,16 @@ def median_line(data: str, colour: str) -> Spec:
         "strokeWidth": 2.6,
         "point": {"filled": True, "fill": colour, "stroke": "white", "strokeWidth": 1.2, "size": 46},
     }
+    return {
+        "data": {"name": data},
+        "mark": mark,
+        "encoding": {"x": charts.quantity("x"), "y": charts.quantity("y")},
+    }
+
+
+def fitted_line(data: str) -> Spec:
+    """The effect's fitted curve, dashed."""
+    mark = {"type": "line", "color": MARK, "strokeWidth": 1.6, "strokeDash": [5, 4]}
     return {
         "data": {"name": data},
         "mark": mark,

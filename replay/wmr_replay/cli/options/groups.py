@@ -4,6 +4,7 @@ GROUPS = {
     "Input": (
         "--model",
         "--base-log",
+        "--prove-on",
         "--robot",
         "--pose",
         "--torque",
