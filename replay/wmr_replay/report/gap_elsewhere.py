@@ -37,5 +37,6 @@ def add_figures(sheet: page.Page, gap: GapFile, proof: Proof, traces: pl.DataFra
     unmarked = msgspec.structs.replace(gap, where=NOWHERE)
     paths = [one for one in figures.path_figures(unmarked, traces) if one is not None]
     sheet.figures(*[[charts.renamed(one, "elsewhere")] for one in paths])
-    error = figures.error_figure(traces, extended=bool(gap.effects), seconds=proof.gap.seconds)
+    unfitted = traces.with_columns(held_out=False)  # all of it: nothing to shade
+    error = figures.error_figure(unfitted, extended=bool(gap.effects), seconds=proof.gap.seconds)
     sheet.figures([charts.renamed(error, "elsewhere")])
