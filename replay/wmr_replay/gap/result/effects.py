@@ -51,7 +51,10 @@ def reported(
 ) -> FoundEffect:
     """One effect as the result holds it."""
     form = declaration_of(effect.name)
-    alternatives = tuple(Alternative(other, delta) for other, delta in effect.alternatives)
+    alternatives = tuple(
+        Alternative(other, delta, separate_with(effect.name, (other,)))
+        for other, delta in effect.alternatives
+    )
     close = tuple(a.name for a in alternatives if a.delta_bic < settings.ambiguous_bic)
     return FoundEffect(
         name=effect.name,

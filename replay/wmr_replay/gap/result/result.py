@@ -21,10 +21,39 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another effect that explains nearly as much: ``delta_bic`` ≥ 0 is how much worse it is."""
+    """Another effect that explains nearly as much: ``delta_bic`` ≥ 0 is how much worse it is,
+    ``separate_with`` the manoeuvre that tells it from the effect, empty where none is known.
+    """
 
     name: str
     delta_bic: float
+    separate_with: str = ""
+
+
+@dataclass(frozen=True)
+class AgainstBin:
+    """A bin of the effect's variable: its bounds, the median ``at`` in it, its duration, and medians of the
+    residual before and after, and of what the effect explains.
+    """
+
+    low: float
+    high: float
+    at: float
+    seconds: float
+    before: float
+    after: float
+    fitted: float
+
+
+@dataclass(frozen=True)
+class Against:
+    """The residual of an effect against the variable that it follows, bins in ascending order."""
+
+    residual_unit: str
+    variable_unit: str
+    rms_before: float
+    rms_after: float
+    bins: tuple[AgainstBin, ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +74,7 @@ class FoundEffect:
     separate_with: str
     residual: str = ""
     variable: str = ""
+    against: Against | None = None
 
 
 @dataclass(frozen=True)
@@ -134,6 +164,27 @@ class GapMetric:
     windows: int
     train: TrainGap
     held_out: HeldOutGap
+
+
+@dataclass(frozen=True)
+class StandsOut:
+    """A stretch in which the extended model's path errs far more than in the median one, ``times`` it."""
+
+    start_s: float
+    end_s: float
+    position_rms_m: float
+    times: float
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What the extended model leaves: its held-out gaps over those that noise alone leaves, and the stretches
+    that stand out, the largest error first.
+    """
+
+    position_over_floor: float
+    yaw_over_floor: float
+    blocks: tuple[StandsOut, ...]
 
 
 @dataclass(frozen=True)
