@@ -171,6 +171,14 @@ class GateSettingsWheelSpeed:
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""
 
+    calibration_sd: float = 2.6
+    """Standard deviations by which an effect has to differ from what a calibration gave the base model,
+    those of both together. Statistics: the level of 1 %, two-sided."""
+
+    between_logs: float = 1.5
+    """Factor on the calibration's. Judgement: one log does not show how a robot differs from drive to drive;
+    tracks of skid-steered ones vary by more."""
+
     least_lowered: float = 0.1
     """Least share by which a limit of the base model has to be lowered. Physics: a limit is known to 10 %."""
 
@@ -263,6 +271,10 @@ class TermSettings:
     least_share: float = 0.01
     """Least size of a term, as a share of the speed or the yaw rate. Physics: a tyre's elastic slip is .3 %
     of the speed where it accelerates by 1 m/s²."""
+
+    least_share_calibrated: float = 0.1
+    """The same beside a base model that was calibrated on another log. Judgement: the track that turning on
+    the spot shows differs by a tenth from that of curves, on MuJoCo's skid-steered robot."""
 
     fitted_in_full: int = 2
     """Best terms of each channel that are fitted in full. Numerics: the motion is linear in a term."""

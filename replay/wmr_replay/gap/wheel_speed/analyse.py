@@ -76,6 +76,7 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     if not len(bins.table):
         raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
     problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
+    problem = replace(problem, base_sd={} if driven_by == "command" else base.values_sd)
     if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
         raise InvalidSignal(

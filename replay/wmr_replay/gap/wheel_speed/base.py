@@ -33,6 +33,11 @@ class Base:
             e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED or is_slip_term(e.name)
         }
 
+    @property
+    def values_sd(self) -> Values:
+        """Their standard deviations, of those that the source says."""
+        return {e.name: dict(e.sd) for e in self.effects if e.name in DECLARED and e.sd}
+
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:
     """The base of a model file, else of the log's own parameters. Raises InvalidSignal without lengths."""

@@ -164,7 +164,8 @@ def failing(one: Proposal, p: float) -> str:
     """The gate that a term does not pass; empty where it passes all."""
     if one.gain < one.problem.settings.terms.least_better:
         return "significance"
-    if share_of_motion(one) < one.problem.settings.terms.least_share:
+    terms = one.problem.settings.terms
+    if share_of_motion(one) < (terms.least_share_calibrated if one.problem.base_sd else terms.least_share):
         return "tolerance"
     if failed := gate(one.problem, one.before, one.after, one.name, p):
         return failed

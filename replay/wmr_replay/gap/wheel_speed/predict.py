@@ -57,6 +57,8 @@ class Problem:
     whole: Bins | None = None
     memory: dict[Hashable, F64] = field(default_factory=dict)
     """Predictions by bin; those of one record share them."""
+    base_sd: Values = field(default_factory=dict)
+    """Standard deviations of the base model's effects, where a calibration says them."""
 
     @property
     def with_slip(self) -> "Problem":

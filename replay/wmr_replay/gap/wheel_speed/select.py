@@ -16,7 +16,14 @@ from wmr_replay.gap.wheel_speed.candidates import (
     within_a_step,
 )
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
-from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.evidence import (
+    holds_on_held_out,
+    matters,
+    moves_path,
+    p_value,
+    steady_loss,
+    within_calibration,
+)
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS, likeliest
 from wmr_replay.gap.wheel_speed.predict import Problem
@@ -219,6 +226,7 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     own, same = problem.settings.gates, same_in_any_motion(problem, name)
     slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
     slight = slight or within_a_step(problem.record, after.values, name)
+    slight = slight or within_calibration(problem.base_sd, after, name, own)
     if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):
