@@ -6,8 +6,8 @@
 
 Cases go round the cells of the split; in each cell, effects and noises take turns, and every third log hides
 nothing. With ``--mixed`` the same cases come in an order of which every part mixes cells, effects and noises,
-so that a run may be stopped. Rows are appended to a file; a run that is started again continues there. ``--fresh`` starts over, as
-one should after a change of the analysis.
+so that a run may be stopped. Rows are appended to a file; a run that is started again continues there.
+``--fresh`` starts over, as one should after a change of the analysis.
 """
 
 import argparse
