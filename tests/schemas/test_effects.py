@@ -66,6 +66,7 @@ WHEEL_SPEED = {
     "turn_gain": ("ratio",),
     "speed_deadzone": ("threshold_mps",),
     "speed_saturation": ("limit_mps",),
+    "turn_saturation": ("limit_radps",),
     "acceleration_limit": ("limit_mps2",),
 }
 """Effects of the wheel-speed base alone."""
@@ -76,6 +77,7 @@ ON_BOTH = {"drive_gain", "actuator_lag", "input_delay", "heading_misalignment", 
 COMMANDED = {"drive_gain", "actuator_lag", "input_delay", "turn_gain", "acceleration_limit"} | {
     "speed_deadzone",
     "speed_saturation",
+    "turn_saturation",
 }
 """Effects that the wheel-speed base has only where commands drive it."""
 UNIT_BY_SUFFIX = {

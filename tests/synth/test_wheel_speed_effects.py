@@ -48,6 +48,7 @@ SIZES = {
     "turn_gain": {"ratio": 0.2},
     "speed_deadzone": {"threshold_mps": 0.1},
     "speed_saturation": {"limit_mps": 0.7},
+    "turn_saturation": {"limit_radps": 0.3},
     "acceleration_limit": {"limit_mps2": 0.5},
     "actuator_lag": {"time_constant_s": 0.2},
     "input_delay": {"delay_s": 0.1},

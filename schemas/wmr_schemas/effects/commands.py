@@ -66,6 +66,23 @@ EFFECTS = (
         needs_commands=True,
     ),
     EffectDeclaration(
+        "turn_saturation",
+        "yaw",
+        "clip(commanded yaw rate, −limit, limit)",
+        {
+            "limit_radps": Parameter(
+                "rad/s", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=42,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.2, 0.3, 0.45, 0.6, 0.9, 1.3, 1.8, 2.5, 3.5)),
+        ranges={"limit_radps": Range(0.3, 0.6)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
+    EffectDeclaration(
         "acceleration_limit",
         "input",
         "|du/dt| ≤ limit, each wheel",

@@ -79,6 +79,7 @@ def shaped(left: float, right: float, rig: Rig, h: RollingHidden) -> tuple[float
     """Commands behind what acts on them at once: gains, dead zone, saturation."""
     mean, half = h.gain * 0.5 * (right + left), h.gain * h.turn_gain * 0.5 * (right - left)
     r = rig.stated_radius_m
+    half = forms.saturation(half, h.turn_saturation_radps * rig.stated_half_track_m / r, h.plain)
     left_mps = forms.dead_zone((mean - half) * r, h.deadzone_mps, h.plain)
     right_mps = forms.dead_zone((mean + half) * r, h.deadzone_mps, h.plain)
     left_mps = forms.saturation(left_mps, h.saturation_mps, h.plain)

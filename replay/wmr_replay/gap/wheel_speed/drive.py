@@ -1,9 +1,10 @@
 """From commands to wheel speeds: the effects of the drive, in the order in which a command meets them.
 
-command → dead zone → saturation → gains → delay → acceleration limit → lag → wheel
+command → gains → limit of the turning → dead zone → saturation → delay → acceleration limit → lag → wheel
 """
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,18 +15,29 @@ Values = Mapping[str, Mapping[str, float]]
 """Effects by name, each with its parameters."""
 
 
-def wheel_speeds(record: Record, effects: Values, radius_m: float) -> F64:
+class Chassis(NamedTuple):
+    """The nominal robot."""
+
+    radius_m: float
+    half_track_m: float
+
+
+def wheel_speeds(record: Record, effects: Values, chassis: Chassis) -> F64:
     """Left and right wheel speeds (2, M) that the drive makes of what drives the model."""
     speeds = np.stack([record.left_radps, record.right_radps])
     if record.driven_by != "command":
         return speeds
+    speeds, radius_m = with_gains(speeds, effects), chassis.radius_m
+    if "turn_saturation" in effects:
+        limit = effects["turn_saturation"]["limit_radps"] * chassis.half_track_m / radius_m
+        mean, half = (speeds[1] + speeds[0]) / 2, np.clip((speeds[1] - speeds[0]) / 2, -limit, limit)
+        speeds = np.stack([mean - half, mean + half])
     if "speed_deadzone" in effects:
         dead = effects["speed_deadzone"]["threshold_mps"] / radius_m
         speeds = np.sign(speeds) * np.maximum(np.abs(speeds) - dead, 0.0)
     if "speed_saturation" in effects:
         limit = effects["speed_saturation"]["limit_mps"] / radius_m
         speeds = np.clip(speeds, -limit, limit)
-    speeds = with_gains(speeds, effects)
     if "input_delay" in effects:
         speeds = delayed(record, speeds, effects["input_delay"]["delay_s"])
     if "acceleration_limit" in effects:
