@@ -67,6 +67,7 @@ WHEEL_SPEED = {
     "speed_deadzone": ("threshold_mps",),
     "speed_saturation": ("limit_mps",),
     "turn_saturation": ("limit_radps",),
+    "speed_desaturation": ("limit_mps",),
     "acceleration_limit": ("limit_mps2",),
 }
 """Effects of the wheel-speed base alone."""
@@ -78,6 +79,7 @@ COMMANDED = {"drive_gain", "actuator_lag", "input_delay", "turn_gain", "accelera
     "speed_deadzone",
     "speed_saturation",
     "turn_saturation",
+    "speed_desaturation",
 }
 """Effects that the wheel-speed base has only where commands drive it."""
 UNIT_BY_SUFFIX = {

@@ -49,6 +49,7 @@ SIZES = {
     "speed_deadzone": {"threshold_mps": 0.1},
     "speed_saturation": {"limit_mps": 0.7},
     "turn_saturation": {"limit_radps": 0.3},
+    "speed_desaturation": {"limit_mps": 0.7},
     "acceleration_limit": {"limit_mps2": 0.5},
     "actuator_lag": {"time_constant_s": 0.2},
     "input_delay": {"delay_s": 0.1},
@@ -139,6 +140,11 @@ def obeyed(log, name, p):
         u = np.sign(u) * np.maximum(np.abs(u) - p["threshold_mps"], 0.0)
     if name == "speed_saturation":
         u = np.clip(u, -p["limit_mps"], p["limit_mps"])
+    if name == "turn_saturation":
+        excess = np.abs(u[1] - u[0]) / (2 * L * p["limit_radps"])
+        u = u.mean(axis=0) + np.stack([-0.5, 0.5])[:, None] * (u[1] - u[0]) / np.maximum(excess, 1.0)
+    if name == "speed_desaturation":
+        u = u / np.maximum(np.abs(u).max(axis=0) / p["limit_mps"], 1.0)
     if name in ("acceleration_limit", "actuator_lag"):
         u = followed(u, name, p, step_s)
     return age, u

@@ -83,6 +83,23 @@ EFFECTS = (
         needs_commands=True,
     ),
     EffectDeclaration(
+        "speed_desaturation",
+        "input",
+        "u·min(1, limit/max(|left|, |right|)), both wheels by one factor",
+        {
+            "limit_mps": Parameter(
+                "m/s", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=43,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3, 1.6)),
+        ranges={"limit_mps": Range(0.6, 1.0)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
+    EffectDeclaration(
         "acceleration_limit",
         "input",
         "|du/dt| ≤ limit, each wheel",

@@ -35,6 +35,7 @@ class RollingHidden(NamedTuple):
     deadzone_mps: float = 0.0
     saturation_mps: float = math.inf
     turn_saturation_radps: float = math.inf
+    desaturation_mps: float = math.inf
     acceleration_mps2: float = math.inf
     lag_s: float = 0.0
     delay_ns: int = 0
@@ -78,6 +79,7 @@ ROLLING_CHANGES: dict[str, Callable[[RollingHidden, Parameters], RollingHidden]]
     "turn_gain": lambda h, p: h._replace(turn_gain=1 + p["ratio"]),
     "speed_deadzone": lambda h, p: h._replace(deadzone_mps=p["threshold_mps"]),
     "speed_saturation": lambda h, p: h._replace(saturation_mps=p["limit_mps"]),
+    "speed_desaturation": lambda h, p: h._replace(desaturation_mps=p["limit_mps"]),
     "turn_saturation": lambda h, p: h._replace(turn_saturation_radps=p["limit_radps"]),
     "acceleration_limit": lambda h, p: h._replace(acceleration_mps2=p["limit_mps2"]),
     "actuator_lag": lambda h, p: h._replace(lag_s=p["time_constant_s"]),

@@ -11,6 +11,8 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
+BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track", "speed_desaturation")
+"""Effects that need short stretches from measured wheel speeds where commands drive the model."""
 RESTARTED_S = 10.0
 """Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
 STAMPED = ("pose_delay", "slip_ratio", "input_delay")
@@ -36,8 +38,11 @@ def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
 
 
 def hidden_by_commands(record: Record) -> tuple[str, ...]:
-    """Effects that commands cannot tell from the drive's own."""
-    return ("pose_delay",) if restarts_often(record) else ("pose_delay", "wheel_scale", "effective_track")
+    """Effects that commands cannot tell from the drive's own.
+
+    A limit of both wheels differs from one of each only in turns at full speed, where the wheels have to tell.
+    """
+    return ("pose_delay",) if restarts_often(record) else BY_WHEELS
 
 
 def restarts_often(record: Record) -> bool:

@@ -1,5 +1,5 @@
-"""Where short stretches of a record have commands and measured wheel speeds: wheels → path, commands → wheels,
-and both together.
+"""Where short stretches have commands and measured wheel speeds: wheels → path, commands → wheels, and both
+together.
 
 A lag of half a stretch turns the robot as little as a wide track does. Measured wheel speeds tell what the
 chassis makes of them, whatever the drive does, and what the drive makes of commands. What both show is then

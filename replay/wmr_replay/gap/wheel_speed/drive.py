@@ -1,6 +1,7 @@
 """From commands to wheel speeds: the effects of the drive, in the order in which a command meets them.
 
-command → gains → limit of the turning → dead zone → saturation → delay → acceleration limit → lag → wheel
+command → gains → limit of the turning → dead zone → saturation, of each wheel or both →
+delay → acceleration limit → lag → wheel
 """
 
 from collections.abc import Callable, Mapping
@@ -38,6 +39,9 @@ def wheel_speeds(record: Record, effects: Values, chassis: Chassis) -> F64:
     if "speed_saturation" in effects:
         limit = effects["speed_saturation"]["limit_mps"] / radius_m
         speeds = np.clip(speeds, -limit, limit)
+    if "speed_desaturation" in effects:
+        limit = effects["speed_desaturation"]["limit_mps"] / radius_m
+        speeds = speeds * np.minimum(1.0, limit / np.maximum(np.abs(speeds).max(axis=0), 1e-9))
     if "input_delay" in effects:
         speeds = delayed(record, speeds, effects["input_delay"]["delay_s"])
     if "acceleration_limit" in effects:

@@ -22,7 +22,7 @@ from wmr_schemas.effects import EffectDeclaration
 
 @dataclass(frozen=True, eq=False)
 class Wheels:
-    """What the wheels did: speeds (2, n) at rows of the record that poses span, and the stretch of each row."""
+    """What the wheels did: speeds (2, n) at the record's rows between poses, and the stretch of each row."""
 
     record: Record
     chassis: Chassis
@@ -100,6 +100,7 @@ def start_of(wheels: Wheels, effect: EffectDeclaration) -> dict[str, float]:
     turning = np.abs(rims[1] - rims[0]) / (2 * wheels.chassis.half_track_m)
     starts = {
         "speed_saturation": float(np.quantile(np.abs(rims), 0.8)),
+        "speed_desaturation": float(np.quantile(np.abs(rims), 0.8)),
         "turn_saturation": float(np.quantile(turning, 0.8)),
         "acceleration_limit": 2.0,
         "actuator_lag": 0.2,
@@ -119,14 +120,18 @@ def fitted(wheels: Wheels, start: Values, settings: DriveSettings) -> DriveFit:
     x0 = np.array([start[one.effect][one.key] for one in which])
     low = np.array([max(one.bounds[0], least_of(one)) for one in which])
     high = np.array([one.bounds[1] for one in which])
+
+    def errors(x: F64) -> F64:
+        return wheels.errors(named(which, x)).ravel()
+
     found = least_squares(
-        lambda x: wheels.errors(named(which, x)).ravel(),
+        errors,
         np.clip(x0, low, np.nextafter(high, low)),
         bounds=(low, high),
         loss="soft_l1",
         f_scale=settings.soft_mps,
         x_scale=np.maximum(np.abs(x0), settings.scale),
-        diff_step=1e-3,
+        diff_step=np.full(len(x0), 1e-3),
         max_nfev=settings.steps,
     )
     values = named(which, found.x)
@@ -146,4 +151,4 @@ def named(which: list[Parameter], x: F64) -> Mapping[str, dict[str, float]]:
 def costs(wheels: Wheels, values: Values, settings: DriveSettings) -> F64:
     """Cost of each stretch (S,): soft absolute errors of both wheels."""
     each = np.sqrt(1 + (wheels.errors(values) / settings.soft_mps) ** 2) - 1
-    return np.bincount(wheels.stretch, each.sum(axis=0), wheels.record.n_stretches)
+    return np.asarray(np.bincount(wheels.stretch, each.sum(axis=0), wheels.record.n_stretches), float)
