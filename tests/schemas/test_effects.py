@@ -68,6 +68,7 @@ WHEEL_SPEED = {
     "speed_saturation": ("limit_mps",),
     "turn_saturation": ("limit_radps",),
     "speed_desaturation": ("limit_mps",),
+    "turn_acceleration_limit": ("limit_radps2",),
     "acceleration_limit": ("limit_mps2",),
 }
 """Effects of the wheel-speed base alone."""
@@ -80,6 +81,7 @@ COMMANDED = {"drive_gain", "actuator_lag", "input_delay", "turn_gain", "accelera
     "speed_saturation",
     "turn_saturation",
     "speed_desaturation",
+    "turn_acceleration_limit",
 }
 """Effects that the wheel-speed base has only where commands drive it."""
 UNIT_BY_SUFFIX = {

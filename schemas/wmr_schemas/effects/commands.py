@@ -116,4 +116,21 @@ EFFECTS = (
         zero_is_absent=False,
         needs_commands=True,
     ),
+    EffectDeclaration(
+        "turn_acceleration_limit",
+        "yaw",
+        "|d(commanded yaw rate)/dt| ≤ limit",
+        {
+            "limit_radps2": Parameter(
+                "rad/s²", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=44,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.3, 0.5, 0.8, 1.2, 2.0, 3.0, 5.0)),
+        ranges={"limit_radps2": Range(0.3, 0.8)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
 )

@@ -92,6 +92,20 @@ def shaped(left: float, right: float, rig: Rig, h: RollingHidden) -> tuple[float
 
 
 @compiled
+def turning(
+    left: float, right: float, dt: float, state: F64, rig: Rig, h: RollingHidden
+) -> tuple[float, float]:
+    """Wanted wheel speeds whose half difference changes by at most the hidden limit within ``dt``."""
+    if h.turn_acceleration_radps2 == math.inf:
+        return left, right
+    most = dt * h.turn_acceleration_radps2 * rig.stated_half_track_m / rig.stated_radius_m
+    now = 0.5 * (state[TARGET_R] - state[TARGET_L])
+    mean, change = 0.5 * (right + left), 0.5 * (right - left) - now
+    half = now + max(-most, min(most, change))
+    return mean - half, mean + half
+
+
+@compiled
 def share_of(dt: float, time_constant_s: float) -> float:
     """Share of a step that a first-order lag makes within ``dt``."""
     return 1.0 if time_constant_s <= 0.0 else -math.expm1(-dt / time_constant_s)

@@ -11,7 +11,7 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
-BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track", "speed_desaturation")
+BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track", "speed_desaturation", "turn_acceleration_limit")
 """Effects that need short stretches from measured wheel speeds where commands drive the model."""
 RESTARTED_S = 10.0
 """Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
@@ -40,7 +40,7 @@ def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
 def hidden_by_commands(record: Record) -> tuple[str, ...]:
     """Effects that commands cannot tell from the drive's own.
 
-    A limit of both wheels differs from one of each only in turns at full speed, where the wheels have to tell.
+    Limits of both wheels together differ from those of each in a few moments only, where wheels have to tell.
     """
     return ("pose_delay",) if restarts_often(record) else BY_WHEELS
 

@@ -103,6 +103,7 @@ def start_of(wheels: Wheels, effect: EffectDeclaration) -> dict[str, float]:
         "speed_desaturation": float(np.quantile(np.abs(rims), 0.8)),
         "turn_saturation": float(np.quantile(turning, 0.8)),
         "acceleration_limit": 2.0,
+        "turn_acceleration_limit": 4.0,
         "actuator_lag": 0.2,
         "input_delay": 0.1,
         "speed_deadzone": 0.02,
