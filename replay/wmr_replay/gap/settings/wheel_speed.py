@@ -236,6 +236,9 @@ class DriveSettings:
     scale: float = 0.05
     """Least scale of a parameter in the fit, in its unit. Numerics."""
 
+    least_change: float = 1e-5
+    """Share of the cost and of the parameters by which a fit still moves. Numerics."""
+
     steps: int = 25
     """Most evaluations of a fit's slope. Numerics: twice what the Husky takes."""
 

@@ -102,7 +102,6 @@ def rate_limited(record: Record, speeds: F64, most: float) -> F64:
     """Means over each row of wheel speeds that change by at most ``most`` in a row, at a constant rate until
     they reach what is wanted.
     """
-
     return stretch_by_stretch(record, speeds, lambda rows, start: approached(rows, start, most))
 
 

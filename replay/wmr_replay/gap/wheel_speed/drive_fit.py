@@ -52,15 +52,10 @@ class Wheels:
 
 @dataclass(frozen=True, eq=False)
 class DriveFit:
-    """Values of the drive's effects, the cost of each stretch (S,) and their sum."""
+    """Values of the drive's effects, and the cost of each stretch (S,)."""
 
     values: Values
     by_stretch: F64
-
-    @property
-    def cost(self) -> float:
-        """Sum over the stretches."""
-        return float(self.by_stretch.sum())
 
 
 def drive_of(
@@ -69,13 +64,22 @@ def drive_of(
     """The effects of the drive that the wheels need, with their values."""
     wheels = Wheels.of(problem, measured)
     current = fitted(wheels, {one.name: start_of(wheels, one) for one in candidates}, settings)
-    while current.values:
-        lesser = [fitted(wheels, without(current.values, name), settings) for name in current.values]
-        best = min(lesser, key=lambda one: one.cost)
-        if needed(best.by_stretch, current.by_stretch, settings):
-            break
-        current = best
+    while (lesser := needless(wheels, current, settings)) is not None:
+        current = lesser
     return current.values
+
+
+def needless(wheels: Wheels, current: DriveFit, settings: DriveSettings) -> DriveFit | None:
+    """The fit without the first effect that it does not need, those that do least first; None without one."""
+
+    def cost_without(name: str) -> float:
+        return float(costs(wheels, without(current.values, name), settings).sum())
+
+    for name in sorted(current.values, key=cost_without):
+        lesser = fitted(wheels, without(current.values, name), settings)
+        if not needed(lesser.by_stretch, current.by_stretch, settings):
+            return lesser
+    return None
 
 
 def needed(without_it: F64, with_it: F64, settings: DriveSettings) -> bool:
@@ -134,6 +138,8 @@ def fitted(wheels: Wheels, start: Values, settings: DriveSettings) -> DriveFit:
         x_scale=np.maximum(np.abs(x0), settings.scale),
         diff_step=np.full(len(x0), 1e-3),
         max_nfev=settings.steps,
+        ftol=settings.least_change,
+        xtol=settings.least_change,
     )
     values = named(which, found.x)
     return DriveFit(values, costs(wheels, values, settings))
