@@ -112,21 +112,23 @@ def extra_accelerations(
     return ahead, aside, (turning / l if l > 0.0 else 0.0)
 
 
-def extra_along(motion: F64, efforts: F64, alpha: float, terms: Terms) -> F64:
-    """The longitudinal part of :func:`extra_accelerations` at each row, (n,).
+def extra_along(motion: F64, efforts: F64, gains: tuple[float, float], terms: Terms) -> F64:
+    """dv_long/dt and l·d(yaw_rate)/dt of :func:`extra_accelerations` at each row, (2, n) in m/s².
 
-    ``motion`` (4, n) are v_long, v_lat, yaw and yaw rate, ``efforts`` (2, n) left and right.
+    ``motion`` (4, n) are v_long, v_lat, yaw and yaw rate, ``efforts`` (2, n) left and right, ``gains`` α and
+    α_yaw.
     """
-    out = np.empty(motion.shape[1])
+    out = np.empty((2, motion.shape[1]))
     contiguous = np.ascontiguousarray  # one layout, so that one version is compiled
-    fill_along(contiguous(motion), contiguous(efforts), alpha, terms, out)
+    fill_along(contiguous(motion), contiguous(efforts), gains[0], gains[1], terms, out)
     return out
 
 
 @lean
-def fill_along(motion: F64, efforts: F64, alpha: float, terms: Terms, out: F64) -> None:
+def fill_along(motion: F64, efforts: F64, alpha: float, alpha_yaw: float, terms: Terms, out: F64) -> None:
     """Fill the answer of :func:`extra_along`."""
-    for i in range(len(out)):
+    for i in range(out.shape[1]):
         force, turn = efforts[1, i] + efforts[0, i], efforts[1, i] - efforts[0, i]
         at = Moving(motion[0, i], motion[1, i], motion[2, i], motion[3, i], force, turn)
-        out[i] = extra_accelerations(at, alpha, alpha, terms)[0]
+        ahead, _, turning = extra_accelerations(at, alpha, alpha_yaw, terms)
+        out[0, i], out[1, i] = ahead, turning * terms.half_track_m

@@ -19,6 +19,7 @@ from wmr_replay.pipeline.identifiers import (
     undecided_while_filling,
 )
 from wmr_replay.pipeline.jumps_told import JumpsTold
+from wmr_replay.pipeline.known_slip import KnownSlip, without_slide
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
 from wmr_replay.pipeline.repairing import Repairing
@@ -57,6 +58,7 @@ class Chain:
         self._identifier = make_identifier(
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
+        self._known_slip = KnownSlip(model.robot, model.effects)
         self._outliers = OutlierFill(settings.all_modes)
         self._jumps_told = JumpsTold()
         self._quality = Quality([bars or ReaderBars(), *default_monitors()])
@@ -150,9 +152,10 @@ class Chain:
 
     def _estimate(self, rows: SampleBatch) -> Columns:
         """Motion, slip velocities and verdict of rows without outliers."""
+        rows, slid_m = self._known_slip.push(rows)
         derivatives = self._derivation.push(rows)
         variances, which = self._repairing.variances(rows), self._colour.push(rows)
-        evidence = self._evidence(rows, derivatives, variances, which)
+        evidence = self._evidence(rows, derivatives, variances, which, slid_m)
         motion = evidence.motion
         robot = self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
@@ -173,18 +176,22 @@ class Chain:
             )
         return columns
 
-    def _evidence(self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64) -> Evidence:
+    def _evidence(
+        self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64, slid_m: F64
+    ) -> Evidence:
         """What the identifier is given of each row."""
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
         motion = self._colour.widen(motion, derivatives, variances, which, self._derivation.kernel)
         known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
+        if self._settings.identifier == JOINT_BANK:
+            efforts = self._model.less_resistance(efforts, rows.inputs[2:], rows.pose[2])
         if self._model.accelerates:
             own = self._own_accelerations(rows.t_ns, motion, derivatives)
             known, efforts = known + own[0], efforts + self._model.as_efforts(own)
         return Evidence(
             t_ns=rows.t_ns,
-            pose=rows.pose,
+            pose=without_slide(rows.pose, slid_m) if self._known_slip.any else rows.pose,
             efforts=efforts,
             motion=motion,
             force=derivatives.inputs[0] + derivatives.inputs[1],
@@ -244,7 +251,7 @@ class Chain:
         if not terms.any:
             return np.zeros(len(yaw_rad))
         moving = np.stack([motion.v_long_mps, motion.v_lat_mps, yaw_rad, motion.yaw_rate_radps])
-        return extra_along(moving, efforts, self._model.robot.alpha or 0.0, terms)
+        return np.asarray(extra_along(moving, efforts, self._model.gains, terms)[0])
 
     def _status(self, rows: SampleBatch, derivatives: Derivatives, outcome: I8) -> I8:
         """The verdict's outcome; where a window has a gap, the reason of the gap."""

@@ -5,7 +5,7 @@
 - a robot whose cornering stiffness is stated: it follows the paper's model, in which traction is lost while
   the wheels do not run away, and a skid dies out by a known law. Torques alone tell both better there;
 - a robot whose wheel radius is not stated: its wheel speeds are no ground speeds yet;
-- a model with further accelerations, which only the torque bank applies.
+- a model with further accelerations of a robot whose α is not stated: they are no efforts yet.
 """
 
 import numpy as np
@@ -62,7 +62,11 @@ def suits_both(model: ReplayModel) -> bool:
     """Whether torques and wheel speeds of the robot are told together unasked."""
     robot = model.robot
     plain = not model.terms.any and not model.accelerates
-    return plain and robot.wheel_radius_m is not None and robot.cornering_stiffness_over_epsilon is None
+    return (
+        (plain or robot.alpha is not None)
+        and robot.wheel_radius_m is not None
+        and robot.cornering_stiffness_over_epsilon is None
+    )
 
 
 def lacking(asked: str, *, wheels: bool, efforts: bool) -> str:

@@ -19,7 +19,7 @@ class Intake:
     def __init__(self, settings: Settings, model: ReplayModel) -> None:
         self._settings, self._model = settings, model
         self.aligner = Aligner(
-            reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s),
+            reorder_window_s=settings.reorder_window_s + abs(settings.clock_offset_s) + abs(model.delay_s),
             max_hold_s=settings.max_hold_s,
         )
         self.frozen = FrozenPose()

@@ -8,14 +8,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from wmr_replay.align.reorder import join
 from wmr_replay.effects.efforts import input_effects, static_part
 from wmr_replay.effects.measurement import to_axle
 from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.effects.own import acting, own_accelerations, own_efforts, without_own_errors
 from wmr_replay.effects.response import NO_WEIGHTS, response, with_stiffness
 from wmr_replay.effects.theta import Values, theta_of
-from wmr_replay.identify.terms import Terms
+from wmr_replay.identify.terms import Terms, extra_along
 from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
+from wmr_replay.pipeline.known_slip import is_known_slip
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
@@ -53,17 +55,25 @@ class ReplayModel:
         """Time constant of the actuators, 0 without a lag."""
         return input_effects(self.named).lag_s
 
+    @property
+    def delay_s(self) -> float:
+        """By how much the torques act later than they are stamped."""
+        return input_effects(self.named).delay_s
+
     def corrected(self, batch: RawBatch, start_ns: int) -> RawBatch:
         """Torques as they act and poses of the axle's middle, by the model; ``start_ns`` is the stamp of the
         log's first pose.
         """
         if not self.effects:
             return batch
+        torque, wheels = batch.torque, batch.wheels
+        if self.delay_s:
+            torque, wheels = speeds_apart(torque, wheels)
         return RawBatch(
             change_pose(batch.pose, self.effects, start_ns),
-            change_torque(batch.torque, self.effects),
+            change_torque(torque, self.effects),
             batch.mode,
-            wheels=batch.wheels,
+            wheels=wheels,
         )
 
     @property
@@ -88,6 +98,23 @@ class ReplayModel:
         mean, half = accelerations[0] / (2 * alpha), accelerations[1] / (2 * alpha_yaw)
         return np.stack([mean - half, mean + half])
 
+    @property
+    def gains(self) -> tuple[float, float]:
+        """α and α_yaw, 0 where unknown."""
+        return self.robot.alpha or 0.0, self.robot.alpha_yaw_or_alpha or 0.0
+
+    def less_resistance(self, efforts: F64, wheels_radps: F64, yaw_rad: F64) -> F64:
+        """Efforts (2, n) less what the model's effects on acceleration take, for a bank that has no such
+        effects. The speeds are those of the wheels (2, n), which are known at the row's own instant.
+        """
+        if not self.terms.any:
+            return efforts
+        left, right = wheels_radps * (self.robot.wheel_radius_m or 0.0)
+        v_mps, yaw_rate = (right + left) / 2, (right - left) / (2 * (self.robot.half_track_m or np.inf))
+        moving = np.stack([v_mps, np.zeros_like(v_mps), yaw_rad, yaw_rate])
+        extra = extra_along(moving, efforts, self.gains, self.terms)
+        return efforts + self.as_efforts(np.nan_to_num(extra, nan=0.0))
+
 
 def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
     """The replay's form of a model file; its ``[robot]`` replaces the log's own parameters, key by key.
@@ -95,6 +122,7 @@ def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
     Raises InvalidSetting or InvalidTerm for an effect that a replay cannot apply.
     """
     merged = RobotParameters.from_values(robot.known() | model.robot.known(), "model")
+    model, on_commands = without_commands(model)
     check_needs(model.effects, merged)
     robot = merged
     for effect in model.effects:
@@ -104,6 +132,9 @@ def replay_model(model: Model, robot: RobotParameters) -> ReplayModel:
     )
     notes += tuple(
         f"{e.name} of the model is not applied by a replay" for e in model.effects if is_left_out(e)
+    )
+    notes += tuple(
+        f"{e.name} of the model acts on commands, which a replay does not use" for e in on_commands
     )
     return ReplayModel(robot, terms_of(model.effects, merged), model.effects, notes)
 
@@ -127,10 +158,20 @@ def as_term_columns(at: Columns) -> dict[str, F64]:
     return columns | {"effort_sum": right + left, "effort_diff": right - left}
 
 
+def without_commands(model: Model) -> tuple[Model, tuple[Effect, ...]]:
+    """A model of the wheel-speed base without its effects on commands, and those."""
+    if model.provenance.base_model != "wheel_speed":
+        return model, ()
+    found = tuple(e for e in model.effects if e.name in OF_WHEELS and OF_WHEELS[e.name].needs_commands)
+    return replace(model, effects=tuple(e for e in model.effects if e not in found)), found
+
+
 def is_left_out(effect: Effect) -> bool:
-    """Whether it is an effect of the wheel-speed base that the identifier has no state for, or a term
-    over the distance driven, or one that reads time or place and acts sideways.
+    """Whether it is an effect of the wheel-speed base that no part of a replay applies, or a term over the
+    distance driven, or one that reads time or place and acts sideways.
     """
+    if is_known_slip(effect.name):
+        return False
     if is_slip_term(effect.name):
         return True
     if is_torque_term(effect):
@@ -204,6 +245,16 @@ def change_torque(rows: Rows, effects: tuple[Effect, ...]) -> Rows:
     if on_inputs.static:
         values[:2] = static_part(values[:2], on_inputs)
     return Rows(rows.t_ns + round(on_inputs.delay_s * NS_PER_S), rows.order, values)
+
+
+def speeds_apart(torque: Rows, wheels: Rows) -> tuple[Rows, Rows]:
+    """Torques without wheel speeds, and the wheel speeds with stamps of their own: a delay of the torques
+    does not move what the encoders measured.
+    """
+    known = np.isfinite(torque.values[2:]).any(axis=0)
+    efforts = np.concatenate([torque.values[:2], np.full_like(torque.values[2:], np.nan)])
+    speeds = Rows(torque.t_ns[known], torque.order[known], torque.values[2:, known])
+    return Rows(torque.t_ns, torque.order, efforts), join(wheels, speeds)
 
 
 def change_pose(rows: Rows, effects: tuple[Effect, ...], start_ns: int) -> Rows:

@@ -4,6 +4,7 @@ GROUPS = {
     "Input": (
         "--model",
         "--base-log",
+        "--from",
         "--robot",
         "--pose",
         "--torque",
@@ -29,6 +30,7 @@ GROUPS = {
         "--input",
         "--tolerance",
         "--max-effects",
+        "--separate",
         "--hindsight",
         "--max-delay",
         "--hide",

@@ -15,7 +15,7 @@ from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import traces_of
 from wmr_replay.gap.result.unexplained import unexplained
-from wmr_replay.gap.result.verdict import slipping_note, verdict_of
+from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.search.select import Selection
 
@@ -49,7 +49,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         minimum_detectable=detectable,
         model=extended_model(model, effects, fit.noise, binned),
         seed=options.seed,
-        notes=notes,
+        notes=(*notes, *what_to_drive(verdict)),
         traces=traces_of(problem, base, fit),
         candidates=scores_of(selection),
         formulas=formulas_of(effects, problem.binned),
