@@ -65,8 +65,8 @@ CORRIDOR = (
     ("payload", "drive_gain"),
     ("rolling_resistance", "slope"),
 )
-"""Of the split ``corridor``: a poor drive of another kind, straight ahead at changing speeds in one heading, on
-which these are much alike. Committed before it ran.
+"""Of the split ``corridor``: a poor drive of another kind, straight ahead at changing speeds in one heading,
+on which these are much alike. Committed before it ran.
 """
 SEEDS = {"tune": 740_000, "report": 750_000, "corridor": 760_000}
 LEVELS = {
