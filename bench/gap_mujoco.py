@@ -16,6 +16,7 @@ import json
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -31,13 +32,17 @@ from engine.logs import Logged, base_of, logged, written  # noqa: E402
 from engine.score import outcome  # noqa: E402
 from engine.split import accepted, part  # noqa: E402
 from worlds import runs  # noqa: E402
+from worlds.score import CLAIMS  # noqa: E402
 
 from wmr_replay.api.gap import gap  # noqa: E402 (numpy reads the environment)
+from wmr_schemas.model_file import Model  # noqa: E402
 from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 
 Row = dict[str, Any]
 RESULTS = Path(__file__).parent / "results"
 NOTHING_EVERY = 3
+LOCAL = ("slick_patch", "load_step")
+"""Effects local in time or place: another log has them elsewhere or not at all."""
 
 
 def cases(options: argparse.Namespace) -> Iterator[Case]:
@@ -79,13 +84,27 @@ def row_of(case: Case) -> Row:
     except RanAway as error:
         return row | {"outcome": "not driven", "error": str(error)}
     row |= {"sizes": found.hidden.sizes} | analysed(case, found)
-    return row | {"outcome": outcome(row, accepted(case.robot).get(case.effect, []))}
+    row |= {"outcome": outcome(row, accepted(case.robot).get(case.effect, []))}
+    extended = row.pop("model", None)
+    if case.effect and case.effect not in LOCAL and row.get("verdict") in CLAIMS:
+        row["second"] = second(replace(case, again=True), extended)
+    return row
 
 
-def analysed(case: Case, found: Logged) -> Row:
-    """What the analysis says, and its processor time. An exception is recorded as text."""
+def second(case: Case, extended: Model) -> Row:
+    """What ``gap`` finds on another log of the robot with the extended model of the first."""
     try:
-        base = base_of(case)
+        said = analysed(case, logged(case), extended)
+    except RanAway:
+        return {"verdict": "not driven"}
+    said.pop("model", None)
+    return {"verdict": "error"} | said
+
+
+def analysed(case: Case, found: Logged, base: Model | None = None) -> Row:
+    """What the analysis says, its processor time and the extended model. An exception is recorded as text."""
+    try:
+        base = base or base_of(case)
         with TemporaryDirectory() as folder:
             path = written(found.log, Path(folder) / "log.mcap")
             begun = time.process_time()
@@ -103,7 +122,7 @@ def analysed(case: Case, found: Logged) -> Row:
         for effect in answer.document.effects
     ]
     words = {"verdict": answer.verdict, "sentence": answer.sentence, "notes": list(answer.document.notes)}
-    return words | {"effects": effects, "cpu_s": spent}
+    return words | {"effects": effects, "cpu_s": spent, "model": answer.model}
 
 
 def main() -> None:

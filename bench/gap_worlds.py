@@ -117,7 +117,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int)
     parser.add_argument("--effect", choices=("all", "none", *EFFECTS), default="all")
     parser.add_argument("--family")
-    parser.add_argument("--plant", type=int, choices=(1, 2))
+    parser.add_argument("--plant", type=int, choices=(1, 2, 3))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)

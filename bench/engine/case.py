@@ -31,7 +31,9 @@ FAMILIES: dict[str, Draw] = {
 
 @dataclass(frozen=True)
 class Case:
-    """One log; an empty effect hides nothing."""
+    """One log; an empty effect hides nothing. ``again`` is another log of the same robot: the effect has the
+    same size, drive and noise are others.
+    """
 
     robot: str
     family: str
@@ -39,6 +41,7 @@ class Case:
     effect: str
     seed: int
     duration_s: float = DURATION_S
+    again: bool = False
 
     @property
     def key(self) -> str:
@@ -52,7 +55,8 @@ class Case:
 
     def stream(self, purpose: str) -> np.random.Generator:
         """The random stream for a purpose."""
-        return np.random.default_rng([self.seed, STREAMS.index(purpose), sorted(FAMILIES).index(self.family)])
+        parts = [self.seed, STREAMS.index(purpose), sorted(FAMILIES).index(self.family)]
+        return np.random.default_rng([*parts, 1] if self.again and purpose != "size" else parts)
 
     def references(self) -> Profile:
         """Speed and yaw rate that the controller follows."""

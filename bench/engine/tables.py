@@ -7,6 +7,7 @@ from worlds.tables import by, said, table, times
 
 Row = dict[str, Any]
 HIDDEN = ("right", "among", "more", "refused", "unnamed", "wrong", "error")
+SILENT = ("nothing_missing", "not_enough_excitation")
 NOTHING = ("silent", "unnamed", "false", "error")
 
 
@@ -26,6 +27,24 @@ def failures(rows: Sequence[Row]) -> str:
     return table(("log", "outcome", "verdict", "said", "hidden size"), sorted(lines))
 
 
+def again(rows: Sequence[Row]) -> str:
+    """The second analyses, on another log with the extended model: how many find nothing, by robot."""
+    seconds = [row for row in rows if row.get("second", {}).get("verdict", "not driven") != "not driven"]
+    names = [*dict.fromkeys(row["robot"] for row in seconds), "all"]
+    lines = []
+    for name in names:
+        mine = [row for row in seconds if name in (row["robot"], "all")]
+        quiet = sum(row["second"]["verdict"] in SILENT for row in mine)
+        lines.append([name, len(mine), f"{quiet / max(len(mine), 1):.1%}", quiet])
+    found = [
+        [row["key"], said(row), row["second"]["verdict"].replace("_", " "), said(row["second"])]
+        for row in seconds
+        if row["second"]["verdict"] not in SILENT
+    ]
+    heads = ("second analysis", "logs", "nothing %", "nothing"), ("log", "first", "second", "said")
+    return table(heads[0], lines) + "\n\n" + table(heads[1], sorted(found))
+
+
 def report(rows: Sequence[Row]) -> str:
     """All tables; a log that could not be driven is no case."""
     rows = [row for row in rows if row["outcome"] != "not driven"]
@@ -41,4 +60,5 @@ def report(rows: Sequence[Row]) -> str:
     hidden = [row for row in rows if row["effect"]]
     if hidden:
         parts.append(by(hidden, lambda row: row["effect"], "effect", HIDDEN))
+        parts.append(again(hidden))
     return "\n\n".join([*parts, "Failures", failures(rows), times(rows)])

@@ -91,7 +91,7 @@ class Case:
         return drawn_drive(self.family, self.duration_s, self.stream("drive"))
 
     def conditions(self) -> Conditions:
-        """Disturbance and stamps; a third of the logs has steady stamps, a third (on plant two) wobbles."""
+        """Disturbance and stamps; a third of logs has steady stamps, a third (not on plant one) wobbles."""
         rng = self.stream("conditions")
         level, corner = rng.uniform(0.0, LARGEST_DISTURBANCE_MPS2), np.exp(rng.uniform(*np.log(CORNER_HZ)))
         steady, wobbles = rng.uniform(0.0, 1.0, 2) < 1 / 3
@@ -100,7 +100,7 @@ class Case:
             corner_hz=float(corner),
             jitter_s=0.0 if steady else JITTER_S,
             dropout=0.0 if steady else float(rng.uniform(0.0, LARGEST_DROPOUT)),
-            wobble_share=0.5 if wobbles and self.plant == 2 else 0.0,
+            wobble_share=0.5 if wobbles and self.plant != 1 else 0.0,
             wobble_s=float(np.exp(rng.uniform(np.log(0.03), np.log(0.3)))),
         )
 

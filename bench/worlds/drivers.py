@@ -1,4 +1,4 @@
-"""Six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Ten driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -54,6 +54,72 @@ def slow_square_wave(duration_s: float, rng: Rng) -> Waypoints:
     return ramped(np.full(n, rng.uniform(3.0, 8.0)), targets, rates, (SQUARE_WAVE_SPEED_MPS, 0.0))
 
 
+def delivery(duration_s: float, rng: Rng) -> Waypoints:
+    """A round with docking: a run with a bend, slowly up to a dock, a stop, backwards out with a turn."""
+    n = int(duration_s / 10.0) + 2
+    parts = []
+    for _ in range(n):
+        run, bend = rng.uniform(0.7, 1.6), rng.choice((-1.0, 1.0), 2) * rng.uniform(0.2, 0.8, 2)
+        parts += [
+            (rng.uniform(2.0, 5.0), run, 0.0),
+            (rng.uniform(1.5, 3.5), rng.uniform(0.7, 1.0) * run, bend[0]),
+            (rng.uniform(2.0, 4.0), rng.uniform(0.15, 0.35), 0.0),
+            (rng.uniform(1.0, 2.0), 0.0, 0.0),
+            (rng.uniform(2.0, 4.0), -rng.uniform(0.3, 0.7), bend[1]),
+        ]
+    lengths, speed, turning = np.array(parts).T
+    rates = rng.uniform(0.5, 1.2, len(parts)), rng.uniform(0.8, 2.0, len(parts))
+    return ramped(lengths, (speed, turning), rates)
+
+
+def slalom(duration_s: float, rng: Rng) -> Waypoints:
+    """A weave at 1 to 1.8 m/s, about a bend that changes, with braking to walking pace now and then."""
+    t_s = np.arange(0.0, duration_s + 0.25, 0.25)
+    phase = np.cumsum(0.25 * 2 * np.pi / rng.uniform(2.5, 6.0, len(t_s)))
+    n = int(duration_s / 4.0) + 2
+    cruise, weave = rng.uniform(1.0, 1.8), rng.uniform(0.3, 0.8)
+    brakes = rng.uniform(0.0, 1.0, n) < 0.4
+    speeds = np.where(brakes, rng.uniform(0.2, 0.5, n), cruise * rng.uniform(0.85, 1.1, n))
+    bends = rng.uniform(-0.3, 0.3, n)
+    rates = rng.uniform(0.6, 1.5, n), np.full(n, 0.5)
+    slow = ramped(rng.uniform(3.0, 7.0, n), (speeds, bends), rates)
+    speed, bend = slow(t_s)
+    return Waypoints(
+        tuple(t_s.tolist()), tuple(speed.tolist()), tuple((bend + weave * np.sin(phase)).tolist())
+    )
+
+
+def lawn_mower(duration_s: float, rng: Rng) -> Waypoints:
+    """Parallel passes; between two, a half turn to alternating sides, mostly by way of reversing."""
+    side, width, parts = float(rng.choice((-1.0, 1.0))), rng.uniform(0.5, 1.2), []
+    while sum(length for length, *_ in parts) < duration_s:
+        parts.append((rng.uniform(3.0, 8.0), width * rng.uniform(0.9, 1.1), 0.0))
+        rate = rng.uniform(0.5, 0.9)
+        if rng.uniform() < 0.5:
+            half = 0.5 * np.pi / rate + 0.5
+            parts += [(half, 0.3, side * rate), (rng.uniform(1.0, 2.0), -0.4, 0.0), (half, 0.3, side * rate)]
+        else:
+            parts.append((np.pi / rate + 0.5, rng.uniform(0.2, 0.4), side * rate))
+        side = -side
+    lengths, speed, turning = np.array(parts).T
+    rates = np.full(len(parts), rng.uniform(0.5, 1.2)), np.full(len(parts), rng.uniform(1.0, 2.0))
+    return ramped(lengths, (speed, turning), rates)
+
+
+def joystick(duration_s: float, rng: Rng) -> Waypoints:
+    """A stick that wanders about a mean, in steps of .3 s, with a quarter of the range left dead."""
+    n = int(duration_s / 0.3) + 2
+    stick = np.zeros((2, n))
+    for k in range(1, n):
+        stick[:, k] = np.clip(0.93 * stick[:, k - 1] + 0.3 * rng.normal(size=2), -1.0, 1.0)
+    dead = np.sign(stick) * np.maximum(np.abs(stick) - 0.15, 0.0) / 0.85
+    speed = np.clip(rng.uniform(0.2, 0.6) + rng.uniform(0.7, 1.3) * dead[0], -0.8, 1.8)
+    t_s = 0.3 * np.arange(n)
+    return Waypoints(
+        tuple(t_s.tolist()), tuple(speed.tolist()), tuple((rng.uniform(0.5, 1.0) * dead[1]).tolist())
+    )
+
+
 def path_of(family: Callable[..., object]) -> Callable[[float, Rng], Waypoints]:
     """The path of a family of ``quality_logs``, without its modes."""
 
@@ -73,6 +139,10 @@ FAMILIES = {
     "teleoperated": Family(path_of(quality_logs.teleoperated), (1.0, 20.0), (0.5, 5.0)),
     "straight": Family(path_of(quality_logs.straight_runs), (15.0, 60.0), (0.5, 4.0)),
     "friction-limit": Family(path_of(quality_logs.friction_limit), (0.5, 8.0), (0.5, 8.0)),
+    "delivery": Family(delivery, (3.0, 20.0), (0.5, 3.0)),
+    "slalom": Family(slalom, (2.0, 12.0), (0.5, 4.0)),
+    "lawn-mower": Family(lawn_mower, (5.0, 30.0), (0.5, 4.0)),
+    "joystick": Family(joystick, (1.0, 15.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.convert import Converted, convert, convert_bag
     from wmr_replay.api.design import Design, design
     from wmr_replay.api.differentiate import Derivative, differentiate
+    from wmr_replay.api.excite import Excitation, excite
     from wmr_replay.api.export import export
     from wmr_replay.api.fit import Fit, fit
     from wmr_replay.api.gap import Gap, gap
@@ -57,6 +58,7 @@ __all__ = [
     "Converted",
     "Derivative",
     "Design",
+    "Excitation",
     "Fit",
     "Gap",
     "Log",
@@ -86,6 +88,7 @@ __all__ = [
     "design",
     "differentiate",
     "differentiate_pose",
+    "excite",
     "export",
     "fit",
     "gap",
@@ -114,6 +117,7 @@ _HOMES = {
     "wmr_replay.api.convert": "Converted convert convert_bag",
     "wmr_replay.api.design": "Design design",
     "wmr_replay.api.differentiate": "Derivative differentiate",
+    "wmr_replay.api.excite": "Excitation excite",
     "wmr_replay.api.export": "export",
     "wmr_replay.api.fit": "Fit fit",
     "wmr_replay.api.gap": "Gap gap",

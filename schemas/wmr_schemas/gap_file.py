@@ -94,6 +94,21 @@ class Effect(Part, frozen=True):
     ] = None
 
 
+class Formula(Part, frozen=True):
+    """What terms of a dictionary add to the acceleration of a channel, as one sum."""
+
+    channel: Annotated[str, Meta(description="longitudinal, lateral or yaw")]
+    text: Annotated[str, Meta(description="the sum with units and 95 % intervals")]
+    terms: Annotated[tuple[str, ...], Meta(description="names of its terms among `effects`")]
+    parity: Annotated[
+        dict[str, Literal["odd", "even", "mixed"]], Meta(description="by signed quantity that it reads")
+    ]
+    rms_mps2: Annotated[Size, Meta(description="root mean square over the log, m/s²")]
+    visited: Annotated[
+        dict[str, tuple[Maybe, Maybe]], Meta(description="range of each quantity over the log")
+    ]
+
+
 class Interval(Part, frozen=True):
     """A stretch of time in which the models disagree."""
 
@@ -361,6 +376,9 @@ class GapFile(Part, frozen=True):
     bases: Annotated[
         Bases | None, Meta(description="with `--base both`: both answers, and where they agree")
     ] = None
+    formulas: Annotated[
+        tuple[Formula, ...], Meta(description="the terms of a dictionary among the effects, by channel")
+    ] = ()
     base_log: Annotated[
         str, Meta(description="the simulator's log that the base model was calibrated on; else empty")
     ] = ""

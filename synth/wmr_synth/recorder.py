@@ -1,6 +1,6 @@
 """Writes the canonical log as MCAP, and the simulator's side files next to it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeAlias
@@ -9,7 +9,7 @@ import numpy as np
 from mcap.writer import CompressionType, Writer
 
 from wmr_schemas import __version__
-from wmr_schemas.arrays import I64
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.breaks import BREAKS_NAME, to_metadata
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.files import whole_files
@@ -219,13 +219,47 @@ def write_mcap(
     """
     codec = find_codec(encoding)
     channels = channels_of(log, codec, angles, commands_as)
+    metadata = {METADATA_NAME: log.robot.to_metadata()}
+    metadata |= {BREAKS_NAME: to_metadata(log.breaks_ns)} if log.breaks_ns else {}
+    write_channels(channels, codec, metadata, path, chunk_bytes, progress)
+
+
+def write_played(drive: Mapping[str, F64], robot: RobotParameters, start_ns: int, path: Path) -> None:
+    """Write a drive as a robot plays it, in ROS 2's encoding: `/cmd_vel`, and its torques as feedforward.
+
+    ``drive`` holds ``t_s, v_long_mps, yaw_rate_radps, left_nm, right_nm``, (n,) each.
+    """
+    codec = find_codec("ros2")
+    t_ns = start_ns + np.rint(drive["t_s"] * NS_PER_S).astype(np.int64)
+
+    def twists(rows: slice) -> list[bytes]:
+        return codec.encode_twist(t_ns[rows], drive["v_long_mps"][rows], drive["yaw_rate_radps"][rows])
+
+    def torques(rows: slice) -> list[bytes]:
+        return codec.encode_joints(t_ns[rows], ([], [], [drive["left_nm"][rows], drive["right_nm"][rows]]))
+
+    channels = [
+        Channel(TWIST_TOPIC, codec.twist, t_ns, twists, qos(10)),
+        Channel(TORQUE_TOPIC, codec.torque, t_ns, torques, qos(10)),
+    ]
+    write_channels(channels, codec, {METADATA_NAME: robot.to_metadata()}, path)
+
+
+def write_channels(
+    channels: list[Channel],
+    codec: Codec,
+    metadata: Mapping[str, Mapping[str, str]],
+    path: Path,
+    chunk_bytes: int = DEFAULT_CHUNK_BYTES,
+    progress: Progress | None = None,
+) -> None:
+    """Write channels and metadata records as MCAP at ``path``."""
     total = sum(len(channel.t_ns) for channel in channels)
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=chunk_bytes, compression=CompressionType.ZSTD)
         writer.start(codec.profile, f"wmr-replay/{__version__}")
-        writer.add_metadata(METADATA_NAME, log.robot.to_metadata())
-        if log.breaks_ns:
-            writer.add_metadata(BREAKS_NAME, to_metadata(log.breaks_ns))
+        for name, record_of in metadata.items():
+            writer.add_metadata(name, dict(record_of))
         ids = [register(writer, codec, channel) for channel in channels]
         written = 0
         for block in in_order(channels):

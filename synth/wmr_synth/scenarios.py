@@ -2,16 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from wmr_schemas.arrays import F64, NS_PER_S
+from wmr_schemas.drive_file import read_drive
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import PAPER_ROBOT, RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving import patrol
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints, constant_effort
 from wmr_synth.driving.plan import Plan, phases
+from wmr_synth.driving.played import played_plan
 from wmr_synth.plants.limited_traction import FrictionTrack
 from wmr_synth.sensors import Sensors
 from wmr_synth.wheel_speed import driving
@@ -256,3 +259,16 @@ _SCENARIOS = (
 )
 
 SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in _SCENARIOS}
+
+
+DRIVE_SUFFIX = ".toml"
+
+
+def scenario_of_drive(path: Path) -> Scenario:
+    """The scenario that plays a drive file: its robot and duration, the default disturbance.
+
+    Raises InvalidFile, and InvalidSetting where the file does not say how to drive.
+    """
+    drive = read_drive(path)
+    said = drive.description or f"the drive of {path.name}"
+    return Scenario(drive.name, said, drive.duration_s, played_plan(drive), robot=drive.robot, disturbed=True)

@@ -3,6 +3,7 @@
 import difflib
 import math
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from wmr_synth.plants.limited_traction import TYRE
 from wmr_synth.plants.limited_traction_loop import simulate_limited, switches_of
 from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled_loop import simulate
-from wmr_synth.scenarios import SCENARIOS, Scenario
+from wmr_synth.scenarios import DRIVE_SUFFIX, SCENARIOS, Scenario, scenario_of_drive
 from wmr_synth.sensors import Sensors, measure_pose, measure_torque, sampling_instants, stream
 from wmr_synth.wheel_speed.encoders import (
     OF_TORQUES,
@@ -58,9 +59,14 @@ class SimulatedLog:
 
 
 def find_scenario(name: str) -> Scenario:
-    """The scenario of that name. Raises InvalidSetting with the known names and the nearest."""
+    """The scenario of that name, or of a drive file (``….toml``).
+
+    Raises InvalidSetting with the known names and the nearest, InvalidFile for a file that is no drive.
+    """
     if name in SCENARIOS:
         return SCENARIOS[name]
+    if name.endswith(DRIVE_SUFFIX):
+        return scenario_of_drive(Path(name))
     near = difflib.get_close_matches(name, SCENARIOS, n=2)
     hint = f"did you mean {' or '.join(near)}? " if near else ""
     raise InvalidSetting(f"no scenario {name!r}; {hint}known are {', '.join(SCENARIOS)}")

@@ -1,6 +1,7 @@
-"""A case on the second plant: driven, integrated, and measured by sensors of its own."""
+"""A case on the second or the third plant: driven, integrated, and measured by sensors of their own."""
 
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -9,10 +10,12 @@ from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 from worlds.case import RATE_HZ, Case, Conditions, RanAway, Truth, World, check_stable
 from worlds.drivers import Drive
+from worlds.plant_three import equations as third
 from worlds.plant_two import equations as eq
 from worlds.plant_two.effects import EFFECTS, Sizes, drawn, hidden_of
 
-STEPS_PER_COMMAND = 4
+EQUATIONS: dict[int, ModuleType] = {2: eq, 3: third}
+"""By plant. The first states have the same order on both."""
 START_NS = 1_750_000_000 * NS_PER_S
 COMPLIANCE_S = 0.003
 """Elastic sideslip per lateral acceleration: 3 mm/s at 1 m/s²."""
@@ -37,6 +40,11 @@ def plant_robot(robot: RobotParameters) -> eq.Robot:
         mass_over_yaw_inertia=mass / inertia,
         compliance_s=COMPLIANCE_S,
     )
+
+
+def equations_of(case: Case) -> ModuleType:
+    """The equations of the case's plant."""
+    return EQUATIONS[case.plant]
 
 
 def control_of(robot: RobotParameters) -> eq.Control:
@@ -70,13 +78,14 @@ def moved(case: Case, drive: Drive, robot: RobotParameters, around: Conditions, 
     n = round(case.duration_s * RATE_HZ)
     t_s = np.arange(n) / RATE_HZ
     references = np.stack(drive.path(t_s))
-    fine_s = np.arange(n * STEPS_PER_COMMAND) / (RATE_HZ * STEPS_PER_COMMAND)
+    plant = equations_of(case)
+    fine_s = np.arange(n * plant.STEPS_PER_COMMAND) / (RATE_HZ * plant.STEPS_PER_COMMAND)
     rows = np.searchsorted(drive.modes.t_ns / NS_PER_S, fine_s + 1e-9, side="right") - 1
     modes = drive.modes.mode[rows].astype(np.int64)
-    start = np.zeros(eq.N_STATES)
+    start = np.zeros(plant.N_STATES)
     start[eq.V], start[eq.Q] = drive.start
     noise = coloured(n + 1, 1 / RATE_HZ, around.disturbance_s, case.stream("disturbance"))
-    states, commands = eq.drive(
+    states, commands = plant.drive(
         start,
         references,
         modes,
@@ -96,7 +105,7 @@ def placed(case: Case, motion: Motion, robot: RobotParameters, rng: np.random.Ge
     rows = np.arange(len(pull))
     chosen = (pull > min(PATCH_TORQUE_MPS2, np.quantile(pull, 0.9))) & (rows > PATCH_AFTER_S * RATE_HZ)
     chosen &= rows < 0.9 * len(rows)
-    row = int(rng.choice(np.flatnonzero(chosen))) * STEPS_PER_COMMAND
+    row = int(rng.choice(np.flatnonzero(chosen))) * equations_of(case).STEPS_PER_COMMAND
     return {"x_m": float(motion.states[row, eq.X]), "y_m": float(motion.states[row, eq.Y])}
 
 

@@ -15,6 +15,7 @@ COMMANDS = {
     "info": "What a log holds, and what would be used of it.",
     "synth": "Write a synthetic log.",
     "gap": "Where simulation and measurement disagree, and what the model lacks.",
+    "excite": "Design what to drive next, to tell apart what a log left open.",
     "fit": "Calibrate the base model of a robot on a log.",
     "export": "Write a calibrated model as another tool's parameters.",
     "convert": "Turn a CSV file or a ROS bag into a log.",

@@ -147,9 +147,9 @@ class Colour:
     evidence: float
 
 
-def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
-    """The colour that explains the mean squares (k,) of ``n`` (k,) differences; None where too few scales
-    tell.
+def known_scales(n: F64, squares: F64, shapes: F64) -> tuple[F64, F64, F64] | None:
+    """Of the scales that say something of noise: how far each is trusted, its mean square out of ``squares``
+    (k,) of ``n`` (k,) differences, and its shapes. None where these are too few.
     """
     known = n >= LEAST_DIFFERENCES
     least = np.minimum.accumulate(np.where(squares > 0, squares, np.inf))
@@ -158,15 +158,27 @@ def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
         known[far[0] + 1 :] = False
     if known.sum() < 4 or not (squares[known] > 0).all():
         return None
-    trust, seen, shapes = np.minimum(n[known], TRUSTED), squares[known], shapes[:, known]
+    return np.minimum(n[known], TRUSTED), squares[known], shapes[:, known]
+
+
+def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
+    """The colour that explains the mean squares (k,) of ``n`` (k,) differences; None where too few scales
+    tell.
+    """
+    known = known_scales(n, squares, shapes)
+    if known is None:
+        return None
+    trust, seen, shapes = known
     sizes, deviance = explained(trust, seen, shapes)
     at = int(np.flatnonzero(deviance <= deviance.min() + NEARLY_AS_GOOD)[-1])
     white, wobble, velocity, acceleration = sizes[at].tolist()
-    _, plain = (
-        explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0])) if wobble else (0, deviance)
-    )
-    evidence = float(plain[0] - deviance[at]) if wobble else 0.0
+    evidence = without_wobble(*known) - float(deviance[at]) if wobble else 0.0
     return Colour(white, wobble, TIMES_S[at], velocity, acceleration, float(squares[0]), evidence)
+
+
+def without_wobble(trust: F64, seen: F64, shapes: F64) -> float:
+    """The deviance that white noise and motion leave."""
+    return float(explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))[1][0])
 
 
 def explained(trust: F64, seen: F64, shapes: F64) -> tuple[F64, F64]:

@@ -3,12 +3,14 @@
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
-from wmr_replay.gap.scan.misfit import misfit_of
+from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
+from wmr_replay.gap.search.rests import with_rests
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -29,7 +31,9 @@ def analyse(
     tell("base model", 0.0)
     model = base_model(log, base, options)
     tell("naming", 0.1)
-    problem, selection = find_effects(replace(log, robot=model.robot), model.extension, options, tell)
+    log = replace(log, robot=model.robot)
+    problem, selection = find_effects(log, model.extension, options, tell)
+    problem, selection = with_formula(log, problem, selection, model.extension, options)
     tell("proving", 0.8)
     return assemble(problem, selection, model, options)
 
@@ -54,10 +58,13 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
 
 
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
-    """A base model calibrated on ``log``, with what it leaves there.
+    """A base model calibrated on ``log``, with the rests that the log proves, and the size of those that it
+    leaves open.
 
-    See :func:`wmr_replay.gap.estimation.calibrate.calibrate` and :mod:`wmr_replay.gap.scan.misfit`. Raises
-    InvalidSignal where the torques do not move the robot, or without ``half_track_m``.
+    See :func:`wmr_replay.gap.estimation.calibrate.calibrate`, :mod:`wmr_replay.gap.search.rests` and
+    :mod:`wmr_replay.gap.scan.misfit`. Raises InvalidSignal where the torques do not move the robot, or
+    without ``half_track_m``.
     """
-    model, problem, fit = calibrate_on_log(replace(log, robot=robot), options or GapOptions())
-    return replace(model, misfit=misfit_of(problem, fit))
+    options = options or GapOptions()
+    model, problem, fit, _ = with_rests(calibrate_on_log(replace(log, robot=robot), options), options)
+    return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, problem.settings.misfit))

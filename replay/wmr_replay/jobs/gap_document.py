@@ -47,6 +47,7 @@ def document_of(
         "base_model": result.base_model,
         "odometry": None if result.odometry is None else asdict(result.odometry),
         "remains": asdict(remains_of(result.position, result.yaw, result.traces)),
+        "formulas": [asdict(formula) for formula in result.formulas],
         "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)

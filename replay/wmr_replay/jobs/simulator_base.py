@@ -72,7 +72,9 @@ def extended(path: LogPath, fitted: FitRun, more: Callable[[Model], GapRun]) -> 
     """The calibrated model with the effects that the simulator's own log shows beyond it."""
     found = more(replace(fitted.model, misfit={}))  # its own rests are what the base is to hold
     kept = tuple(effect for effect in found.result.model.effects if may_be_base(effect))
-    model = replace(fitted.model, effects=kept, misfit={} if kept else fitted.model.misfit)
+    model = replace(
+        fitted.model, effects=kept, misfit=fitted.model.misfit if kept == fitted.model.effects else {}
+    )
     return SimulatorBase(model, path, found.sha256)
 
 

@@ -19,7 +19,8 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.repairing import Repairing
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.pipeline.stretch import initial_levels
-from wmr_schemas.arrays import F64, I64
+from wmr_replay.pipeline.whole_colour import whole_colour
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 from wmr_schemas.signals import Log
 
 N_MODES = 3
@@ -53,7 +54,10 @@ def modes_in_hindsight(
     if alpha_sd is not None:
         driven = replace(driven, prior=driven.prior._replace(ln_alpha_sd=alpha_sd))
     bank = Bank(driven, levels.step_s, settings_of_bank, N_MODES)
-    pieces = list(first_pass(bank, rows, Repairing(levels, stretch, settings.noise_time_constant_s)))
+    kept = rows.without_outliers()
+    colour = whole_colour((kept.t_ns - kept.t_ns[0]) / NS_PER_S, kept.pose)
+    repairing = Repairing(levels, stretch, settings.noise_time_constant_s)
+    pieces = list(first_pass(bank, rows, repairing, colour.factor))
     second = bank.looking_back(settings.hindsight_lag_s)
     found = [] if second is None else [*(second.push(bins) for bins in pieces), second.finish()]
     ends = np.concatenate([np.empty(0, np.int64), *(part.end_ns for part in found)])
@@ -61,8 +65,8 @@ def modes_in_hindsight(
     return ModesInHindsight(np.concatenate([rows.t_ns[:1], ends + 1])[: len(ends)], posterior)
 
 
-def first_pass(bank: Bank, rows: SampleBatch, repairing: Repairing) -> Iterator[Bins]:
-    """Bins of the repaired rows, which the bank has been through."""
+def first_pass(bank: Bank, rows: SampleBatch, repairing: Repairing, factor: F64) -> Iterator[Bins]:
+    """Bins of the repaired rows, which the bank has been through; ``factor`` (2,) on the variances."""
     none, state = np.empty(0), open_bin()
     while len(rows):
         n = repairing.rows_left(rows)
@@ -70,7 +74,8 @@ def first_pass(bank: Bank, rows: SampleBatch, repairing: Repairing) -> Iterator[
             bank.change_rate(repairing.change_rate(int(rows.t_ns[0])).step_s)
             continue
         kept, rows = repairing.push(rows.part(slice(n))).without_outliers(), rows.part(slice(n, None))
-        known = kept.t_ns, kept.pose, kept.inputs[:2], repairing.variances(kept), kept.restarts
+        variances = factor[:, None] * repairing.variances(kept)
+        known = kept.t_ns, kept.pose, kept.inputs[:2], variances, kept.restarts
         bins, _ = into_bins(*known, bank.rows_per_bin, state)
         bank.push(bins, none, none, np.empty(0, np.int64))
         yield bins

@@ -269,6 +269,9 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
         sheet.add(page.table(head, rows, numeric=(1,)))
         if effect.separate_with:
             sheet.add(page.paragraph(f"To tell them apart: {effect.separate_with}"))
+        if effect.alternatives and gap.base_model == "torque":
+            pair = f"{effect.name},{effect.alternatives[0].name}"
+            sheet.add(f"<p>A drive that tells: <code>{page.escape(gap_elsewhere.designing(pair))}</code></p>")
 
 
 def remains(sheet: page.Page, gap: GapFile) -> None:

@@ -340,7 +340,8 @@ def over_time_figure(
         "held": stretches_of(t_s, traces["held_out"].to_numpy(), HELD_OUT),
         "slips": stretches_of(t_s, traces["mode"].to_numpy() > 0, SLIPPING),
     }
-    layers = [charts.shade("held", 0.5), charts.shade("slips", 0.5)] + ([charts.level(0.0, "#9aa1ac", (), 0.8)] if zero else [])
+    layers = [charts.shade("held", 0.5), charts.shade("slips", 0.5)]
+    layers += [charts.level(0.0, "#9aa1ac", (), 0.8)] if zero else []
     read = []
     for model, colour in lines.items():
         value = values(traces, columns[model])

@@ -72,7 +72,36 @@ class ClosedLoop:
         return Commands(nothing, nothing, v_long_mps, yaw_rate_radps, self.gains)
 
 
-Driver: TypeAlias = OpenLoop | ClosedLoop
+@dataclass(frozen=True)
+class FollowedSpeeds:
+    """As :class:`ClosedLoop`, with the acceleration that the references ask for as feedforward:
+
+        effort_right ± effort_left = (1/α) (da/dt + k_p e + k_i ∫e dt)
+
+    with a the reference speed for the sum, l times the yaw rate (and α_yaw) for the difference. ``responses``
+    are α and α_yaw of the nominal robot.
+    """
+
+    references: Profile
+    responses: tuple[float, float]
+    half_track_m: float
+    gains: Gains = MODERATE
+
+    def commands(self, t_s: F64) -> Commands:
+        """The references at ``t_s``; the feedforward of a step is its mean acceleration."""
+        v_long_mps, yaw_rate_radps = self.references(t_s)
+        total = slopes(t_s, v_long_mps) / self.responses[0]
+        difference = slopes(t_s, self.half_track_m * yaw_rate_radps) / self.responses[1]
+        left_nm, right_nm = (total - difference) / 2, (total + difference) / 2
+        return Commands(left_nm, right_nm, v_long_mps, yaw_rate_radps, self.gains)
+
+
+def slopes(t_s: F64, column: F64) -> F64:
+    """Slope (n,) of each step ahead; 0 in the last row."""
+    return np.append(np.diff(column) / np.diff(t_s), 0.0)
+
+
+Driver: TypeAlias = OpenLoop | ClosedLoop | FollowedSpeeds
 
 
 def constant_effort(per_wheel_nm: float) -> OpenLoop:

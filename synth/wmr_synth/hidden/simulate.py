@@ -45,8 +45,8 @@ def simulate_hidden(
     """As :func:`wmr_synth.plants.two_wheeled_loop.simulate`, with effects and a disturbance.
 
     ``instants`` are those of torque and pose. ``own`` gives further accelerations, each held from its instant
-    to the next one. Efforts are those that the driver commands, as a log
-    shows them; the mode is the schedule's.
+    to the next one; it sees the efforts that were sent last. Efforts are those that the driver commands, as a
+    log shows them; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0
@@ -68,6 +68,7 @@ def simulate_hidden(
         run(schedule, wanted, commands.gains, push, (c, silent), hidden, state, loop, (0, len(t_ns)))
     for i in range(len(t_ns) if own is not None else 0):
         loop.record[:N_EXTENDED, i] = state
+        loop.record[[_LEFT, _RIGHT], i] = loop.sent[loop.counts[0]]
         here = slice(i, i + 1)
         push[i] += own(to_motion(t_ns[here], mode[here], loop.record[:, here], c))[0]  # type: ignore[misc]
         run(schedule, wanted, commands.gains, push, (c, silent), hidden, state, loop, (i, i + 1))

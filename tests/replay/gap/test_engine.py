@@ -123,7 +123,7 @@ def test_tyres_that_creep_do_not_skid(nothing_hidden, calibrated):
 
 def test_a_rest_of_the_calibration_log_is_no_finding(nothing_hidden, calibrated):
     log, rolling = nothing_hidden[1].log, GapOptions(modes="ideal")
-    without = analyse(log, replace(calibrated, misfit={}), rolling)
+    without = analyse(log, replace(calibrated, effects=(), misfit={}), rolling)
     assert without.verdict != "nothing_missing"
     found = analyse(log, calibrated, rolling)
     assert (found.verdict, found.effects) == ("nothing_missing", ())
@@ -131,14 +131,40 @@ def test_a_rest_of_the_calibration_log_is_no_finding(nothing_hidden, calibrated)
 
 
 def test_what_matters_in_practice_is_no_rest(calibrated):
-    extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.01})
+    extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.026})
     assert floor_of("viscous_drag", extension, OWN) == pytest.approx(0.2 * 0.2)
-    assert floor_of("slope", extension, OWN) == 0.01
-    assert floor_of("rolling_resistance", extension, OWN) == 0.0
+    assert floor_of("slope", extension, OWN) == 0.026
+    assert floor_of("rolling_resistance", extension, OWN) == pytest.approx(OWN.least_share * 0.03)
+    assert floor_of("pose_lever_arm", extension, OWN) == pytest.approx(0.5 * OWN.negligible_m)
+    assert floor_of("load_step", extension, OWN) == floor_of("torque_saturation", extension, OWN) == 0.0
+    assert floor_of("rolling_resistance", replace(extension, misfit={}), OWN) == 0.0
     assert is_rest(
-        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.006, "grade_y_mps2": 0.007}), OWN
+        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.016, "grade_y_mps2": 0.018}), OWN
     )
     assert not is_rest(
-        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.01, "grade_y_mps2": 0.01}), OWN
+        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.02, "grade_y_mps2": 0.02}), OWN
     )
-    assert not {"payload", "yaw_inertia", "drive_gain"} & set(calibrated.misfit)
+
+
+def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrated):
+    extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 0.01})
+    for drag, least in ((0.03, OWN.least_share * 0.12), (0.1, 0.12)):
+        beside = extension.with_effect("viscous_drag", {"c1_per_s": drag})
+        assert floor_of("yaw_damping", beside, OWN) == pytest.approx(least)
+        known = replace(extension, known=(("viscous_drag", {"c1_per_s": drag}),))
+        assert floor_of("yaw_damping", known, OWN) == pytest.approx(least)
+
+
+def test_a_base_model_holds_the_rests_that_its_log_proves(calibrated):
+    """The casters and tyres of the engine brake as a viscous friction of the wheels does, all in all."""
+    (rest,) = calibrated.effects
+    assert rest.name in ("wheel_viscous", "viscous_drag")
+    sd = calibrated.robot_sd["alpha"] / calibrated.robot.alpha
+    assert calibrated.misfit["payload"] == calibrated.misfit["drive_gain"] == pytest.approx(OWN.in_sd * sd)
+
+
+def test_what_matters_in_practice_is_not_taken_into_a_base_model(engine):
+    case = engine("case").Case("courier", "stop-go", "mocap", "joint_damping", 13, 45.0)
+    braked = engine("logs").logged(case)
+    assert braked.hidden.sizes["c1_per_s"] > OWN.negligible_per_s
+    assert calibrate(braked.log, braked.log.robot).effects == ()

@@ -58,15 +58,13 @@ def integrated(eq, robot, hidden, *, mode, start, torques, duration_s, h):
 def test_no_log_is_in_both_parts_of_the_split(worlds):
     develop, report = (worlds("split").part(name) for name in ("develop", "report"))
     assert not set(develop.cells) & set(report.cells)
-    assert {plant for plant, _ in develop.cells} == {1}
-    assert {(plant, family) for plant in (1, 2) for family in worlds("drivers").FAMILIES} == {
-        *develop.cells,
-        *report.cells,
-    }
-    assert develop.last_seed < 10_000
-    assert report.first_seed >= 100_000
+    families = worlds("drivers").FAMILIES
+    assert {family for _, family in develop.cells} | {family for _, family in report.cells} == set(families)
+    assert not {family for _, family in develop.cells} & {family for _, family in report.cells}
+    assert {plant for plant, _ in report.cells} > {plant for plant, _ in develop.cells}
+    assert develop.last_seed < report.first_seed
     with pytest.raises(ValueError, match="seed 3"):
-        report.check(2, "patrol", 3)
+        report.check(2, "slalom", 3)
 
 
 def test_without_compliance_ideal_rolling_has_no_sideslip(worlds, eq):
@@ -176,10 +174,12 @@ def test_both_plants_move_alike_where_their_forms_coincide(worlds, eq):
 NOT_INSTANTANEOUS = ("actuator_lag", "input_delay", "heading_misalignment", "yaw_drift", "pose_lever_arm")
 
 
-def test_the_second_plants_forms_come_close_to_the_declared_ones(worlds, eq):
+@pytest.mark.parametrize("number", [2, 3])
+def test_a_plants_forms_come_close_to_the_declared_ones(worlds, number):
     """What an effect adds to the accelerations, in the plant and by the declared formula."""
     effects, forms, plant = worlds("plant_two.effects"), worlds("oracle_forms"), worlds("plant_two.world")
-    case = case_of(worlds, duration_s=90.0)
+    case = case_of(worlds, plant=number, duration_s=90.0)
+    eq, none = plant.equations_of(case), worlds("plant_two.equations").Hidden()
     s = forms.signals_of(plant.world_of(case))
     robot, calm = robot_of(worlds), np.zeros(3)
     rows = np.flatnonzero(~s.slips)[::7]
@@ -191,7 +191,7 @@ def test_the_second_plants_forms_come_close_to_the_declared_ones(worlds, eq):
             state[: eq.SLIP] = [c[row] for c in (s.x, s.y, s.yaw, s.v, s.w, s.q, s.left, s.right)]
             out[::2, k] = np.subtract(
                 eq.accelerations(state, s.t_s[row], calm, robot, hidden),
-                eq.accelerations(state, s.t_s[row], calm, robot, eq.Hidden()),
+                eq.accelerations(state, s.t_s[row], calm, robot, none),
             )
         return out
 
@@ -210,7 +210,7 @@ def test_the_second_plants_forms_come_close_to_the_declared_ones(worlds, eq):
 
 def test_a_case_gives_one_log_and_noise_leaves_the_truth_alone(worlds):
     simulated = worlds("simulate").simulated
-    for plant in (1, 2):
+    for plant in (1, 2, 3):
         case = case_of(worlds, plant=plant)
         first, again, poor = simulated(case), simulated(case), simulated(replace(case, noise="poor"))
         assert np.array_equal(first.log.pose.x_m, again.log.pose.x_m)
@@ -300,14 +300,14 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
     worlds("case")
     run = importlib.import_module("gap_worlds")
     options = argparse.Namespace(
-        split="report", n=900, first_seed=None, effect="all", family=None, plant=None, noise=None
+        split="report", n=864, first_seed=None, effect="all", family=None, plant=None, noise=None
     )
     cases = list(run.cases(options))
-    assert len({case.seed for case in cases}) == 900
-    assert min(case.seed for case in cases) >= 100_000
+    assert len({case.seed for case in cases}) == 864
+    assert min(case.seed for case in cases) >= 200_000
     nothing = [case.noise for case in cases if not case.effect]
-    assert len(nothing) == 297
-    assert {nothing.count(noise) for noise in ("mocap", "rtk", "poor")} == {99}
+    assert len(nothing) == 288
+    assert {nothing.count(noise) for noise in ("mocap", "rtk", "poor")} == {96}
     families = [case.family for case in cases if case.effect]
     assert min(families.count(family) for family in set(families)) >= 60
     assert {case.effect for case in cases} == {"", *worlds("plant_two.effects").EFFECTS}
@@ -322,3 +322,32 @@ def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds):
     same = simulated(case_of(worlds, effect="yaw_damping"))
     assert fit.fitted_sizes(same) == same.sizes
     assert fit.least_at(np.array([0.0, 1.0, 2.0, 3.0]), np.array([4.0, 1.0, 0.0, 1.0])) == pytest.approx(2.0)
+
+
+def test_the_third_plants_skid_settles_where_the_models_does(worlds):
+    """At a small slip angle the brush tyre is linear, and its relaxation short: w = −v q V/c."""
+    case = case_of(worlds, plant=3)
+    eq, world = worlds("plant_three.equations"), worlds("plant_two.world")
+    robot = world.plant_robot(case.robot())._replace(skid_decay_mps2=20.0)
+    none, state, work = (
+        worlds("plant_two.equations").Hidden(),
+        np.zeros(eq.N_STATES),
+        np.empty((3, eq.N_STATES)),
+    )
+    calm, h = np.zeros((2, 3)), 0.00125
+    state[eq.V], state[eq.Q] = 1.0, 0.2
+    for k in range(1600):
+        state[eq.V], state[eq.Q] = 1.0, 0.2
+        eq.step(state, k * h, h, SKIDDING, np.zeros(2), calm, robot, none, work)
+    speed = np.hypot(1.0, 0.2 * robot.half_track_m)
+    assert state[eq.W] == pytest.approx(-0.2 * speed / 20.0, rel=0.02)
+
+
+def test_new_families_keep_to_a_robots_speeds(worlds):
+    drivers = worlds("drivers")
+    for family in ("delivery", "slalom", "lawn-mower", "joystick"):
+        drive = drivers.drawn_drive(family, 90.0, np.random.default_rng(1))
+        speed, turning = drive.path(np.arange(0.0, 90.0, 0.05))
+        assert 0.4 < np.ptp(speed) < 3.0, family
+        assert 0.3 < np.ptp(turning) < 2.8, family
+        assert len(drive.modes.t_ns) > 3

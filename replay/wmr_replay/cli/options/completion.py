@@ -57,7 +57,14 @@ def complete_metric(_ctx: click.Context, _param: click.Parameter, given: str) ->
     return [CompletionItem(name) for name in METRICS if name.startswith(given)]
 
 
-complete_scenario = one_of(SCENARIOS)
+def complete_effects(ctx: click.Context, param: click.Parameter, given: str) -> list[CompletionItem]:
+    """Names of effects that torques show, between commas."""
+    from wmr_schemas.effects import effects_of
+
+    return list_of(effects_of("torque"))(ctx, param, given)
+
+
+complete_scenario = files_or(SCENARIOS)
 complete_suite = files_or(SUITES)
 complete_setting = one_of(SETTINGS, "=")
 complete_modes = one_of(("identified", "ideal", "topic:"))

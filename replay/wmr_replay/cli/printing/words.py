@@ -49,6 +49,11 @@ def next_steps(found: "Gap", log: Path) -> Iterator[tuple[str, str]]:
     if found.document.effects:
         yield "next", f"wmr-replay gap ANOTHER_LOG --model {model}"
         yield "", f"wmr-replay run {shlex.quote(str(log))} --model {model}"
+    if (
+        found.document.verdict in ("ambiguous", "not_enough_excitation")
+        and found.document.base_model == "torque"
+    ):
+        yield "drive", f"wmr-replay excite --from {shlex.quote(str(found.files['json']))}"
     yield "results", f"{found.files['json'].parent}/"
     if "report" in found.files:
         yield "report", str(found.files["report"])

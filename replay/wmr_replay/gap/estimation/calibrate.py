@@ -28,11 +28,14 @@ START_ALPHA = {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 0.0}}
 
 
 class Calibration(NamedTuple):
-    """The calibrated model, and the last fit of its parameters on the log, every row fitted."""
+    """The calibrated model, the last fit of its parameters on the log, every row fitted, and the robot that
+    this fit started from.
+    """
 
     model: Model
     problem: Problem
     fit: Fit
+    start: RobotParameters
 
 
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
@@ -50,14 +53,15 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
     """See :func:`calibrate`; the log carries the robot."""
     settings = options.gates
     robot = with_rough_alpha(log, settings)
-    noise: Diffusion | None = None
+    noise, start = None, robot
     for _ in range(settings.calibration.rounds):
         track = modes_for(log, robot, options)
         problem = Problem.of(bin_log(log, settings, track)).all_fitted()
         noise, fit = fit_parameters(problem, to_calibrate(problem, robot), noise)
-        robot, sd = calibrated(robot, problem, fit)
+        start = robot
+        robot, sd = calibrated(start, problem, fit)
     model = Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))
-    return Calibration(model, problem, fit)
+    return Calibration(model, problem, fit, start)
 
 
 def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:

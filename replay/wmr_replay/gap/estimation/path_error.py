@@ -134,7 +134,7 @@ def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) ->
 
 
 def window_errors(binned: BinnedLog, extension: Extension, windows: Windows) -> WindowErrors:
-    """The gap of every window. The binned log's variances weigh the poses and give the floor."""
+    """The gap of every window. The scatter of the binned log weighs the poses and gives the floor."""
     position, yaw, floor, floor_yaw = [], [], [], []
     for (a, b), left, sd in window_residuals(binned, extension, windows):
         position.append(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2)))
@@ -159,7 +159,7 @@ def window_residuals(
 ) -> Iterator[tuple[tuple[int, int], F64, F64]]:
     """By window: its rows, measured − simulated (m, 3) in m and rad, and the poses' sd (m, 3)."""
     rows, theta, base = extension.rows(binned), extension.theta(), extension.base
-    poses, sd, own = extension.poses(binned), np.sqrt(binned.variances), binned.settings.windows
+    poses, sd, own = extension.poses(binned), np.sqrt(binned.scatter), binned.settings.windows
     for a, b in windows:
         z0 = starting_motion(binned, a, base)
         window = Window(rows[a:b], poses[a:b], sd[a:b], theta, base)

@@ -17,8 +17,9 @@ from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.effects import UNNAMED_PREFIX
 
-DEAD_ZONE = "torque_deadzone"
+DEAD_ZONE, EFFORT = "torque_deadzone", "effort"
 
 
 def commanded(problem: Problem, extension: Extension) -> tuple[F64, F64]:
@@ -34,20 +35,36 @@ def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) 
     return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
 
 
-def manoeuvres(problem: Problem, fit: Fit) -> Bool:
+def manoeuvres(problem: Problem, fit: Fit, channel: str = "both") -> Bool:
     """The fitted rows (n,) in which the torques ask for more than an answer to the disturbance would, and
-    those shortly after, which show what came of it.
+    those shortly after, which show what came of it; on one ``channel``, or on either.
     """
     own, noise, t_s = problem.settings.excitation, fit.noise, problem.binned.t_s
     ahead, turning = (np.abs(a - np.median(a)) for a in commanded(problem, fit.extension))
-    large = (ahead > own.manoeuvre_sd * noise.long_sd_mps2) | (turning > own.manoeuvre_sd * noise.yaw_sd_mps2)
+    along, across = (
+        ahead > own.manoeuvre_sd * noise.long_sd_mps2,
+        turning > own.manoeuvre_sd * noise.yaw_sd_mps2,
+    )
+    large = along if channel == "longitudinal" else across if channel == "yaw" else along | across
     last_s = np.maximum.accumulate(np.where(large, t_s, -np.inf))
     return np.asarray((t_s - last_s <= own.afterwards_s) & problem.train)
 
 
-def p_in_manoeuvres(problem: Problem, fit: Fit, name: str) -> float:
-    """P value of the Wald test that the effect's size is 0, from manoeuvres alone and robust over blocks."""
-    size, rows = size_columns(fit, name), manoeuvres(problem, fit)
+def torques_of(name: str) -> str:
+    """The channel whose torques an effect acts in proportion to, ``both`` where there is no such one.
+
+    On a drive at constant speed, turning shows nothing of what the torques ahead do.
+    """
+    declaration = declaration_of(name)
+    by_torques = declaration.acts_on == "robot" or (name.startswith(UNNAMED_PREFIX) and EFFORT in name)
+    return declaration.channel if by_torques else "both"
+
+
+def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
+    """P value of the Wald test that the effects' sizes are 0, from manoeuvres alone, robust over blocks."""
+    channels = {torques_of(name) for name in names}
+    rows = manoeuvres(problem, fit, channels.pop() if len(channels) == 1 else "both")
+    size = [j for name in names for j in size_columns(fit, name)]
     block_s, clip_sd = problem.settings.significance.block_s, problem.settings.significance.clip_sd
     block = np.unique(problem.binned.t_s[rows] // block_s, return_inverse=True)[1]
     n_blocks = int(block.max()) + 1 if len(block) else 0

@@ -13,6 +13,7 @@ from wmr_replay.gap.estimation.path_error import (
 )
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
+from wmr_replay.gap.evidence.paired import signed_rank_p
 from wmr_replay.gap.settings.evidence import HoldOutSettings
 from wmr_schemas.arrays import F64, Bool
 
@@ -145,9 +146,7 @@ def blocks_p(folds: list[Fold]) -> float:
         moved = np.abs(without.innovations - with_it.innovations)[held_out].sum(axis=1)
         gains.append(np.bincount(block, difference)[np.bincount(block, moved) > own.least_moved])
     gained = np.concatenate(gains)
-    from scipy.stats import wilcoxon  # noqa: PLC0415 – half a second of start-up, for logs that get so far
-
-    return float(wilcoxon(gained, alternative="greater").pvalue) if len(gained) else 1.0
+    return signed_rank_p(np.asarray(gained, np.float64))
 
 
 def path_change(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:

@@ -8,12 +8,15 @@ from wmr_replay.differentiate.noise import robust_sigma
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.log import BinSettings
+from wmr_replay.pipeline.whole_colour import WholeColour, whole_colour
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.modes import MODES, ContactMode
 from wmr_schemas.signals import Log, ModeTrack, PoseTrack
 
 VOTES_PER_STEP = 4
+OF_COMPONENT = [0, 0, 1]
+"""Of x, y and yaw, whether it is a position or the yaw."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,9 +25,9 @@ class BinnedLog:
 
     Mean stamp ``t_s`` (n,) from the first pose; mean pose (n, 3) x, y [m], yaw [rad] unwrapped; poses per bin
     ``count`` (n,); contact mode (n,) over the step that ends at the bin, as float(ContactMode); the torques.
-    ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone. Changes of the
-    mode are known to ``margin`` bins. ``names_skid`` says whether a skid that the modes leave out is an
-    effect. ``settings`` are those of the analysis that the bins are made for.
+    ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone, ``colour`` its
+    correlation in time. Changes of the mode are known to ``margin`` bins. ``names_skid`` says whether a skid
+    that the modes leave out is an effect. ``settings`` are those of the analysis that the bins are made for.
     """
 
     start_ns: int
@@ -34,6 +37,7 @@ class BinnedLog:
     mode: F64
     torque: TorqueHistory
     noise_sd: F64
+    colour: WholeColour
     log: Log
     track: ModeTrack | None
     margin: int
@@ -73,8 +77,15 @@ class BinnedLog:
 
     @property
     def variances(self) -> F64:
-        """Measurement variance of each bin's mean pose (n, 3)."""
-        return self.noise_sd**2 / self.count[:, None]
+        """Measurement variance of each bin's mean pose (n, 3), that of white noise which says as much."""
+        as_white = np.maximum(self.noise_sd**2, self.colour.as_white[OF_COMPONENT])
+        return as_white / self.count[:, None]
+
+    @property
+    def scatter(self) -> F64:
+        """Variance of each bin's mean pose (n, 3) about the true one."""
+        scattered = self.noise_sd**2 / self.count[:, None] + self.colour.wobble[OF_COMPONENT]
+        return np.minimum(scattered, self.variances)
 
     def finer(self) -> "BinnedLog":
         """The same log in bins of half the length."""
@@ -124,6 +135,7 @@ def bin_log(
         mode=mode_at(mode, means[:, 0], start_ns, bin_s, bins.label_s),
         torque=TorqueHistory.of(log.torque, start_ns),
         noise_sd=noise_of(pose, measured, bins),
+        colour=whole_colour(t_s, measured.T),
         log=log,
         track=mode,
         margin=round(margin_s / bin_s),

@@ -9,13 +9,14 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
+from wmr_replay.gap.result.formulas import formulas_of
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import residual, traces_of
 from wmr_replay.gap.result.unexplained import unexplained
-from wmr_replay.gap.result.verdict import slipping_note, verdict_of
+from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.search.select import Selection
 
@@ -51,9 +52,10 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         minimum_detectable=detectable,
         model=extended_model(model, effects, fit.noise, binned),
         seed=options.seed,
-        notes=notes,
+        notes=(*notes, *what_to_drive(verdict)),
         traces=traces,
         candidates=scores_of(selection),
+        formulas=formulas_of(effects, problem.binned),
     )
 
 

@@ -78,6 +78,22 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class Formula:
+    """What terms of a dictionary add to the acceleration of a channel, as one sum.
+
+    ``text`` has units and intervals; ``parity`` says odd, even or mixed by quantity; ``rms_mps2`` is its size
+    over the log, ``visited`` the range of each quantity that it was seen over.
+    """
+
+    channel: str
+    text: str
+    terms: tuple[str, ...]
+    parity: Mapping[str, str]
+    rms_mps2: float
+    visited: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
 class Interval:
     """A stretch of time and its share of the whole excess of prediction errors."""
 
@@ -239,3 +255,4 @@ class GapResult:
     candidates: tuple[CandidateScore, ...] = ()
     base_model: Literal["torque", "wheel_speed"] = "torque"
     odometry: Odometry | None = None
+    formulas: tuple[Formula, ...] = ()

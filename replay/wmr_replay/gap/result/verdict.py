@@ -37,6 +37,13 @@ def verdict_of(
     return "nothing_missing", ()
 
 
+def what_to_drive(verdict: Verdict) -> tuple[str, ...]:
+    """Where another drive would say more: what designs it."""
+    if verdict not in ("ambiguous", "not_enough_excitation"):
+        return ()
+    return ("`wmr-replay excite --from gap.json` designs a drive that would tell",)
+
+
 def slipping_note(problem: Problem) -> tuple[str, ...]:
     """That identified slipping may hide a loss of traction, with its duration and beginning."""
     binned = problem.binned

@@ -3,6 +3,10 @@
 One pass scores every effect of the library on the calibration log, beside the parameters that were fitted.
 Its best size, and twice its standard deviation on top, is how much of it the base model leaves there: the
 resistance of a caster, a creeping tyre. A rest of that size on another log of the robot is no finding.
+
+One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
+better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
+is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form.
 """
 
 from collections.abc import Mapping
@@ -16,6 +20,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import built_in, effects_of
+from wmr_schemas.model_file import Model
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
@@ -29,8 +34,8 @@ def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
         information = scanned.unit_information.get(one.name, (0.0, 0.0))[1]
         if one.name in IN_PARAMETERS or not may_be_rest(one.name) or not information > 0:
             continue
-        size = float(np.hypot.reduce(list(one.parameters.values())))
-        found[one.name] = size + problem.settings.misfit.in_sd / float(np.sqrt(information))
+        open_to = problem.settings.misfit.in_sd / float(np.sqrt(information))
+        found[one.name] = size_of(one.parameters) + open_to
     return found
 
 
@@ -42,15 +47,44 @@ def may_be_rest(name: str) -> bool:
     return lasting and not candidate.grid and declaration in built_in("torque")
 
 
+def with_parameters(misfit: Mapping[str, float], model: Model, own: MisfitSettings) -> dict[str, float]:
+    """The misfit with that of the calibrated parameters: what their standard deviations leave open."""
+    robot, found = model.robot, dict(misfit)
+    for key, value, names in (
+        ("alpha", robot.alpha, ("payload", "drive_gain")),
+        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
+    ):
+        if value and key in model.robot_sd:
+            found |= dict.fromkeys(names, own.in_sd * model.robot_sd[key] / value)
+    return found
+
+
 def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
     least = floor_of(name, extension, own)
-    return least > 0 and float(np.hypot.reduce(list(extension.effects[name].values()))) <= least
+    return least > 0 and size_of(extension.effects[name]) <= least
+
+
+def size_of(parameters: Mapping[str, float]) -> float:
+    """The size of an effect; of one with two components, their length."""
+    return float(np.hypot.reduce(list(parameters.values())))
 
 
 def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
-    """Largest size of an effect that is a rest; 0 where every size is a finding."""
-    return min(extension.misfit.get(name, 0.0), negligible(name, extension, own))
+    """Largest size of an effect that is a rest; 0 where every size is a finding, as where the base model's
+    misfit is not known.
+    """
+    declaration = effects_of("torque").get(name)
+    if not extension.misfit or declaration is None:
+        return 0.0
+    if declaration.extent != "always" or not declaration.zero_is_absent:
+        return 0.0
+    most = negligible(name, extension, own)
+    if any(other != name and size_of(p) > negligible(other, extension, own) for other, p in extension.acting):
+        return most
+    geometric = {*declaration.units.values()} <= {"m", "rad"}
+    least = (own.least_share_of_lengths if geometric else own.least_share) * most
+    return min(max(extension.misfit.get(name, 0.0), least), most)
 
 
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:

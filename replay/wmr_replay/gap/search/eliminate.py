@@ -12,6 +12,7 @@ from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fine_costs, price_of
 from wmr_replay.gap.search.slip_test import may_be_slipping
 
@@ -98,10 +99,8 @@ def through_gates(
     """
     if effect.gain < price_of(problem, effect.scored, current) + margin_for(problem, current, effect):
         return replace(effect, failed="needless beside the others")
-    if is_remainder(problem, current, effect, others):
-        return replace(effect, failed="a remainder of the others")
-    if may_be_slipping(problem, current, effect.name):
-        return replace(effect, failed="no other than the model's own slipping")
+    if other := other_cause(problem, current, effect, others):
+        return replace(effect, failed=other)
     proof = prove(problem, rest, current)
     if not proof.holds:
         return replace(effect, proof=proof, failed="not proven on held-out windows")
@@ -110,6 +109,19 @@ def through_gates(
         return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")
     small = path_change(problem, rest, current, options.tolerance_s) < options.tolerance_m
     return replace(effect, proof=proof, failed="moves the path by less than the tolerance" if small else "")
+
+
+def other_cause(
+    problem: Problem, current: Fit, effect: FittedCandidate, others: list[FittedCandidate]
+) -> str:
+    """What an effect may be in place of one that is missing; empty where it is none of these."""
+    if is_rest(effect.name, current.extension, problem.settings.misfit):
+        return "no more than the base model leaves"
+    if is_remainder(problem, current, effect, others):
+        return "a remainder of the others"
+    if may_be_slipping(problem, current, effect.name):
+        return "no other than the model's own slipping"
+    return ""
 
 
 def is_remainder(

@@ -13,6 +13,7 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
+from wmr_replay.gap.model.candidates import candidate_of, declaration_of
 from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
@@ -158,7 +159,13 @@ def fine_costs(problem: Problem, fitted: Iterable[FittedCandidate]) -> list[floa
 
 
 def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether a load step lies so near an end of the log that only one side is seen, as of a payload."""
+    """Whether a load step lies so near an end of the log that only one side is seen, as of a payload.
+
+    So is a response to the torques that is fitted at its bound: it says that torques move nothing.
+    """
+    if declaration_of(name).acts_on == "robot":
+        bounds, values = candidate_of(name).bounds, fit.extension.effects[name]
+        return any(value in bounds[key] for key, value in values.items())
     if name != "load_step":
         return False
     t_s, one_side = problem.binned.t_s, problem.settings.candidates.one_side

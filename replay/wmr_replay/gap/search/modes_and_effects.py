@@ -9,7 +9,7 @@ import numpy as np
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
@@ -90,7 +90,10 @@ def find_modes_and_effects(
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
     tell("naming", 0.4)
-    solutions = [solve_with(model, log, extension, options) for model in preliminary.models]
+    solutions: list[Solution] = []
+    for model in preliminary.models:
+        least = min((one.cost for one in solutions), default=np.inf)
+        solutions += solve_with(model, log, extension, options, least)
     if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
         solutions.append(with_missed_slipping(seen, extension, options))
@@ -110,13 +113,26 @@ def find_modes_and_effects(
     return best.problem, best.selection
 
 
-def solve_with(model: Extension, log: Log, extension: Extension, options: GapOptions) -> Solution:
-    """The selection with the modes that the identifier sees with a preliminary model."""
+def solve_with(
+    model: Extension, log: Log, extension: Extension, options: GapOptions, least: float
+) -> list[Solution]:
+    """The selection with the modes that the identifier sees with a preliminary model.
+
+    None where that model with its own modes costs clearly more than ``least``, another solution.
+    """
     track, skids = likely_modes(log, model, options.gates), SKID in model.effects
     track = without_skid(track) if skids else track
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
+    if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
+        return []
     solution = Solution(problem, forward_selection(problem, extension, options), model)
-    return with_missed_slipping(solution, extension, options)
+    return [with_missed_slipping(solution, extension, options)]
+
+
+def cost_alone(problem: Problem, model: Extension) -> float:
+    """The cost of the modes and a preliminary model, with the price of its parameters."""
+    fit = fit_model(problem, model, None, problem.settings.budget.base_diffusion)
+    return cost_of(problem, fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:

@@ -51,6 +51,17 @@ class MisfitSettings:
     in_sd: float = 2.0
     """Standard deviations added to a size. Statistics: a size on another log varies as well."""
 
+    least_share: float = 0.8
+    """Least rest that a base model is given, as a share of what is negligible. Judgement: a calibration log
+    shows one drive; casters and tyres leave something else on another."""
+
+    least_share_of_lengths: float = 0.5
+    """The same for lengths and angles. Judgement: geometry is the same on every drive."""
+
+    most_rests: int = 3
+    """Most effects that a calibration takes into the base model beside its parameters. Judgement: one a
+    channel."""
+
     negligible_share: float = 0.2
     """Largest rest, as a share of the size from which an effect matters in practice. Judgement: more is a
     finding; as with wheel speeds."""

@@ -104,6 +104,10 @@ class ModeSettings:
     """First candidates of a stage that are so considered, the best among them. Numerics: each costs a run of
     the identifier and a selection."""
 
+    hopeless: float = 30.0
+    """A rival that costs so much more than another solution, with modes of its own, is not selected from.
+    Statistics: three times "very strong" after Kass and Raftery (1995), since effects beside it gain, too."""
+
     change_cost: float = 9.4
     """−2 ln of the probability that a mode changes in .06 s. Statistics: at .15 changes a second, the rate
     of the identifier (``BankSettings.switch_rate_per_s``)."""

@@ -11,15 +11,19 @@ from wmr_replay.gap.wheel_speed.assemble import noise_model, odometry
 from wmr_replay.gap.wheel_speed.base import base_of
 from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
+from wmr_replay.gap.wheel_speed.evidence import matters, p_value
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
-from wmr_replay.gap.wheel_speed.select import base_fit
+from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
 from wmr_replay.gap.wheel_speed.verdict import too_short_a_way
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
+
+CREEP = "lateral_slip"
+"""How tyres creep sideways while they grip: with the calibrated effects where a log proves it."""
 
 
 class Calibration(NamedTuple):
@@ -32,8 +36,8 @@ class Calibration(NamedTuple):
 def calibrate_wheel_speeds(
     logs: Sequence[Log], robot: RobotParameters, options: GapOptions | None = None
 ) -> Calibration:
-    """The effects of :data:`CALIBRATED` on ``logs`` with standard deviations, and the odometry's error before
-    and after, held out. What the motion does not show is left out, with a note.
+    """The effects of :data:`CALIBRATED` on ``logs`` with standard deviations, the tyres' creep, and the
+    odometry's error before and after, held out. What the motion does not show is left out, with a note.
 
     Raises InvalidSignal where wheel speeds, lengths or driving are too few.
     """
@@ -46,10 +50,11 @@ def calibrate_wheel_speeds(
     if options.modes == "identified":
         problem = ideal_only(problem, {})
     fitted, unseen = calibrated(problem)
+    fitted = with_creep(problem, fitted)
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
-        effects=tuple(effect_of(fitted, name) for name in CALIBRATED if name in fitted.values),
+        effects=tuple(effect_of(fitted, name) for name in (*CALIBRATED, CREEP) if name in fitted.values),
         odometry=odometry(problem, (base_fit(problem), fitted), options),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
@@ -72,6 +77,18 @@ def calibrated(problem: Problem) -> tuple[Fit, tuple[str, ...]]:
         names.remove(worst)
         unseen.append(worst)
     raise InvalidSignal("wheel speed", "the driving shows neither the wheels' scale nor the track")
+
+
+def with_creep(problem: Problem, fitted: Fit) -> Fit:
+    """The fit with the sideways creep of the tyres, where the log proves one that matters: the tyres of a
+    skid-steered robot creep in every turn. Held in the base model it is no noise that drowns everything else.
+    """
+    own = problem.settings.gates
+    creeping = fitted_with(problem, fitted, CREEP, {})
+    if fitted.minus_two_log - creeping.minus_two_log < problem.settings.terms.least_better:
+        return fitted
+    proven = p_value(creeping, CREEP, 1) < own.level and matters(creeping, CREEP, (), own.least_relevant)
+    return creeping if proven else fitted
 
 
 def effect_of(fitted: Fit, name: str) -> Effect:

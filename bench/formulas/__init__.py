@@ -1,0 +1,1 @@
+"""Hidden accelerations that no effect of the library is, for the benchmark ``gap_formulas``."""

@@ -1,0 +1,163 @@
+"""The hidden forms: plain functions of the motion, written without the analysis's dictionary.
+
+Each gives an acceleration in m/s² on one channel: dv_long/dt, or half_track_m · d(yaw_rate)/dt. Sizes are
+drawn so that the form accelerates by about .1 to .5 m/s² where the robot drives.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+
+Sizes = Mapping[str, float]
+Rng = np.random.Generator
+
+
+class At(NamedTuple):
+    """The motion at which a form is taken, numbers or (n,): time, pose, speeds, half track · yaw rate, and
+    the accelerations that the torques ask for, α·(right + left) and α_yaw·(right − left).
+    """
+
+    t: F64
+    x: F64
+    y: F64
+    yaw: F64
+    v: F64
+    yaw_rate: F64
+    w: F64
+    pull: F64
+    turn: F64
+
+
+@dataclass(frozen=True)
+class Form:
+    """One hidden form; ``parity`` of the variables that have one, ``draws`` uniform ranges of the sizes."""
+
+    channel: str
+    variables: frozenset[str]
+    parity: Mapping[str, str]
+    draws: Mapping[str, tuple[float, float]]
+    acceleration: Callable[[At, Sizes], F64]
+
+    def drawn(self, rng: Rng) -> dict[str, float]:
+        """Sizes for one log."""
+        return {key: float(rng.uniform(*span)) for key, span in self.draws.items()}
+
+
+def form(
+    channel: str, variables: str, parity: str, function: Callable[..., F64], **draws: tuple[float, float]
+) -> Form:
+    """A form from text: ``variables`` by blanks, ``parity`` as ``v:odd yaw_rate:even``."""
+    signs = dict(pair.split(":") for pair in parity.split())
+    return Form(channel, frozenset(variables.split()), signs, draws, lambda at, p: function(at, **p))
+
+
+def triangle(phase: F64) -> F64:
+    """A triangle wave between −1 and 1, its corners rounded."""
+    return np.arcsin(0.95 * np.sin(phase)) / np.arcsin(0.95)
+
+
+def dome_slope(at: At, x: float, y: float, radius: float, height: float) -> F64:
+    """Gravity along the heading on a bell-shaped dome; ``height`` in m/s² at the steepest place."""
+    dx, dy = at.x - x, at.y - y
+    bell = np.exp(0.5 - (dx**2 + dy**2) / (2 * radius**2))
+    return height * (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / radius * bell
+
+
+def round_hill_slope(at: At, x: float, y: float, radius: float, height: float) -> F64:
+    """The same on a hill of half a cosine wave, flat from its foot on."""
+    dx, dy = at.x - x, at.y - y
+    r = np.sqrt(dx**2 + dy**2) + 1e-9
+    steep = np.where(r < radius, np.sin(np.pi * r / radius), 0.0)
+    return height * steep * (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / r
+
+
+WAVE = {"size": (0.15, 0.4), "length": (3.0, 10.0), "phase": (0.0, 6.28)}
+DEVELOP = {
+    "droop_rational": form(
+        "longitudinal", "effort_sum v", "effort_sum:odd v:even",
+        lambda at, v0: at.pull * (1 / (1 + np.abs(at.v) / v0) - 1), v0=(0.8, 2.5),
+    ),
+    "drift_linear": form(
+        "longitudinal", "effort_sum t", "effort_sum:odd",
+        lambda at, rate: -at.pull * rate * at.t, rate=(0.003, 0.007),
+    ),
+    "bumps_x": form(
+        "longitudinal", "x yaw", "",
+        lambda at, size, length, phase: size * np.sin(2 * np.pi * at.x / length + phase) * np.cos(at.yaw),
+        **WAVE,
+    ),
+    "cubic_drag": form(
+        "longitudinal", "v", "v:odd", lambda at, c: -c * at.v**3, c=(0.06, 0.2),
+    ),
+    "tanh_drag": form(
+        "longitudinal", "v", "v:odd", lambda at, c, v0: -c * np.tanh(at.v / v0), c=(0.15, 0.4), v0=(0.4, 1.0),
+    ),
+    "even_drag": form(
+        "longitudinal", "v", "v:even", lambda at, c: -c * at.v**2, c=(0.08, 0.25),
+    ),
+    "cross": form(
+        "longitudinal", "v yaw_rate", "v:odd yaw_rate:odd",
+        lambda at, c: c * at.v * at.yaw_rate, c=(0.3, 0.7),
+    ),
+    "scrub_by_speed": form(
+        "yaw", "v yaw_rate", "v:even yaw_rate:odd", lambda at, c: -c * np.abs(at.v) * at.w, c=(0.8, 2.0),
+    ),
+    "dome": form(
+        "longitudinal", "x y yaw", "", dome_slope,
+        x=(0.3, 0.7), y=(0.3, 0.7), radius=(0.12, 0.25), height=(0.3, 0.6),
+    ),
+}  # fmt: skip
+REPORT = {
+    "droop_gaussian": form(
+        "longitudinal", "effort_sum v", "effort_sum:odd v:even",
+        lambda at, v0: at.pull * (np.exp(-((at.v / v0) ** 2)) - 1), v0=(1.5, 2.5),
+    ),
+    "drift_warming": form(
+        "longitudinal", "effort_sum t", "effort_sum:odd",
+        lambda at, rate, time: -at.pull * rate * (1 - np.exp(-at.t / time)),
+        rate=(0.3, 0.6), time=(30.0, 60.0),
+    ),
+    "turn_gain_drift": form(
+        "yaw", "effort_diff t", "effort_diff:odd",
+        lambda at, rate: -at.turn * rate * at.t, rate=(0.003, 0.007),
+    ),
+    "bumps_y": form(
+        "longitudinal", "y yaw", "",
+        lambda at, size, length, phase: size * triangle(2 * np.pi * at.y / length + phase) * np.sin(at.yaw),
+        **WAVE,
+    ),
+    "sinh_drag": form(
+        "longitudinal", "v", "v:odd", lambda at, c, v0: -c * np.sinh(at.v / v0), c=(0.04, 0.1), v0=(0.6, 0.9),
+    ),
+    "stribeck_hump": form(
+        "longitudinal", "v", "v:odd",
+        lambda at, c, v0: -c * at.v / (1 + (at.v / v0) ** 2), c=(0.5, 1.0), v0=(0.5, 1.0),
+    ),
+    "one_sided_drag": form(
+        "longitudinal", "v", "v:even", lambda at, c, v0: -c * (np.sqrt(1 + (at.v / v0) ** 2) - 1),
+        c=(0.15, 0.35), v0=(0.5, 0.9),
+    ),
+    "turn_pull": form(
+        "longitudinal", "v yaw_rate", "v:odd yaw_rate:odd",
+        lambda at, c, w0: c * at.v * np.sin(at.yaw_rate / w0), c=(0.2, 0.4), w0=(0.8, 1.5),
+    ),
+    "scrub_saturating": form(
+        "yaw", "v yaw_rate", "v:even yaw_rate:odd",
+        lambda at, c, v0: -c * (1 - np.exp(-np.abs(at.v) / v0)) * at.w, c=(1.5, 3.0), v0=(0.8, 2.0),
+    ),
+    "soft_deadband": form(
+        "yaw", "yaw_rate", "yaw_rate:odd",
+        lambda at, c, w0: -c * at.yaw_rate**3 / (w0**2 + at.yaw_rate**2), c=(0.3, 0.7), w0=(0.3, 0.7),
+    ),
+    "round_hill": form(
+        "longitudinal", "x y yaw", "", round_hill_slope,
+        x=(0.3, 0.7), y=(0.3, 0.7), radius=(0.25, 0.5), height=(0.3, 0.6),
+    ),
+}  # fmt: skip
+FORMS = DEVELOP | REPORT
+PLACED = ("dome", "round_hill")
+"""Forms whose place and radius are drawn as shares of the area that is driven."""

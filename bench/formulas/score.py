@@ -1,0 +1,187 @@
+"""What an analysis says, as a plain function of the motion, held against the hidden form.
+
+The terms of a dictionary are read from their names here, without the analysis's own code; the library's
+effects stand below as plain functions.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from formulas.forms import FORMS, At
+from formulas.plants import HiddenWorld
+from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.robot import RobotParameters
+
+LEAST_SHARE = 0.05
+"""A part of an answer counts for its variables from this share of the answer's mean square on."""
+PURE = 0.8
+"""From this share on, a function is called odd (or even) in a variable."""
+BOTH_SIGNS = 0.1
+"""Least share of the rows with the rarer sign of a variable for its parity to count: else it is not seen."""
+EVERY = 10
+SIGNED = {"v": ("v",), "yaw_rate": ("yaw_rate", "w"), "effort_sum": ("pull",), "effort_diff": ("turn",)}
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """One effect of an answer: acceleration on a channel, and the variables that it is a function of."""
+
+    channel: str
+    variables: frozenset[str]
+    of: Callable[[At], F64]
+
+
+def sign(z: F64) -> F64:
+    """A sign that changes over .02."""
+    return np.tanh(z / 0.02)
+
+
+LIBRARY: dict[str, tuple[str, str, Callable[[At, Values], F64]]] = {
+    "rolling_resistance": ("longitudinal", "v", lambda at, p: -p["c0_mps2"] * sign(at.v)),
+    "viscous_drag": ("longitudinal", "v", lambda at, p: -p["c1_per_s"] * at.v),
+    "aerodynamic_drag": ("longitudinal", "v", lambda at, p: -p["c2_per_m"] * at.v * np.abs(at.v)),
+    "scrub_torque": ("yaw", "yaw_rate", lambda at, p: -p["d0_mps2"] * sign(at.w)),
+    "yaw_damping": ("yaw", "yaw_rate", lambda at, p: -p["d1_per_s"] * at.w),
+    "slope": (
+        "longitudinal", "yaw",
+        lambda at, p: p["grade_x_mps2"] * np.cos(at.yaw) + p["grade_y_mps2"] * np.sin(at.yaw),
+    ),
+    "payload": ("longitudinal", "effort_sum", lambda at, p: at.pull * (1 / (1 + p["mass_ratio"]) - 1)),
+    "drive_gain": ("longitudinal", "effort_sum", lambda at, p: at.pull * p["ratio"]),
+    "load_step": (
+        "longitudinal", "effort_sum t",
+        lambda at, p: at.pull * (1 / (1 + p["mass_ratio"]) - 1) * (at.t > p["t0_s"]),
+    ),
+    "yaw_inertia": ("yaw", "effort_diff", lambda at, p: at.turn * (1 / (1 + p["ratio"]) - 1)),
+}  # fmt: skip
+"""The library's effects that may describe a hidden form; any other name counts as another channel."""
+FACTOR = {
+    "1": ("", lambda at: np.ones_like(at.v)),
+    "v": ("v", lambda at: at.v),
+    "abs(v)": ("v", lambda at: np.abs(at.v)),
+    "sgn(v)": ("v", lambda at: sign(at.v)),
+    "yaw_rate": ("yaw_rate", lambda at: at.yaw_rate),
+    "abs(yaw_rate)": ("yaw_rate", lambda at: np.abs(at.yaw_rate)),
+    "sgn(yaw_rate)": ("yaw_rate", lambda at: sign(at.yaw_rate)),
+    "cos(yaw)": ("yaw", lambda at: np.cos(at.yaw)),
+    "sin(yaw)": ("yaw", lambda at: np.sin(at.yaw)),
+    "t": ("t", lambda at: at.t),
+}
+WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xys])\)")
+BELL = re.compile(r"(bump|hill)\(([^,]+),([^,]+),([^)]+)\)")
+
+
+def parts_of(effects: Iterable[Mapping[str, Any]], robot: RobotParameters) -> list[Part]:
+    """The parts of an answer; ``effects`` hold name and parameters (value first)."""
+    return [part_of(e["name"], {k: v[0] for k, v in e["parameters"].items()}, robot) for e in effects]
+
+
+def part_of(name: str, values: Values, robot: RobotParameters) -> Part:
+    """One effect by its name."""
+    if name.startswith("unnamed:"):
+        _, channel, product = name.split(":", 2)
+        read = [factor_of(text, robot) for text in product.split("*")]
+        variables = frozenset(v for names, _ in read for v in names.split())
+        c = values["coefficient"]
+        return Part(channel, variables, lambda at: c * np.prod([of(at) for _, of in read], axis=0))
+    if name not in LIBRARY:
+        return Part("other", frozenset([name]), lambda at: np.full_like(at.v, np.nan))
+    channel, named, function = LIBRARY[name]
+    return Part(channel, frozenset(named.split()), lambda at: function(at, values))
+
+
+def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F64]]:
+    """The variables and the function of one factor of a term."""
+    if text in FACTOR:
+        return FACTOR[text]
+    assert robot.alpha is not None
+    assert robot.alpha_yaw_or_alpha is not None
+    efforts = {"effort_sum": ("pull", robot.alpha), "effort_diff": ("turn", robot.alpha_yaw_or_alpha)}
+    plain = text.removeprefix("abs(").removesuffix(")")
+    if plain in efforts:
+        column, alpha = efforts[plain]
+        shape = np.abs if text.startswith("abs") else np.asarray
+        return plain, lambda at: shape(getattr(at, column) / alpha)
+    if wave := WAVE.fullmatch(text):
+        of, k, along = getattr(np, wave[1]), float(wave[2]), wave[3]
+        return along, lambda at: of(k * (way(at) if along == "s" else getattr(at, along)))
+    if bell := BELL.fullmatch(text):
+        x, y, r = (float(bell[i]) for i in (2, 3, 4))
+        if bell[1] == "bump":
+            return "x y", lambda at: np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+        return (
+            "x y yaw",
+            lambda at: (
+                ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw))
+                / r
+                * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+            ),
+        )
+    raise ValueError(f"no factor {text!r}")
+
+
+def way(at: At) -> F64:
+    """Signed distance along the way."""
+    return np.concatenate([[0.0], np.cumsum((at.v[1:] + at.v[:-1]) / 2 * np.diff(at.t))])
+
+
+def flipped(at: At, variable: str) -> At:
+    """The motion with the sign of a variable changed."""
+    return at._replace(**{column: -getattr(at, column) for column in SIGNED[variable]})
+
+
+def both_signs(at: At, variable: str) -> bool:
+    """Whether the variable takes both signs, beyond a tenth of its root mean square."""
+    column = getattr(at, SIGNED[variable][0])
+    beyond = 0.1 * rms(column)
+    return min(np.mean(column > beyond), np.mean(column < -beyond)) >= BOTH_SIGNS
+
+
+def parity_of(function: Callable[[At], F64], at: At, variable: str) -> str:
+    """Odd, even or mixed, by the shares of the mean square."""
+    here, there = function(at), function(flipped(at, variable))
+    odd, even = np.mean((here - there) ** 2) / 4, np.mean((here + there) ** 2) / 4
+    share = odd / max(odd + even, 1e-30)
+    return "odd" if share > PURE else "even" if share < 1 - PURE else "mixed"
+
+
+def scored(world: HiddenWorld, effects: list[Mapping[str, Any]]) -> dict[str, Any]:
+    """Are channel, variables and parity right, and R² over the visited range, 0 without an answer."""
+    form, robot, at = FORMS[world.hidden.name], world.world.robot, world.at()
+    rows: Bool = ~np.isin(world.world.truth.mode, (ContactMode.SLIPPING, ContactMode.SKIDDING_SLIPPING))
+    hidden = world.hidden(at)
+    parts = parts_of(effects, robot)
+    on_channel = [p for p in parts if p.channel == form.channel]
+    channel = bool(parts) and len(on_channel) == len(parts)
+    if not on_channel:
+        return {"channel": channel, "variables": False, "parity": False, "r2": 0.0, "rms": rms(hidden[rows])}
+
+    def total(where: At) -> F64:
+        return np.sum([p.of(where) for p in on_channel], axis=0)
+
+    said = total(at)
+    shares = [np.mean(p.of(at)[rows] ** 2) / max(np.mean(said[rows] ** 2), 1e-30) for p in on_channel]
+    counted = [p.variables for p, share in zip(on_channel, shares, strict=True) if share >= LEAST_SHARE]
+    variables = frozenset().union(*counted) == form.variables
+    seen = At(*(column[rows][::EVERY] for column in at))
+    shown = {name: sign_of for name, sign_of in form.parity.items() if both_signs(seen, name)}
+    parity = all(parity_of(total, seen, name) == sign_of for name, sign_of in shown.items())
+    left = np.sum((hidden - said)[rows] ** 2) / np.sum((hidden[rows] - hidden[rows].mean()) ** 2)
+    return {
+        "channel": channel,
+        "variables": bool(variables),
+        "parity": bool(parity),
+        "r2": float(1 - left),
+        "rms": rms(hidden[rows]),
+    }
+
+
+def rms(x: F64) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(x**2)))
