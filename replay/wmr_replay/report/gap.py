@@ -54,6 +54,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
             place = page.escape(known.get(effect.channel, effect.channel))
             formula = f"<code>{page.escape(effect.formula)}</code>"
             sheet.add(f"<p><b>{page.escape(effect.name)}</b> acts on {place}: {formula}</p>")
+        sheet.add(*(f"<p><code>{page.escape(one.text)}</code></p>" for one in gap.formulas))
         sheet.add(effect_table(gap.effects))
     sheet.section("Data quality")
     sheet.add(quality(gap))
