@@ -46,8 +46,8 @@ def document_of(
         "findings": [found.as_dict() for found in findings],
         "base_model": result.base_model,
         "odometry": None if result.odometry is None else asdict(result.odometry),
-        "remains": asdict(remains_of(result.position, result.yaw, result.traces)),
         "formulas": [asdict(formula) for formula in result.formulas],
+        "remains": asdict(remains_of(result.position, result.yaw, result.traces)),
         "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)

@@ -341,7 +341,8 @@ def over_time_figure(
         "slips": stretches_of(t_s, traces["mode"].to_numpy() > 0, SLIPPING),
     }
     layers = [charts.shade("held", 0.5), charts.shade("slips", 0.5)]
-    layers += [charts.level(0.0, "#9aa1ac", (), 0.8)] if zero else []
+    if zero:
+        layers.append(charts.level(0.0, "#9aa1ac", (), 0.8))
     read = []
     for model, colour in lines.items():
         value = values(traces, columns[model])

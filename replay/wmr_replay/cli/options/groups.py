@@ -4,8 +4,8 @@ GROUPS = {
     "Input": (
         "--model",
         "--base-log",
-        "--prove-on",
         "--from",
+        "--prove-on",
         "--robot",
         "--pose",
         "--torque",

@@ -19,6 +19,8 @@ from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
 Parameters = Mapping[str, float]
+STIFFEST = 10.0
+"""From this stiffness ratio on, an undeclared skid is an elastic sideslip, 1/``LEAST_UNDECLARED``."""
 LOOSE_MPS = 0.2
 """Standard deviation given to v_lat at a change of skidding: as much as builds up before a label follows."""
 TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
@@ -93,7 +95,9 @@ class Extension:
         rows = np.zeros((len(binned), N_ROW))
         rows[:, Row.DT] = binned.step_s
         rows[:, Row.MODE], rows[:, Row.AGE] = binned.mode, binned.t_s
-        undeclared = any(name == "undeclared_skid" for name, _ in self.acting)
+        undeclared = any(
+            name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting
+        )
         rows[:, Row.LOOSE] = LOOSE_MPS * binned.unsure(
             (binned.mode % 2 == 1) | (undeclared & (binned.mode == 0))
         )

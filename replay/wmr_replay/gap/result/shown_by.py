@@ -57,6 +57,9 @@ EFFECTS = {
     "turn_gain": ShownBy(YAW, TURNING),
     "speed_deadzone": ShownBy(AHEAD, SPEED),
     "speed_saturation": ShownBy(AHEAD, SPEED),
+    "turn_acceleration_limit": ShownBy(YAW, TURNING),
+    "speed_desaturation": ShownBy(AHEAD, SPEED),
+    "turn_saturation": ShownBy(YAW, TURNING),
     "acceleration_limit": ShownBy(AHEAD, SPEED),
 }
 """What differs from :data:`BY_CHANNEL`."""

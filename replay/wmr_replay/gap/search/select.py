@@ -2,17 +2,21 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
-from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import is_rest
+from wmr_replay.gap.scan.misfit import is_rest, negligible
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import built_in
 
 CONFOUNDED_FORMS = tuple(
@@ -51,8 +55,12 @@ def forward_selection(
     base = current = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     found: list[FittedCandidate] = []
     stages: list[tuple[FittedCandidate, ...]] = []
-    for _ in range(options.max_effects):
-        stage = next_stage(problem, base, current, found, terms=terms)
+    while len(stages) < options.max_effects:
+        fitted = fit_candidates(problem, current, terms=False)
+        if not found and shows_rest(problem, extension, current, fitted):
+            base = current = holding(problem, fitted[0])
+            continue
+        stage = next_stage(problem, base, current, found, fitted, terms=terms)
         stages.append(stage)
         if not stage or stage[0].failed:
             break
@@ -61,6 +69,26 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
+
+
+def shows_rest(
+    problem: Problem, extension: Extension, current: Fit, fitted: tuple[FittedCandidate, ...]
+) -> bool:
+    """Whether what explains most, and significantly, is no more than the base model leaves, and there are
+    few such rests so far. Such a rest hides what explains less.
+    """
+    own, held = problem.settings.misfit, len(current.extension.known) - len(extension.known)
+    if not fitted or held >= own.most_rests or fitted[0].score <= 0:
+        return False
+    significant = fitted[0].p_value <= problem.settings.significance.level
+    return significant and is_rest(fitted[0].name, fitted[0].fit.extension, own)
+
+
+def holding(problem: Problem, rest: FittedCandidate) -> Fit:
+    """The model with a rest that acts and is no finding."""
+    extension, name = rest.fit.extension, rest.name
+    known = (*extension.known, (name, extension.effects[name]))
+    return fit_model(problem, replace(extension.without(name), known=known), rest.fit.noise)
 
 
 def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
@@ -76,15 +104,20 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
 
 
 def next_stage(
-    problem: Problem, base: Fit, current: Fit, found: list[FittedCandidate], *, terms: bool
+    problem: Problem,
+    base: Fit,
+    current: Fit,
+    found: list[FittedCandidate],
+    fitted: tuple[FittedCandidate, ...],
+    *,
+    terms: bool,
 ) -> tuple[FittedCandidate, ...]:
-    """The library's candidates for the next effect, the first one tested.
+    """The library's candidates for the next effect, which are ``fitted``, the first one tested.
 
     The dictionary's terms take their place where none of the library is significant, a disturbance is left
     that something may explain, and a term passes.
     """
     settings = problem.settings
-    fitted = fit_candidates(problem, current, terms=False)
     above = tuple(one for one in fitted if not is_rest(one.name, one.fit.extension, problem.settings.misfit))
     if len(above) < len(fitted):  # a term would describe the same rest
         return first_tested(problem, base, current, above, found)
@@ -122,18 +155,30 @@ def first_tested(
     return (first, *stage[1:])
 
 
+def is_slight(name: str, extension: Extension, own: SelectionSettings, misfit: MisfitSettings) -> bool:
+    """Whether an effect of the library is small beside what matters in practice."""
+    if name not in BY_NAME:
+        return False
+    size = float(np.hypot.reduce(list(extension.effects[name].values())))
+    relevant = BY_NAME[name].declaration.relevant
+    return size < (own.slight * relevant if relevant else negligible(name, extension, misfit))
+
+
 def remainder(
     problem: Problem, base: Fit, current: Fit, candidate: FittedCandidate, found: list[FittedCandidate]
 ) -> float:
-    """What the wrong form of the effects found may leave for a correlated candidate, in units of deviance.
+    """What the wrong form of the effects found may leave for a candidate, in units of deviance.
 
-    A share of their largest gain. A local candidate is held against their gain in its time or place.
+    A share of their largest gain, for one that is correlated with them, or slight. A local candidate is held
+    against their gain in its time or place.
     """
     own, name = problem.settings.selection, candidate.name
     if name in LOCAL:
         rows = rows_that_show(problem, candidate.fit, name)
         return own.remainder_share * float((base.row_deviance - current.row_deviance)[rows].sum())
-    if candidate.correlation <= own.correlated:
+    if candidate.correlation <= own.correlated and not is_slight(
+        name, candidate.fit.extension, own, problem.settings.misfit
+    ):
         return 0.0
     confounded = [f.gain for f in found if {f.name, name} in CONFOUNDED_FORMS]
     by_form = own.confounded_share * max(confounded, default=0.0)
