@@ -5,8 +5,9 @@
     python bench/gap_worlds.py --split develop --effect none --family stop-go --n 30
 
 Cases go round the cells of the split; in each cell, effects and noises take turns, and every third log hides
-nothing. Rows are appended to a file; a run that is started again continues there. ``--fresh`` starts over, as
-one should after a change of the analysis.
+nothing. With ``--mixed`` the same cases come in an order of which every part mixes cells, effects and noises,
+so that a run may be stopped. Rows are appended to a file; a run that is started again continues there.
+``--fresh`` starts over, as one should after a change of the analysis.
 """
 
 import argparse
@@ -20,6 +21,7 @@ from typing import Any
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
+import numpy as np  # noqa: E402 (numpy reads the environment)
 from worlds import runs, tables  # noqa: E402
 from worlds.best_fit import fitted_sizes  # noqa: E402
 from worlds.case import Case, RanAway, World  # noqa: E402
@@ -29,7 +31,7 @@ from worlds.score import holds, outcome  # noqa: E402
 from worlds.simulate import SAME_FORM, simulated  # noqa: E402
 from worlds.split import part  # noqa: E402
 
-from wmr_replay.gap import GapOptions, analyse  # noqa: E402 (numpy reads the environment)
+from wmr_replay.gap import GapOptions, analyse  # noqa: E402
 from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 
 Row = dict[str, Any]
@@ -43,7 +45,8 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
     cells = [cell for cell in chosen.cells if wanted(cell, options)]
     noises = [options.noise] if options.noise else list(NOISE_LEVELS)
     first = chosen.first_seed if options.first_seed is None else options.first_seed
-    for k in range(options.n):
+    order = np.random.default_rng(0).permutation(options.n) if options.mixed else np.arange(options.n)
+    for k in order.tolist():
         lap, cell = divmod(k, len(cells))
         plant, family = cells[cell]
         seed = first + k
@@ -119,6 +122,7 @@ def main() -> None:
     parser.add_argument("--family")
     parser.add_argument("--plant", type=int, choices=(1, 2, 3))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
+    parser.add_argument("--mixed", action="store_true", help="in an order that may be stopped anywhere")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--fresh", action="store_true", help="forget the rows of the file")

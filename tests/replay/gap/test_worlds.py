@@ -300,7 +300,7 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
     worlds("case")
     run = importlib.import_module("gap_worlds")
     options = argparse.Namespace(
-        split="report", n=864, first_seed=None, effect="all", family=None, plant=None, noise=None
+        split="report", n=864, first_seed=None, effect="all", family=None, plant=None, noise=None, mixed=True
     )
     cases = list(run.cases(options))
     assert len({case.seed for case in cases}) == 864

@@ -26,9 +26,9 @@ LEAST_SPEED_MPS = 0.3
 """Floor of v̄ in assumption 4, as in the simulator: at standstill the decay rate would be infinite."""
 DIFFERENCE = 1e-6
 """Step of every difference quotient."""
-LEAST_UNDECLARED = 1e-3
-"""Below it, an undeclared skid moves v_lat by its first-order term alone: the second-order term would make
-the slope jump at 0.
+LEAST_UNDECLARED = 0.1
+"""Below it, an undeclared skid moves v_lat by its first-order term alone: tyres that are so stiff creep, and
+do not skid (:mod:`wmr_replay.gap.estimation.sideslip`).
 """
 
 

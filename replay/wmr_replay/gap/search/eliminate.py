@@ -71,6 +71,7 @@ def eliminate(
 
     While some fail, the weakest of those is dropped, and the rest is tested again.
     """
+    current, found = with_tyres_of_payload(problem, current, found)
     while found:
         rests = [fit_without(problem, base, current, f.name) for f in found]
         found = [replace(f, gain=r.deviance - current.deviance) for f, r in zip(found, rests, strict=True)]
@@ -139,6 +140,26 @@ def is_remainder(
     if effect.gain >= own.remainder_share * most:
         return False
     return correlation(problem, current, effect.name) > own.correlated
+
+
+def with_tyres_of_payload(
+    problem: Problem, current: Fit, found: list[FittedCandidate]
+) -> tuple[Fit, list[FittedCandidate]]:
+    """The model and its effects, a cornering stiffness taken as known where a payload beside it causes it.
+
+    A skid decays with 2 G_x/(ε m): a heavier robot looks like one with softer tyres, by 1/(1 + mass_ratio).
+    """
+    extension = current.extension
+    tyres, load = (extension.effects.get(name) for name in ("cornering_stiffness", "payload"))
+    if tyres is None or load is None:
+        return current, found
+    by_mass = 1 / (1 + load["mass_ratio"]) - 1
+    if abs(tyres["ratio"] - by_mass) > problem.settings.selection.same_stiffness * abs(by_mass):
+        return current, found
+    known = (*extension.known, ("cornering_stiffness", dict(tyres)))
+    extension = replace(extension.without("cornering_stiffness"), known=known)
+    current = fit_model(problem, extension, current.noise, problem.settings.budget.without_diffusion)
+    return current, [f for f in found if f.name != "cornering_stiffness"]
 
 
 def margin_for(problem: Problem, current: Fit, effect: FittedCandidate) -> float:

@@ -11,6 +11,7 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
+from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.extension import Extension
@@ -86,6 +87,7 @@ def find_modes_and_effects(
     """
     track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates))
+    extension = with_sideslip(first, extension)
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)

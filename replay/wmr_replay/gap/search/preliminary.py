@@ -54,8 +54,26 @@ def preliminary_models(
             selection = forward_selection(problem, extension, options, terms=False)
         found = models_from(problem, extension, selection, local=local)
         if found:
+            found += models_without_skid(log, problem, extension, options, found)
             return PreliminaryModels(found, (problem, selection) if local else (first, plain()))
     return PreliminaryModels([], (first, plain()))
+
+
+def models_without_skid(
+    log: Log, problem: Problem, extension: Extension, options: GapOptions, found: list[Extension]
+) -> list[Extension]:
+    """The model that is seen where skidding is replaced by ideal, if another one rests on skidding alone.
+
+    A robot whose pose is turned seems to skid all the time, with tyres of another stiffness.
+    """
+    binned = problem.binned
+    if "cornering_stiffness" not in found[0].effects or binned.track is None:
+        return []
+    track = without_skid(binned.track)
+    plain = Problem.of(bin_identified(log, track, problem.settings))
+    selection = forward_selection(plain, extension, options, terms=False)
+    others = models_from(plain, extension, selection)[:1]
+    return [model for model in others if model.effects.keys() != found[0].effects.keys()]
 
 
 def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:

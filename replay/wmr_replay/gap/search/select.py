@@ -2,17 +2,21 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
-from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import is_rest
+from wmr_replay.gap.scan.misfit import is_rest, negligible
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import built_in
 
 CONFOUNDED_FORMS = tuple(
@@ -151,18 +155,30 @@ def first_tested(
     return (first, *stage[1:])
 
 
+def is_slight(name: str, extension: Extension, own: SelectionSettings, misfit: MisfitSettings) -> bool:
+    """Whether an effect of the library is small beside what matters in practice."""
+    if name not in BY_NAME:
+        return False
+    size = float(np.hypot.reduce(list(extension.effects[name].values())))
+    relevant = BY_NAME[name].declaration.relevant
+    return size < (own.slight * relevant if relevant else negligible(name, extension, misfit))
+
+
 def remainder(
     problem: Problem, base: Fit, current: Fit, candidate: FittedCandidate, found: list[FittedCandidate]
 ) -> float:
-    """What the wrong form of the effects found may leave for a correlated candidate, in units of deviance.
+    """What the wrong form of the effects found may leave for a candidate, in units of deviance.
 
-    A share of their largest gain. A local candidate is held against their gain in its time or place.
+    A share of their largest gain, for one that is correlated with them, or slight. A local candidate is held
+    against their gain in its time or place.
     """
     own, name = problem.settings.selection, candidate.name
     if name in LOCAL:
         rows = rows_that_show(problem, candidate.fit, name)
         return own.remainder_share * float((base.row_deviance - current.row_deviance)[rows].sum())
-    if candidate.correlation <= own.correlated:
+    if candidate.correlation <= own.correlated and not is_slight(
+        name, candidate.fit.extension, own, problem.settings.misfit
+    ):
         return 0.0
     confounded = [f.gain for f in found if {f.name, name} in CONFOUNDED_FORMS]
     by_form = own.confounded_share * max(confounded, default=0.0)

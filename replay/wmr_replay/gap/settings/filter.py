@@ -119,6 +119,28 @@ class RefitSettings:
 
 
 @dataclass(frozen=True)
+class SideslipSettings:
+    """The elastic sideslip of tyres that grip."""
+
+    iterations: int = 3
+    """Iterations of the diffusion that it is estimated at. Numerics: the lateral part is held calm anyway."""
+
+    difference: float = 0.1
+    """Step of the difference, a share of the largest compliance. Numerics: v_lat is linear in it."""
+
+    clip_sd: float = 6.0
+    """Innovations count up to here. As ``FilterSettings.outlier_sd``."""
+
+    most_s: float = 0.008
+    """Largest lateral speed by lateral acceleration, s. Physics: 8 mm/s at 1 m/s², some times what tyres of
+    robots show. At walking pace it looks like a pose 1 cm off the axle; more than that is no sideslip."""
+
+    least_gain: float = 20.0
+    """Least drop of the deviance. Statistics: twice "very strong" after Kass and Raftery (1995); less than
+    that harms nothing."""
+
+
+@dataclass(frozen=True)
 class BudgetSettings:
     """Iterations that each fit may take. Numerics: a fit ends earlier where a step gains too little. Chosen
     for speed on the patrol benchmark; what larger numbers would change is to be measured.

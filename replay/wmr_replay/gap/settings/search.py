@@ -53,9 +53,17 @@ class SelectionSettings:
     """Share of a found effect's gain that the wrong form of it may leave for a correlated one. Patrol
     benchmark, in which effects are hidden in other forms than their candidates."""
 
+    slight: float = 0.5
+    """Share of the size that matters in practice, below which an effect beside a far larger one is what the
+    wrong form of that leaves, correlated or not. Judgement."""
+
     confounded_share: float = 0.5
     """The same for two forms of one cause, actuator lag and input delay. Physics: most real lags lie between
     a lag of one pole and a delay."""
+
+    same_stiffness: float = 0.25
+    """How far a cornering stiffness may differ from what a payload's mass does, relatively. Judgement: the
+    stiffness itself grows a little with the load."""
 
     margin: float = 10.0
     """What an effect must explain beyond its price beside others. Statistics: a BIC difference of 10, "very

@@ -234,6 +234,30 @@ class GateSettingsWheelSpeed:
 
 
 @dataclass(frozen=True)
+class DriveSettings:
+    """How the drive is fitted to what the wheels did."""
+
+    soft_mps: float = 0.05
+    """Rim speed from which an error counts by its size and no more by its square, m/s. Physics: what a wheel
+    that is controlled keeps to."""
+
+    scale: float = 0.05
+    """Least scale of a parameter in the fit, in its unit. Numerics."""
+
+    least_change: float = 1e-5
+    """Share of the cost and of the parameters by which a fit still moves. Numerics."""
+
+    steps: int = 25
+    """Most evaluations of a fit's slope. Numerics: twice what the Husky takes."""
+
+    least_better: float = 0.005
+    """Share of the errors that an effect takes away to be needed. Judgement: half a per cent."""
+
+    level: float = 0.001
+    """Level at which stretches have to be told better with an effect. Statistics: the level of the gates."""
+
+
+@dataclass(frozen=True)
 class ModeSettingsWheelSpeed:
     """When a wheel slips or the robot skids."""
 
@@ -351,6 +375,7 @@ class WheelSpeedSettings:
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
     modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    drive: DriveSettings = DriveSettings()
     terms: TermSettings = TermSettings()
     disagreement: DisagreementSettings = DisagreementSettings()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

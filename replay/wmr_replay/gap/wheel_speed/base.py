@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.drive import Chassis, Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED
-from wmr_replay.gap.wheel_speed.rolling import Chassis
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters

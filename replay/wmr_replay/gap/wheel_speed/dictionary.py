@@ -66,6 +66,8 @@ def terms_of(problem: Problem) -> tuple[str, ...]:
 
 def with_terms(selection: Selection, most: int) -> Selection:
     """A selection with the terms that the record proves; effects that they make needless go."""
+    if not terms_of(selection.problem):
+        return selection
     for _ in range(min(selection.problem.settings.terms.most, most - len(selection.found))):
         further, tried = next_term(selection)
         selection = replace(further or selection, tried=tried)

@@ -110,12 +110,14 @@ def price(problem: Problem, n_parameters: int) -> float:
     return n_parameters * math.log(max(3 * n, 2))
 
 
-def select(problem: Problem, most: int, progress: Progress | None = None) -> Selection:
+def select(
+    problem: Problem, most: int, progress: Progress | None = None, begin: "Search | None" = None
+) -> Selection:
     """The effects that the record proves, one after the other: those that last, then those in a time or a
-    place, which slip may hide.
+    place, which slip may hide. ``begin`` is where others were found before.
     """
-    search = Search(problem, base_fit(problem), candidates_of(problem.record), [])
-    for stage in range(most):
+    search = begin or Search(problem, base_fit(problem), candidates_of(problem.record), [])
+    for stage in range(len(search.found), most):
         if progress is not None:
             progress("naming", 0.1 + 0.7 * stage / most)
         following = search.next_lasting(stage) or search.next_place(stage)

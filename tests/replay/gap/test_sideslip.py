@@ -1,0 +1,57 @@
+"""Elastic sideslip of tyres that grip; the oracle is the kinematics that makes the path."""
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.sideslip import with_sideslip
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dynamics import Base
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+
+BASE = Base(0.3, 0.3, 0.25, 5.0, 0.0, 0.5, 0.5, 0.0, 5.0)
+SPEED_MPS, STEP_S, N = 1.0, 0.01, 4000
+
+
+def integral(values):
+    """By the trapezoidal rule."""
+    return np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])]) * STEP_S / 2
+
+
+def cornering(compliance_s: float, arm_m: float = 0.0) -> Problem:
+    """A weave at 1 m/s whose tyres creep by ``compliance_s`` times the lateral acceleration; the pose is
+    ``arm_m`` ahead of the axle.
+    """
+    rng = np.random.default_rng(4)
+    t_s = STEP_S * np.arange(N)
+    rate = 0.8 * np.sin(2 * np.pi * t_s / 5.0)
+    yaw = integral(rate)
+    aside = -compliance_s * SPEED_MPS * rate
+    x = integral(SPEED_MPS * np.cos(yaw) - aside * np.sin(yaw)) + arm_m * np.cos(yaw)
+    y = integral(SPEED_MPS * np.sin(yaw) + aside * np.cos(yaw)) + arm_m * np.sin(yaw)
+    pose = np.stack([x, y, yaw]) + np.array([[5e-4], [5e-4], [1e-3]]) * rng.normal(size=(3, N))
+    turn = np.gradient(rate, STEP_S) * BASE.half_track_m / BASE.alpha_yaw
+    none, t_ns = np.full(N, np.nan), np.arange(N, dtype=np.int64) * 10_000_000
+    torque = TorqueTrack(t_ns, -turn / 2, turn / 2, none, none)
+    robot = RobotParameters(alpha=0.3, alpha_yaw=0.3, half_track_m=0.25)
+    return Problem.of(bin_log(Log(PoseTrack(t_ns, *pose), torque, None, robot), GateSettings()))
+
+
+def test_the_sideslip_of_a_log_becomes_known():
+    known = dict(with_sideslip(cornering(0.004), Extension(BASE)).known)
+    compliance_s = SPEED_MPS / (BASE.skid_decay_mps2 * known["undeclared_skid"]["stiffness_ratio"])
+    assert compliance_s == pytest.approx(0.004, rel=0.3)
+
+
+def test_no_sideslip_changes_nothing():
+    bare = Extension(BASE)
+    assert with_sideslip(cornering(0.0), bare) is bare
+
+
+def test_a_pose_far_behind_the_axle_is_no_sideslip():
+    """It moves sideways as tyres that creep by 4 cm at 1 m/s² would."""
+    bare = Extension(BASE)
+    assert with_sideslip(cornering(0.0, arm_m=-0.04), bare) is bare
