@@ -195,7 +195,8 @@ def test_a_candidate_is_significant_by_level_and_score(drive, p, score):
     ],
 )
 def test_a_remainder_is_a_share_of_what_a_correlated_effect_explained(drive, name, correlated, least):
-    fit = made_fit(drive, Extension(BASE), np.zeros((len(drive.binned), 3)))
+    (key,) = candidate_of(name).declaration.parameters
+    fit = made_fit(drive, Extension(BASE, {name: {key: 1.0}}), np.zeros((len(drive.binned), 3)))
     found = [candidate("input_delay", 100.0, fit=fit)]
     tried = replace(candidate(name, 20.0, fit=fit), correlation=correlated)
     assert remainder(drive, fit, fit, tried, found) == pytest.approx(least)
