@@ -20,6 +20,7 @@ from wmr_replay.gap.settings.filter import (
     DiffusionSettings,
     FilterSettings,
     RefitSettings,
+    SideslipSettings,
 )
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
 from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
@@ -40,6 +41,7 @@ class GateSettings:
     refit: RefitSettings = field(default_factory=RefitSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    sideslip: SideslipSettings = field(default_factory=SideslipSettings)
     scan: ScanSettings = field(default_factory=ScanSettings)
     misfit: MisfitSettings = field(default_factory=MisfitSettings)
     candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
