@@ -90,25 +90,29 @@ def measured(case: Case, motion: Motion, robot: Robot, hidden: Hidden) -> Log:
     return Log(pose, torque, robot=robot.data_sheet)
 
 
-def calibration_case(case: Case) -> Case:
-    """Another log of the same robot without the effect: another seed and the same noise, on the calibration
-    drive; of a skid-steered robot, whose track depends on the driving, on the same family.
+def calibration_cases(case: Case) -> tuple[Case, ...]:
+    """Other logs of the same robot without the effect: another seed, the same noise, the calibration drive.
+
+    The track of a skid-steered robot depends on the driving: it is calibrated on the case's family as well.
     """
-    family = case.family if robot_of(case.robot).four_wheeled else CALIBRATION_DRIVE
     seed = CALIBRATION_SEED + case.seed % CALIBRATIONS
-    return replace(case, effect="", again=False, family=family, seed=seed)
+    drive = replace(case, effect="", again=False, family=CALIBRATION_DRIVE, seed=seed)
+    if not robot_of(case.robot).four_wheeled:
+        return (drive,)
+    return (drive, replace(drive, family=case.family, seed=seed + CALIBRATIONS))
 
 
 def base_of(case: Case) -> Model:
-    """The base model that ``fit`` writes for the case's calibration log."""
-    return fitted(calibration_case(case))
+    """The base model that ``fit`` writes for the case's calibration logs."""
+    return fitted(calibration_cases(case))
 
 
 @lru_cache
-def fitted(case: Case) -> Model:
-    """What ``fit`` says of a case's log."""
+def fitted(cases: tuple[Case, ...]) -> Model:
+    """What ``fit`` says of the logs of cases."""
     with TemporaryDirectory() as folder:
-        return fit(written(logged(case).log, Path(folder) / "calibration.mcap")).model
+        paths = [written(logged(case).log, Path(folder) / f"{k}.mcap") for k, case in enumerate(cases)]
+        return fit(paths if len(paths) > 1 else paths[0]).model
 
 
 def written(log: Log, path: Path) -> Path:

@@ -21,6 +21,8 @@ LEAST_SHARE = 0.05
 """A part of an answer counts for its variables from this share of the answer's mean square on."""
 PURE = 0.8
 """From this share on, a function is called odd (or even) in a variable."""
+BOTH_SIGNS = 0.1
+"""Least share of the rows with the rarer sign of a variable for its parity to count: else it is not seen."""
 EVERY = 10
 SIGNED = {"v": ("v",), "yaw_rate": ("yaw_rate", "w"), "effort_sum": ("pull",), "effort_diff": ("turn",)}
 Values = Mapping[str, float]
@@ -134,6 +136,13 @@ def flipped(at: At, variable: str) -> At:
     return at._replace(**{column: -getattr(at, column) for column in SIGNED[variable]})
 
 
+def both_signs(at: At, variable: str) -> bool:
+    """Whether the variable takes both signs, beyond a tenth of its root mean square."""
+    column = getattr(at, SIGNED[variable][0])
+    beyond = 0.1 * rms(column)
+    return min(np.mean(column > beyond), np.mean(column < -beyond)) >= BOTH_SIGNS
+
+
 def parity_of(function: Callable[[At], F64], at: At, variable: str) -> str:
     """Odd, even or mixed, by the shares of the mean square."""
     here, there = function(at), function(flipped(at, variable))
@@ -161,7 +170,8 @@ def scored(world: HiddenWorld, effects: list[Mapping[str, Any]]) -> dict[str, An
     counted = [p.variables for p, share in zip(on_channel, shares, strict=True) if share >= LEAST_SHARE]
     variables = frozenset().union(*counted) == form.variables
     seen = At(*(column[rows][::EVERY] for column in at))
-    parity = all(parity_of(total, seen, name) == sign_of for name, sign_of in form.parity.items())
+    shown = {name: sign_of for name, sign_of in form.parity.items() if both_signs(seen, name)}
+    parity = all(parity_of(total, seen, name) == sign_of for name, sign_of in shown.items())
     left = np.sum((hidden - said)[rows] ** 2) / np.sum((hidden[rows] - hidden[rows].mean()) ** 2)
     return {
         "channel": channel,

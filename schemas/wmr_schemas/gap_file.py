@@ -37,6 +37,31 @@ class Alternative(Part, frozen=True):
 
     name: Annotated[str, Meta(description="name in the catalogue")]
     delta_bic: Annotated[Size, Meta(description="BIC of the alternative minus that of the chosen effect")]
+    separate_with: Annotated[
+        str, Meta(description="the manoeuvre that tells it from the effect; empty where none is known")
+    ] = ""
+
+
+class AgainstBin(Part, frozen=True):
+    """A bin of the variable; residuals are medians in it."""
+
+    low: Annotated[float, Meta(description="least value of the variable")]
+    high: Annotated[float, Meta(description="largest value")]
+    at: Annotated[float, Meta(description="median value")]
+    seconds: Annotated[float, Meta(ge=0, description="time spent in it")]
+    before: Annotated[float, Meta(description="residual of the base model")]
+    after: Annotated[float, Meta(description="residual of the extended model")]
+    fitted: Annotated[float, Meta(description="what the effect explains: its fitted curve")]
+
+
+class Against(Part, frozen=True):
+    """The residual of an effect against the variable that it follows."""
+
+    residual_unit: Annotated[str, Meta(description="unit of the residual")]
+    variable_unit: Annotated[str, Meta(description="unit of the variable")]
+    rms_before: Annotated[float, Meta(ge=0, description="residual of the base model, root mean square")]
+    rms_after: Annotated[float, Meta(ge=0, description="the same, extended model")]
+    bins: Annotated[tuple[AgainstBin, ...], Meta(description="of equal counts, in ascending order")]
 
 
 class Effect(Part, frozen=True):
@@ -63,6 +88,25 @@ class Effect(Part, frozen=True):
     variable: Annotated[
         str, Meta(description="column of the traces that the residual follows, or `distance_m`")
     ] = ""
+    against: Annotated[
+        Against | None,
+        Meta(description="the residual against that column, in bins; null where it is not known"),
+    ] = None
+
+
+class Formula(Part, frozen=True):
+    """What terms of a dictionary add to the acceleration of a channel, as one sum."""
+
+    channel: Annotated[str, Meta(description="longitudinal, lateral or yaw")]
+    text: Annotated[str, Meta(description="the sum with units and 95 % intervals")]
+    terms: Annotated[tuple[str, ...], Meta(description="names of its terms among `effects`")]
+    parity: Annotated[
+        dict[str, Literal["odd", "even", "mixed"]], Meta(description="by signed quantity that it reads")
+    ]
+    rms_mps2: Annotated[Size, Meta(description="root mean square over the log, m/s²")]
+    visited: Annotated[
+        dict[str, tuple[Maybe, Maybe]], Meta(description="range of each quantity over the log")
+    ]
 
 
 class Interval(Part, frozen=True):
@@ -153,6 +197,17 @@ class Gap(Part, frozen=True):
         return self.metric.rpartition("_")[2].removesuffix("s")
 
 
+class Proof(Part, frozen=True):
+    """Both models on another log of the robot, of which nothing was fitted."""
+
+    log: Annotated[str, Meta(description="the other log as it was named")]
+    log_sha256: Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="hash of that log")]
+    gap: Gap
+    left_out: Annotated[
+        tuple[str, ...], Meta(description="effects in an interval of the analysed log's own time")
+    ] = ()
+
+
 class Detectable(Part, frozen=True):
     """The smallest size of an effect that would have been seen."""
 
@@ -213,6 +268,25 @@ class Candidate(Part, frozen=True):
     score: Annotated[Maybe, Meta(description="gain less the price of its parameters; the largest is tested")]
     p_value: Annotated[Probability, Meta(description="corrected for everything that was scanned")]
     failed: Annotated[str, Meta(description="the gate that it does not pass; empty where none failed")]
+
+
+class StandsOut(Part, frozen=True):
+    """A stretch in which the extended model's path errs more than three times the median stretch."""
+
+    start_s: Annotated[float, Meta(description="from the log's first pose")]
+    end_s: Annotated[float, Meta(description="end of the stretch")]
+    position_rms_m: Annotated[Size, Meta(description="error of the simulated position, root mean square")]
+    times: Annotated[Size, Meta(description="the same over that of the median stretch")]
+
+
+class Remains(Part, frozen=True):
+    """What the extended model leaves."""
+
+    position_over_floor: Annotated[
+        Size, Meta(description="held-out gap in position after, over what noise alone leaves: 1 is nothing")
+    ]
+    yaw_over_floor: Annotated[Size, Meta(description="the same in yaw")]
+    blocks: Annotated[tuple[StandsOut, ...], Meta(description="stretches of 4 s, the largest error first")]
 
 
 class OdometryError(Part, frozen=True):
@@ -290,6 +364,8 @@ class GapFile(Part, frozen=True):
     candidates: Annotated[
         tuple[Candidate, ...], Meta(description="what was fitted in full, by stage, the best first")
     ] = ()
+    proof: Annotated[Proof | None, Meta(description="with `--prove-on`: both models on another log")] = None
+    remains: Annotated[Remains | None, Meta(description="what the extended model leaves")] = None
     base_model: Annotated[
         Literal["torque", "wheel_speed"], Meta(description="what drives the base model")
     ] = "torque"
@@ -300,6 +376,9 @@ class GapFile(Part, frozen=True):
     bases: Annotated[
         Bases | None, Meta(description="with `--base both`: both answers, and where they agree")
     ] = None
+    formulas: Annotated[
+        tuple[Formula, ...], Meta(description="the terms of a dictionary among the effects, by channel")
+    ] = ()
     base_log: Annotated[
         str, Meta(description="the simulator's log that the base model was calibrated on; else empty")
     ] = ""

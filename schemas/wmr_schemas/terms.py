@@ -3,7 +3,7 @@
     name    = "unnamed:" channel ":" term
     channel = "longitudinal" | "lateral" | "yaw"
     term    = factor { "*" factor }                  up to 6 factors, blanks allowed about "*"
-    factor  = one of FACTORS
+    factor  = one of FACTORS, or one with numbers of its own (see placed_factors)
 
 A term is a product of named quantities and nothing else: it is looked up, never evaluated as code. Its one
 parameter is ``coefficient``, and coefficient · term is added to
@@ -25,6 +25,8 @@ import numpy as np
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidTerm
+from wmr_schemas.placed_factors import FORMS, placed_factor
+from wmr_schemas.slip_terms import unit_of
 
 TermChannel = Literal["longitudinal", "lateral", "yaw"]
 CHANNELS: tuple[TermChannel, ...] = get_args(TermChannel)
@@ -53,6 +55,18 @@ FACTORS: dict[str, tuple[str, Callable[[F64], F64]]] = {
     "abs(effort_diff)": ("effort_diff", np.abs),
 }
 """Each factor by its name: the column that it reads, and the function of it."""
+UNITS: dict[str, tuple[int, int, int]] = {
+    "v": (1, -1, 0),
+    "v_lat": (1, -1, 0),
+    "yaw_rate": (0, -1, 0),
+    "effort_sum": (0, 0, 1),
+    "effort_diff": (0, 0, 1),
+}
+"""Powers of metre, second and newton metre of a column; a factor without a unit is not here."""
+WITHOUT_UNIT = ("1", "sgn(v)", "sgn(yaw_rate)", "cos(yaw)", "sin(yaw)")
+EVEN = ("abs(v)", "abs(v_lat)", "abs(yaw_rate)", "abs(effort_sum)", "abs(effort_diff)", "1")
+SIGNED = ("v", "v_lat", "yaw_rate", "effort_sum", "effort_diff")
+"""Columns in which a term is odd or even; in the others it has no parity."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +81,10 @@ class Term:
             raise InvalidTerm(self.name, f"no channel {self.channel!r}; known are {', '.join(CHANNELS)}")
         if not 1 <= len(self.factors) <= MOST_FACTORS:
             raise InvalidTerm(self.name, f"has {len(self.factors)} factors; 1 to {MOST_FACTORS} are allowed")
-        unknown = [factor for factor in self.factors if factor not in FACTORS]
+        unknown = [f for f in self.factors if f not in FACTORS and placed_factor(f) is None]
         if unknown:
-            raise InvalidTerm(self.name, f"no factor {unknown[0]!r}; known are {', '.join(FACTORS)}")
+            known = f"{', '.join(FACTORS)}, and {FORMS}"
+            raise InvalidTerm(self.name, f"no factor {unknown[0]!r}; known are {known}")
 
     @property
     def name(self) -> str:
@@ -82,16 +97,66 @@ class Term:
         return "·".join((COEFFICIENT, *self.factors))
 
     @property
+    def is_placed(self) -> bool:
+        """Whether it reads time or place."""
+        return any(factor not in FACTORS for factor in self.factors)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns that it reads, each once."""
+        return tuple(dict.fromkeys(column for factor in self.factors for column in columns_of(factor)))
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coefficient, so that the product is an acceleration in m/s²."""
+        metres, seconds, torque = np.array([1, -2, 0]) - np.sum([powers_of(f) for f in self.factors], axis=0)
+        return unit_of({"m": int(metres), "s": int(seconds), "N·m": int(torque)})
+
+    @property
+    def parity(self) -> dict[str, str]:
+        """Odd or even in each of the signed columns that it reads."""
+        odd = {c: 0 for c in self.columns if c in SIGNED}
+        for factor in self.factors:
+            if factor in FACTORS and factor not in EVEN and FACTORS[factor][0] in odd:
+                odd[FACTORS[factor][0]] += 1
+        return {column: "odd" if times % 2 else "even" for column, times in odd.items()}
+
+    @property
     def powers(self) -> tuple[int, ...]:
-        """How often each of :data:`FACTORS` occurs, in their order."""
+        """How often each of :data:`FACTORS` occurs, in their order; others count nowhere."""
         return tuple(self.factors.count(factor) for factor in FACTORS)
 
     def evaluate(self, columns: Mapping[str, F64]) -> F64:
-        """The product at each row, (n,), of ``columns`` by the names in :data:`COLUMNS`; those not needed may
-        be missing.
+        """The product at each row, (n,), of ``columns`` by the names in :data:`COLUMNS` and ``t``, ``x``,
+        ``y``, ``s``; those not needed may be missing.
         """
-        values = (FACTORS[factor] for factor in self.factors)
-        return np.asarray(np.prod([of(columns[column]) for column, of in values], axis=0))
+        return np.asarray(np.prod([evaluate_factor(factor, columns) for factor in self.factors], axis=0))
+
+
+def evaluate_factor(factor: str, columns: Mapping[str, F64]) -> F64:
+    """One factor at each row, (n,)."""
+    if factor in FACTORS:
+        column, of = FACTORS[factor]
+        return of(columns[column])
+    placed = placed_factor(factor)
+    assert placed is not None
+    return placed.of(columns)
+
+
+def columns_of(factor: str) -> tuple[str, ...]:
+    """The columns that a factor reads; 1 reads none."""
+    if factor in FACTORS:
+        return () if factor == "1" else (FACTORS[factor][0],)
+    placed = placed_factor(factor)
+    return placed.columns if placed else ()
+
+
+def powers_of(factor: str) -> tuple[int, int, int]:
+    """Powers of metre, second and newton metre in a factor's unit."""
+    if factor in FACTORS:
+        return (0, 0, 0) if factor in WITHOUT_UNIT else UNITS[FACTORS[factor][0]]
+    placed = placed_factor(factor)
+    return (*placed.unit, 0) if placed else (0, 0, 0)
 
 
 def parse_term(name: str) -> Term:

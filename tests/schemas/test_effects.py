@@ -67,6 +67,9 @@ WHEEL_SPEED = {
     "speed_deadzone": ("threshold_mps",),
     "speed_saturation": ("limit_mps",),
     "acceleration_limit": ("limit_mps2",),
+    "turn_saturation": ("limit_radps",),
+    "speed_desaturation": ("limit_mps",),
+    "turn_acceleration_limit": ("limit_radps2",),
 }
 """Effects of the wheel-speed base alone."""
 ON_BOTH = {"drive_gain", "actuator_lag", "input_delay", "heading_misalignment", "pose_lever_arm"} | {
@@ -76,6 +79,9 @@ ON_BOTH = {"drive_gain", "actuator_lag", "input_delay", "heading_misalignment", 
 COMMANDED = {"drive_gain", "actuator_lag", "input_delay", "turn_gain", "acceleration_limit"} | {
     "speed_deadzone",
     "speed_saturation",
+    "turn_saturation",
+    "speed_desaturation",
+    "turn_acceleration_limit",
 }
 """Effects that the wheel-speed base has only where commands drive it."""
 UNIT_BY_SUFFIX = {
@@ -83,6 +89,7 @@ UNIT_BY_SUFFIX = {
     "seconds": "s",
     "_mps": "m/s",
     "_mps2": "m/s²",
+    "_radps2": "rad/s²",
     "_per_s": "1/s",
     "_per_m": "1/m",
     "_per_radps": "N·m/(rad/s)",

@@ -48,6 +48,9 @@ SIZES = {
     "turn_gain": {"ratio": 0.2},
     "speed_deadzone": {"threshold_mps": 0.1},
     "speed_saturation": {"limit_mps": 0.7},
+    "turn_saturation": {"limit_radps": 0.3},
+    "speed_desaturation": {"limit_mps": 0.7},
+    "turn_acceleration_limit": {"limit_radps2": 0.4},
     "acceleration_limit": {"limit_mps2": 0.5},
     "actuator_lag": {"time_constant_s": 0.2},
     "input_delay": {"delay_s": 0.1},
@@ -138,7 +141,12 @@ def obeyed(log, name, p):
         u = np.sign(u) * np.maximum(np.abs(u) - p["threshold_mps"], 0.0)
     if name == "speed_saturation":
         u = np.clip(u, -p["limit_mps"], p["limit_mps"])
-    if name in ("acceleration_limit", "actuator_lag"):
+    if name == "turn_saturation":
+        excess = np.abs(u[1] - u[0]) / (2 * L * p["limit_radps"])
+        u = u.mean(axis=0) + np.stack([-0.5, 0.5])[:, None] * (u[1] - u[0]) / np.maximum(excess, 1.0)
+    if name == "speed_desaturation":
+        u = u / np.maximum(np.abs(u).max(axis=0) / p["limit_mps"], 1.0)
+    if name in ("acceleration_limit", "turn_acceleration_limit", "actuator_lag"):
         u = followed(u, name, p, step_s)
     return age, u
 
@@ -149,6 +157,10 @@ def followed(u, name, p, step_s):
     for k in range(u.shape[1]):
         if name == "actuator_lag":
             now = now + (1 - np.exp(-step_s / p["time_constant_s"])) * (u[:, k] - now)
+        elif name == "turn_acceleration_limit":
+            most, turn = 2 * L * p["limit_radps2"] * step_s, now[1] - now[0]
+            turn = turn + np.clip(u[1, k] - u[0, k] - turn, -most, most)
+            now = u[:, k].mean() + turn * np.array([-0.5, 0.5])
         else:
             now = now + np.clip(u[:, k] - now, -p["limit_mps2"] * step_s, p["limit_mps2"] * step_s)
         out[:, k] = now

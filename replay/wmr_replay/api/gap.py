@@ -1,7 +1,7 @@
 """Where simulation and measurement of a log disagree, and what the model lacks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
 from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
+from wmr_replay.jobs.proof import Wanted, proven
 from wmr_replay.jobs.simulator_base import against, torque_base, wheel_speed_base
 from wmr_replay.jobs.wheel_speed import WHEEL_SPEED, Request, analyse_wheel_logs, either
 from wmr_replay.report.bundle import check_extra
@@ -139,7 +140,7 @@ class Gap:
         """
         target = local_path(path)
         home_of(target)
-        text = gap_page(self.document, self.traces, self._run.path.name)
+        text = gap_page(self.document, self.traces, self._run.path.name, self._run.proof)
         with whole_file(target) as part:
             part.write_text(text, encoding="utf-8")
         return target
@@ -160,6 +161,7 @@ def gap(
     *,
     model: ModelLike | None = None,
     base_log: Place | None = None,
+    prove_on: Place | None = None,
     base: str = "auto",
     inputs: str = "measured",
     modes: str = "identified",
@@ -185,6 +187,8 @@ def gap(
         out: Directory for the result files; None: nothing is written.
         model: Base model or model file; None: the log's own parameters, else calibrated on the log.
         base_log: In place of a model, the log of a simulator: what it shows is the base model.
+        prove_on: Another log of the robot, of which nothing is fitted: base and extended model are simulated
+            on it, too.
         base: What drives the base model: ``torque``, ``wheel-speed``, ``both``, or ``auto``: torques where
             the log has them, else wheel speeds.
         inputs: Of wheel speeds: ``measured``, or the ``commands``.
@@ -237,6 +241,7 @@ def gap(
         command,
         progress,
         None if base_log is None else places_of(base_log)[0],
+        None if prove_on is None else places_of(prove_on)[0],
     )
     runs = asked.runs(base)
     if claim is None:
@@ -264,9 +269,21 @@ class Asked:
     command: str
     progress: Progress | None
     base_log: LogPath | None = None
+    prove_on: LogPath | None = None
 
     def runs(self, base: str) -> list[GapRun]:
         """The analyses on a base; two for ``both``. Raises LogUnusable."""
+        return [self.proven(run) for run in self.without_proof(base)]
+
+    def proven(self, run: GapRun) -> GapRun:
+        """The analysis with its proof on another log, where one is named."""
+        if self.prove_on is None:
+            return run
+        request = replace(self.request, between=None)
+        return proven(run, Wanted(self.prove_on, request, self.options, self.topic, self.progress))
+
+    def without_proof(self, base: str) -> list[GapRun]:
+        """The analyses alone."""
         if base == "both":
             return list(with_both(self.on_torques(), self.on_wheel_speeds()))
         if base == "wheel-speed" or (base == "auto" and self.needs_wheel_speeds()):

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
 
 GAP_ENDING, TRACES_ENDING = ".gap.json", ".gap_traces.parquet"
+PROOF_ENDING = ".gap_proof.parquet"
 RUN_ENDING = f".{ENDINGS['summary']}"
 Shown: TypeAlias = LocalPlace | Result | Gap
 """A result in memory, a file of a stored one (``<stem>.summary.parquet``, ``<stem>.gap.json``), or its
@@ -76,10 +77,18 @@ def report(result: Shown | Comparison, path: LocalPlace | None = None) -> Path:
     if isinstance(found, StoredRun):
         write_report(target, found.tables, found.stem)
         return target
-    text = gap_page(read_gap(found.json), pl.read_parquet(found.traces, glob=False), found.stem)
+    text = gap_page(
+        read_gap(found.json), pl.read_parquet(found.traces, glob=False), found.stem, proof_beside(found.json)
+    )
     with whole_file(target) as part:
         part.write_text(text, encoding="utf-8")
     return target
+
+
+def proof_beside(json: Path) -> pl.DataFrame | None:
+    """The paths on another log, where they lie beside gap.json."""
+    file = json.with_name(json.name.removesuffix(GAP_ENDING) + PROOF_ENDING)
+    return pl.read_parquet(file, glob=False) if file.exists() else None
 
 
 def plot(result: Shown, path: LocalPlace | None = None) -> "Figure":

@@ -49,6 +49,12 @@ BASE_OPTION = base_option("torque", "wheel-speed", "both")
     metavar="LOG",
     help="In place of a model: a simulator's log; what it shows is the base model.",
 )
+@click.option(
+    "--prove-on",
+    type=click.Path(path_type=Path),
+    metavar="LOG",
+    help="Another log of the robot, never fitted: simulate base and extended model on it, too.",
+)
 @BASE_OPTION
 @click.option(
     "--input",
@@ -91,6 +97,7 @@ def command(  # noqa: PLR0917
     logs: tuple[Path, ...],
     model_file: Path | None,
     base_log: Path | None,
+    prove_on: Path | None,
     base: str,
     inputs: str,
     modes: str,
@@ -117,6 +124,7 @@ def command(  # noqa: PLR0917
       wmr-replay gap log.mcap --model robot.model.toml --tolerance 5:4
       wmr-replay gap log.mcap --modes topic:/ground_truth/mode --fail-on named,ambiguous,unnamed
       wmr-replay gap second.mcap --model log.wmr/log.model.toml     # is anything missing still?
+      wmr-replay gap log.mcap --prove-on second.mcap --report       # does the model hold elsewhere?
       wmr-replay gap real.mcap --base-log simulated.mcap            # what does my simulator lack?
       wmr-replay gap encoders.mcap                                  # no torques: wheel speeds drive the model
       wmr-replay gap encoders.mcap --input commands                 # lag, delay and gains of the drive, too
@@ -134,6 +142,7 @@ def command(  # noqa: PLR0917
             out or encodable(f"{log.stem}.wmr"),
             model=model_file,
             base_log=base_log,
+            prove_on=prove_on,
             base=base,
             inputs=inputs,
             modes=modes,

@@ -1,12 +1,13 @@
 """The drive: manoeuvres chosen one after the other, so that the effects least separated so far gain most.
 
-Greedy, over a finite library, and discrete in time: each step takes the manoeuvre that lowers
+Over a finite library and a finite time: each step takes the manoeuvre that lowers
 
     Σ weight_ij / (1 + D_ij/wanted)
 
-by most per second. D is the T-criterion of :mod:`.information`. A pair that is separated already counts
-little, so that the sum is led by the worst pair (a smooth maximin, cf. Atkinson and Fedorov, Biometrika 62
-(1975) 289, for several rival models).
+by most per second; then single manoeuvres are exchanged while that lowers it further (Fedorov, Theory of
+Optimal Experiments, 1972). D is the T-criterion of :mod:`.information`. A pair that is separated already
+counts little, so that the sum is led by the worst pair (a smooth maximin, cf. Atkinson and Fedorov,
+Biometrika 62 (1975) 289, for several rival models).
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,9 @@ from wmr_replay.excite.question import Question
 from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
+
+EXCHANGE_GAIN = 1e-6
+"""Relative gain below which an exchange is none; rounding."""
 
 
 class NotSeparable(InvalidSetting):
@@ -94,9 +98,11 @@ def design(
     others = tuple(n for n in drivable() if n not in asked and not is_beside(n, question))
     columns = Columns.of((*asked, *others), question, settings)
     grams = np.stack([gram(m.profile, question, columns, settings) for m in offered])
-    weights = weights_of(columns, asked, question, settings)
-    picked = greedy(offered, grams, columns, weights, duration_s, settings)
-    return assembled(picked, offered, grams, columns, len(asked), question, limits, duration_s)
+    choice = Choice(
+        offered, grams, columns, weights_of(columns, asked, question, settings), duration_s, settings
+    )
+    picked = exchanged(choice, greedy(choice, []))
+    return assembled(choice, spread(picked), len(asked), question, limits)
 
 
 def is_beside(name: str, question: Question) -> bool:
@@ -122,32 +128,62 @@ def weights_of(columns: Columns, asked: tuple[str, ...], question: Question, set
     return weights
 
 
-def greedy(
-    offered: list[Manoeuvre],
-    grams: F64,
-    columns: Columns,
-    weights: F64,
-    duration_s: float,
-    settings: ExciteSettings,
-) -> list[int]:
-    """Places in ``offered`` of the manoeuvres chosen, until none fits into the time that is left."""
-    picked: list[int] = []
-    total, left_s = np.zeros(grams.shape[1:]), duration_s - settings.rest_s
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What is chosen from: manoeuvres with their Gram matrices, the pairs' weights, and the time there is."""
 
-    def cost(G: F64) -> float:
-        return float(np.sum(weights / (1 + separations(G, columns) / settings.wanted_bic)))
+    offered: list[Manoeuvre]
+    grams: F64
+    columns: Columns
+    weights: F64
+    duration_s: float
+    settings: ExciteSettings
 
-    while True:
-        fitting = [k for k, m in enumerate(offered) if m.duration_s <= left_s]
-        if not fitting:
-            return picked
-        now = cost(total)
-        gains = [(now - cost(total + grams[k])) / offered[k].duration_s for k in fitting]
+    def cost(self, G: F64) -> float:
+        """Σ weight_ij / (1 + D_ij/wanted)."""
+        return float(np.sum(self.weights / (1 + separations(G, self.columns) / self.settings.wanted_bic)))
+
+    def left_s(self, picked: list[int]) -> float:
+        """The time that is left."""
+        return self.duration_s - self.settings.rest_s - sum(self.offered[k].duration_s for k in picked)
+
+    def fitting(self, seconds: float) -> list[int]:
+        """Places of the manoeuvres that take no longer."""
+        return [k for k, m in enumerate(self.offered) if m.duration_s <= seconds]
+
+    def total(self, picked: list[int]) -> F64:
+        """The Gram matrix of what is picked."""
+        return np.asarray(self.grams[picked].sum(axis=0))
+
+
+def greedy(choice: Choice, picked: list[int]) -> list[int]:
+    """``picked`` and further manoeuvres, until none fits into the time that is left or helps."""
+    while fitting := choice.fitting(choice.left_s(picked)):
+        total = choice.total(picked)
+        now = choice.cost(total)
+        gains = [(now - choice.cost(total + choice.grams[k])) / choice.offered[k].duration_s for k in fitting]
         best = fitting[int(np.argmax(gains))]
-        if max(gains) <= 0 and picked:
+        if max(gains) * choice.offered[best].duration_s < choice.settings.least_gain * now and picked:
             return picked
-        picked.append(best)
-        total, left_s = total + grams[best], left_s - offered[best].duration_s
+        picked = [*picked, best]
+    return picked
+
+
+def exchanged(choice: Choice, picked: list[int]) -> list[int]:
+    """The same with single manoeuvres exchanged while that lowers the cost (Fedorov's exchange)."""
+    for _ in range(choice.settings.exchange_rounds):
+        before = picked
+        for k in dict.fromkeys(picked):
+            others = [*picked]
+            others.remove(k)
+            total, fitting = choice.total(others), choice.fitting(choice.left_s(others))
+            costs = [choice.cost(total + choice.grams[other]) for other in fitting]
+            best = fitting[int(np.argmin(costs))]
+            if min(costs) < choice.cost(choice.total(picked)) * (1 - EXCHANGE_GAIN):
+                picked = greedy(choice, [*others, best])
+        if picked == before:
+            break
+    return picked
 
 
 def spread(picked: list[int]) -> list[int]:
@@ -160,34 +196,26 @@ def spread(picked: list[int]) -> list[int]:
     return [k for _, _, k in sorted(rounds)]
 
 
-def assembled(
-    picked: list[int],
-    offered: list[Manoeuvre],
-    grams: F64,
-    columns: Columns,
-    n_asked: int,
-    question: Question,
-    limits: Limits,
-    duration_s: float,
-) -> Design:
-    """The drive as a whole, simulated once more, with what it is expected to separate."""
-    settings, order = limits.settings, spread(picked)
-    pieces = [offered[k] for k in order]
+def assembled(choice: Choice, order: list[int], n_asked: int, question: Question, limits: Limits) -> Design:
+    """The drive as a whole, simulated once more, with what it is to separate. Raises NotSeparable."""
+    settings, columns = choice.settings, choice.columns
+    pieces = [choice.offered[k] for k in order]
     profile = joined([*(piece.profile for piece in pieces), rest(settings.rest_s)])
     D = separations(gram(profile, question, columns, settings), columns)
     n_rows = len(problem_of(profile, question, settings).binned)
-    bic = expected_bic(D, columns, n_rows)
-    found = separations_of(D, bic, columns, profile.duration_s, question, settings)
+    found = separations_of(
+        D, expected_bic(D, columns, n_rows), columns, profile.duration_s, question, settings
+    )
     asked = set(columns.names[:n_asked])
     inside = tuple(s for s in found if s.missing in asked and (s.rival in asked or not s.rival))
-    worst = [s for s in inside if s.seconds_needed > settings.most_duration_factor * duration_s]
+    worst = [s for s in inside if s.seconds_needed > settings.most_duration_factor * choice.duration_s]
     if worst and not question.library:
-        raise NotSeparable(why_not(worst[0], limits, duration_s))
+        raise NotSeparable(why_not(worst[0], limits, choice.duration_s))
     rest_of = tuple(s for s in found if s not in inside and (question.library or s.missing in asked))
     starts = np.concatenate([[0.0], np.cumsum([piece.duration_s for piece in pieces])])
     pairs = [(s.missing, s.rival) for s in inside]
     chosen = tuple(
-        Chosen(float(start), piece, contribution(grams[k], columns, pairs))
+        Chosen(float(start), piece, contribution(choice.grams[k], columns, pairs))
         for start, piece, k in zip(starts, pieces, order, strict=False)
     )
     return Design(profile, chosen, inside, rest_of, limits)

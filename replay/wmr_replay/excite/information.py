@@ -20,9 +20,10 @@ import numpy as np
 
 from wmr_replay.excite.profile import Profile, Reached
 from wmr_replay.excite.question import Question
-from wmr_replay.excite.sizes import Parameters, points_of, rivals_of
+from wmr_replay.excite.sizes import Parameters, points_of, sizes_tried
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.arrays import F64, I64
@@ -39,18 +40,27 @@ class Column:
     parameters: Mapping[str, float]
 
 
+@dataclass(frozen=True)
+class Rival:
+    """A way in which an effect may be fitted: columns, and the factors by which they may be scaled."""
+
+    columns: tuple[int, ...]
+    least: float = -np.inf
+    most: float = np.inf
+
+
 @dataclass(frozen=True, eq=False)
 class Columns:
     """The signatures that are looked at.
 
-    ``truths`` are the columns of each effect where it is missing, ``rivals`` the groups of columns that stand
-    for it where it is fitted; ``nuisance`` the columns that are always fitted too. Places in ``columns``.
+    ``truths`` are the columns of each effect where it is missing, ``rivals`` the ways in which it is fitted;
+    ``nuisance`` the columns that are always fitted too. Places in ``columns``.
     """
 
     names: tuple[str, ...]
     columns: tuple[Column, ...]
     truths: Mapping[str, list[int]]
-    rivals: Mapping[str, list[list[int]]]
+    rivals: Mapping[str, list[Rival]]
     nuisance: list[int]
 
     @classmethod
@@ -64,21 +74,48 @@ class Columns:
             return list(range(start, len(found)))
 
         truths: dict[str, list[int]] = {}
-        rivals: dict[str, list[list[int]]] = {}
+        rivals: dict[str, list[Rival]] = {}
         for name in names:
             points = points_of(name, question.extension, question.sizes.get(name))
             truths[name] = places(name, points)
-            groups = rivals_of(name, points, settings.rival_sizes)
-            rivals[name] = [truths[name] if g == points else places(name, g) for g in groups]
+            rivals[name] = [Rival(tuple(truths[name]))]
+            if candidate_of(name).grid:
+                each_way = settings.rival_sizes if name in question.names else 1
+                tried = sizes_tried(name, points[0], settings.rival_ratio, each_way)
+                rivals[name] = neighbours(places(name, tried), settings.rival_ratio)
         nuisance = [
             k for name in question.nuisance for k in places(name, points_of(name, question.extension, None))
         ]
         return cls(names, tuple(found), truths, rivals, nuisance)
 
     @cached_property
+    def truth_rows(self) -> I64:
+        """Places (t,) of the truths, effect by effect."""
+        return np.array([k for name in self.names for k in self.truths[name]])
+
+    @cached_property
+    def truth_starts(self) -> I64:
+        """Where each effect's truths begin."""
+        return np.cumsum([0, *(len(self.truths[name]) for name in self.names[:-1])])
+
+    @cached_property
+    def rival_starts(self) -> I64:
+        """Where each effect's rivals begin, in the order of the effects."""
+        return np.cumsum([0, *(len(self.rivals[name]) for name in self.names[:-1])])
+
+    @cached_property
     def sizes(self) -> I64:
         """Number of parameters of each effect."""
         return np.array([len(self.columns[self.truths[name][0]].parameters) for name in self.names])
+
+
+def neighbours(places: list[int], ratio: float) -> list[Rival]:
+    """Sizes in ascending order, each for the sizes up to half-way to the next; the ends for all beyond."""
+    half, last = ratio**0.5, len(places) - 1
+    return [
+        Rival((place,), 0.0 if k == 0 else 1 / half, np.inf if k == last else half)
+        for k, place in enumerate(places)
+    ]
 
 
 def gram(profile: Profile, question: Question, columns: Columns, settings: ExciteSettings) -> F64:
@@ -108,18 +145,29 @@ def separations(G: F64, columns: Columns) -> F64:
     diagonal, what nothing at all leaves. The worst direction of an effect counts, and the best rival size.
     """
     G = without(G, columns.nuisance)
-    n = len(columns.names)
-    D = np.zeros((n, n))
-    rows = [columns.truths[name] for name in columns.names]
-    own = np.diag(G)
-    for i in range(n):
-        D[i, i] = max(float(own[rows[i]].min()), 0.0)
-    for j, name in enumerate(columns.names):
-        left = np.min([np.diag(without(G, group)) for group in columns.rivals[name]], axis=0)
-        for i in range(n):
-            if i != j:
-                D[i, j] = max(float(left[rows[i]].min()), 0.0)
-    return D
+    rows, starts = columns.truth_rows, columns.truth_starts
+    own = np.diag(G)[rows]
+    left = np.stack(
+        [unexplained(G, own, rows, rival) for name in columns.names for rival in columns.rivals[name]]
+    )
+    by_rival = np.minimum.reduceat(left, columns.rival_starts, axis=0)
+    D = np.minimum.reduceat(by_rival, starts, axis=1).T
+    np.fill_diagonal(D, np.minimum.reduceat(own, starts))
+    return np.asarray(np.maximum(D, 0.0))
+
+
+def unexplained(G: F64, own: F64, rows: I64, rival: Rival) -> F64:
+    """Squared length (t,) of what a rival leaves of each truth at the best factor that it may have; ``own``
+    (t,) are the truths' own.
+    """
+    if len(rival.columns) > 1:
+        return np.asarray(np.diag(without(G, list(rival.columns)))[rows])
+    (j,) = rival.columns
+    if not G[j, j] > SEEN:
+        return own
+    products = G[rows, j]
+    factor = np.minimum(np.maximum(products / G[j, j], rival.least), rival.most)
+    return np.asarray(own - 2 * factor * products + factor**2 * G[j, j])
 
 
 def without(G: F64, group: list[int]) -> F64:

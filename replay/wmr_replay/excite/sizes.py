@@ -43,17 +43,13 @@ def scale_of(within: Range, extension: Extension) -> float:
     }[within.scale]
 
 
-def rivals_of(name: str, points: list[Parameters], shares: tuple[float, ...]) -> list[list[Parameters]]:
-    """Groups of points whose signatures together stand for the effect at any size.
-
-    An effect that is linear in its size is one group; another has a group for each of several sizes.
+def sizes_tried(name: str, point: Parameters, ratio: float, each_way: int) -> list[Parameters]:
+    """Sizes at which an effect that is not linear in its size is tried as a rival, ``ratio`` apart: the
+    plausible one and ``each_way`` smaller and larger ones, within the bounds of a fit.
     """
-    candidate = candidate_of(name)
-    if not candidate.grid:
-        return [points]
-    bounded = []
-    for share in shares:
-        sizes = {key: share * value for key, value in points[0].items()}
-        inside = all(low <= sizes[key] <= high for key, (low, high) in candidate.bounds.items())
-        bounded += [[sizes]] if inside else []
-    return bounded or [points]
+    bounds, found = candidate_of(name).bounds, []
+    for k in range(-each_way, each_way + 1):
+        sizes = {key: ratio**k * value for key, value in point.items()}
+        if all(low <= sizes[key] <= high for key, (low, high) in bounds.items()):
+            found.append(sizes)
+    return found or [point]

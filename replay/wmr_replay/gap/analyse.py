@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
@@ -30,7 +31,9 @@ def analyse(
     tell("base model", 0.0)
     model = base_model(log, base, options)
     tell("naming", 0.1)
-    problem, selection = find_effects(replace(log, robot=model.robot), model.extension, options, tell)
+    log = replace(log, robot=model.robot)
+    problem, selection = find_effects(log, model.extension, options, tell)
+    problem, selection = with_formula(log, problem, selection, model.extension, options)
     tell("proving", 0.8)
     return assemble(problem, selection, model, options)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
+import polars as pl
 
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
 from wmr_replay.ingest import Between, LogPath
@@ -49,6 +50,10 @@ class GapRun:
     log: Log
     path: LogPath
     sha256: str
+    proof: pl.DataFrame | None = None
+    """The paths on another log, where the models were simulated on one."""
+    base: Model | None = None
+    """The base model that was given, or a simulator's."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +103,7 @@ def analyse_log(  # noqa: PLR0913 – keyword arguments
         result = analyse(whole.log, base, options, progress)
     result = finished(result, replace(whole, notes=notes + whole.notes), mode_topic, command)
     document = document_of(result, options, str(path), whole.sha256, findings, asked)
-    return GapRun(document, result, whole.log, path, whole.sha256)
+    return GapRun(document, result, whole.log, path, whole.sha256, base=base)
 
 
 def write_gap(run: GapRun, out: Path, *, timeline: bool = True, report: bool = False) -> dict[str, Path]:
@@ -110,21 +115,23 @@ def write_gap(run: GapRun, out: Path, *, timeline: bool = True, report: bool = F
     if report:
         check_extra()
     path = run.path
-    files = names(path, out, timeline=timeline, report=report)
+    files = names(path, out, timeline=timeline, report=report, proof=run.proof is not None)
     traces = traces_frame(run.result.traces)
     with made_folder(out), whole_files(files) as parts:
         parts["json"].write_text(gap_to_json(run.document), encoding="utf-8")
         parts["model"].write_text(model_to_toml(run.result.model), encoding="utf-8")
         traces.write_parquet(parts["traces"])
+        if run.proof is not None:
+            run.proof.write_parquet(parts["proof"])
         if report:
-            parts["report"].write_text(gap_page(run.document, traces, path.name), encoding="utf-8")
+            parts["report"].write_text(gap_page(run.document, traces, path.name, run.proof), encoding="utf-8")
         if timeline:
             from wmr_replay.timeline.gap.writer import write_gap_timeline  # noqa: PLC0415 – Rerun is slow to import
 
             identity = f"{path.stem}-{run.sha256[:16]}-gap"
             found = [msgspec.to_builtins(finding) for finding in run.document.findings]
             write_gap_timeline(parts["timeline"], run.result, path.name, identity, found)
-    for kind, file in names(path, out, timeline=True, report=True).items():
+    for kind, file in names(path, out, timeline=True, report=True, proof=True).items():
         if kind not in files:
             file.unlink(missing_ok=True)
     return files
@@ -209,8 +216,11 @@ def mode_source(modes: str, mode_topic: str | None) -> str:
     return modes if mode_topic is None else f"topic:{mode_topic}"
 
 
-def names(path: LogPath, out: Path, *, timeline: bool, report: bool = False) -> dict[str, Path]:
+def names(
+    path: LogPath, out: Path, *, timeline: bool, report: bool = False, proof: bool = False
+) -> dict[str, Path]:
     """The files by kind."""
     kinds = {"json": "gap.json", "model": "model.toml", "traces": "gap_traces.parquet"}
     kinds |= ({"timeline": "gap.rrd"} if timeline else {}) | ({"report": "gap.html"} if report else {})
+    kinds |= {"proof": "gap_proof.parquet"} if proof else {}
     return {kind: out / encodable(f"{path.stem}.{ending}") for kind, ending in kinds.items()}

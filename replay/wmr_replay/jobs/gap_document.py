@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.remains import remains_of
 from wmr_replay.gap.result.result import GapResult
 from wmr_schemas import __version__
 from wmr_schemas.findings import Finding
@@ -45,6 +46,8 @@ def document_of(
         "findings": [found.as_dict() for found in findings],
         "base_model": result.base_model,
         "odometry": None if result.odometry is None else asdict(result.odometry),
+        "formulas": [asdict(formula) for formula in result.formulas],
+        "remains": asdict(remains_of(result.position, result.yaw, result.traces)),
         "candidates": [asdict(candidate) for candidate in result.candidates],
     }
     return msgspec.json.decode(msgspec.json.encode(contents, enc_hook=plain), type=GapFile)

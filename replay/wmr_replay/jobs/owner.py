@@ -31,7 +31,7 @@ RUN_ENDINGS = (
     "rrd",
     "report.html",
 )
-GAP_ENDINGS = ("gap.json", "gap_traces.parquet", "gap.rrd", "gap.html", MODEL)
+GAP_ENDINGS = ("gap.json", "gap_traces.parquet", "gap_proof.parquet", "gap.rrd", "gap.html", MODEL)
 
 
 class OtherLog(InvalidSetting):

@@ -141,7 +141,7 @@ def analyse_wheel_logs(
         model=replace(result.model, provenance=origin),
     )
     document = document_of(result, options, named(paths), read.sha256, read.findings, asked)
-    return GapRun(document, result, read.wholes[0].log, paths[0], read.sha256)
+    return GapRun(document, result, read.wholes[0].log, paths[0], read.sha256, base=base)
 
 
 def calibrate_wheel_logs(

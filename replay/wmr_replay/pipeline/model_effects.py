@@ -26,7 +26,7 @@ from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.slip_terms import is_slip_term
-from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
+from wmr_schemas.terms import CHANNELS, COEFFICIENT, Term, parse_term
 
 EFFECTS = effects_of("torque")
 """The effects that a replay by torques applies."""
@@ -78,14 +78,17 @@ class ReplayModel:
 
     @property
     def accelerates(self) -> bool:
-        """Whether a user's effect adds an acceleration."""
-        return bool(acting(self.named, "acceleration"))
+        """Whether a user's effect adds an acceleration, or a term that reads time or place."""
+        return bool(acting(self.named, "acceleration") or placed_terms(self.effects))
 
     def own_accelerations(self, at: Columns) -> F64:
-        """dv_long/dt and l·d(yaw_rate)/dt (2, n) in m/s² that users' effects add; 0 where the motion is
-        unknown.
+        """dv_long/dt and l·d(yaw_rate)/dt (2, n) in m/s² that users' effects add, and terms that read time or
+        place; 0 where the motion is unknown.
         """
-        return np.nan_to_num(own_accelerations(self.named, at), nan=0.0)
+        total = own_accelerations(self.named, at)
+        for term, coefficient in placed_terms(self.effects):
+            total[int(term.channel == "yaw")] += coefficient * term.evaluate(as_term_columns(at))
+        return np.nan_to_num(total, nan=0.0)
 
     def as_efforts(self, accelerations: F64) -> F64:
         """Efforts (2, n), left and right in N·m, that give the same accelerations by α and α_yaw."""
@@ -144,24 +147,49 @@ def without_commands(model: Model) -> tuple[Model, tuple[Effect, ...]]:
     return replace(model, effects=tuple(e for e in model.effects if e not in found)), found
 
 
+def is_torque_term(effect: Effect) -> bool:
+    """Whether it is a term of the torque base's dictionary."""
+    return effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
+
+
+def placed_terms(effects: Iterable[Effect]) -> list[tuple[Term, float]]:
+    """The terms that read time or place, with their coefficients; a replay knows no distance driven."""
+    terms = [(parse_term(e.name), e.parameters[COEFFICIENT]) for e in effects if is_torque_term(e)]
+    return [(t, c) for t, c in terms if t.is_placed and "s" not in t.columns and t.channel != "lateral"]
+
+
+def as_term_columns(at: Columns) -> dict[str, F64]:
+    """The columns of users' effects by the names of terms."""
+    names = {"t": "t_s", "x": "x_m", "y": "y_m", "yaw": "yaw_rad", "v": "v_mps", "v_lat": "v_lat_mps"}
+    columns = {name: at[column] for name, column in names.items()} | {"yaw_rate": at["yaw_rate_radps"]}
+    left, right = at["left_nm"], at["right_nm"]
+    return columns | {"effort_sum": right + left, "effort_diff": right - left}
+
+
 def is_left_out(effect: Effect) -> bool:
-    """Whether it is an effect of the wheel-speed base that no part of a replay applies."""
+    """Whether it is an effect of the wheel-speed base that no part of a replay applies, or a term over the
+    distance driven, or one that reads time or place and acts sideways.
+    """
     if is_known_slip(effect.name):
         return False
     if is_slip_term(effect.name):
         return True
+    if is_torque_term(effect):
+        term = parse_term(effect.name)
+        return "s" in term.columns or (term.is_placed and term.channel == "lateral")
     return effect.name in OF_WHEELS and effect.name not in EFFECTS and effect.name not in PARAMETER_OF
 
 
 def check_needs(effects: Iterable[Effect], robot: RobotParameters) -> None:
     """The robot has the parameters that the effects need. Raises InvalidSetting naming one that it lacks."""
     for effect in effects:
-        unnamed = effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
-        if unnamed and parse_term(effect.name).channel == "yaw" and not robot.half_track_m:
+        term = parse_term(effect.name) if is_torque_term(effect) else None
+        if term is not None and term.channel == "yaw" and not robot.half_track_m:
             raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
         if effect.name == "wheel_viscous" and robot.wheel_radius_m is None:
             raise InvalidSetting("wheel_viscous needs the robot's wheel_radius_m")
-        if acting([(effect.name, effect.parameters)], "acceleration") and robot.alpha is None:
+        accelerates = acting([(effect.name, effect.parameters)], "acceleration") or placed_terms([effect])
+        if accelerates and robot.alpha is None:
             raise InvalidSetting(f"{effect.name} needs the robot's alpha")
 
 
@@ -191,8 +219,9 @@ def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
     products = [
         [CHANNELS.index(term.channel), effect.parameters[COEFFICIENT], *term.powers]
         for effect in effects
-        if effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
+        if is_torque_term(effect)
         for term in [parse_term(effect.name)]
+        if not term.is_placed
     ]
     terms = Terms(
         theta_of(named, robot.wheel_radius_m or 1.0), robot.half_track_m or 0.0, com_yaw_per_m(robot)

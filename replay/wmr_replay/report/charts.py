@@ -6,7 +6,7 @@ turns columns into rows and gives a figure its width, so that one page serves a 
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -78,6 +78,21 @@ class Figure:
     data: Mapping[str, Columns]
     key: Sequence[Key] = field(default_factory=tuple)
     note: str = ""
+
+
+def renamed(figure: Figure, suffix: str) -> Figure:
+    """The figure with data sets of its own names, so that a page can hold two of a kind."""
+    names = {name: f"{name}_{suffix}" for name in figure.data}
+
+    def named(value: Any) -> Any:
+        if isinstance(value, str):
+            return names.get(value, value)
+        if isinstance(value, Mapping):
+            return {key: named(inner) for key, inner in value.items()}
+        return [named(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+    data = {names[name]: columns for name, columns in figure.data.items()}
+    return replace(figure, name=f"{figure.name}_{suffix}", spec=named(figure.spec), data=data)
 
 
 def numbers(values: NDArray[Any]) -> list[float | None]:

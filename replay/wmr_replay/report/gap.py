@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import msgspec
 import polars as pl
 
+from wmr_replay.report import gap_elsewhere, page
 from wmr_replay.report import gap_figures as figures
-from wmr_replay.report import page
 from wmr_replay.report.charts import Figure
-from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, YawGap
+from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, Proof, YawGap
 from wmr_schemas.text import json_text
 
 VERDICTS = {
@@ -40,8 +40,10 @@ MOST_CANDIDATES = 10
 SMALLEST_P = 1e-12
 
 
-def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
-    """The page of an analysis of the log ``name``, as the text of a file. Raises MissingExtra."""
+def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame | None = None) -> str:
+    """The page of an analysis of the log ``name``, as the text of a file; ``other`` are the paths on another
+    log. Raises MissingExtra.
+    """
     sheet = page.Page(name, "gap between simulation and measurement")
     word, tone = VERDICTS[gap.verdict]
     sheet.add(page.verdict(word, gap.sentence.strip(), tone), page.facts(fact_list(gap)))
@@ -61,6 +63,10 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str) -> str:
     sheet.figures(*[[one] for one in figures.path_figures(gap, traces)])
     sheet.figures([figures.error_figure(traces, extended=bool(gap.effects), seconds=gap.gap.seconds)])
     sheet.add(page.details("Where, in numbers", where_table(gap)))
+    if gap.proof is not None and other is not None:
+        sheet.section("On another log", gap_elsewhere.lead(gap.proof))
+        sheet.add(page.facts(proof_facts(gap.proof)))
+        gap_elsewhere.add_figures(sheet, gap, gap.proof, other)
     if gap.candidates:
         sheet.section(
             "Candidates and their scores",
@@ -97,6 +103,12 @@ def fact_list(gap: GapFile) -> Iterator[tuple[str, str, str]]:
         gap.modes.partition(":")[0],
         gap.modes.partition(":")[2] or "how they were obtained",
     )
+
+
+def proof_facts(proof: Proof) -> Iterator[tuple[str, str, str]]:
+    """The gap on another log before and after."""
+    yield metric_fact("gap there, position", proof.gap.held_out, "mm", proof.gap.windows)
+    yield metric_fact("gap there, yaw", proof.gap.yaw.held_out, "mrad", proof.gap.yaw.windows)
 
 
 def metric_fact(name: str, held: HeldOut, unit: str, windows: int) -> tuple[str, str, str]:
@@ -252,8 +264,9 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
             f"no motion tells it from {', '.join(same)}" if same else "no other effect gives the same motion"
         )
         sheet.add(f"<h3>{page.escape(effect.name)}</h3>", page.paragraph(f"By theory, {said}."))
-        rows = [(one.name, number(one.delta_bic)) for one in effect.alternatives]
-        sheet.add(page.table(("next best on this log", "worse by (ΔBIC)"), rows, numeric=(1,)))
+        rows = [(one.name, number(one.delta_bic), one.separate_with or "–") for one in effect.alternatives]
+        head = ("next best on this log", "worse by (ΔBIC)", "told apart by")
+        sheet.add(page.table(head, rows, numeric=(1,)))
         if effect.separate_with:
             sheet.add(page.paragraph(f"To tell them apart: {effect.separate_with}"))
 
@@ -274,6 +287,8 @@ def remains(sheet: page.Page, gap: GapFile) -> None:
         "noise alone",
     )
     sheet.add(page.table(head, rows, numeric=range(1, 6)))
+    if gap.remains is not None:
+        sheet.add(page.paragraph(gap_elsewhere.still_left(gap.remains)))
     if gap.unnameable:
         sheet.add(
             page.paragraph(

@@ -17,6 +17,7 @@ BEFORE, AFTER, UNKNOWN, INK = "#d55e00", "#1f78b4", "#c3c8d0", "#3a424f"
 HEAT = ("#f6d860", "#f2a93b", "#e5732f", "#c43c39", "#7d1f5e")
 """Levels of the error on white paper, from small to large."""
 MARK = "#111827"
+HELD_OUT, SLIPPING = "#e4e7ec", "#f3d9ec"
 RESIDUALS = {
     "longitudinal": "residual of dv/dt [m/s²]",
     "lateral": "lateral velocity left over [m/s]",
@@ -232,6 +233,10 @@ def scatter_figure(
         charts.dots(f"{name}_1", AFTER, size=9, opacity=0.32),
         *(median_line(f"{name}_{k}", colour) for k, colour in ((2, BEFORE), (3, AFTER))),
     ]
+    if effect.against is not None:
+        bins = effect.against.bins
+        data[f"{name}_4"] = {"x": [one.at for one in bins], "y": [one.fitted for one in bins]}
+        layers.append(fitted_line(f"{name}_4"))
     spec = charts.cloud(
         layers, QUANTITIES[effect.variable], residuals[effect.residual], list(data), height=300
     )
@@ -240,6 +245,8 @@ def scatter_figure(
         Key(AFTER, f"with {effect.name}", "dot"),
         Key(INK, "median of a bin", "line"),
     ]
+    if effect.against is not None:
+        key.append(Key(MARK, "what the effect explains", "dash"))
     return Figure(name, scatter_title(effect, before, after, residuals), spec, data, key)
 
 
@@ -259,6 +266,16 @@ def median_line(data: str, colour: str) -> Spec:
         "strokeWidth": 2.6,
         "point": {"filled": True, "fill": colour, "stroke": "white", "strokeWidth": 1.2, "size": 46},
     }
+    return {
+        "data": {"name": data},
+        "mark": mark,
+        "encoding": {"x": charts.quantity("x"), "y": charts.quantity("y")},
+    }
+
+
+def fitted_line(data: str) -> Spec:
+    """The effect's fitted curve, dashed."""
+    mark = {"type": "line", "color": MARK, "strokeWidth": 1.6, "strokeDash": [5, 4]}
     return {
         "data": {"name": data},
         "mark": mark,
@@ -319,8 +336,13 @@ def over_time_figure(
 ) -> Figure:
     """One line for each model, base below, and the held-out windows shaded."""
     t_s = values(traces, "t_s")
-    data: dict[str, Columns] = {"held": held_out(t_s, traces["held_out"].to_numpy())}
-    layers = [charts.shade("held", 0.5)] + ([charts.level(0.0, "#9aa1ac", (), 0.8)] if zero else [])
+    data: dict[str, Columns] = {
+        "held": stretches_of(t_s, traces["held_out"].to_numpy(), HELD_OUT),
+        "slips": stretches_of(t_s, traces["mode"].to_numpy() > 0, SLIPPING),
+    }
+    layers = [charts.shade("held", 0.5), charts.shade("slips", 0.5)]
+    if zero:
+        layers.append(charts.level(0.0, "#9aa1ac", (), 0.8))
     read = []
     for model, colour in lines.items():
         value = values(traces, columns[model])
@@ -329,20 +351,20 @@ def over_time_figure(
         layers.append(charts.line(columns[model], "v", colour))
         read.append(Read(WORDS[model], columns[model], "v"))
     spec = charts.over_time(layers, (float(t_s[0]), float(t_s[-1])), height, data=list(data), readout=read)
-    key = [Key(colour, WORDS[model], "line") for model, colour in lines.items()] + [
-        Key("#e4e7ec", "held out: not fitted")
-    ]
+    key = [Key(colour, WORDS[model], "line") for model, colour in lines.items()]
+    key += [Key(HELD_OUT, "held out: not fitted")] if data["held"]["t"] else []
+    key += [Key(SLIPPING, "slip or skid")] if data["slips"]["t"] else []
     return Figure(name, title, spec, data, key)
 
 
 WORDS = {"base": "base model", "extended": "extended model"}
 
 
-def held_out(t_s: F64, held: Bool) -> Columns:
-    """The stretches that were not fitted."""
+def stretches_of(t_s: F64, held: Bool, colour: str) -> Columns:
+    """The stretches of a mask, in a colour."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], held.astype(np.int8), [0]]))).reshape(-1, 2)
     return {
         "t": [round(float(t_s[a]), 3) for a, _ in edges],
         "t2": [round(float(t_s[min(b, len(t_s) - 1)]), 3) for _, b in edges],
-        "c": ["#e4e7ec"] * len(edges),
+        "c": [colour] * len(edges),
     }

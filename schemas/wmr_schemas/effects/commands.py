@@ -66,6 +66,40 @@ EFFECTS = (
         needs_commands=True,
     ),
     EffectDeclaration(
+        "turn_saturation",
+        "yaw",
+        "clip(commanded yaw rate, −limit, limit)",
+        {
+            "limit_radps": Parameter(
+                "rad/s", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=42,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.2, 0.3, 0.45, 0.6, 0.9, 1.3, 1.8, 2.5, 3.5)),
+        ranges={"limit_radps": Range(0.3, 0.6)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
+    EffectDeclaration(
+        "speed_desaturation",
+        "input",
+        "u·min(1, limit/max(|left|, |right|)), both wheels by one factor",
+        {
+            "limit_mps": Parameter(
+                "m/s", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=43,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.2, 0.3, 0.45, 0.6, 0.8, 1.0, 1.3, 1.6)),
+        ranges={"limit_mps": Range(0.6, 1.0)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
+    EffectDeclaration(
         "acceleration_limit",
         "input",
         "|du/dt| ≤ limit, each wheel",
@@ -79,6 +113,23 @@ EFFECTS = (
         models=WHEEL_SPEED,
         search=Search(grid=(0.15, 0.25, 0.4, 0.6, 1.0, 1.5, 2.5)),
         ranges={"limit_mps2": Range(0.3, 0.8)},
+        zero_is_absent=False,
+        needs_commands=True,
+    ),
+    EffectDeclaration(
+        "turn_acceleration_limit",
+        "yaw",
+        "|d(commanded yaw rate)/dt| ≤ limit",
+        {
+            "limit_radps2": Parameter(
+                "rad/s²", 1e-3, 0.0, INFINITE, "a limit is never below 0", domain=Domain.ABOVE_ZERO
+            )
+        },
+        acts_on="commands",
+        number=44,
+        models=WHEEL_SPEED,
+        search=Search(grid=(0.3, 0.5, 0.8, 1.2, 2.0, 3.0, 5.0)),
+        ranges={"limit_radps2": Range(0.3, 0.8)},
         zero_is_absent=False,
         needs_commands=True,
     ),

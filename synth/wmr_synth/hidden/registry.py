@@ -36,6 +36,8 @@ ROLLING_WORDS = {
     "low_grip_patch": WORDS["low_friction_patch"],
     "speed_deadzone": WORDS["torque_deadzone"],
     "speed_saturation": WORDS["torque_saturation"],
+    "speed_desaturation": WORDS["torque_saturation"],
+    "turn_saturation": WORDS["torque_saturation"],
     "actuator_lag": "two poles of half the time constant each, one of them with the drive's own lag",
 }
 """Forms other than the candidate's, of robots that wheel speeds drive."""

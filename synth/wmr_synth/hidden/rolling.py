@@ -34,6 +34,9 @@ class RollingHidden(NamedTuple):
     turn_gain: float = 1.0
     deadzone_mps: float = 0.0
     saturation_mps: float = math.inf
+    turn_saturation_radps: float = math.inf
+    desaturation_mps: float = math.inf
+    turn_acceleration_radps2: float = math.inf
     acceleration_mps2: float = math.inf
     lag_s: float = 0.0
     delay_ns: int = 0
@@ -77,6 +80,9 @@ ROLLING_CHANGES: dict[str, Callable[[RollingHidden, Parameters], RollingHidden]]
     "turn_gain": lambda h, p: h._replace(turn_gain=1 + p["ratio"]),
     "speed_deadzone": lambda h, p: h._replace(deadzone_mps=p["threshold_mps"]),
     "speed_saturation": lambda h, p: h._replace(saturation_mps=p["limit_mps"]),
+    "turn_acceleration_limit": lambda h, p: h._replace(turn_acceleration_radps2=p["limit_radps2"]),
+    "speed_desaturation": lambda h, p: h._replace(desaturation_mps=p["limit_mps"]),
+    "turn_saturation": lambda h, p: h._replace(turn_saturation_radps=p["limit_radps"]),
     "acceleration_limit": lambda h, p: h._replace(acceleration_mps2=p["limit_mps2"]),
     "actuator_lag": lambda h, p: h._replace(lag_s=p["time_constant_s"]),
     "input_delay": lambda h, p: h._replace(delay_ns=round(p["delay_s"] * NS_PER_S)),

@@ -45,8 +45,8 @@ def simulate_hidden(
     """As :func:`wmr_synth.plants.two_wheeled_loop.simulate`, with effects and a disturbance.
 
     ``instants`` are those of torque and pose. ``own`` gives further accelerations, each held from its instant
-    to the next one; it sees the efforts that were sent last. Efforts are those that the driver commands, as a log
-    shows them; the mode is the schedule's.
+    to the next one; it sees the efforts that were sent last. Efforts are those that the driver commands, as a
+    log shows them; the mode is the schedule's.
     """
     torque_ns, pose_ns = instants
     undeclared = hidden.undeclared_stiffness > 0.0

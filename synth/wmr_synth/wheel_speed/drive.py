@@ -76,14 +76,33 @@ def commanded(wanted: F64, state: F64, tracking: Tracking, rig: Rig) -> tuple[fl
 
 @compiled
 def shaped(left: float, right: float, rig: Rig, h: RollingHidden) -> tuple[float, float]:
-    """Commands behind what acts on them at once: gains, dead zone, saturation."""
+    """Commands behind what acts on them at once: gains, limit of the turning, dead zone, limits of the
+    speed.
+    """
     mean, half = h.gain * 0.5 * (right + left), h.gain * h.turn_gain * 0.5 * (right - left)
     r = rig.stated_radius_m
+    half = forms.saturation(half, h.turn_saturation_radps * rig.stated_half_track_m / r, h.plain)
     left_mps = forms.dead_zone((mean - half) * r, h.deadzone_mps, h.plain)
     right_mps = forms.dead_zone((mean + half) * r, h.deadzone_mps, h.plain)
     left_mps = forms.saturation(left_mps, h.saturation_mps, h.plain)
     right_mps = forms.saturation(right_mps, h.saturation_mps, h.plain)
-    return left_mps / r, right_mps / r
+    fastest = max(abs(left_mps), abs(right_mps), 1e-9)
+    share = forms.saturation(fastest, h.desaturation_mps, h.plain) / (fastest * r)
+    return left_mps * share, right_mps * share
+
+
+@compiled
+def turning(
+    left: float, right: float, dt: float, state: F64, rig: Rig, h: RollingHidden
+) -> tuple[float, float]:
+    """Wanted wheel speeds whose half difference changes by at most the hidden limit within ``dt``."""
+    if h.turn_acceleration_radps2 == math.inf:
+        return left, right
+    most = dt * h.turn_acceleration_radps2 * rig.stated_half_track_m / rig.stated_radius_m
+    now = 0.5 * (state[TARGET_R] - state[TARGET_L])
+    mean, change = 0.5 * (right + left), 0.5 * (right - left) - now
+    half = now + max(-most, min(most, change))
+    return mean - half, mean + half
 
 
 @compiled

@@ -40,6 +40,7 @@ from wmr_synth.wheel_speed.drive import (
     commanded,
     shaped,
     turn_wheel,
+    turning,
 )
 from wmr_synth.wheel_speed.ground import Ground
 from wmr_synth.wheel_speed.modes import modes_of
@@ -175,8 +176,9 @@ def run(
         n_steps = math.ceil(span_s / MAX_STEP_S * (1.0 - 1e-9))
         dt = span_s / n_steps
         for step in range(n_steps):
-            turn_wheel(0, right, dt, state, rig, h)
-            turn_wheel(1, left, dt, state, rig, h)
+            to_left, to_right = turning(left, right, dt, state, rig, h)
+            turn_wheel(0, to_right, dt, state, rig, h)
+            turn_wheel(1, to_left, dt, state, rig, h)
             t = t_ns[i] / NS_PER_S + (step + 1) * dt
             friction, row = (mu[i, 0], mu[i, 1], mu[i, 2]), outside[i]
             slide(t, dt, rough[row], push[row], friction, state, rig, h, work)

@@ -6,6 +6,7 @@ Tyres that creep do not skid, and a rest that the calibration log shows is no fi
 import importlib
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import floor_of, is_rest
+from wmr_replay.gap.search.select import shows_rest
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import effects_of
 from wmr_schemas.modes import ContactMode
@@ -161,6 +163,49 @@ def test_a_base_model_holds_the_rests_that_its_log_proves(calibrated):
     assert rest.name in ("wheel_viscous", "viscous_drag")
     sd = calibrated.robot_sd["alpha"] / calibrated.robot.alpha
     assert calibrated.misfit["payload"] == calibrated.misfit["drive_gain"] == pytest.approx(OWN.in_sd * sd)
+
+
+def rest(extension, p_value=1e-9, score=100.0):
+    """A fitted lever arm of 3 mm, which a creeping tyre looks like."""
+    arm = extension.with_effect("pose_lever_arm", {"x_m": -0.003, "y_m": 0.0})
+    return SimpleNamespace(
+        name="pose_lever_arm", fit=SimpleNamespace(extension=arm), p_value=p_value, score=score
+    )
+
+
+def test_a_rest_that_explains_most_is_held_and_the_search_goes_on(calibrated):
+    problem = SimpleNamespace(settings=GapOptions().gates)
+    bare = Extension(base_of(calibrated.robot))
+    extension = replace(bare, misfit=calibrated.misfit)
+    current = SimpleNamespace(extension=extension)
+    assert shows_rest(problem, extension, current, (rest(extension),))
+    assert not shows_rest(problem, extension, current, ())
+    assert not shows_rest(problem, extension, current, (rest(extension, p_value=0.1),))
+    assert not shows_rest(problem, extension, current, (rest(extension, score=-1.0),))
+    assert not shows_rest(problem, bare, SimpleNamespace(extension=bare), (rest(bare),))
+    held = (("pose_lever_arm", {"x_m": 0.001, "y_m": 0.0}),) * OWN.most_rests
+    full = SimpleNamespace(extension=replace(extension, known=held))
+    assert not shows_rest(problem, extension, full, (rest(extension),))
+
+
+def test_another_log_of_a_robot_has_the_same_hidden_size_on_another_drive(engine):
+    case = engine("case").Case("courier", "wander", "mocap", "payload", 17)
+    again = replace(case, again=True)
+    draws = [
+        [one.stream(purpose).uniform() for purpose in ("size", "drive", "pose")] for one in (case, again)
+    ]
+    assert draws[0][0] == draws[1][0]
+    assert draws[0][1] != draws[1][1]
+    assert draws[0][2] != draws[1][2]
+
+
+def test_bases_are_calibrated_without_the_effect_on_other_seeds(engine):
+    logs, case = engine("logs"), engine("case").Case("rover", "wander", "rtk", "track", 17, again=True)
+    drives = logs.calibration_cases(case)
+    assert [one.family for one in drives] == ["stop-go", "wander"]
+    assert {(one.effect, one.noise, one.again) for one in drives} == {("", "rtk", False)}
+    assert len({one.seed for one in drives} | {case.seed}) == 3
+    assert len(logs.calibration_cases(replace(case, robot="cart"))) == 1
 
 
 def test_what_matters_in_practice_is_not_taken_into_a_base_model(engine):

@@ -64,7 +64,7 @@ def numbers_in(node: ast.expr) -> bool:
 def test_no_threshold_stands_beside_the_settings():
     """Module constants and default arguments of the rooms that decide; ``model`` has constants of motion."""
     found = set()
-    for path, tree in trees("estimation", "scan", "evidence", "search", "result"):
+    for path, tree in trees("estimation", "scan", "evidence", "search", "formula", "result"):
         for node in tree.body:
             if isinstance(node, ast.Assign) and numbers_in(node.value):
                 found |= {f"{path.name}: {t.id}" for t in node.targets if isinstance(t, ast.Name)}

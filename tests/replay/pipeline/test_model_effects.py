@@ -76,6 +76,14 @@ CASES = {
         {"coefficient": -0.01},
         lambda t, v: (ALPHA - 0.01 * np.cos(0.4)) * steps(t),
     ),
+    "unnamed:longitudinal:effort_sum*t": (
+        {"coefficient": -0.0005},
+        lambda t, v: (ALPHA - 0.0005 * t) * steps(t),
+    ),
+    "unnamed:longitudinal:t*cos(yaw)": (
+        {"coefficient": 0.02},
+        lambda t, v: ALPHA * steps(t) + 0.02 * t * np.cos(0.4),
+    ),
     "payload": ({"mass_ratio": 0.5}, lambda t, v: ALPHA / 1.5 * steps(t)),
     "drive_gain": ({"ratio": -0.3}, lambda t, v: 0.7 * ALPHA * steps(t)),
     "torque_bias_common": ({"bias_nm": -4.0}, lambda t, v: ALPHA * (steps(t) - 8.0)),
@@ -110,6 +118,31 @@ def test_products_are_what_the_dictionary_says():
         wanted = dict.fromkeys(CHANNELS, 0.0) | {term.channel: value}
         found = dict(zip(CHANNELS, (ahead, aside, ROBOT.half_track_m * turning), strict=True))
         assert found == pytest.approx(wanted, abs=1e-12), name
+
+
+def test_a_term_over_the_way_is_left_out_and_said():
+    made = replay_model(model("unnamed:longitudinal:sin(2s)", coefficient=0.1), ROBOT)
+    assert made.notes == ("unnamed:longitudinal:sin(2s) of the model is not applied by a replay",)
+    assert not made.accelerates
+
+
+def test_terms_that_read_time_or_place_are_added_by_channel():
+    made = replay_model(
+        Model(
+            effects=(
+                Effect("unnamed:longitudinal:sin(2x)*effort_sum", {"coefficient": 0.5}),
+                Effect("unnamed:yaw:t*v", {"coefficient": 0.1}),
+            )
+        ),
+        ROBOT,
+    )
+    names = ("t_s", "x_m", "y_m", "yaw_rad", "v_mps", "v_lat_mps", "yaw_rate_radps", "left_nm", "right_nm")
+    at = dict(zip(names, np.array([3.0, 0.25, 1.0, 0.3, 2.0, 0.0, 0.1, 4.0, 6.0])[:, None], strict=True))
+    wanted = [0.5 * np.sin(0.5) * 10.0, 0.1 * 3.0 * 2.0]
+    assert made.accelerates
+    assert made.own_accelerations(at)[:, 0] == pytest.approx(wanted)
+    at["v_mps"] = np.array([np.nan])
+    assert made.own_accelerations(at)[1, 0] == 0.0
 
 
 def test_a_lag_acts_on_the_torques_as_its_closed_form():

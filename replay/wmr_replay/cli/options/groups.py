@@ -5,6 +5,7 @@ GROUPS = {
         "--model",
         "--base-log",
         "--from",
+        "--prove-on",
         "--robot",
         "--pose",
         "--torque",

@@ -46,27 +46,31 @@ def headline(said: dict[str, Any]) -> Any:
 
 
 def manoeuvre_table(said: dict[str, Any]) -> Table:
-    """A line for each manoeuvre: when, what, and its share in telling the weakest pair apart."""
+    """A line for each manoeuvre: when, what, and the pair to which it contributes the largest share."""
     table = Table(box=None, pad_edge=False, header_style="dim", padding=(0, 2, 0, 0))
     for name in ("from", "for"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("manoeuvre")
     table.add_column("share", justify="right", no_wrap=True)
-    weakest = said["separations"][0]
-    drops = [drop_of(row, weakest) for row in said["manoeuvres"]]
-    total = max(sum(drops), 1e-12)
-    for row, drop in zip(said["manoeuvres"], drops, strict=True):
+    table.add_column("of what tells")
+    totals = [sum(drops) for drops in zip(*map(drops_of, said["manoeuvres"]), strict=True)]
+    for row in said["manoeuvres"]:
+        shares = [drop / max(total, 1e-12) for drop, total in zip(drops_of(row), totals, strict=True)]
+        best = max(range(len(shares)), key=shares.__getitem__)
+        pair = row["contribution"][best]
         table.add_row(
-            f"{row['start_s']:.1f} s", f"{row['duration_s']:.1f} s", row["words"], f"{drop / total:.0%}"
+            f"{row['start_s']:.1f} s",
+            f"{row['duration_s']:.1f} s",
+            row["words"],
+            f"{shares[best]:.0%}",
+            f"{pair['missing']} from {pair['rival'] or 'nothing'}",
         )
     return table
 
 
-def drop_of(row: dict[str, Any], pair: dict[str, Any]) -> float:
-    """What a manoeuvre contributes to a pair."""
-    wanted = pair["missing"], pair["rival"]
-    found = (c["deviance"] for c in row["contribution"] if (c["missing"], c["rival"]) == wanted)
-    return float(next(found, 0.0))
+def drops_of(row: dict[str, Any]) -> list[float]:
+    """What a manoeuvre contributes to each pair."""
+    return [float(pair["deviance"]) for pair in row["contribution"]]
 
 
 def pair_table(pairs: list[dict[str, Any]]) -> Table:

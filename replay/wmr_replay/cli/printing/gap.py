@@ -17,7 +17,7 @@ from wmr_schemas.text import figure, shown
 
 if TYPE_CHECKING:
     from wmr_replay.api.gap import Gap as GapAnswer
-    from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut, OdometryError
+    from wmr_schemas.gap_file import Effect, Gap, GapFile, HeldOut, OdometryError, Proof
     from wmr_schemas.model_file import Odometry
 
 WIDTH = 100
@@ -221,6 +221,7 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
             for r in gap.where.regions[:3]
         )
         yield "on the path", ", ".join(pieces)
+    yield from proof_facts(gap.proof)
     for effect in gap.effects:
         if effect.separate_with:
             yield "tell apart", f"{effect.name}: {effect.separate_with}"
@@ -230,6 +231,18 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
         yield "note", note
     for found in gap.findings:
         yield found.severity, f"{found.code}: {found.text}; {found.meaning}; {found.advice}"
+
+
+def proof_facts(proof: "Proof | None") -> Iterator[tuple[str, str]]:
+    """The gap on another log before and after, where there is one."""
+    if proof is None:
+        return
+    said = []
+    for name, metric, unit in (("position", proof.gap, "mm"), ("yaw", proof.gap.yaw, "mrad")):
+        before, after, floor = held_out_cells(metric.held_out, unit)[:3]
+        said.append(f"{name} {before} → {after} (noise alone {floor})")
+    left_out = f"; without {', '.join(proof.left_out)}" if proof.left_out else ""
+    yield "elsewhere", f"{proof.log}, never fitted: {', '.join(said)} over {proof.gap.seconds} s{left_out}"
 
 
 def least_sizes(gap: "GapFile") -> Table:

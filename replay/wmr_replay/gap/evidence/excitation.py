@@ -60,9 +60,11 @@ def torques_of(name: str) -> str:
     return declaration.channel if by_torques else "both"
 
 
-def p_in_manoeuvres(problem: Problem, fit: Fit, name: str) -> float:
-    """P value of the Wald test that the effect's size is 0, from manoeuvres alone and robust over blocks."""
-    size, rows = size_columns(fit, name), manoeuvres(problem, fit, torques_of(name))
+def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
+    """P value of the Wald test that the effects' sizes are 0, from manoeuvres alone, robust over blocks."""
+    channels = {torques_of(name) for name in names}
+    rows = manoeuvres(problem, fit, channels.pop() if len(channels) == 1 else "both")
+    size = [j for name in names for j in size_columns(fit, name)]
     block_s, clip_sd = problem.settings.significance.block_s, problem.settings.significance.clip_sd
     block = np.unique(problem.binned.t_s[rows] // block_s, return_inverse=True)[1]
     n_blocks = int(block.max()) + 1 if len(block) else 0

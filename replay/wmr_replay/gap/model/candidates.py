@@ -81,7 +81,7 @@ def declaration_of(name: str) -> EffectDeclaration:
     if name in catalogue():
         return declared(name)
     term = parse_term(name)
-    coefficient = Parameter("SI", COEFFICIENT_STEP)
+    coefficient = Parameter(term.unit, COEFFICIENT_STEP)
     return EffectDeclaration(
         name, term.channel, term.formula, {COEFFICIENT: coefficient}, acts_on="acceleration"
     )

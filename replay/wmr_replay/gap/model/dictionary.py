@@ -1,6 +1,7 @@
 """Terms that are tried where no effect of the catalogue explains the prediction errors."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -26,9 +27,36 @@ PRODUCTS: dict[TermChannel, tuple[str, ...]] = {
         *("abs(effort_diff)", "cos(yaw)", "sin(yaw)", "v*cos(yaw)", "v*sin(yaw)"),
     ),
 }
-TERMS = tuple(
-    Term(channel, tuple(product.split("*"))) for channel, products in PRODUCTS.items() for product in products
-)
+OF_FORMULAS: dict[TermChannel, tuple[str, ...]] = {
+    "longitudinal": (
+        *("1", "v", "abs(v)", "v*v", "v*abs(v)", "v*v*v", "abs(v)*v*v", "v*v*v*v*v", "sgn(v)", "effort_sum"),
+        *(
+            "abs(v)*yaw_rate",
+            "yaw_rate*abs(yaw_rate)",
+            "v*yaw_rate*yaw_rate*yaw_rate",
+            "cos(yaw)",
+            "sin(yaw)",
+        ),
+        *("t", "v*t", "effort_sum*t", "effort_sum*t*t", "effort_diff*t"),
+    ),
+    "yaw": (
+        *("1", "yaw_rate", "abs(yaw_rate)", "yaw_rate*yaw_rate", "yaw_rate*yaw_rate*yaw_rate"),
+        *("sgn(yaw_rate)", "abs(v)*sgn(yaw_rate)", "abs(v)*yaw_rate*abs(yaw_rate)", "effort_diff"),
+        *("t", "yaw_rate*t", "effort_diff*t", "effort_diff*t*t", "effort_sum*t"),
+    ),
+}
+"""What a formula of several terms is made of besides: the forms of the library's effects, their next powers,
+and products with the time.
+"""
+
+
+def terms_of(products: dict[TermChannel, tuple[str, ...]]) -> tuple[Term, ...]:
+    """The terms of a table of products."""
+    return tuple(Term(c, tuple(product.split("*"))) for c, some in products.items() for product in some)
+
+
+TERMS = terms_of(PRODUCTS)
+FORMULA_TERMS = (*TERMS, *terms_of(OF_FORMULAS))
 
 
 def smoothed_slopes(x: F64, step_s: float) -> F64:
@@ -47,19 +75,37 @@ def smoothed_slopes(x: F64, step_s: float) -> F64:
     return slopes / step_s
 
 
+KNOWN_COLUMNS: WeakKeyDictionary[BinnedLog, dict[str, F64]] = WeakKeyDictionary()
+"""The columns of the logs that are analysed, since every pass of a filter reads them."""
+
+
 def columns_of(binned: BinnedLog) -> dict[str, F64]:
-    """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s, and efforts."""
+    """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s, efforts, time and
+    place.
+    """
+    if binned not in KNOWN_COLUMNS:
+        KNOWN_COLUMNS[binned] = computed_columns(binned)
+    return KNOWN_COLUMNS[binned]
+
+
+def computed_columns(binned: BinnedLog) -> dict[str, F64]:
+    """The columns of :func:`columns_of`."""
     step_s = float(np.median(binned.step_s[1:]))
     moved = smoothed_slopes(binned.pose, step_s)
     cos, sin = np.cos(binned.pose[:, 2]), np.sin(binned.pose[:, 2])
     left, right = binned.torque.means(binned.t_s, InputEffects())
+    v = moved[:, 0] * cos + moved[:, 1] * sin
     return {
-        "v": moved[:, 0] * cos + moved[:, 1] * sin,
+        "v": v,
         "v_lat": moved[:, 1] * cos - moved[:, 0] * sin,
         "yaw": binned.pose[:, 2],
         "yaw_rate": moved[:, 2],
         "effort_sum": right + left,
         "effort_diff": right - left,
+        "t": binned.t_s,
+        "x": binned.pose[:, 0],
+        "y": binned.pose[:, 1],
+        "s": np.cumsum(v * binned.step_s),
     }
 
 
@@ -79,14 +125,17 @@ def own_columns_of(binned: BinnedLog) -> dict[str, F64]:
     }
 
 
-def as_efforts(binned: BinnedLog, base: Base) -> Iterator[tuple[Term, F64]]:
-    """Each term with the change (n, 2) of left and right effort that is equivalent to a coefficient of 1."""
+def as_efforts(binned: BinnedLog, base: Base, terms: Iterable[Term] = TERMS) -> Iterator[tuple[Term, F64]]:
+    """Each of the terms with the change (n, 2) of left and right effort that equals a coefficient of 1."""
     columns = columns_of(binned)
-    for term in TERMS:
-        value = term.evaluate(columns)
-        if term.channel == "longitudinal":
-            share = value / (2 * base.alpha)
-            yield term, np.column_stack([share, share])
-        else:
-            share = value / (2 * base.alpha_yaw)
-            yield term, np.column_stack([-share, share])
+    for term in terms:
+        yield term, effort_change(term.channel, term.evaluate(columns), base)
+
+
+def effort_change(channel: TermChannel, value: F64, base: Base) -> F64:
+    """The change (n, 2) of left and right effort that gives an acceleration ``value`` (n,) on a channel."""
+    if channel == "longitudinal":
+        share = value / (2 * base.alpha)
+        return np.column_stack([share, share])
+    share = value / (2 * base.alpha_yaw)
+    return np.column_stack([-share, share])

@@ -16,7 +16,7 @@ from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX, own_effects
 from wmr_schemas.slip_terms import is_slip_term
-from wmr_schemas.terms import COEFFICIENT, parse_term
+from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
 Parameters = Mapping[str, float]
 STIFFEST = 10.0
@@ -107,12 +107,17 @@ class Extension:
         for name, parameters in self.acting:
             if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term = parse_term(name)
-                rows[:, TERM_COLUMNS[term.channel]] += parameters[COEFFICIENT] * term.evaluate(
-                    columns_of(binned)
-                )
+                value = parameters[COEFFICIENT] * term.evaluate(columns_of(binned))
+                rows[:, TERM_COLUMNS[term.channel]] += value * self.passed_on(term, binned)
         if self.own:
             rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
         return rows
+
+    def passed_on(self, term: Term, binned: BinnedLog) -> F64:
+        """The share of a term (n,) that acts: slipping wheels pass on a share of what efforts do."""
+        share = self.base.slip_share if term.channel == "longitudinal" else self.base.slip_share_yaw
+        slips = binned.slips & any(column.startswith("effort") for column in term.columns)
+        return np.where(slips, share, 1.0)
 
 
 def change_by(name: str, acting: list[tuple[str, Parameters]], binned: BinnedLog) -> F64:

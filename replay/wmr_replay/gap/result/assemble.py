@@ -6,13 +6,15 @@ from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.holdout import held_out_errors, windows_within
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
+from wmr_replay.gap.result.formulas import formulas_of
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
-from wmr_replay.gap.result.traces import traces_of
+from wmr_replay.gap.result.traces import residual, traces_of
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
 from wmr_replay.gap.scan.scan import scan
@@ -35,6 +37,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             notes = slipping_note(problem)
     trained = windows_within(problem, problem.train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
+    traces = traces_of(problem, base, fit)
+    effects = with_curves(effects, traces, lambda name: residual(problem, fit.extension.without(name), base))
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, notes),
@@ -49,8 +53,9 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         model=extended_model(model, effects, fit.noise, binned),
         seed=options.seed,
         notes=(*notes, *what_to_drive(verdict)),
-        traces=traces_of(problem, base, fit),
+        traces=traces,
         candidates=scores_of(selection),
+        formulas=formulas_of(effects, problem.binned),
     )
 
 

@@ -20,6 +20,7 @@ from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model
 
 
@@ -50,7 +51,10 @@ def reported(
 ) -> FoundEffect:
     """One effect as the result holds it."""
     form = declaration_of(effect.name)
-    alternatives = tuple(Alternative(other, delta) for other, delta in effect.alternatives)
+    alternatives = tuple(
+        Alternative(other, delta, separate_with(effect.name, (other,)))
+        for other, delta in effect.alternatives
+    )
     close = tuple(a.name for a in alternatives if a.delta_bic < settings.ambiguous_bic)
     return FoundEffect(
         name=effect.name,
@@ -94,6 +98,7 @@ def extended_model(
             e.name,
             {key: p.value for key, p in e.parameters.items()},
             {key: (p.ci95[1] - p.ci95[0]) / in_sd for key, p in e.parameters.items()},
+            e.formula if e.name.startswith(UNNAMED_PREFIX) else "",
         )
         for e in effects
     )

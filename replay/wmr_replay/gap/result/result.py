@@ -21,10 +21,39 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Alternative:
-    """Another effect that explains nearly as much: ``delta_bic`` ≥ 0 is how much worse it is."""
+    """Another effect that explains nearly as much: ``delta_bic`` ≥ 0 is how much worse it is,
+    ``separate_with`` the manoeuvre that tells it from the effect, empty where none is known.
+    """
 
     name: str
     delta_bic: float
+    separate_with: str = ""
+
+
+@dataclass(frozen=True)
+class AgainstBin:
+    """A bin of the effect's variable: its bounds, the median ``at`` in it, its duration, and medians of the
+    residual before and after, and of what the effect explains.
+    """
+
+    low: float
+    high: float
+    at: float
+    seconds: float
+    before: float
+    after: float
+    fitted: float
+
+
+@dataclass(frozen=True)
+class Against:
+    """The residual of an effect against the variable that it follows, bins in ascending order."""
+
+    residual_unit: str
+    variable_unit: str
+    rms_before: float
+    rms_after: float
+    bins: tuple[AgainstBin, ...]
 
 
 @dataclass(frozen=True)
@@ -45,6 +74,23 @@ class FoundEffect:
     separate_with: str
     residual: str = ""
     variable: str = ""
+    against: Against | None = None
+
+
+@dataclass(frozen=True)
+class Formula:
+    """What terms of a dictionary add to the acceleration of a channel, as one sum.
+
+    ``text`` has units and intervals; ``parity`` says odd, even or mixed by quantity; ``rms_mps2`` is its size
+    over the log, ``visited`` the range of each quantity that it was seen over.
+    """
+
+    channel: str
+    text: str
+    terms: tuple[str, ...]
+    parity: Mapping[str, str]
+    rms_mps2: float
+    visited: Mapping[str, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -121,6 +167,27 @@ class GapMetric:
 
 
 @dataclass(frozen=True)
+class StandsOut:
+    """A stretch in which the extended model's path errs far more than in the median one, ``times`` it."""
+
+    start_s: float
+    end_s: float
+    position_rms_m: float
+    times: float
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What the extended model leaves: its held-out gaps over those that noise alone leaves, and the stretches
+    that stand out, the largest error first.
+    """
+
+    position_over_floor: float
+    yaw_over_floor: float
+    blocks: tuple[StandsOut, ...]
+
+
+@dataclass(frozen=True)
 class Detectable:
     """The smallest size of an effect that the log would have shown."""
 
@@ -188,3 +255,4 @@ class GapResult:
     candidates: tuple[CandidateScore, ...] = ()
     base_model: Literal["torque", "wheel_speed"] = "torque"
     odometry: Odometry | None = None
+    formulas: tuple[Formula, ...] = ()

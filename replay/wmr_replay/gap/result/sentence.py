@@ -1,11 +1,14 @@
 """The verdict in one sentence."""
 
+from wmr_replay.gap.result.formulas import is_term, text_of
 from wmr_replay.gap.result.result import FoundEffect, Verdict
 
 
 def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple[str, ...]) -> str:
     """The verdict with the effects and their sizes, or with the notes."""
-    said = " and ".join(described(effect) for effect in effects)
+    parts = [described(effect) for effect in effects if not is_term(effect)]
+    formula = text_of(effects)
+    said = " and ".join([*parts, formula] if formula else parts)
     if verdict == "named":
         return f"The model lacks {said}."
     if verdict == "ambiguous":

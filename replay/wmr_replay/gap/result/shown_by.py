@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from wmr_schemas.effects import UNNAMED_PREFIX, declared
 from wmr_schemas.slip_terms import SLIP_FACTORS, is_slip_term, parse_slip_term
-from wmr_schemas.terms import FACTORS, parse_term
+from wmr_schemas.terms import parse_term
 
 
 class ShownBy(NamedTuple):
@@ -57,6 +57,9 @@ EFFECTS = {
     "turn_gain": ShownBy(YAW, TURNING),
     "speed_deadzone": ShownBy(AHEAD, SPEED),
     "speed_saturation": ShownBy(AHEAD, SPEED),
+    "turn_acceleration_limit": ShownBy(YAW, TURNING),
+    "speed_desaturation": ShownBy(AHEAD, SPEED),
+    "turn_saturation": ShownBy(YAW, TURNING),
     "acceleration_limit": ShownBy(AHEAD, SPEED),
 }
 """What differs from :data:`BY_CHANNEL`."""
@@ -75,6 +78,9 @@ OF_FACTOR = {
     "effort_diff": DIFFERENCE,
     "a": SPEED,
     "t": TIME,
+    "x": "x_m",
+    "y": "y_m",
+    "s": SPEED,
 }
 OF_SLIP = {"v_long": AHEAD, "v_lat": ASIDE, "yaw_rate": YAW}
 
@@ -86,7 +92,7 @@ def shown_by(name: str) -> ShownBy:
         return ShownBy(OF_SLIP[slip.channel], OF_FACTOR[SLIP_FACTORS[slip.factors[-1]][0]])
     if name.startswith(UNNAMED_PREFIX):
         term = parse_term(name)
-        return ShownBy(term.channel, OF_FACTOR[FACTORS[term.factors[-1]][0]])
+        return ShownBy(term.channel, OF_FACTOR[(*term.columns, "v")[max(len(term.columns) - 1, 0)]])
     if name in EFFECTS:
         return EFFECTS[name]
     return BY_CHANNEL.get(declared(name).channel, ShownBy(AHEAD, SPEED))

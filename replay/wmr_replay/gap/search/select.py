@@ -55,8 +55,12 @@ def forward_selection(
     base = current = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     found: list[FittedCandidate] = []
     stages: list[tuple[FittedCandidate, ...]] = []
-    for _ in range(options.max_effects):
-        stage = next_stage(problem, base, current, found, terms=terms)
+    while len(stages) < options.max_effects:
+        fitted = fit_candidates(problem, current, terms=False)
+        if not found and shows_rest(problem, extension, current, fitted):
+            base = current = holding(problem, fitted[0])
+            continue
+        stage = next_stage(problem, base, current, found, fitted, terms=terms)
         stages.append(stage)
         if not stage or stage[0].failed:
             break
@@ -65,6 +69,26 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
+
+
+def shows_rest(
+    problem: Problem, extension: Extension, current: Fit, fitted: tuple[FittedCandidate, ...]
+) -> bool:
+    """Whether what explains most, and significantly, is no more than the base model leaves, and there are
+    few such rests so far. Such a rest hides what explains less.
+    """
+    own, held = problem.settings.misfit, len(current.extension.known) - len(extension.known)
+    if not fitted or held >= own.most_rests or fitted[0].score <= 0:
+        return False
+    significant = fitted[0].p_value <= problem.settings.significance.level
+    return significant and is_rest(fitted[0].name, fitted[0].fit.extension, own)
+
+
+def holding(problem: Problem, rest: FittedCandidate) -> Fit:
+    """The model with a rest that acts and is no finding."""
+    extension, name = rest.fit.extension, rest.name
+    known = (*extension.known, (name, extension.effects[name]))
+    return fit_model(problem, replace(extension.without(name), known=known), rest.fit.noise)
 
 
 def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
@@ -80,15 +104,20 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
 
 
 def next_stage(
-    problem: Problem, base: Fit, current: Fit, found: list[FittedCandidate], *, terms: bool
+    problem: Problem,
+    base: Fit,
+    current: Fit,
+    found: list[FittedCandidate],
+    fitted: tuple[FittedCandidate, ...],
+    *,
+    terms: bool,
 ) -> tuple[FittedCandidate, ...]:
-    """The library's candidates for the next effect, the first one tested.
+    """The library's candidates for the next effect, which are ``fitted``, the first one tested.
 
     The dictionary's terms take their place where none of the library is significant, a disturbance is left
     that something may explain, and a term passes.
     """
     settings = problem.settings
-    fitted = fit_candidates(problem, current, terms=False)
     above = tuple(one for one in fitted if not is_rest(one.name, one.fit.extension, problem.settings.misfit))
     if len(above) < len(fitted):  # a term would describe the same rest
         return first_tested(problem, base, current, above, found)

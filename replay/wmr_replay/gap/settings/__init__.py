@@ -22,6 +22,7 @@ from wmr_replay.gap.settings.filter import (
     RefitSettings,
     SideslipSettings,
 )
+from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
 from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
 from wmr_replay.gap.settings.scan import MisfitSettings, ScanSettings
@@ -55,4 +56,5 @@ class GateSettings:
     detectable: DetectableSettings = field(default_factory=DetectableSettings)
     locate: LocateSettings = field(default_factory=LocateSettings)
     report: ReportSettings = field(default_factory=ReportSettings)
+    formula: FormulaSettings = field(default_factory=FormulaSettings)
     wheel_speed: WheelSpeedSettings = field(default_factory=WheelSpeedSettings)

@@ -24,9 +24,13 @@ class ExciteSettings:
     """A pair for which more than so many times the allowed duration would be needed is refused. Judgement:
     an hour, where three minutes were allowed."""
 
-    primary_weight: float = 5.0
+    primary_weight: float = 10.0
     """Weight of a pair that is asked for, in units of a pair with the rest of the library, which must not
     explain the drive either. Judgement."""
+
+    exchange_rounds: int = 3
+    """Most rounds in which each manoeuvre may be exchanged for another. Numerics: a round that changes
+    nothing ends it."""
 
     rest_s: float = 0.5
     """Standstill before each manoeuvre, s. Judgement: lets a robot settle, and a tracker catch up."""
@@ -46,9 +50,17 @@ class ExciteSettings:
     """Acceleration that sets the torque bound where none is given, m/s². Judgement: brisk for a robot of 20
     to 50 kg, below what dry tyres carry."""
 
-    rival_sizes: tuple[float, ...] = (0.5, 1.0, 2.0)
-    """Sizes, in units of the plausible one, at which an effect that is not linear in its size is tried as a
-    rival. Numerics: its best size is found between them by scaling."""
+    rival_ratio: float = 1.5
+    """Ratio of neighbouring sizes at which an effect that is not linear in its size is tried as a rival.
+    Numerics: between them its signature is scaled."""
+
+    rival_sizes: int = 2
+    """How many sizes of an effect that is asked for are tried on either side of the plausible one; one of the
+    others. Numerics: a factor of 2 either way; signatures beyond are those of the last size, scaled."""
+
+    least_gain: float = 1e-3
+    """Share of the criterion by which another manoeuvre must lower it. Judgement: less is not worth
+    driving."""
 
     position_sd_m: float = 0.002
     """Pose noise where none is known, m. Judgement: between motion capture and satellite positioning."""

@@ -171,6 +171,14 @@ class GateSettingsWheelSpeed:
     """Least size of an effect, as a share of the size that matters in practice. Physics: every tyre creeps a
     little, every encoder is late by part of a step."""
 
+    calibration_sd: float = 2.6
+    """Standard deviations by which an effect has to differ from what a calibration gave the base model,
+    those of both together. Statistics: the level of 1 %, two-sided."""
+
+    between_logs: float = 1.5
+    """Factor on the calibration's. Judgement: one log does not show how a robot differs from drive to drive;
+    tracks of skid-steered ones vary by more."""
+
     least_lowered: float = 0.1
     """Least share by which a limit of the base model has to be lowered. Physics: a limit is known to 10 %."""
 
@@ -226,6 +234,30 @@ class GateSettingsWheelSpeed:
 
 
 @dataclass(frozen=True)
+class DriveSettings:
+    """How the drive is fitted to what the wheels did."""
+
+    soft_mps: float = 0.05
+    """Rim speed from which an error counts by its size and no more by its square, m/s. Physics: what a wheel
+    that is controlled keeps to."""
+
+    scale: float = 0.05
+    """Least scale of a parameter in the fit, in its unit. Numerics."""
+
+    least_change: float = 1e-5
+    """Share of the cost and of the parameters by which a fit still moves. Numerics."""
+
+    steps: int = 25
+    """Most evaluations of a fit's slope. Numerics: twice what the Husky takes."""
+
+    least_better: float = 0.005
+    """Share of the errors that an effect takes away to be needed. Judgement: half a per cent."""
+
+    level: float = 0.001
+    """Level at which stretches have to be told better with an effect. Statistics: the level of the gates."""
+
+
+@dataclass(frozen=True)
 class ModeSettingsWheelSpeed:
     """When a wheel slips or the robot skids."""
 
@@ -263,6 +295,10 @@ class TermSettings:
     least_share: float = 0.01
     """Least size of a term, as a share of the speed or the yaw rate. Physics: a tyre's elastic slip is .3 %
     of the speed where it accelerates by 1 m/s²."""
+
+    least_share_calibrated: float = 0.1
+    """The same beside a base model that was calibrated on another log. Judgement: the track that turning on
+    the spot shows differs by a tenth from that of curves, on MuJoCo's skid-steered robot."""
 
     fitted_in_full: int = 2
     """Best terms of each channel that are fitted in full. Numerics: the motion is linear in a term."""
@@ -339,6 +375,7 @@ class WheelSpeedSettings:
     layout: LayoutSettings = LayoutSettings()
     fit: FitSettings = FitSettings()
     modes: ModeSettingsWheelSpeed = ModeSettingsWheelSpeed()
+    drive: DriveSettings = DriveSettings()
     terms: TermSettings = TermSettings()
     disagreement: DisagreementSettings = DisagreementSettings()
     gates: GateSettingsWheelSpeed = GateSettingsWheelSpeed()

@@ -10,12 +10,14 @@ from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.wheel_speed.assemble import assemble
 from wmr_replay.gap.wheel_speed.base import Base, base_of
 from wmr_replay.gap.wheel_speed.bins import bins_of
+from wmr_replay.gap.wheel_speed.candidates import restarts_often
+from wmr_replay.gap.wheel_speed.chain import chassis_and_drive
 from wmr_replay.gap.wheel_speed.dictionary import with_terms
 from wmr_replay.gap.wheel_speed.modes import ideal_only, slip_mask, without_slip
 from wmr_replay.gap.wheel_speed.plausible import check_signs, logs_apart
 from wmr_replay.gap.wheel_speed.predict import Problem
 from wmr_replay.gap.wheel_speed.record import record_of
-from wmr_replay.gap.wheel_speed.select import select
+from wmr_replay.gap.wheel_speed.select import Search, select
 from wmr_replay.gap.wheel_speed.units import unit_of_blocks
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Model
@@ -42,10 +44,21 @@ def analyse_wheel_speeds(
     problem = problem_of(logs, own, options, driven_by)
     if options.modes == "identified":
         problem = identified(problem, logs, own, options)
-    selection = with_terms(select(problem, options.max_effects, tell), options.max_effects)
+    begin = chained(problem, logs, own, options)
+    selection = with_terms(select(problem, options.max_effects, tell, begin), options.max_effects)
     tell("proving", 0.85)
     result = assemble(selection, own, options)
     return replace(result, notes=(*logs_apart(problem), *result.notes))
+
+
+def chained(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Search | None:
+    """Where the search by commands begins that measured wheel speeds can prepare; None elsewhere."""
+    if problem.record.driven_by != "command" or not restarts_often(problem.record):
+        return None
+    measured = problem_of(logs, base, options, "wheel_speed")
+    if options.modes == "identified":
+        measured = ideal_only(measured, {})
+    return chassis_and_drive(problem, select(measured, options.max_effects))
 
 
 def identified(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Problem:
@@ -76,6 +89,7 @@ def problem_of(logs: Sequence[Log], base: Base, options: GapOptions, driven_by: 
     if not len(bins.table):
         raise InvalidSignal("wheel speed", "no stretch of the log is long enough")
     problem = Problem(record, bins, base.chassis, base.values, np.ones(len(bins.start), bool), settings)
+    problem = replace(problem, base_sd={} if driven_by == "command" else base.values_sd)
     if int(unit_of_blocks(problem).max()) + 1 < settings.gates.least_units:
         seconds = float(bins.inside.sum()) * bins.step_s
         raise InvalidSignal(

@@ -7,6 +7,7 @@ from scipy.special import ndtri, stdtrit
 
 from wmr_replay.gap.model.confounds import separate_with
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.metrics import paired_reduction, rms
 from wmr_replay.gap.result.result import (
     Alternative,
@@ -24,6 +25,7 @@ from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.wheel_speed.base import Base
 from wmr_replay.gap.wheel_speed.disagreement import Disagreement, disagreement
+from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.estimate import Fit
 from wmr_replay.gap.wheel_speed.evidence import folds_of
 from wmr_replay.gap.wheel_speed.held_out import held_out_gaps, pose_noise
@@ -33,7 +35,7 @@ from wmr_replay.gap.wheel_speed.scan import Score
 from wmr_replay.gap.wheel_speed.select import Named, Selection, same_in_any_motion
 from wmr_replay.gap.wheel_speed.units import held_out_bins
 from wmr_replay.gap.wheel_speed.verdict import said_of, verdict_of
-from wmr_replay.gap.wheel_speed.whereabouts import locate, traces_of
+from wmr_replay.gap.wheel_speed.whereabouts import locate, slip_velocities, traces_of
 from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, gaps_of, windows_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.model_file import Effect, Model, NoiseModel, Odometry
@@ -57,6 +59,10 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     verdict, reasons = verdict_of(problem, selection, detectable, standing)
     left = () if standing is None or not selection.found else (said_of(standing),)
     held_out = held_out_bins(problem, 0)
+    traces = traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float))
+    effects = with_curves(
+        effects, traces, lambda name: slip_velocities(problem, without(selection, name)), by_wheels=True
+    )
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, reasons),
@@ -71,13 +77,20 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
         model=extended_model(problem, selection, base, effects),
         seed=options.seed,
         notes=(*reasons, *left, *short_windows(windows.seconds, options)),
-        traces=traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float)),
+        traces=traces,
         candidates=tuple(
             CandidateScore(t.stage, t.name, t.gain, t.score, t.p_value, t.failed) for t in selection.tried
         ),
         base_model="wheel_speed",
         odometry=odometry(problem, (selection.base, selection.fit), options),
     )
+
+
+def without(selection: Selection, name: str) -> Values:
+    """The parameters of the extended model, those of one effect as in the base model."""
+    values, base = dict(selection.fit.values), selection.base.values
+    values.pop(name, None)
+    return values | ({name: base[name]} if name in base else {})
 
 
 def short_windows(seconds: float, options: GapOptions) -> tuple[str, ...]:
@@ -104,7 +117,9 @@ def found_effect(problem: Problem, selection: Selection, named: Named) -> FoundE
         formula=declared.formula_of("wheel_speed"),
         parameters=parameters,
         confound_class=same_in_any_motion(problem, named.name),
-        alternatives=tuple(Alternative(name, delta) for name, delta in named.alternatives),
+        alternatives=tuple(
+            Alternative(name, delta, separate_with(named.name, (name,))) for name, delta in named.alternatives
+        ),
         p_value=named.p_value,
         separate_with=separate_with(named.name, close),
         **shown_by(named.name)._asdict(),

@@ -2,9 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.drive import Chassis, Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED
-from wmr_replay.gap.wheel_speed.rolling import Chassis
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -32,6 +31,11 @@ class Base:
         return {
             e.name: dict(e.parameters) for e in self.effects if e.name in DECLARED or is_slip_term(e.name)
         }
+
+    @property
+    def values_sd(self) -> Values:
+        """Their standard deviations, of those that the source says."""
+        return {e.name: dict(e.sd) for e in self.effects if e.name in DECLARED and e.sd}
 
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:

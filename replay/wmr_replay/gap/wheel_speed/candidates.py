@@ -1,5 +1,7 @@
 """What may be missing: the catalogue's effects of this base, as far as a record can show them."""
 
+import numpy as np
+
 from wmr_replay.gap.wheel_speed.drive import Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter
 from wmr_replay.gap.wheel_speed.record import Record
@@ -9,6 +11,8 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
+BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track", "speed_desaturation", "turn_acceleration_limit")
+"""Effects that need short stretches from measured wheel speeds where commands drive the model."""
 RESTARTED_S = 10.0
 """Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""
 STAMPED = ("pose_delay", "slip_ratio", "input_delay")
@@ -34,14 +38,17 @@ def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
 
 
 def hidden_by_commands(record: Record) -> tuple[str, ...]:
-    """Effects that commands cannot tell from the drive's own."""
-    import numpy as np  # noqa: PLC0415
+    """Effects that commands cannot tell from the drive's own.
 
-    begins = np.diff(record.pose_s[np.append(record.first_pose[:-1], len(record.pose_s) - 1)])
-    often = float(np.mean(begins)) < RESTARTED_S
-    if often and np.isfinite(record.started_radps).all():
-        return ("pose_delay",)
-    return ("pose_delay", "wheel_scale", "effective_track")
+    Limits of both wheels together differ from those of each in a few moments only, where wheels have to tell.
+    """
+    return ("pose_delay",) if restarts_often(record) else BY_WHEELS
+
+
+def restarts_often(record: Record) -> bool:
+    """Whether a record is one of short stretches, each from wheel speeds that were measured."""
+    lasting_s = record.pose_s[record.first_pose[1:] - 1] - record.pose_s[record.first_pose[:-1]]
+    return float(np.mean(lasting_s)) < RESTARTED_S and bool(np.isfinite(record.started_radps).all())
 
 
 def parameters_of(name: str) -> tuple[Parameter, ...]:

@@ -66,6 +66,8 @@ def terms_of(problem: Problem) -> tuple[str, ...]:
 
 def with_terms(selection: Selection, most: int) -> Selection:
     """A selection with the terms that the record proves; effects that they make needless go."""
+    if not terms_of(selection.problem):
+        return selection
     for _ in range(min(selection.problem.settings.terms.most, most - len(selection.found))):
         further, tried = next_term(selection)
         selection = replace(further or selection, tried=tried)
@@ -164,7 +166,8 @@ def failing(one: Proposal, p: float) -> str:
     """The gate that a term does not pass; empty where it passes all."""
     if one.gain < one.problem.settings.terms.least_better:
         return "significance"
-    if share_of_motion(one) < one.problem.settings.terms.least_share:
+    terms = one.problem.settings.terms
+    if share_of_motion(one) < (terms.least_share_calibrated if one.problem.base_sd else terms.least_share):
         return "tolerance"
     if failed := gate(one.problem, one.before, one.after, one.name, p):
         return failed

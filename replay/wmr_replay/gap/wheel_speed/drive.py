@@ -1,33 +1,54 @@
 """From commands to wheel speeds: the effects of the drive, in the order in which a command meets them.
 
-command → dead zone → saturation → gains → delay → acceleration limit → lag → wheel
+command → gains → limit of the turning → dead zone → saturation, of each wheel or both →
+delay → limits of the acceleration, in turning and of each wheel → lag → wheel
 """
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.arrays import F64, I64
 
+MANY_ROWS = 16
+"""Rows from which they are taken place by place together. Numerics."""
 Values = Mapping[str, Mapping[str, float]]
 """Effects by name, each with its parameters."""
 
 
-def wheel_speeds(record: Record, effects: Values, radius_m: float) -> F64:
+class Chassis(NamedTuple):
+    """The nominal robot."""
+
+    radius_m: float
+    half_track_m: float
+
+
+def wheel_speeds(record: Record, effects: Values, chassis: Chassis) -> F64:
     """Left and right wheel speeds (2, M) that the drive makes of what drives the model."""
     speeds = np.stack([record.left_radps, record.right_radps])
     if record.driven_by != "command":
         return speeds
+    speeds, radius_m = with_gains(speeds, effects), chassis.radius_m
+    if "turn_saturation" in effects:
+        limit = effects["turn_saturation"]["limit_radps"] * chassis.half_track_m / radius_m
+        mean, half = (speeds[1] + speeds[0]) / 2, np.clip((speeds[1] - speeds[0]) / 2, -limit, limit)
+        speeds = np.stack([mean - half, mean + half])
     if "speed_deadzone" in effects:
         dead = effects["speed_deadzone"]["threshold_mps"] / radius_m
         speeds = np.sign(speeds) * np.maximum(np.abs(speeds) - dead, 0.0)
     if "speed_saturation" in effects:
         limit = effects["speed_saturation"]["limit_mps"] / radius_m
         speeds = np.clip(speeds, -limit, limit)
-    speeds = with_gains(speeds, effects)
+    if "speed_desaturation" in effects:
+        limit = effects["speed_desaturation"]["limit_mps"] / radius_m
+        speeds = speeds * np.minimum(1.0, limit / np.maximum(np.abs(speeds).max(axis=0), 1e-9))
     if "input_delay" in effects:
         speeds = delayed(record, speeds, effects["input_delay"]["delay_s"])
+    if "turn_acceleration_limit" in effects:
+        limit = effects["turn_acceleration_limit"]["limit_radps2"] * chassis.half_track_m / radius_m
+        speeds = turn_limited(record, speeds, limit * record.step_s)
     if "acceleration_limit" in effects:
         limit = effects["acceleration_limit"]["limit_mps2"] / radius_m
         speeds = rate_limited(record, speeds, limit * record.step_s)
@@ -81,15 +102,40 @@ def rate_limited(record: Record, speeds: F64, most: float) -> F64:
     """Means over each row of wheel speeds that change by at most ``most`` in a row, at a constant rate until
     they reach what is wanted.
     """
+    return stretch_by_stretch(record, speeds, lambda rows, start: approached(rows, start, most))
+
+
+def turn_limited(record: Record, speeds: F64, most: float) -> F64:
+    """The same where half the difference of both wheels changes by at most ``most`` in a row."""
 
     def follow(rows: F64, start: F64) -> F64:
-        flat = rows.reshape(-1, rows.shape[-1])
-        limited = [limited_row(row, at, most) for row, at in zip(flat, start.ravel().tolist(), strict=True)]
-        ends = np.stack(limited).reshape(rows.shape)
-        steps = np.diff(ends, axis=-1, prepend=start[..., None])
-        return np.asarray(ends - steps * np.abs(steps) / (2 * max(most, 1e-12)))
+        mean, half = rows.mean(axis=0), approached((rows[1] - rows[0]) / 2, (start[1] - start[0]) / 2, most)
+        return np.stack([mean - half, mean + half])
 
     return stretch_by_stretch(record, speeds, follow)
+
+
+def approached(rows: F64, start: F64, most: float) -> F64:
+    """Means over each of ``rows`` (..., m) of speeds that start from ``start`` (...) and change by at most
+    ``most`` in a row.
+    """
+    flat, begins = rows.reshape(-1, rows.shape[-1]), start.ravel()
+    if len(flat) > MANY_ROWS:
+        ends = limited_columns(flat, begins, most)
+    else:
+        ends = np.stack([limited_row(row, at, most) for row, at in zip(flat, begins.tolist(), strict=True)])
+    ends = ends.reshape(rows.shape)
+    steps = np.diff(ends, axis=-1, prepend=start[..., None])
+    return np.asarray(ends - steps * np.abs(steps) / (2 * max(most, 1e-12)))
+
+
+def limited_columns(rows: F64, start: F64, most: float) -> F64:
+    """Many rows (n, m) that change by at most ``most`` from place to place, from ``start`` (n,) on."""
+    out, at = np.empty_like(rows), start
+    for k in range(rows.shape[1]):
+        at = at + np.clip(rows[:, k] - at, -most, most)
+        out[:, k] = at
+    return out
 
 
 def limited_row(row: F64, start: float, most: float) -> F64:

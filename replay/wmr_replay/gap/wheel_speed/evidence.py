@@ -94,6 +94,18 @@ def matters(fit: Fit, name: str, same: tuple[str, ...], share: float) -> bool:
     return math.hypot(*(fit.values[name][key] for key in keys)) >= share * known[0]
 
 
+def within_calibration(base_sd: Values, fit: Fit, name: str, settings: GateSettingsWheelSpeed) -> bool:
+    """Whether an effect that the base model has from a calibration differs from it by no more than
+    ``calibration_sd`` standard deviations, the calibration's and its own together.
+    """
+    if name not in base_sd:
+        return False
+    own = {one.key: sd for one, sd in zip(fit.parameters, fit.sd, strict=True) if one.effect == name}
+    both = [math.hypot(settings.between_logs * base_sd[name].get(key, 0.0), sd) for key, sd in own.items()]
+    sizes = [fit.values[name][key] / max(sd, 1e-300) for key, sd in zip(own, both, strict=True)]
+    return math.hypot(*sizes) < settings.calibration_sd
+
+
 def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
     """Whether the held-out gap in position or in yaw shrinks enough; each window is simulated by the fold
     that did not fit it.

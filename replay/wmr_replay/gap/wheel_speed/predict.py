@@ -9,9 +9,9 @@ import numpy as np
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.bins import Bins
 from wmr_replay.gap.wheel_speed.declared import DECLARED
-from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.drive import Chassis, Values
 from wmr_replay.gap.wheel_speed.record import Record
-from wmr_replay.gap.wheel_speed.rolling import Chassis, motion
+from wmr_replay.gap.wheel_speed.rolling import motion
 from wmr_schemas.arrays import F64, Bool
 
 __all__ = ["CHANNELS", "DECLARED", "Parameter", "Problem"]
@@ -57,6 +57,8 @@ class Problem:
     whole: Bins | None = None
     memory: dict[Hashable, F64] = field(default_factory=dict)
     """Predictions by bin; those of one record share them."""
+    base_sd: Values = field(default_factory=dict)
+    """Standard deviations of the base model's effects, where a calibration says them."""
 
     @property
     def with_slip(self) -> "Problem":

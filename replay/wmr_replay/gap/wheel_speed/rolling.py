@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit
 
-from wmr_replay.gap.wheel_speed.drive import Values, wheel_speeds
+from wmr_replay.gap.wheel_speed.drive import Chassis, Values, wheel_speeds
 from wmr_replay.gap.wheel_speed.record import Record
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.slip_terms import SLIP_CHANNELS, is_slip_term, parse_slip_term
@@ -25,13 +25,6 @@ EDGE_S, EDGE_M = 0.05, 0.05
 """Widths of the edges of an interval [s] and of a disc [m]: a form that a fit can follow."""
 
 
-class Chassis(NamedTuple):
-    """The nominal robot."""
-
-    radius_m: float
-    half_track_m: float
-
-
 class Motion(NamedTuple):
     """Body velocities (M,): ahead [m/s], left [m/s], yaw rate [rad/s]."""
 
@@ -42,7 +35,7 @@ class Motion(NamedTuple):
 
 def motion(record: Record, chassis: Chassis, effects: Values, smooth_rows: int) -> Motion:
     """Body velocities in the frame of the measured pose, with ``effects``."""
-    wheels = wheel_speeds(record, effects, chassis.radius_m)
+    wheels = wheel_speeds(record, effects, chassis)
     left, right = with_wheels(record, wheels, effects)
     half_track_m = chassis.half_track_m * (1 + effects.get("effective_track", {}).get("ratio", 0.0))
     ahead = chassis.radius_m * (right + left) / 2

@@ -16,7 +16,14 @@ from wmr_replay.gap.wheel_speed.candidates import (
     within_a_step,
 )
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
-from wmr_replay.gap.wheel_speed.evidence import holds_on_held_out, matters, moves_path, p_value, steady_loss
+from wmr_replay.gap.wheel_speed.evidence import (
+    holds_on_held_out,
+    matters,
+    moves_path,
+    p_value,
+    steady_loss,
+    within_calibration,
+)
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS, likeliest
 from wmr_replay.gap.wheel_speed.predict import Problem
@@ -103,12 +110,14 @@ def price(problem: Problem, n_parameters: int) -> float:
     return n_parameters * math.log(max(3 * n, 2))
 
 
-def select(problem: Problem, most: int, progress: Progress | None = None) -> Selection:
+def select(
+    problem: Problem, most: int, progress: Progress | None = None, begin: "Search | None" = None
+) -> Selection:
     """The effects that the record proves, one after the other: those that last, then those in a time or a
-    place, which slip may hide.
+    place, which slip may hide. ``begin`` is where others were found before.
     """
-    search = Search(problem, base_fit(problem), candidates_of(problem.record), [])
-    for stage in range(most):
+    search = begin or Search(problem, base_fit(problem), candidates_of(problem.record), [])
+    for stage in range(len(search.found), most):
         if progress is not None:
             progress("naming", 0.1 + 0.7 * stage / most)
         following = search.next_lasting(stage) or search.next_place(stage)
@@ -219,6 +228,7 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     own, same = problem.settings.gates, same_in_any_motion(problem, name)
     slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
     slight = slight or within_a_step(problem.record, after.values, name)
+    slight = slight or within_calibration(problem.base_sd, after, name, own)
     if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):

@@ -1,0 +1,109 @@
+"""The gates of a formula as a whole: significance, held-out proof, placebo, size, excitation."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc
+
+from wmr_replay.gap.estimation.covariance import robust_covariance
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate
+from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
+from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
+from wmr_replay.gap.evidence.placebo import block_scores
+from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.grow import Formula
+from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.scan.score import NormalEquations, projected
+from wmr_schemas.arrays import F64
+from wmr_schemas.terms import COEFFICIENT, parse_term
+
+
+def p_value_of(problem: Problem, formula: Formula) -> float:
+    """The larger p of likelihood ratio and block-robust Wald test, times the groups that were tried."""
+    fit = formula.fit
+    columns = [j for j, (name, _) in enumerate(fit.keys) if name in formula.names]
+    V, n_blocks = robust_covariance(problem, fit)
+    values = fit.values[columns]
+    within = V[np.ix_(columns, columns)]
+    wald = float(values @ np.linalg.lstsq(within, values, rcond=1e-10)[0]) / len(columns)
+    by_wald = float(fdtrc(len(columns), max(n_blocks - len(columns), 1), wald))
+    by_ratio = float(chdtrc(len(columns), max(formula.gain, 0.0)))
+    n_tried = sum(group.n_tried for group in formula.groups)
+    return min(max(by_wald, by_ratio) * n_tried, 1.0)
+
+
+def why_not(
+    problem: Problem, formula: Formula, groups: Sequence[Group], options: GapOptions
+) -> tuple[str, Proof | None]:
+    """The first gate that a formula does not pass, empty where it passes all; and its held-out proof."""
+    settings, rest, fit = problem.settings, formula.rest, formula.fit
+    level = settings.significance.level
+    if accelerations(problem, fit, formula.names) < settings.formula.least_mps2:
+        return "too small to matter", None
+    if p_value_of(problem, formula) > level:
+        return "not significant", None
+    proof = prove(problem, rest, fit)
+    if not proof.holds:
+        return "not proven on held-out windows", proof
+    if placebo_p(problem, formula, groups, options.seed) > level:
+        return "no more than what logs with nothing missing would show", proof
+    small = path_change(problem, rest, fit, options.tolerance_s) < options.tolerance_m
+    if small or only_answers(problem, formula):
+        return "not seen where it would matter", proof
+    return "", proof
+
+
+def only_answers(problem: Problem, formula: Formula) -> bool:
+    """Whether a formula of speeds and efforts is not seen where the torques ask for a manoeuvre."""
+    if all(parse_term(name).is_placed for name in formula.names):
+        return False
+    p = p_in_manoeuvres(problem, formula.fit, *formula.names)
+    return p >= problem.settings.excitation.level
+
+
+def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:
+    """Root mean square of the terms' acceleration, m/s²; the larger of both channels."""
+    columns = columns_of(problem.binned)
+    total = {"longitudinal": np.zeros(len(problem.binned)), "yaw": np.zeros(len(problem.binned))}
+    for name in names:
+        term = parse_term(name)
+        total[term.channel] = total[term.channel] + fit.extension.effects[name][COEFFICIENT] * term.evaluate(
+            columns
+        )
+    return max(float(np.sqrt(np.mean(value**2))) for value in total.values())
+
+
+def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed: int) -> float:
+    """Share of placebo logs of which one group explains as much as the formula's best one does of the log.
+
+    See :mod:`wmr_replay.gap.evidence.placebo`; here every group of the dictionary is tried on each of them.
+    """
+    rest, noise, settings = formula.rest, formula.fit.noise, problem.settings
+    here = evaluate(problem, rest.extension, noise)
+    all_groups = [*formula.groups, *groups]
+    train, price = problem.train, log_n(problem)
+    left = clipped(formula.fit.innovations[train], settings.refit)
+    signs: F64 | None = None
+    best, observed = np.zeros(settings.placebo.draws), 0.0
+    for part in chunked(all_groups, settings.formula.chunk):
+        terms = [term for group in part for term in group.terms]
+        psi, e = sensitivities_to(problem, here, efforts_of(problem, here, terms))
+        flat = projected(psi[train], here.psi[train])
+        G = flat.T @ flat
+        scores = block_scores(problem, flat, left)
+        if signs is None:
+            draws = (settings.placebo.draws, len(scores))
+            signs = np.random.default_rng(seed).choice((-1.0, 1.0), draws)
+        own = NormalEquations(flat.T @ clipped(e[train], settings.refit).ravel(), G)
+        placebos = signs @ scores
+        for group, places in places_in(part):
+            cost = group.price(price)
+            if group in formula.groups:
+                observed = max(observed, own.gain(places)[0] - cost)
+            inverse = np.linalg.pinv(G[np.ix_(places, places)], rcond=1e-10)
+            gains = np.einsum("di,ij,dj->d", placebos[:, places], inverse, placebos[:, places])
+            best = np.maximum(best, gains - cost)
+    return float((1 + np.sum(best >= observed)) / (1 + len(best)))

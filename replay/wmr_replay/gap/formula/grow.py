@@ -1,0 +1,147 @@
+"""A formula grown by one group of terms after the other, and pruned of those that it does not need."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
+from wmr_replay.gap.formula.shapes import refined
+from wmr_schemas.terms import COEFFICIENT
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """Groups of terms on top of the model ``rest``, and the fit with both; the strongest group first."""
+
+    rest: Fit
+    fit: Fit
+    groups: tuple[Group, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all terms."""
+        return tuple(name for group in self.groups for name in group.names)
+
+    @property
+    def gain(self) -> float:
+        """What the terms lower the deviance by."""
+        return self.rest.deviance - self.fit.deviance
+
+    def price(self, problem: Problem) -> float:
+        """What the terms cost."""
+        return sum(group.price(log_n(problem)) for group in self.groups)
+
+
+def grow(problem: Problem, rest: Fit, groups: Sequence[Group]) -> Formula:
+    """The formula on top of ``rest``; without groups where none explains enough.
+
+    Behind a product further products are tried first, since waves and bells cost a hundred times as much.
+    """
+    products = [group for group in groups if not group.shape]
+    formula, tried = Formula(rest, rest), groups
+    while len(formula.groups) < problem.settings.formula.most_groups:
+        longer = passing(problem, formula, with_next(problem, formula, tried))
+        if longer is not None:
+            formula, tried = longer, groups if longer.groups[-1].shape else products
+        elif tried is products:
+            tried = groups
+        else:
+            break
+    return pruned(problem, formula)
+
+
+def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:
+    """The longer formula where its last group explains enough, and the held-out rows too."""
+    own = problem.settings.formula
+    margin = own.margin if before.groups else own.first_margin
+    if longer is None or score(problem, longer) < score(problem, before) + margin:
+        return None
+    if before.groups and held_out(problem, longer.fit) > held_out(problem, before.fit):
+        return None
+    return longer
+
+
+def score(problem: Problem, formula: Formula) -> float:
+    """Gain less price."""
+    return formula.gain - formula.price(problem)
+
+
+def held_out(problem: Problem, fit: Fit) -> float:
+    """−2 log likelihood of the held-out rows."""
+    return float(fit.row_deviance[~problem.train].sum())
+
+
+def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Formula | None:
+    """The formula with the best further group; None where a scan promises nothing.
+
+    As a slow disturbance explains a lasting effect, the best group of a scan with calm disturbances is fitted
+    beside the best of the fitted ones.
+    """
+    settings, current = problem.settings, formula.fit
+    least = settings.candidates.least_score_later if formula.groups else settings.candidates.least_score
+    chosen: list[ScoredGroup] = []
+    for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
+        here = current if noise is current.noise else evaluate(problem, current.extension, noise)
+        for one in best_of_kinds(scored_groups(problem, here, groups)):
+            finer = refined(problem, here, one)
+            if finer.gain - finer.group.price(log_n(problem)) > least:
+                chosen.append(finer)
+    distinct = {one.group.names: one for one in chosen}.values()
+    longer = [extended(problem, formula, one) for one in distinct]
+    return max(longer, key=lambda one: score(problem, one), default=None)
+
+
+def best_of_kinds(scored: list[ScoredGroup]) -> list[ScoredGroup]:
+    """The best product and the best group with a shape, the likelier first."""
+    kinds: dict[bool, ScoredGroup] = {}
+    for one in scored:
+        kinds.setdefault(bool(one.group.shape), one)
+    return list(kinds.values())
+
+
+def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
+    """The formula with one group more, fitted with its diffusion."""
+    extension = formula.fit.extension
+    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
+        extension = extension.with_effect(name, {COEFFICIENT: value})
+    budget = problem.settings.budget
+    fit = fit_model(problem, extension, formula.fit.noise, budget.best_diffusion, budget.last_steps)
+    return replace(formula, fit=fit, groups=(*formula.groups, scored.group))
+
+
+def pruned(problem: Problem, formula: Formula) -> Formula:
+    """The formula without the groups that it does not need beside the others."""
+    while len(formula.groups) > 1:
+        costs = [loss_without(problem, formula, group) for group in formula.groups]
+        spare = [
+            cost - group.price(log_n(problem)) for cost, group in zip(costs, formula.groups, strict=True)
+        ]
+        weakest = int(np.argmin(spare))
+        if spare[weakest] > 0:
+            order = np.argsort(costs)[::-1]
+            return replace(formula, groups=tuple(formula.groups[int(i)] for i in order))
+        formula = without(problem, formula, formula.groups[weakest])
+    return formula
+
+
+def loss_without(problem: Problem, formula: Formula, group: Group) -> float:
+    """What the deviance grows by without a group, the disturbance as it is."""
+    extension = formula.fit.extension
+    for name in group.names:
+        extension = extension.without(name)
+    rest = gauss_newton(problem, extension, formula.fit.noise, problem.settings.budget.last_steps)
+    return rest.deviance - formula.fit.deviance
+
+
+def without(problem: Problem, formula: Formula, group: Group) -> Formula:
+    """The formula fitted again without a group."""
+    extension, budget = formula.fit.extension, problem.settings.budget
+    for name in group.names:
+        extension = extension.without(name)
+    fit = fit_model(problem, extension, formula.fit.noise, budget.best_diffusion)
+    return replace(formula, fit=fit, groups=tuple(one for one in formula.groups if one is not group))

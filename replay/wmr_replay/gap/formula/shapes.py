@@ -1,0 +1,64 @@
+"""A wave's number, or a bell's place and radius, by Gauss–Newton from the best point of its grid."""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
+from wmr_replay.gap.settings.formula import FormulaSettings
+from wmr_schemas.arrays import F64
+
+
+def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
+    """The group at the numbers of the largest gain near its own.
+
+    A step solves for coefficients and numbers together: the slope of a term by a number is one more column.
+    """
+    best = scored
+    for _ in range(problem.settings.formula.shape_steps if scored.group.shape else 0):
+        tried = stepped(problem, at, best)
+        if tried.gain < best.gain + problem.settings.refit.enough:
+            break
+        best = tried
+    return best
+
+
+def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
+    """The group after a step of its numbers, its gain found again."""
+    group, n = scored.group, len(scored.group.terms)
+    steps = steps_of(group, problem.settings.formula)
+    columns = [efforts_of(problem, at, group.terms), slopes_of(problem, at, scored, steps)]
+    normal = equations_of(problem, at, np.concatenate(columns))
+    _, delta = normal.gain(list(range(n + len(steps))))
+    reach = problem.settings.formula.shape_reach * steps
+    there = group.moved(allowed(group, np.array(group.shape) + np.clip(delta[n:], -reach, reach), problem))
+    gain, found = equations_of(problem, at, efforts_of(problem, at, there.terms)).gain(list(range(n)))
+    return ScoredGroup(there, tuple(float(c) for c in found), gain)
+
+
+def slopes_of(problem: Problem, at: Fit, scored: ScoredGroup, steps: F64) -> F64:
+    """Slopes (k, n, 2) of the group's efforts by each of its numbers."""
+    group = scored.group
+    own, slopes = efforts_of(problem, at, group.terms), []
+    for j, step in enumerate(steps):
+        shape = np.array(group.shape)
+        shape[j] += step
+        moved = efforts_of(problem, at, group.moved(shape).terms) - own
+        slopes.append(np.tensordot(scored.coefficients, moved, axes=1) / step)
+    return np.stack(slopes)
+
+
+def allowed(group: Group, shape: F64, problem: Problem) -> F64:
+    """The numbers within what is looked for: no wave without a length, no bell without a width."""
+    own = problem.settings.formula
+    if group.family.kind == "wave":
+        return np.clip(shape, group.shape[0] / 2, 2 * np.pi / own.least_length_m)
+    return np.append(shape[:2], max(shape[2], own.least_radius_m))
+
+
+def steps_of(group: Group, settings: FormulaSettings) -> F64:
+    """Steps of the difference quotients: of K in rad/m, or of X, Y, R in shares of the radius."""
+    if group.family.kind == "wave":
+        return np.array([settings.wave_step_radpm])
+    return np.full(len(group.shape), settings.bell_step * group.shape[2])

@@ -1,0 +1,75 @@
+"""The terms of a dictionary that were found, as one formula for each channel."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.result.result import Estimate, Formula, FoundEffect
+from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.slip_terms import is_slip_term
+from wmr_schemas.terms import COEFFICIENT, SIGNED, Term, parse_term
+
+ADDED_TO = {"longitudinal": "dv_long/dt", "lateral": "dv_lat/dt", "yaw": "half_track·d(yaw_rate)/dt"}
+
+
+def is_term(effect: FoundEffect) -> bool:
+    """Whether an effect is a term of the torque base's dictionary."""
+    return effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
+
+
+def formulas_of(effects: Iterable[FoundEffect], binned: BinnedLog) -> tuple[Formula, ...]:
+    """A formula for each channel that has terms."""
+    terms = [effect for effect in effects if is_term(effect)]
+    channels = dict.fromkeys(effect.channel for effect in terms)
+    return tuple(formula_of([e for e in terms if e.channel == channel], binned) for channel in channels)
+
+
+def formula_of(effects: Sequence[FoundEffect], binned: BinnedLog) -> Formula:
+    """The formula of one channel: text, parity, size, and the range over which it was seen."""
+    terms, columns = [parse_term(effect.name) for effect in effects], columns_of(binned)
+    values = [
+        e.parameters[COEFFICIENT].value * t.evaluate(columns) for e, t in zip(effects, terms, strict=True)
+    ]
+    names = dict.fromkeys(column for term in terms for column in term.columns)
+    return Formula(
+        channel=effects[0].channel,
+        text=text_of(effects),
+        terms=tuple(effect.name for effect in effects),
+        parity=parity_of(terms),
+        rms_mps2=float(np.sqrt(np.mean(np.sum(values, axis=0) ** 2))),
+        visited={name: (float(columns[name].min()), float(columns[name].max())) for name in names},
+    )
+
+
+def text_of(effects: Iterable[FoundEffect]) -> str:
+    """The formulas of all terms among the effects, with units and 95 % intervals."""
+    terms = [effect for effect in effects if is_term(effect)]
+    said = []
+    for channel in dict.fromkeys(effect.channel for effect in terms):
+        own = [effect for effect in terms if effect.channel == channel]
+        summed = " + ".join(term_text(parse_term(e.name), e.parameters[COEFFICIENT]) for e in own)
+        parity = ", ".join(
+            f"{sign} in {name}" for name, sign in parity_of([parse_term(e.name) for e in own]).items()
+        )
+        said.append(f"{ADDED_TO[channel]} += {summed}" + (f" ({parity})" if parity else ""))
+    return "; ".join(said)
+
+
+def term_text(term: Term, coefficient: Estimate) -> str:
+    """A term with its coefficient, unit and interval."""
+    low, high = coefficient.ci95
+    unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
+    product = "" if term.factors == ("1",) else "·" + "·".join(term.factors)
+    return f"{coefficient.value:.3g}{unit} ({low:.3g} to {high:.3g}){product}"
+
+
+def parity_of(terms: Sequence[Term]) -> dict[str, str]:
+    """Odd, even or mixed in each signed quantity of a sum of terms; a term without it is even in it."""
+    found = {}
+    for column in SIGNED:
+        if any(column in term.columns for term in terms):
+            signs = {term.parity.get(column, "even") for term in terms}
+            found[column] = signs.pop() if len(signs) == 1 else "mixed"
+    return found

@@ -1,0 +1,42 @@
+"""What remains after the effects: the gap over the floor of noise, and the stretches that stand out."""
+
+import numpy as np
+
+from wmr_replay.gap.result.result import GapMetric, Remains, StandsOut, Traces
+from wmr_schemas.arrays import F64
+
+BLOCK_S = 4.0
+"""As long as the windows of the simulation."""
+STANDS_OUT = 3.0
+"""Times the median block: of blocks whose error is like a half-normal one, hardly any is as large."""
+MOST = 5
+
+
+def remains_of(position: GapMetric, yaw: GapMetric, traces: Traces) -> Remains:
+    """Ratios of the held-out gaps after to noise, and the blocks in which the extended model errs most."""
+    return Remains(
+        position_over_floor=over_floor(position),
+        yaw_over_floor=over_floor(yaw),
+        blocks=blocks(traces),
+    )
+
+
+def over_floor(metric: GapMetric) -> float:
+    """The gap after over what noise alone leaves; NaN without a window."""
+    held_out = metric.held_out
+    return held_out.after / held_out.floor if held_out.floor > 0 else float("nan")
+
+
+def blocks(traces: Traces) -> tuple[StandsOut, ...]:
+    """The blocks of 4 s that stand out, the largest first."""
+    error_m = np.hypot(*(traces.measured - traces.extended_path)[:, :2].T)
+    number = (traces.t_s // BLOCK_S).astype(np.int64)
+    found: list[tuple[int, float]] = []
+    for k in np.unique(number[np.isfinite(error_m)]):
+        mine: F64 = error_m[(number == k) & np.isfinite(error_m)]
+        found.append((int(k), float(np.sqrt(np.mean(mine**2)))))
+    if not found:
+        return ()
+    median = float(np.median([size for _, size in found]))
+    large = sorted((one for one in found if one[1] > STANDS_OUT * median), key=lambda one: -one[1])
+    return tuple(StandsOut(k * BLOCK_S, (k + 1) * BLOCK_S, size, size / median) for k, size in large[:MOST])

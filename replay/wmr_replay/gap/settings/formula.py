@@ -1,0 +1,72 @@
+"""Settings of formulas: what is missing outside of the library, as a sum of terms of a dictionary."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class FormulaSettings:
+    """Which terms are tried, and what each and the formula must prove. Units of deviance."""
+
+    something_left: float = 2.0
+    """From this ratio of the disturbance's density to a calm one's on, a formula is looked for. As
+    ``SelectionSettings.something_left``."""
+
+    most_groups: int = 5
+    """Most groups of terms in a formula; a wave's sine and cosine are one group. Judgement: five numbers
+    describe a curve to a few per cent, and a longer formula is not read."""
+
+    margin: float = 10.0
+    """What a group must explain beyond its price. Statistics: "very strong" after Kass and Raftery (1995)."""
+
+    first_margin: float = 20.0
+    """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
+    since a formula says that the library is not enough."""
+
+    beyond_library: float = 0.15
+    """Share of the library's gain by which a formula must exceed it to take the place of a named effect.
+    As ``SelectionSettings.remainder_share``: the wrong form of an effect leaves as much."""
+
+    beyond_margin: float = 30.0
+    """Least such excess. As ``SelectionSettings.margin_identified``."""
+
+    least_mps2: float = 0.03
+    """Least root mean square of a formula's acceleration, m/s². As ``MisfitSettings.negligible_mps2``."""
+
+    least_length_m: float = 1.5
+    """Shortest wave, m. Physics: at 1.5 m/s a wave of 1.5 m passes in a second, 25 bins."""
+
+    longest_in_spans: float = 1.0
+    """Longest wave over x or y, in spans of the path. Statistics: a longer one is not told from a slope."""
+
+    way_lengths_m: tuple[float, float] = (1.5, 20.0)
+    """Shortest and longest wave along the way, m. Judgement: what turns with a wheel or lies on a floor."""
+
+    most_waves: int = 120
+    """Most waves of a family. Numerics: each costs two columns of a pass."""
+
+    bell_shares: tuple[float, ...] = (0.06, 0.12, 0.25)
+    """Radii of bells, shares of the path's mean span. Judgement: from a bump to half of the area."""
+
+    least_radius_m: float = 0.5
+    """Smallest radius of a bell, m. Judgement: about a robot's length."""
+
+    visits: int = 2
+    """Least visits of a bell's middle. Statistics: what was seen once is a moment, and no place."""
+
+    apart_s: float = 4.0
+    """Time between two visits, s. Judgement: as the held-out parts, so that a visit may prove another one."""
+
+    chunk: int = 128
+    """Columns of one pass. Numerics: memory."""
+
+    shape_steps: int = 4
+    """Gauss–Newton steps of a wave's number or a bell's place and radius. Numerics."""
+
+    wave_step_radpm: float = 0.01
+    """Step of a wave's number in a difference quotient, rad/m. Numerics: a third of a radian over 30 m."""
+
+    bell_step: float = 0.05
+    """Step of a bell's place and radius, shares of the radius. Numerics: far below its curvature."""
+
+    shape_reach: float = 15.0
+    """Longest change in one Gauss–Newton step, in those steps. Numerics: about a cell of the grids."""

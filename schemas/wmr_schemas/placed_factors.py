@@ -1,0 +1,76 @@
+"""Factors of a term that read time or place, and carry numbers of their own.
+
+    t                  seconds since the log's first pose
+    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y)
+    bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
+    hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
+
+x and y are the pose in the log's world, s the signed distance driven since the first pose.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+
+Columns = Mapping[str, F64]
+NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
+WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xys])\)")
+BELL = re.compile(rf"(bump|hill)\({NUMBER},{NUMBER},{NUMBER}\)")
+FORMS = "t, sin(Kx), cos(Ky), bump(X,Y,R), hill(X,Y,R)"
+
+
+@dataclass(frozen=True)
+class PlacedFactor:
+    """A factor as read: the columns that it needs, its values (n,), and the powers of metre and second of its
+    unit.
+    """
+
+    columns: tuple[str, ...]
+    of: Callable[[Columns], F64]
+    unit: tuple[int, int] = (0, 0)
+
+
+def placed_factor(text: str) -> PlacedFactor | None:
+    """The factor of that text; None where it is none of these."""
+    if text == "t":
+        return PlacedFactor(("t",), lambda c: c["t"], (0, 1))
+    if wave := WAVE.fullmatch(text):
+        function, k, along = (np.sin if wave[1] == "sin" else np.cos), float(wave[2]), wave[3]
+        return PlacedFactor((along,), lambda c: np.asarray(function(k * c[along])))
+    if (bell := BELL.fullmatch(text)) and float(bell[4]) > 0:
+        place = (float(bell[2]), float(bell[3]), float(bell[4]))
+        if bell[1] == "bump":
+            return PlacedFactor(("x", "y"), lambda c: bump(c, *place))
+        return PlacedFactor(("x", "y", "yaw"), lambda c: hill(c, *place))
+    return None
+
+
+def bump(c: Columns, x: float, y: float, r: float) -> F64:
+    """A bell over the plane."""
+    return np.asarray(np.exp(-((c["x"] - x) ** 2 + (c["y"] - y) ** 2) / (2 * r**2)))
+
+
+def hill(c: Columns, x: float, y: float, r: float) -> F64:
+    """The downhill slope of the bell along the heading."""
+    along = (c["x"] - x) * np.cos(c["yaw"]) + (c["y"] - y) * np.sin(c["yaw"])
+    return np.asarray(along / r * bump(c, x, y, r))
+
+
+def wave_text(function: str, k_radpm: float, along: str) -> str:
+    """The text of a wave."""
+    return f"{function}({number(k_radpm)}{along})"
+
+
+def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:
+    """The text of a bump or a hill."""
+    return f"{kind}({number(x_m)},{number(y_m)},{number(r_m)})"
+
+
+def number(value: float) -> str:
+    """A number of four decimals, without those that are 0."""
+    text = f"{value:.4f}".rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text

@@ -1,0 +1,116 @@
+"""Accelerations that no effect of the library is: found as formulas, and nothing where nothing is hidden.
+
+The hidden forms are those of the benchmark, plain functions that know nothing of the dictionary.
+"""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap import GapOptions, analyse
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.formula.groups import groups_of, visits_of
+from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.model.base import BaseModel
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.result.formulas import parity_of, text_of
+from wmr_replay.gap.result.result import Estimate, FoundEffect
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
+from wmr_schemas.terms import parse_term
+
+BENCH = Path(__file__).parents[3] / "bench"
+SECONDS = 60.0
+SETTINGS = GateSettings()
+FOUND = ("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome")
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """``bench(name)``: a module of bench."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield importlib.import_module
+
+
+def grown(bench, name, seed):
+    """The hidden world, and the formula that is grown on its log."""
+    case = bench("worlds.case").Case(2, "patrol", "mocap", "", seed, SECONDS)
+    world = bench("formulas.plants").hidden_world(name, case)
+    log = world.world.log
+    problem = Problem.of(bin_log(log, SETTINGS, log.mode))
+    base = fit_model(problem, BaseModel(log.robot, (), "test").extension)
+    return world, grow(problem, base, groups_of(problem.binned, SETTINGS.formula))
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_a_hidden_form_is_found_with_its_variables_and_parity(bench, name):
+    world, formula = grown(bench, name, 4)
+    values = formula.fit.extension.effects
+    effects = [{"name": n, "parameters": {"coefficient": [values[n]["coefficient"]]}} for n in formula.names]
+    score = bench("formulas.score").scored(world, effects)
+    assert score["channel"]
+    assert score["variables"]
+    assert score["parity"]
+    assert score["r2"] > 0.9
+
+
+@pytest.mark.parametrize("seed", [11, 12])
+def test_nothing_grows_where_nothing_is_hidden(bench, seed):
+    assert grown(bench, "", seed)[1].groups == ()
+
+
+def test_a_formula_is_the_verdict_with_units_and_intervals(bench, tmp_path):
+    case = bench("worlds.case").Case(2, "patrol", "mocap", "", 5, SECONDS)
+    world = bench("formulas.plants").hidden_world("bumps_x", case)
+    result = analyse(world.world.log, None, GapOptions(modes="given"))
+    (formula,) = result.formulas
+    assert result.verdict == "unnamed"
+    assert {p.unit for effect in result.effects for p in effect.parameters.values()} == {"m/s²"}
+    assert formula.terms == tuple(effect.name for effect in result.effects)
+    assert formula.text in result.sentence
+    assert formula.rms_mps2 == pytest.approx(np.std(world.hidden(world.at())), rel=0.2)
+    path = tmp_path / "found.model.toml"
+    path.write_text(model_to_toml(result.model), encoding="utf-8")
+    assert read_model(path).effects == result.model.effects
+    again = analyse(world.world.log, read_model(path), GapOptions(modes="given"))
+    assert again.verdict == "nothing_missing"
+
+
+def estimate(name, value):
+    term = parse_term(name)
+    low, high = value - 0.01, value + 0.01
+    parameters = {"coefficient": Estimate(value, (low, high), term.unit)}
+    return FoundEffect(name, term.channel, term.formula, parameters, (name,), (), 0.0, "")
+
+
+def test_the_text_of_a_formula():
+    terms = [estimate("unnamed:longitudinal:v*v*v", -0.1), estimate("unnamed:longitudinal:sgn(v)", -0.2)]
+    assert text_of(terms) == (
+        "dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v + -0.2 m/s² (-0.21 to -0.19)·sgn(v) (odd in v)"
+    )
+    mixed = [parse_term("unnamed:yaw:v"), parse_term("unnamed:yaw:abs(v)*yaw_rate")]
+    assert parity_of(mixed) == {"v": "mixed", "yaw_rate": "mixed"}
+
+
+def test_a_base_model_may_hold_a_formula(tmp_path):
+    effects = (
+        Effect("unnamed:longitudinal:sin(0.9667x)*cos(yaw)", {"coefficient": -0.23}, {"coefficient": 0.01}),
+        Effect("unnamed:longitudinal:hill(1.3,-1.05,1.66)", {"coefficient": 0.7}),
+        Effect("unnamed:yaw:effort_diff*t", {"coefficient": -0.001}),
+    )
+    path = tmp_path / "a.model.toml"
+    path.write_text(model_to_toml(Model(effects=effects)), encoding="utf-8")
+    assert read_model(path).effects == effects
+
+
+def test_a_place_counts_once_a_visit(bench):
+    case = bench("worlds.case").Case(2, "patrol", "mocap", "", 6, 30.0)
+    log = bench("formulas.plants").hidden_world("", case).world.log
+    binned = bin_log(log, SETTINGS, log.mode)
+    x, y = binned.pose[200, :2]
+    assert visits_of(binned, (float(x), float(y), 1e-3), SETTINGS.formula) == 1
+    assert visits_of(binned, (1e3, 1e3, 1.0), SETTINGS.formula) == 0

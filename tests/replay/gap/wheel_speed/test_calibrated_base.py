@@ -1,0 +1,39 @@
+"""What a calibration knows of a base model on wheel speeds, and from where on a log contradicts it."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
+from wmr_replay.gap.wheel_speed.base import base_of
+from wmr_replay.gap.wheel_speed.evidence import within_calibration
+from wmr_replay.gap.wheel_speed.predict import Parameter
+from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.robot import RobotParameters
+
+OWN = GateSettingsWheelSpeed()
+ROBOT = RobotParameters(wheel_radius_m=0.1, half_track_m=0.25)
+
+
+def fitted(ratio: float, sd: float) -> SimpleNamespace:
+    """A fit of the track alone."""
+    which = Parameter("effective_track", "ratio")
+    return SimpleNamespace(parameters=(which,), sd=[sd], values={"effective_track": {"ratio": ratio}})
+
+
+@pytest.mark.parametrize(("ratio", "within"), [(0.09, True), (-0.09, True), (0.11, False), (-0.11, False)])
+def test_a_track_differs_from_its_calibration_beyond_both_deviations(ratio, within):
+    """√((1.5 · .02)² + .025²) · 2.6 = .1015."""
+    base_sd = {"effective_track": {"ratio": 0.02}}
+    assert within_calibration(base_sd, fitted(ratio, 0.025), "effective_track", OWN) is within
+    assert not within_calibration({}, fitted(ratio, 0.025), "effective_track", OWN)
+
+
+def test_deviations_are_those_of_the_model_file():
+    effects = (
+        Effect("effective_track", {"ratio": 0.3}, {"ratio": 0.02}),
+        Effect("wheel_scale", {"ratio": 0.1}),
+    )
+    base = base_of(ROBOT, Model(robot=ROBOT, effects=effects))
+    assert base.values_sd == {"effective_track": {"ratio": 0.02}}
+    assert set(base.values) == {"effective_track", "wheel_scale"}
