@@ -15,7 +15,12 @@ from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import answers_disturbance, excitation_ratios, too_calm_for
+from wmr_replay.gap.evidence.excitation import (
+    answers_disturbance,
+    excitation_ratios,
+    too_calm_for,
+    torques_of,
+)
 from wmr_replay.gap.evidence.holdout import (
     Fold,
     GapChange,
@@ -36,6 +41,7 @@ from wmr_replay.gap.result.locate import marked, placed
 from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.eliminate import with_tyres_of_payload
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.modes_and_effects import Solution
 from wmr_replay.gap.search.preliminary import models_from
@@ -186,17 +192,21 @@ def test_a_candidate_is_significant_by_level_and_score(drive, p, score):
 
 
 @pytest.mark.parametrize(
-    ("name", "correlated", "least"),
+    ("name", "sizes", "correlated", "least"),
     [
-        ("viscous_drag", 0.2, 0.0),
-        ("viscous_drag", 0.3, 15.0),
-        ("actuator_lag", 0.3, 50.0),
-        ("actuator_lag", 0.2, 0.0),
+        ("viscous_drag", {"c1_per_s": 0.3}, 0.2, 0.0),
+        ("viscous_drag", {"c1_per_s": 0.3}, 0.3, 15.0),
+        ("viscous_drag", {"c1_per_s": 0.03}, 0.2, 15.0),
+        ("pose_lever_arm", {"x_m": 0.03, "y_m": -0.03}, 0.2, 0.0),
+        ("pose_lever_arm", {"x_m": 0.01, "y_m": -0.01}, 0.2, 15.0),
+        ("actuator_lag", {"time_constant_s": 0.2}, 0.3, 50.0),
+        ("actuator_lag", {"time_constant_s": 0.2}, 0.2, 0.0),
     ],
 )
-def test_a_remainder_is_a_share_of_what_a_correlated_effect_explained(drive, name, correlated, least):
-    (key,) = candidate_of(name).declaration.parameters
-    fit = made_fit(drive, Extension(BASE, {name: {key: 1.0}}), np.zeros((len(drive.binned), 3)))
+def test_a_remainder_is_a_share_of_what_was_explained_for_a_correlated_or_a_slight_effect(
+    drive, name, sizes, correlated, least
+):
+    fit = made_fit(drive, Extension(BASE, {name: sizes}), np.zeros((len(drive.binned), 3)))
     found = [candidate("input_delay", 100.0, fit=fit)]
     tried = replace(candidate(name, 20.0, fit=fit), correlation=correlated)
     assert remainder(drive, fit, fit, tried, found) == pytest.approx(least)
@@ -527,3 +537,30 @@ def test_an_identifier_is_believed_less_near_a_switch():
     assert (given.identified, told.identified) == (False, True)
     unsure = [binned.unsure(binned.skids).sum() * SETTINGS.bins.bin_s for binned in (given, told)]
     assert unsure == pytest.approx([3 * 0.04, 17 * 0.04])  # a bin either side, and 0.3 s in whole bins
+
+
+def test_tyres_that_a_payload_softens_are_no_effect_of_their_own(drive):
+    effects = {"payload": {"mass_ratio": 0.25}, "cornering_stiffness": {"ratio": -0.21}}
+    fit = made_fit(drive, Extension(BASE, effects), np.zeros((len(drive.binned), 3)))
+    both = [candidate(name, 100.0, fit=fit) for name in effects]
+    current, left = with_tyres_of_payload(drive, fit, both)
+    assert [one.name for one in left] == ["payload"]
+    assert list(current.extension.effects) == ["payload"]
+    assert current.extension.known == (("cornering_stiffness", {"ratio": -0.21}),)
+    other = fit.extension.with_effect("cornering_stiffness", {"ratio": 0.3})
+    assert with_tyres_of_payload(drive, replace(fit, extension=other), both)[1] == both
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("payload", "longitudinal"),
+        ("yaw_inertia", "yaw"),
+        ("drive_gain", "both"),
+        ("unnamed:longitudinal:effort_sum*abs(v)", "longitudinal"),
+        ("unnamed:longitudinal:v*v*v", "both"),
+        ("rolling_resistance", "both"),
+    ],
+)
+def test_what_scales_with_torques_of_a_channel_needs_its_manoeuvres(name, channel):
+    assert torques_of(name) == channel

@@ -14,7 +14,6 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.dynamics import LEAST_SPEED_MPS
 from wmr_replay.gap.model.extension import STIFFEST, Extension
-from wmr_replay.gap.settings.filter import SideslipSettings
 
 
 def with_sideslip(problem: Problem, extension: Extension) -> Extension:
@@ -22,7 +21,7 @@ def with_sideslip(problem: Problem, extension: Extension) -> Extension:
 
     One Gauss–Newton step from none, since v_lat is proportional to the compliance.
     """
-    own = SideslipSettings()
+    own = problem.settings.sideslip
     if any(name == SKID for name, _ in extension.acting):
         return extension
     noise = fit_diffusion(problem, extension, iterations=own.iterations)

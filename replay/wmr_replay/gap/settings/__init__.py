@@ -20,6 +20,7 @@ from wmr_replay.gap.settings.filter import (
     DiffusionSettings,
     FilterSettings,
     RefitSettings,
+    SideslipSettings,
 )
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
@@ -41,6 +42,7 @@ class GateSettings:
     refit: RefitSettings = field(default_factory=RefitSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    sideslip: SideslipSettings = field(default_factory=SideslipSettings)
     scan: ScanSettings = field(default_factory=ScanSettings)
     misfit: MisfitSettings = field(default_factory=MisfitSettings)
     candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
