@@ -123,7 +123,7 @@ def on_plant_two(case: Case, hidden: Hidden) -> World:
     def moved(
         case: Case, drive: Drive, robot: RobotParameters, around: Conditions, _none: eq.Hidden
     ) -> plant_two.Motion:
-        n, per = round(case.duration_s * RATE_HZ), plant_two.STEPS_PER_COMMAND
+        n, per = round(case.duration_s * RATE_HZ), eq.STEPS_PER_COMMAND
         fine_s = np.arange(n * per) / (RATE_HZ * per)
         rows = np.searchsorted(drive.modes.t_ns / NS_PER_S, fine_s + 1e-9, side="right") - 1
         noise = plant_two.coloured(n + 1, 1 / RATE_HZ, around.disturbance_s, case.stream("disturbance"))

@@ -7,9 +7,9 @@
     result.plot()
     result.save("results/")
 
-Every name is imported on first use, so that ``import wmr_replay`` costs nothing. ``wr.gap``, ``wr.report``
-and ``wr.differentiate`` are functions, although packages of these names hold what they call: import from the
-packages with ``from wmr_replay.gap import …``.
+Every name is imported on first use, so that ``import wmr_replay`` costs nothing. ``wr.gap``, ``wr.report``,
+``wr.excite`` and ``wr.differentiate`` are functions, although packages of these names hold what they call:
+import from the packages with ``from wmr_replay.gap import …``.
 """
 
 import importlib

@@ -54,6 +54,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
             place = page.escape(known.get(effect.channel, effect.channel))
             formula = f"<code>{page.escape(effect.formula)}</code>"
             sheet.add(f"<p><b>{page.escape(effect.name)}</b> acts on {place}: {formula}</p>")
+        sheet.add(*(f"<p><code>{page.escape(one.text)}</code></p>" for one in gap.formulas))
         sheet.add(effect_table(gap.effects))
     sheet.section("Data quality")
     sheet.add(quality(gap))
@@ -269,6 +270,9 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
         sheet.add(page.table(head, rows, numeric=(1,)))
         if effect.separate_with:
             sheet.add(page.paragraph(f"To tell them apart: {effect.separate_with}"))
+        if effect.alternatives and gap.base_model == "torque":
+            pair = f"{effect.name},{effect.alternatives[0].name}"
+            sheet.add(f"<p>A drive that tells: <code>{page.escape(gap_elsewhere.designing(pair))}</code></p>")
 
 
 def remains(sheet: page.Page, gap: GapFile) -> None:

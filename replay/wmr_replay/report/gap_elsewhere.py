@@ -1,5 +1,7 @@
 """Of the page of a gap analysis: what the extended model leaves, and how both models do on another log."""
 
+import shlex
+
 import msgspec
 import polars as pl
 
@@ -8,6 +10,11 @@ from wmr_replay.report import gap_figures as figures
 from wmr_schemas.gap_file import GapFile, Proof, Remains, Where
 
 NOWHERE = Where({}, (), (), {})
+
+
+def designing(pair: str) -> str:
+    """The command that designs a drive for a pair of effects, quoted for a shell."""
+    return f"wmr-replay excite --separate {shlex.quote(pair)}"
 
 
 def still_left(left: Remains) -> str:

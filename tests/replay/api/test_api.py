@@ -69,9 +69,10 @@ def test_the_static_names_are_those_that_are_resolved():
 
 def test_functions_are_not_hidden_by_the_packages_of_their_name():
     code = (
-        "import wmr_replay as wr, wmr_replay.gap, wmr_replay.differentiate\n"
+        "import wmr_replay as wr, wmr_replay.gap, wmr_replay.differentiate, wmr_replay.excite\n"
         "from wmr_replay.gap import analyse\n"
         "assert callable(wr.gap) and callable(wr.differentiate), (wr.gap, wr.differentiate)\n"
+        "assert callable(wr.excite), wr.excite\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 
@@ -293,7 +294,7 @@ def test_references_are_stored_and_checked(log, tmp_path):
     assert not wr.check(tmp_path / "references", log, identifier="paper").passed
 
 
-@pytest.mark.parametrize("name", ["differentiate", "design", "synthesise"])
+@pytest.mark.parametrize("name", ["differentiate", "design", "excite", "synthesise"])
 def test_the_examples_in_the_docstrings_hold(name):
     found = doctest.testmod(importlib.import_module(f"wmr_replay.api.{name}"))
     assert found.attempted > 0

@@ -41,7 +41,7 @@ def run(*options):
 @pytest.fixture(scope="module")
 def found():
     """An answer, made once."""
-    return wr.excite(SMALL, separate=("viscous_drag", "wheel_viscous"), duration_s=30, area_m=1.5)
+    return wr.excite(SMALL, separate=("payload", "drive_gain"), duration_s=30, area_m=2.0)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from unittest.mock import ANY
 
 import msgspec
 import numpy as np
+import polars as pl
 import pytest
 
 import wmr_replay.jobs.gap as gap_command
@@ -21,6 +22,7 @@ from wmr_schemas.gap_file import read_gap
 from wmr_schemas.model_file import Effect, Model, Provenance, model_to_toml, read_model
 from wmr_schemas.signals import Log
 from wmr_synth import record, synthesise, write_mcap
+from wmr_synth.driving.patrol import SMALL_ROBOT
 
 BINARY = Path(sys.executable).with_name("wmr-replay")
 FILES = {"drive.gap.json", "drive.gap.rrd", "drive.gap_traces.parquet", "drive.model.toml"}
@@ -381,6 +383,27 @@ def test_a_simulators_log_is_the_base(run, log, analysed, tmp_path):
     assert (gap.base, gap.base_log) == ("simulator's log simulated.mcap", str(simulated))
     assert gap.base_log_sha256 == model.provenance.base_log_sha256 == gap.log_sha256
     assert [one["name"] for one in json.loads(model.provenance.base_effects)] == [e.name for e in own]
+
+
+def test_a_model_is_proven_on_another_log(run, log, analysed, tmp_path, monkeypatch):
+    monkeypatch.setattr("wmr_replay.jobs.proof.checked_findings", lambda *_: ())
+    model = replace(analysed["result"].model, robot=SMALL_ROBOT)
+    analysed["result"] = replace(analysed["result"], model=model)
+    other, out = tmp_path / "other.mcap", tmp_path / "out"
+    record(synthesise("patrol", seed=3, duration_s=20.0, robot=SMALL_ROBOT), other, mode_topic=False)
+    asked = ("gap", log, "--modes", "ideal", "--no-rrd", "--out", out)
+    code, said, complaint = run(*asked, "--prove-on", other)
+    assert (code, complaint) == (0, ANY), complaint
+    assert "never fitted" in " ".join(said.split())
+    proof = read_gap(out / "drive.gap.json").proof
+    assert proof.log == str(other)
+    assert proof.gap.windows >= 3
+    assert proof.gap.held_out.before != proof.gap.held_out.after
+    paths = pl.read_parquet(out / "drive.gap_proof.parquet")
+    assert paths["held_out"].all()
+    assert paths["extended_x_m"].is_not_null().mean() > 0.5
+    assert run(*asked)[0] == 0
+    assert not (out / "drive.gap_proof.parquet").exists()
 
 
 def test_a_base_is_a_model_or_a_log(run, log, tmp_path):

@@ -17,7 +17,15 @@ ROOMS = Path(inspect.getfile(GateSettings)).parents[1]
 SOURCES = ("Statistics", "Physics", "Numerics", "Presentation", "Judgement", "Patrol", "As ", "``")
 GROUPS = ("GateSettings", "WheelSpeedSettings")
 """Classes whose fields are groups of settings."""
-STRUCTURE = {"LOG_TWO_PI", "N_FREE", "OTHER_FOLDS", "NO_TARGETS", "PRODUCT_COLUMNS", "START_ALPHA", "MOST_EXACT"}
+STRUCTURE = {
+    "LOG_TWO_PI",
+    "N_FREE",
+    "OTHER_FOLDS",
+    "NO_TARGETS",
+    "PRODUCT_COLUMNS",
+    "START_ALPHA",
+    "MOST_EXACT",
+}
 """Module constants that lay out arrays or are mathematics; all other numbers belong to the settings."""
 
 

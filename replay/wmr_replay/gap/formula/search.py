@@ -72,9 +72,12 @@ def library_of(selection: Selection) -> tuple[FittedCandidate, ...]:
 def points_outside(problem: Problem, selection: Selection) -> bool:
     """Whether a disturbance is left that a formula may explain, and no rest of the base model.
 
-    A load step may be the coarse form of a drift.
+    A load step may be the coarse form of a drift. Beside what is named on a base that was calibrated on
+    another log, everything else may be a rest: a mechanism acts on more than its effect says.
     """
     settings, stage = problem.settings, selection.stages[0] if selection.stages else ()
+    if selection.base.extension.misfit and library_of(selection):
+        return False
     if any(is_rest(one.name, one.fit.extension, settings.misfit) for one in stage):
         return False
     doubtful = any(f.name.startswith(UNNAMED_PREFIX) or f.name == LOAD_STEP for f in selection.found)

@@ -52,8 +52,11 @@ def analyse_wheel_speeds(
 
 
 def chained(problem: Problem, logs: Sequence[Log], base: Base, options: GapOptions) -> Search | None:
-    """Where the search by commands begins that measured wheel speeds can prepare; None elsewhere."""
-    if problem.record.driven_by != "command" or not restarts_often(problem.record):
+    """Where the search by commands begins that measured wheel speeds can prepare; None elsewhere, and where
+    fewer effects are wanted than are usual: those of the drive come beside them.
+    """
+    fewer = options.max_effects < problem.settings.gates.most_effects
+    if fewer or problem.record.driven_by != "command" or not restarts_often(problem.record):
         return None
     measured = problem_of(logs, base, options, "wheel_speed")
     if options.modes == "identified":
