@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wmr_replay.excite.profile import Profile, Reached
+from wmr_replay.excite.settings import ExciteSettings
 from wmr_replay.gap.model.dynamics import Base
-from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 

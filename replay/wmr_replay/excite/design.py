@@ -20,7 +20,7 @@ from wmr_replay.excite.information import Columns, expected_bic, gram, problem_o
 from wmr_replay.excite.manoeuvres import Manoeuvre, library
 from wmr_replay.excite.profile import Profile, joined, rest
 from wmr_replay.excite.question import Question
-from wmr_replay.gap.settings.excite import ExciteSettings
+from wmr_replay.excite.settings import ExciteSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSetting
 

@@ -20,12 +20,12 @@ import numpy as np
 
 from wmr_replay.excite.profile import Profile, Reached
 from wmr_replay.excite.question import Question
+from wmr_replay.excite.settings import ExciteSettings
 from wmr_replay.excite.sizes import Parameters, points_of, sizes_tried
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.settings import GateSettings
-from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.arrays import F64, I64
 
 SEEN = 1e-9

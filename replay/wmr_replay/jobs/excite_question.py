@@ -9,12 +9,12 @@ import numpy as np
 
 from wmr_replay.excite import Question
 from wmr_replay.excite.confounded import drivable
+from wmr_replay.excite.settings import ExciteSettings
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import noise_of
 from wmr_replay.gap.model.extension import WEIGHTS, Extension
 from wmr_replay.gap.settings import GateSettings
-from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import read_whole
 from wmr_schemas.effects import UNNAMED_PREFIX, declared

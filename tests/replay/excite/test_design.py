@@ -14,6 +14,7 @@ from wmr_replay.excite.design import NotSeparable
 from wmr_replay.excite.information import Columns, gram, separations
 from wmr_replay.excite.manoeuvres import FAMILIES, library
 from wmr_replay.excite.profile import Profile, Reached, joined
+from wmr_replay.excite.settings import ExciteSettings
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import gauss_newton
@@ -21,7 +22,6 @@ from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
-from wmr_replay.gap.settings.excite import ExciteSettings
 from wmr_schemas.errors import InvalidSetting
 from wmr_schemas.robot import RobotParameters
 from wmr_synth import Sensors, synthesise

@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.against import N_BINS, with_curves
+from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.elsewhere import elsewhere
 from wmr_replay.gap.result.remains import blocks
 from wmr_replay.gap.result.result import Estimate, FoundEffect, Traces
+from wmr_replay.gap.settings import ShownSettings
 from wmr_schemas.model_file import Effect, Model
 from wmr_synth import Sensors, synthesise
 from wmr_synth.driving.patrol import SMALL_ROBOT
 from wmr_synth.hidden.world import model_world
 
 N = 1200
+SHOWN = ShownSettings()
 DRAG = Effect("viscous_drag", {"c1_per_s": 0.2})
 
 
@@ -46,11 +48,11 @@ def test_a_drag_is_a_line_over_the_speed():
     rng = np.random.default_rng(0)
     v, noise = rng.uniform(-1, 2, N), 0.01 * rng.normal(size=N)
     given = traces(noise - 0.2 * v, noise, v)
-    (effect,) = with_curves((found("v_mps"),), given, lambda _: given.base_residual)
+    (effect,) = with_curves((found("v_mps"),), given, lambda _: given.base_residual, SHOWN)
     table = effect.against
     at = np.array([one.at for one in table.bins])
     assert (table.residual_unit, table.variable_unit) == ("m/s²", "m/s")
-    assert len(at) == N_BINS
+    assert len(at) == SHOWN.bins
     assert (np.diff(at) > 0).all()
     assert [one.before for one in table.bins] == pytest.approx(-0.2 * at, abs=0.02)
     assert [one.fitted for one in table.bins] == pytest.approx(-0.2 * at, abs=1e-9)
@@ -61,25 +63,25 @@ def test_a_drag_is_a_line_over_the_speed():
 
 def test_a_variable_that_is_not_among_the_traces_has_no_table():
     given = traces(np.ones(N), np.ones(N), np.ones(N))
-    (effect,) = with_curves((found("effort_sum_nm"),), given, lambda _: given.base_residual)
+    (effect,) = with_curves((found("effort_sum_nm"),), given, lambda _: given.base_residual, SHOWN)
     assert effect.against is None
 
 
 def test_slip_velocities_have_their_own_units():
     v = np.linspace(0, 1, N)
     given = traces(v, 0 * v, v)
-    (effect,) = with_curves((found("v_mps"),), given, lambda _: given.base_residual, by_wheels=True)
+    (effect,) = with_curves((found("v_mps"),), given, lambda _: given.base_residual, SHOWN, by_wheels=True)
     assert effect.against.residual_unit == "m/s"
 
 
 def test_a_stretch_that_stands_out_is_told():
     v, error = np.ones(N), np.full(N, 0.01)
     error[160:240] = 0.08
-    (one,) = blocks(traces(v, v, v, error))
+    (one,) = blocks(traces(v, v, v, error), SHOWN)
     assert (one.start_s, one.end_s) == (8.0, 12.0)
     assert one.position_rms_m == pytest.approx(0.08)
     assert one.times == pytest.approx(8.0)
-    assert blocks(traces(v, v, v, np.full(N, 0.01))) == ()
+    assert blocks(traces(v, v, v, np.full(N, 0.01)), SHOWN) == ()
 
 
 def test_the_right_model_holds_on_a_log_that_was_never_fitted():

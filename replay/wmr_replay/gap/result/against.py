@@ -12,13 +12,11 @@ import numpy as np
 
 from wmr_replay.gap.result.result import Against, AgainstBin, FoundEffect, Traces
 from wmr_replay.gap.result.shown_by import DISTANCE, HEADING
+from wmr_replay.gap.settings import ShownSettings
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.tables import GAP_TRACES
 
 CHANNELS = ("longitudinal", "lateral", "yaw")
-N_BINS = 16
-"""Bins of equal counts: a curve of an effect has one bend or two, and each bin of a minute has 3 s."""
-LEAST_ROWS = 5
 UNITS = {column.name: column.unit for column in GAP_TRACES} | {DISTANCE: "m"}
 SLIP_UNITS = {"longitudinal": "m/s", "lateral": "m/s", "yaw": "rad/s"}
 """Of residuals where wheel speeds drive the model."""
@@ -28,6 +26,7 @@ def with_curves(
     effects: tuple[FoundEffect, ...],
     traces: Traces,
     residual_without: Callable[[str], F64],
+    own: ShownSettings,
     *,
     by_wheels: bool = False,
 ) -> tuple[FoundEffect, ...]:
@@ -35,12 +34,16 @@ def with_curves(
     without the effect of a name.
     """
     return tuple(
-        replace(effect, against=against(effect, traces, residual_without(effect.name), by_wheels=by_wheels))
+        replace(
+            effect, against=against(effect, traces, residual_without(effect.name), own, by_wheels=by_wheels)
+        )
         for effect in effects
     )
 
 
-def against(effect: FoundEffect, traces: Traces, without: F64, *, by_wheels: bool) -> Against | None:
+def against(
+    effect: FoundEffect, traces: Traces, without: F64, own: ShownSettings, *, by_wheels: bool
+) -> Against | None:
     """The table of one effect; None where its variable or its residual is not among the traces."""
     variable = variable_of(effect, traces)
     if variable is None or effect.residual not in CHANNELS:
@@ -48,7 +51,7 @@ def against(effect: FoundEffect, traces: Traces, without: F64, *, by_wheels: boo
     k = CHANNELS.index(effect.residual)
     before, after = traces.base_residual[:, k], traces.extended_residual[:, k]
     rows = np.flatnonzero(np.isfinite(variable + before + after + without[:, k]))
-    if len(rows) < N_BINS * LEAST_ROWS:
+    if len(rows) < own.bins * own.least_rows:
         return None
     explained = without[:, k] - after
     units = SLIP_UNITS if by_wheels else {name: UNITS[f"base_residual_{name}"] for name in CHANNELS}
@@ -57,7 +60,7 @@ def against(effect: FoundEffect, traces: Traces, without: F64, *, by_wheels: boo
         variable_unit=UNITS[effect.variable],
         rms_before=rms(before[rows]),
         rms_after=rms(after[rows]),
-        bins=tuple(bins_of(rows, variable, (before, after, explained), traces.t_s)),
+        bins=tuple(bins_of(rows, variable, (before, after, explained), traces.t_s, own.bins)),
     )
 
 
@@ -73,9 +76,11 @@ def variable_of(effect: FoundEffect, traces: Traces) -> F64 | None:
     return traces.quantities.get(effect.variable)
 
 
-def bins_of(rows: I64, variable: F64, residuals: tuple[F64, F64, F64], t_s: F64) -> Iterable[AgainstBin]:
+def bins_of(
+    rows: I64, variable: F64, residuals: tuple[F64, F64, F64], t_s: F64, n: int
+) -> Iterable[AgainstBin]:
     """Bins of equal counts, in ascending order of the variable."""
-    edges = np.unique(np.quantile(variable[rows], np.linspace(0.0, 1.0, N_BINS + 1)))
+    edges = np.unique(np.quantile(variable[rows], np.linspace(0.0, 1.0, n + 1)))
     inside = np.clip(np.searchsorted(edges, variable[rows], side="right") - 1, 0, max(len(edges) - 2, 0))
     step_s = float(np.median(np.diff(t_s)))
     for k in np.unique(inside):

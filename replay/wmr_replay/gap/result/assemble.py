@@ -38,7 +38,12 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     trained = windows_within(problem, problem.train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
-    effects = with_curves(effects, traces, lambda name: residual(problem, fit.extension.without(name), base))
+    effects = with_curves(
+        effects,
+        traces,
+        lambda name: residual(problem, fit.extension.without(name), base),
+        options.gates.shown,
+    )
     return GapResult(
         verdict=verdict,
         sentence=sentence_of(verdict, effects, notes),

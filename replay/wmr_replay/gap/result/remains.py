@@ -3,21 +3,18 @@
 import numpy as np
 
 from wmr_replay.gap.result.result import GapMetric, Remains, StandsOut, Traces
+from wmr_replay.gap.settings import ShownSettings
 from wmr_schemas.arrays import F64
 
-BLOCK_S = 4.0
-"""As long as the windows of the simulation."""
-STANDS_OUT = 3.0
-"""Times the median block: of blocks whose error is like a half-normal one, hardly any is as large."""
-MOST = 5
 
-
-def remains_of(position: GapMetric, yaw: GapMetric, traces: Traces) -> Remains:
+def remains_of(
+    position: GapMetric, yaw: GapMetric, traces: Traces, own: ShownSettings | None = None
+) -> Remains:
     """Ratios of the held-out gaps after to noise, and the blocks in which the extended model errs most."""
     return Remains(
         position_over_floor=over_floor(position),
         yaw_over_floor=over_floor(yaw),
-        blocks=blocks(traces),
+        blocks=blocks(traces, own or ShownSettings()),
     )
 
 
@@ -27,10 +24,10 @@ def over_floor(metric: GapMetric) -> float:
     return held_out.after / held_out.floor if held_out.floor > 0 else float("nan")
 
 
-def blocks(traces: Traces) -> tuple[StandsOut, ...]:
-    """The blocks of 4 s that stand out, the largest first."""
+def blocks(traces: Traces, own: ShownSettings) -> tuple[StandsOut, ...]:
+    """The blocks that stand out, the largest first."""
     error_m = np.hypot(*(traces.measured - traces.extended_path)[:, :2].T)
-    number = (traces.t_s // BLOCK_S).astype(np.int64)
+    number = (traces.t_s // own.block_s).astype(np.int64)
     found: list[tuple[int, float]] = []
     for k in np.unique(number[np.isfinite(error_m)]):
         mine: F64 = error_m[(number == k) & np.isfinite(error_m)]
@@ -38,5 +35,8 @@ def blocks(traces: Traces) -> tuple[StandsOut, ...]:
     if not found:
         return ()
     median = float(np.median([size for _, size in found]))
-    large = sorted((one for one in found if one[1] > STANDS_OUT * median), key=lambda one: -one[1])
-    return tuple(StandsOut(k * BLOCK_S, (k + 1) * BLOCK_S, size, size / median) for k, size in large[:MOST])
+    large = sorted((one for one in found if one[1] > own.stands_out * median), key=lambda one: -one[1])
+    return tuple(
+        StandsOut(k * own.block_s, (k + 1) * own.block_s, size, size / median)
+        for k, size in large[: own.most_blocks]
+    )

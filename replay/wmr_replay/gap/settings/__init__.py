@@ -24,7 +24,12 @@ from wmr_replay.gap.settings.filter import (
 )
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
-from wmr_replay.gap.settings.result import DetectableSettings, LocateSettings, ReportSettings
+from wmr_replay.gap.settings.result import (
+    DetectableSettings,
+    LocateSettings,
+    ReportSettings,
+    ShownSettings,
+)
 from wmr_replay.gap.settings.scan import MisfitSettings, ScanSettings
 from wmr_replay.gap.settings.search import CandidateFitSettings, ModeSettings, SelectionSettings, SlipSettings
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
@@ -55,6 +60,7 @@ class GateSettings:
     excitation: ExcitationSettings = field(default_factory=ExcitationSettings)
     detectable: DetectableSettings = field(default_factory=DetectableSettings)
     locate: LocateSettings = field(default_factory=LocateSettings)
+    shown: ShownSettings = field(default_factory=ShownSettings)
     report: ReportSettings = field(default_factory=ReportSettings)
     formula: FormulaSettings = field(default_factory=FormulaSettings)
     wheel_speed: WheelSpeedSettings = field(default_factory=WheelSpeedSettings)

@@ -43,6 +43,28 @@ class LocateSettings:
 
 
 @dataclass(frozen=True)
+class ShownSettings:
+    """Tables for plots: an effect's residual against its variable, and the stretches that stand out."""
+
+    bins: int = 16
+    """Bins of equal counts. Presentation: a curve of an effect has one bend or two, and each bin of a minute
+    has 3 s."""
+
+    least_rows: int = 5
+    """Fewest rows for each bin of such a table. Statistics: a median of fewer is one of them."""
+
+    block_s: float = 4.0
+    """Length of a stretch, s. Presentation: as long as the windows of the simulation."""
+
+    stands_out: float = 3.0
+    """Times the median stretch from which one stands out. Statistics: of errors like a half-normal's hardly
+    any is as large."""
+
+    most_blocks: int = 5
+    """Most stretches that are listed. Presentation."""
+
+
+@dataclass(frozen=True)
 class ReportSettings:
     """Intervals and verdicts."""
 

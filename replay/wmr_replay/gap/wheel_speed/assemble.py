@@ -61,7 +61,11 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     held_out = held_out_bins(problem, 0)
     traces = traces_of(problem, windows, selection.base, selection.fit, pose_sd, held_out.astype(float))
     effects = with_curves(
-        effects, traces, lambda name: slip_velocities(problem, without(selection, name)), by_wheels=True
+        effects,
+        traces,
+        lambda name: slip_velocities(problem, without(selection, name)),
+        options.gates.shown,
+        by_wheels=True,
     )
     return GapResult(
         verdict=verdict,
