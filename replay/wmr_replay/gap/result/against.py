@@ -12,7 +12,7 @@ import numpy as np
 
 from wmr_replay.gap.result.result import Against, AgainstBin, FoundEffect, Traces
 from wmr_replay.gap.result.shown_by import DISTANCE, HEADING
-from wmr_replay.gap.settings import ShownSettings
+from wmr_replay.gap.settings.result import ShownSettings
 from wmr_schemas.arrays import F64, I64
 from wmr_schemas.tables import GAP_TRACES
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from wmr_replay.gap.result.result import GapMetric, Remains, StandsOut, Traces
-from wmr_replay.gap.settings import ShownSettings
+from wmr_replay.gap.settings.result import ShownSettings
 from wmr_schemas.arrays import F64
 
 
