@@ -21,13 +21,7 @@ from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_synth.synthesis import SimulatedLog
 
-OF_THE_DRIVE = (
-    "actuator_lag",
-    "input_delay",
-    "drive_gain",
-    *(name for name, effect in effects_of("wheel_speed").items() if name.startswith(("turn_gain", "speed_"))),
-    "acceleration_limit",
-)
+OF_THE_DRIVE = tuple(name for name, effect in effects_of("wheel_speed").items() if effect.needs_commands)
 
 
 LEAST_REACHED = 0.02

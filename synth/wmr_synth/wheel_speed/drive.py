@@ -20,10 +20,12 @@ TARGET_R, TARGET_L, LAG_R, LAG_L = 10, 11, 12, 13
 DEFLECTED, BUILT_UP, ROUGH_LONG, ROUGH_LAT, ROUGH_TURN = 14, 15, 16, 17, 18
 A_LONG, YAW_ACC, V_LAT, SLIP_R, SLIP_L, LOST_R, LOST_L, LOST_LAT = 19, 20, 21, 22, 23, 24, 25, 26
 PULL_R, PULL_L, SPIN_R, SPIN_L = 27, 28, 29, 30
-N_STATES = 31
+TURNING = 31
+N_STATES = 32
 """Pose; v_long, l_e·yaw_rate, and the sideways velocity by friction; wheel angles and speeds; states of the
 drive; states of the slip. Derived: accelerations, v_lat, slip velocities at the wheels, the slip that is
 not the robot's own, at the wheels and sideways; specific tractions and angular accelerations of the wheels.
+Last: half the difference of the wheel speeds behind a limit of its rate.
 """
 
 
@@ -99,9 +101,9 @@ def turning(
     if h.turn_acceleration_radps2 == math.inf:
         return left, right
     most = dt * h.turn_acceleration_radps2 * rig.stated_half_track_m / rig.stated_radius_m
-    now = 0.5 * (state[TARGET_R] - state[TARGET_L])
-    mean, change = 0.5 * (right + left), 0.5 * (right - left) - now
-    half = now + max(-most, min(most, change))
+    mean, change = 0.5 * (right + left), 0.5 * (right - left) - state[TURNING]
+    state[TURNING] += max(-most, min(most, change))
+    half = state[TURNING]
     return mean - half, mean + half
 
 

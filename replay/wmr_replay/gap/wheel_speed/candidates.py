@@ -11,7 +11,7 @@ PLACES = ("slip_interval", "low_grip_patch")
 """Effects in a time or a place, which have a scan of their own."""
 NEED_WORLD = ("slope_slip", "low_grip_patch", "yaw_drift", "slip_interval")
 """Effects that mean something only where all stretches are one drive in one world."""
-BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track", "speed_desaturation", "turn_acceleration_limit")
+BY_WHEELS = ("pose_delay", "wheel_scale", "effective_track")
 """Effects that need short stretches from measured wheel speeds where commands drive the model."""
 RESTARTED_S = 10.0
 """Length of stretches below which their starting speeds tell the drive's gains from the wheels' scales, s."""

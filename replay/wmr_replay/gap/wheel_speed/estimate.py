@@ -12,9 +12,16 @@ from wmr_replay.gap.wheel_speed.noise import Noise, Whitening, deviance, fit_noi
 from wmr_replay.gap.wheel_speed.predict import Parameter, Problem, replaced
 from wmr_schemas.arrays import F64, I64, Bool
 
-FORM_SD = {"lateral_slip": 0.06, "turning_slip": 0.03, "slip_ratio": 0.05}
+FORM_SD = {
+    "lateral_slip": 0.06,
+    "turning_slip": 0.03,
+    "slip_ratio": 0.05,
+    "acceleration_limit": 0.005,
+    "turn_acceleration_limit": 0.005,
+}
 """Standard deviation of a size, as a share of it, by the form that is not known: a tyre's slip builds up over
-a relaxation length, contacts are elastic. Encoder benchmark, develop families.
+a relaxation length, contacts are elastic, a drive takes commands in steps of its own. Encoder benchmark, develop
+families.
 """
 Noises = tuple[Noise, Noise, Noise]
 
