@@ -38,10 +38,7 @@ def candidates_of(record: Record) -> tuple[EffectDeclaration, ...]:
 
 
 def hidden_by_commands(record: Record) -> tuple[str, ...]:
-    """Effects that commands cannot tell from the drive's own.
-
-    Limits of both wheels together differ from those of each in a few moments only, where wheels have to tell.
-    """
+    """Effects that commands cannot tell from the drive's own."""
     return ("pose_delay",) if restarts_often(record) else BY_WHEELS
 
 

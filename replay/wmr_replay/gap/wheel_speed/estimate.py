@@ -20,8 +20,8 @@ FORM_SD = {
     "turn_acceleration_limit": 0.005,
 }
 """Standard deviation of a size, as a share of it, by the form that is not known: a tyre's slip builds up over
-a relaxation length, contacts are elastic, a drive takes commands in steps of its own. Encoder benchmark, develop
-families.
+a relaxation length, contacts are elastic, a drive takes commands in steps of its own. Encoder benchmark,
+develop families.
 """
 Noises = tuple[Noise, Noise, Noise]
 
