@@ -154,7 +154,7 @@ def or_else(effect: "Effect") -> str:
     """The confounded class, and what else explains this log nearly as well, with its ΔBIC."""
     others = [name for name in effect.confound_class if name != effect.name]
     near = [
-        f"{other.name} (ΔBIC {other.delta_bic:.2g})"
+        f"{other.name} (ΔBIC {figure(other.delta_bic, 2)})"
         for other in effect.alternatives
         if other.delta_bic is not None and other.delta_bic < NEAR_BIC
     ]
@@ -249,7 +249,7 @@ def least_sizes(gap: "GapFile") -> Table:
     """The smallest size of each effect that would have been seen, two to a line."""
     table = Table.grid(padding=(0, 2))
     known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
-    cells = [(name, f"{least.value:.2g} {unit_of(least.unit)}") for name, least in known]
+    cells = [(name, f"{figure(least.value, 2)} {unit_of(least.unit)}") for name, least in known]
     height = -(-len(cells) // 2)
     for row in range(height):
         table.add_row(*(cell for entry in cells[row::height] for cell in entry))
