@@ -98,6 +98,10 @@ def fact_list(gap: GapFile) -> Iterator[tuple[str, str, str]]:
     """The gap before and after, and what it was made with."""
     yield metric_fact("held-out gap, position", gap.gap.held_out, "mm", gap.gap.windows)
     yield metric_fact("held-out gap, yaw", gap.gap.yaw.held_out, "mrad", gap.gap.yaw.windows)
+    if gap.gap.in_slip is not None:
+        slip = gap.gap.in_slip
+        moved = f"{thousandths(slip.before)} → {thousandths(slip.after)} mm"
+        yield "gap in slip, position", moved, f"{slip.windows} windows that the held-out gap leaves out"
     yield ("base model", gap.base, "what the log is compared with")
     yield (
         "contact modes",

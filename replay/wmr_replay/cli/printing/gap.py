@@ -212,6 +212,7 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     if gap.where.channels and gap.effects:
         factors = (f"{name} ×{figure(q, 3)}" for name, q in gap.where.channels.items() if q is not None)
         yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)
+    yield from slip_facts(gap.gap)
     if gap.where.intervals:
         pieces = (f"{i.start_s:.1f} … {i.end_s:.1f} s{share(i.share)}" for i in gap.where.intervals[:3])
         yield "when", ", ".join(pieces)
@@ -231,6 +232,20 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
         yield "note", note
     for found in gap.findings:
         yield found.severity, f"{found.code}: {found.text}; {found.meaning}; {found.advice}"
+
+
+def slip_facts(gap: "Gap") -> Iterator[tuple[str, str]]:
+    """The gap over the windows with slip, which the table leaves out."""
+    if gap.in_slip is None or gap.yaw.in_slip is None:
+        return
+    said = []
+    for name, metric, unit in (("position", gap.in_slip, "mm"), ("yaw", gap.yaw.in_slip, "mrad")):
+        before, after = ("–" if s is None else figure(1e3 * s, 3) for s in (metric.before, metric.after))
+        said.append(f"{name} {before} {unit}" if before == after else f"{name} {before} → {after} {unit}")
+    yield (
+        "in slip",
+        f"{', '.join(said)} over {gap.seconds} s, {gap.in_slip.windows} windows not counted above",
+    )
 
 
 def proof_facts(proof: "Proof | None") -> Iterator[tuple[str, str]]:
