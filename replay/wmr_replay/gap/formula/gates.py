@@ -77,7 +77,7 @@ def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:
 
 
 def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed: int) -> float:
-    """Share of placebo logs of which one group explains as much as the formula, or its best group, of the log.
+    """Share of placebo logs of which one group explains as much as the formula does of the log.
 
     See :mod:`wmr_replay.gap.evidence.placebo`; here every group of the dictionary is tried on each of them.
     """

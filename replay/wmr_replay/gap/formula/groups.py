@@ -18,7 +18,7 @@ from wmr_schemas.terms import Term, TermChannel
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, bump or hill; a wave runs over ``along`` and is multiplied by ``beside``.
+    ``kind`` is product, curve, wave, bump or hill; a wave runs over ``along``, times ``beside``.
     """
 
     kind: str
@@ -149,7 +149,7 @@ def waves_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> It
 
 
 def bells_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> Iterator[Group]:
-    """Bells on a grid of their radius, along the path and beside it, where its flanks are seen at least twice.
+    """Bells on a grid of their radius, along the path and beside it, where they are seen at least twice.
 
     The slope of a hill is steepest a radius from its middle, which need not be passed.
     """

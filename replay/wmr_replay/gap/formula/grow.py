@@ -11,7 +11,12 @@ from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newt
 from wmr_replay.gap.formula.groups import CURVE, PRODUCT, Group
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.shapes import refined
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
+
+PEAK = {"hill": float(np.exp(-0.5))}
+"""Largest value of a placed factor, where that is not 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +69,34 @@ def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formul
     own = problem.settings.formula
     if longer is None:
         return None
-    margin = own.margin if before.groups or longer.groups[-1].shape else own.first_margin
+    margin = own.margin if before.groups else own.first_margin
     if score(problem, longer) < score(problem, before) + margin:
         return None
     if before.groups and held_out(problem, longer.fit) > held_out(problem, before.fit):
         return None
     return longer
+
+
+def is_sound(problem: Problem, formula: Formula) -> bool:
+    """Whether no place is steeper than what a robot drives on, and no term is many times as large as what all
+    terms of its channel add up to: such terms describe a few rows by their small difference.
+    """
+    own, values = problem.settings.formula, formula.fit.extension.effects
+    for group in formula.groups:
+        size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
+        if group.shape and size * PEAK.get(group.family.kind, 1.0) > own.steepest_mps2:
+            return False
+    columns = columns_of(problem.binned)
+    parts: dict[str, list[F64]] = {}
+    for term in (term for group in formula.groups for term in group.terms):
+        part = values[term.name][COEFFICIENT] * term.evaluate(columns)
+        parts.setdefault(term.channel, []).append(part)
+    return all(rms(part) <= own.most_cancelling * rms(sum(some)) for some in parts.values() for part in some)
+
+
+def rms(values: F64) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def score(problem: Problem, formula: Formula) -> float:
@@ -99,6 +126,7 @@ def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Fo
                 chosen.append(finer)
     distinct = {one.group.names: one for one in chosen}.values()
     longer = [extended(problem, formula, one) for one in distinct]
+    longer = [one for one in longer if is_sound(problem, one)]
     return max(longer, key=lambda one: score(problem, one), default=None)
 
 

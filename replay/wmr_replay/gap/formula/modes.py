@@ -37,16 +37,29 @@ def may_slip_less(problem: Problem) -> bool:
     return float(np.mean(problem.binned.slips)) > problem.settings.modes.much_slip
 
 
+def sees_the_same(one: Problem, other: Problem) -> bool:
+    """Whether two problems have the same modes, but for a switch here and there."""
+    return float(np.mean(one.binned.mode != other.binned.mode)) < one.settings.modes.much_slip
+
+
+def is_calm(start: Start) -> bool:
+    """Whether a model leaves no disturbance that a formula may explain."""
+    settings = start.problem.settings
+    return calmed(start.fit.noise, settings.diffusion, settings.formula.something_left) is None
+
+
 def curve_starts(problem: Problem, base: Fit) -> list[Start]:
-    """The curves that explain most beside the base model, each fitted; at the disturbance that is left, and at
-    a calm one.
+    """The curves that explain most beside the base model, each fitted: at the disturbance that is left, and
+    at a calm one; of the efforts, which is what slipping looks like, and of the motion.
     """
     curves = [group for group in plain_groups() if group.family == CURVE]
     chosen: dict[tuple[str, ...], ScoredGroup] = {}
     for noise in filter(None, (base.noise, calmed(base.noise, problem.settings.diffusion))):
         here = base if noise is base.noise else evaluate(problem, base.extension, noise)
-        for one in scored_groups(problem, here, curves)[: problem.settings.formula.starts]:
-            chosen.setdefault(one.group.names, one)
+        kinds: dict[bool, ScoredGroup] = {}
+        for one in scored_groups(problem, here, curves):
+            kinds.setdefault("effort" in one.group.names[0], one)
+        chosen |= {one.group.names: one for one in kinds.values()}
     return [started(problem, base, one) for one in chosen.values()]
 
 

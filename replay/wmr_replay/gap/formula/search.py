@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
@@ -12,7 +14,16 @@ from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
-from wmr_replay.gap.formula.modes import Start, curve_starts, is_likelier, likeliest, may_slip_less, once_more
+from wmr_replay.gap.formula.modes import (
+    Start,
+    curve_starts,
+    is_calm,
+    is_likelier,
+    likeliest,
+    may_slip_less,
+    once_more,
+    sees_the_same,
+)
 from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
@@ -131,6 +142,8 @@ def library_price(problem: Problem, formula: Formula, library: tuple[FittedCandi
 def explains_more(problem: Problem, selection: Selection, formula: Formula) -> bool:
     """Whether a formula is better than the selection by what the wrong form of its effects may leave."""
     own = problem.settings.formula
+    if not keeps_its_effects(formula, selection):
+        return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
     mine = formula.fit.deviance + formula.price(problem) + library_price(problem, formula, library)
@@ -140,10 +153,22 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
-    if held_out(problem, formula.fit) > held_out(problem, selection.fit):
-        return False
     simpler = LOAD_STEP in selection.fit.extension.effects or len(formula.names) <= len(library)
-    return excess > max(own.margin, 0.0 if simpler else wrong_form)
+    unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
+    return min(excess, excess + unseen) > max(own.margin, 0.0 if simpler else wrong_form)
+
+
+def keeps_its_effects(formula: Formula, selection: Selection) -> bool:
+    """Whether the library's effects beside a formula keep their sizes to a factor: else they are part of a
+    curve, and not themselves.
+    """
+    most = formula.fit.problem.settings.formula.most_change
+    for name in formula.rest.extension.effects:
+        alone, beside = (fit.extension.effects[name] for fit in (selection.fit, formula.fit))
+        size, left = (float(np.hypot.reduce(list(values.values()))) for values in (alone, beside))
+        if not size / most <= left <= size * most:
+            return False
+    return True
 
 
 def is_apart(problem: Problem, formula: Formula) -> bool:
@@ -165,14 +190,15 @@ def with_other_modes(
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
     something is a model to identify with; the likeliest one is grown from the start.
     """
-    starts = curve_starts(problem, selection.base)
-    if found is not None:
-        starts.append(Start(found.problem, found.formula.fit, found.formula.rest.extension))
-    seen = [once_more(log, start, options) for start in starts]
+    seen = [] if found is None else [once_more(log, found.model, options)]
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+        return found
+    if not any(is_calm(start) for start in seen):
+        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
     best = likeliest(seen)
     if best is None:
         return found
-    again = proven_with(log, best, extension, options)
+    again = proven_with(log, grown_from(best), extension, options)
     if again is None:
         return found
     if found is not None:
@@ -185,14 +211,26 @@ def with_other_modes(
 
 
 def beats_there(found: Proven, selection: Selection) -> bool:
-    """Whether a formula explains more than the selection's effects with the formula's modes, too."""
-    problem = found.problem
+    """Whether a formula explains more than the selection's effects with the formula's modes, too; by a margin
+    where these are all of the library.
+    """
+    problem, named = found.problem, len(library_of(selection)) == len(selection.found)
     if not selection.found:
         return True
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     other = fit_model(problem, selection.fit.extension, selection.fit.noise)
     mine = found.formula.fit.deviance + found.formula.price(problem)
-    return other.deviance + prices - mine > problem.settings.formula.margin
+    return other.deviance + prices - mine > problem.settings.formula.margin * named
+
+
+def grown_from(start: Start) -> Start:
+    """The start with the products and curves that explain most with its modes."""
+    if is_calm(start):
+        return start
+    problem, budget = start.problem, start.problem.settings.budget
+    rest = fit_model(problem, start.rest, None, budget.base_diffusion)
+    formula = grow(problem, rest, without_twins(plain_groups(), rest.extension.effects))
+    return replace(start, fit=formula.fit) if formula.groups else start
 
 
 def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:

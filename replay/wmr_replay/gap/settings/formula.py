@@ -19,8 +19,15 @@ class FormulaSettings:
     """What a group must explain beyond its price. Statistics: "very strong" after Kass and Raftery (1995)."""
 
     first_margin: float = 20.0
-    """The same for a first product or curve. Statistics: twice that, since a formula says that the library is
-    not enough; the price of a wave's or bell's numbers asks for as much."""
+    """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
+    since a formula says that the library is not enough."""
+
+    steepest_mps2: float = 3.0
+    """Largest acceleration by a place. Physics: a slope of 18°; what seems steeper is a slip."""
+
+    most_cancelling: float = 10.0
+    """Largest root mean square of a term, in those of all terms together. Judgement: of larger ones a tenth
+    is left, and a change of a few per cent in either turns the curve about."""
 
     beyond_library: float = 0.15
     """Share of the library's gain by which a formula must exceed it to take the place of a named effect.
@@ -29,9 +36,8 @@ class FormulaSettings:
     beyond_margin: float = 30.0
     """Least excess beside named effects. As ``SelectionSettings.margin_identified``."""
 
-    starts: int = 2
-    """Curves of a scan that contact modes are identified with. Numerics: each costs a run of the
-    identifier."""
+    most_change: float = 2.0
+    """Most by which a formula may change the size of a named effect beside it, a factor. Judgement."""
 
     least_mps2: float = 0.03
     """Least root mean square of a formula's acceleration, m/s². As ``MisfitSettings.negligible_mps2``."""
