@@ -47,8 +47,6 @@ WAVES = (
 )
 """Height that waves over x or y pulls along the heading; the others are resistance in places."""
 BELLS = (Family("hill"), Family("bump"))
-AROUND = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)])
-"""A cell of a grid and those next to it."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +153,8 @@ def bells_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> It
     """
     place = binned.pose[:, :2]
     span_m = float(np.mean(np.ptp(place, axis=0)))
-    beside = AROUND if family.kind == "hill" else AROUND[:1]
+    here, next_to = np.zeros((1, 2)), np.eye(2)
+    beside = np.vstack([here, next_to, -next_to]) if family.kind == "hill" else here
     for share in settings.bell_shares:
         radius_m = max(share * span_m, settings.least_radius_m)
         on_path = np.unique(np.rint(place / radius_m), axis=0)

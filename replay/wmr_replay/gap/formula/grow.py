@@ -15,9 +15,6 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
 
-PEAK = {"hill": float(np.exp(-0.5))}
-"""Largest value of a placed factor, where that is not 1."""
-
 
 @dataclass(frozen=True, eq=False)
 class Formula:
@@ -84,7 +81,8 @@ def is_sound(problem: Problem, formula: Formula) -> bool:
     own, values = problem.settings.formula, formula.fit.extension.effects
     for group in formula.groups:
         size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
-        if group.shape and size * PEAK.get(group.family.kind, 1.0) > own.steepest_mps2:
+        peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
+        if group.shape and size * peak > own.steepest_mps2:
             return False
     columns = columns_of(problem.binned)
     parts: dict[str, list[F64]] = {}

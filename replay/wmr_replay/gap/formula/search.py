@@ -140,7 +140,10 @@ def library_price(problem: Problem, formula: Formula, library: tuple[FittedCandi
 
 
 def explains_more(problem: Problem, selection: Selection, formula: Formula) -> bool:
-    """Whether a formula is better than the selection by what the wrong form of its effects may leave."""
+    """Whether a formula is better than the selection by what the wrong form of its effects may leave.
+
+    In the place of named effects, the rows that were not fitted count too.
+    """
     own = problem.settings.formula
     if not keeps_its_effects(formula, selection):
         return False
@@ -155,7 +158,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
         return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
     simpler = LOAD_STEP in selection.fit.extension.effects or len(formula.names) <= len(library)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    return min(excess, excess + unseen) > max(own.margin, 0.0 if simpler else wrong_form)
+    return excess + unseen > max(own.margin, 0.0 if simpler else wrong_form)
 
 
 def keeps_its_effects(formula: Formula, selection: Selection) -> bool:
