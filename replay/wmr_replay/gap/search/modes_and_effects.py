@@ -1,6 +1,7 @@
 """The missing effects together with the contact modes that they are found with."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -10,8 +11,9 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
+from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
+from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.extension import Extension
@@ -19,8 +21,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.preliminary import preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
-from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
-from wmr_schemas.modes import ContactMode
+from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.signals import Log
 
 Progress = Callable[[str, float], None]
@@ -72,6 +73,8 @@ def find_effects(
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
     problem = Problem.of(bin_log(log, options.gates, track))
+    options = replace(options, gates=with_slip_disturbance(problem, extension))
+    problem = Problem.of(bin_log(log, options.gates, track))
     return problem, select(problem, extension, options)
 
 
@@ -88,6 +91,8 @@ def find_modes_and_effects(
     track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates))
     extension = with_sideslip(first, extension)
+    options = replace(options, gates=with_slip_disturbance(first, extension))
+    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates))
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
@@ -139,9 +144,7 @@ def cost_alone(problem: Problem, model: Extension) -> float:
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
     """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
-    missed = rows_of_missed_slipping(solution.problem, solution.selection.fit)
-    if not np.any(missed):
+    problem = missed_slipping(solution.problem, solution.selection.fit)
+    if problem is solution.problem:
         return solution
-    track = with_mode_at(solution.problem.binned, missed, ContactMode.SLIPPING)
-    problem = solution.problem.relabelled(track)
     return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))

@@ -19,7 +19,7 @@ from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
-from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
+from wmr_replay.gap.search.slip_test import may_be_slipping, unlike_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
@@ -43,8 +43,8 @@ def preliminary_models(
     """The preliminary models of the first labelling that has any.
 
     ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
-    order: without skidding where a robot is said to skid most of the time; without slipping that leaves more
-    traction than the model's; as they are; without slipping where it is said to slip much.
+    order: without skidding where a robot is said to skid most of the time; without slipping that loses more or
+    less traction than the model's; as they are; without slipping where it is said to slip much.
     """
     likely = chain(less_skid(log, first), less_slip(first, extension), [first])
     for problem, local in chain(((problem, True) for problem in likely), no_slip(first)):
@@ -84,9 +84,9 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:
-    """Slipping replaced by ideal where it leaves more traction than the model's slipping."""
+    """Slipping replaced by ideal where it loses clearly more or less than the model's slipping."""
     fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    doubtful = gentler_than_slipping(problem, fit)
+    doubtful = unlike_slipping(problem, fit)
     if np.any(doubtful):
         yield problem.relabelled(with_mode_at(problem.binned, doubtful, ContactMode.IDEAL))
 
