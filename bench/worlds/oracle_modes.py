@@ -99,7 +99,9 @@ def nearest_slipping(g: F64, columns: F64, histories: Histories) -> float:
 
     def lowered(state: Bool) -> Bool:
         options = [best_run(state, value) for value in (False, True)]
-        _, (i, j), value = min((change, run, v) for (change, run), v in zip(options, (False, True), strict=True))
+        _, (i, j), value = min(
+            (change, run, v) for (change, run), v in zip(options, (False, True), strict=True)
+        )
         changed = state.copy()
         changed[i:j] = value
         return changed

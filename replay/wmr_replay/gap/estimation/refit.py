@@ -135,6 +135,16 @@ def fit_model(
     return gauss_newton(problem, extension, noise, budget.last_steps)
 
 
+def cost_of(fit: Fit) -> float:
+    """−2 log of the joint probability of modes and poses over the whole log; less is more likely.
+
+    Changes of the mode are rare, and cost accordingly. Rows that were held out of the fit count as well: a
+    time or place that is lost is often among them.
+    """
+    modes, settings = fit.problem.binned.mode, fit.problem.settings.modes
+    return float(fit.row_deviance.sum() + np.sum(np.diff(modes) != 0) * settings.change_cost)
+
+
 def newton_step(psi: F64, e: F64, settings: RefitSettings) -> F64:
     """(ΨᵀΨ)⁻¹ Ψᵀe (q,); directions that the data do not see, or that lead out of all bounds, stay at 0."""
     psi = np.where(np.isfinite(psi), psi, 0.0)

@@ -8,7 +8,7 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import correlation
@@ -20,7 +20,6 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
-from wmr_replay.gap.search.modes_and_effects import cost_of
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.modes import ContactMode
@@ -42,7 +41,7 @@ class Proven:
     @property
     def cost(self) -> float:
         """The cost of modes, model and terms."""
-        return cost_of(self.problem, self.formula.fit) + self.formula.price(self.problem)
+        return cost_of(self.formula.fit) + self.formula.price(self.problem)
 
 
 def with_formula(
@@ -166,7 +165,7 @@ def without_slip(
         return None
     found = seen_with(log, rough, extension, options)
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    return found if found is not None and found.cost < cost_of(problem, selection.fit) + prices else None
+    return found if found is not None and found.cost < cost_of(selection.fit) + prices else None
 
 
 def seen_with(log: Log, formula: Formula, extension: Extension, options: GapOptions) -> Proven | None:

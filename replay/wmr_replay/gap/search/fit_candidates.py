@@ -13,7 +13,7 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
-from wmr_replay.gap.model.candidates import candidate_of, declaration_of
+from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
 from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
@@ -67,6 +67,8 @@ def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[Fitt
     started = [best_start(problem, current, one) for one in promising or ranked[:1]]
     steps = budget.candidate_steps
     rough = [(one, gauss_newton(problem, with_candidate(current, one), noise, steps)) for one in started]
+    if best.name in LOCAL:
+        rough = [(one, nearer(fit, first[1]) if one.name == best.name else fit) for one, fit in rough]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
     out = []
@@ -77,6 +79,15 @@ def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[Fitt
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
+
+
+def nearer(fit: Fit, other: Fit) -> Fit:
+    """The likelier of two fits of a loss of traction at the first one's diffusion.
+
+    A scan with calm disturbances clips most of what a large loss does, and takes it for a small one.
+    """
+    problem, noise, steps = fit.problem, fit.noise, fit.problem.settings.budget.candidate_steps
+    return min(fit, gauss_newton(problem, other.extension, noise, steps), key=lambda f: f.deviance)
 
 
 def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredCandidate, Fit] | None:

@@ -10,12 +10,12 @@ import numpy as np
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import SKID
+from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
@@ -40,7 +40,7 @@ class Solution(NamedTuple):
         """The cost of the modes and the fitted model, with the price of its effects."""
         fit = self.selection.fit
         prices = sum(price_of(self.problem, effect.scored, fit) for effect in self.selection.found)
-        return cost_of(self.problem, fit) + prices
+        return cost_of(fit) + prices
 
     @property
     def is_skidding(self) -> bool:
@@ -52,14 +52,6 @@ class Solution(NamedTuple):
         """Whether something is found; skidding replaced by ideal must be found as an undeclared skid."""
         found = [effect.name for effect in self.selection.found]
         return bool(found) and (SKID not in self.preliminary.effects or SKID in found)
-
-
-def cost_of(problem: Problem, fit: Fit) -> float:
-    """−2 log of the joint probability of modes and poses; less is more likely. Changes of the mode are rare,
-    and cost accordingly.
-    """
-    changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
-    return float(fit.deviance + changes * problem.settings.modes.change_cost)
 
 
 def find_effects(
@@ -104,7 +96,7 @@ def find_modes_and_effects(
     if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
         solutions.append(with_missed_slipping(seen, extension, options))
-    nothing = cost_of(first, plain().base)
+    nothing = cost_of(plain().base)
     likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
     tell("naming", 0.7)
     confirmed = []
@@ -139,12 +131,25 @@ def solve_with(
 def cost_alone(problem: Problem, model: Extension) -> float:
     """The cost of the modes and a preliminary model, with the price of its parameters."""
     fit = fit_model(problem, model, None, problem.settings.budget.base_diffusion)
-    return cost_of(problem, fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
+    return cost_of(fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
     """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
-        return solution
+        return with_settled_losses(solution)
     return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))
+
+
+def with_settled_losses(solution: Solution) -> Solution:
+    """The solution with its disturbances fitted to the end, where it holds a loss of traction.
+
+    Without that loss they are large, and a few iterations from there leave them so.
+    """
+    problem, selection = solution.problem, solution.selection
+    if not any(name in LOCAL for name in selection.fit.extension.effects):
+        return solution
+    iterations = problem.settings.budget.base_diffusion
+    fit = fit_model(problem, selection.fit.extension, selection.fit.noise, iterations)
+    return solution._replace(selection=replace(selection, fit=fit))

@@ -17,7 +17,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calm_or_same
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -116,7 +116,8 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """
     if name not in LOCAL or not problem.binned.identified:
         return False
-    price = len(fit.extension.effects[name]) * float(np.log(3 * len(problem.binned)))
+    n = len(problem.binned)
+    price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
     return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price
 
 
@@ -133,13 +134,7 @@ def slipping_rival(problem: Problem, fit: Fit, name: str) -> Rival:
     without = fit_model(
         rival, fit.extension.without(name), fit.noise, problem.settings.budget.ranked_diffusion
     )
-    return Rival(rival, near, whole_cost(rival, without) - whole_cost(problem, fit))
-
-
-def whole_cost(problem: Problem, fit: Fit) -> float:
-    """−2 log of the joint probability of modes and poses over the whole log."""
-    changes = np.sum(np.diff(problem.binned.mode) != 0)
-    return float(fit.row_deviance.sum() + changes * problem.settings.modes.change_cost)
+    return Rival(rival, near, cost_of(without) - cost_of(fit))
 
 
 def close_to(rows: Bool, binned: BinnedLog) -> Bool:
