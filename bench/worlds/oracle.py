@@ -12,10 +12,10 @@ margin of 10 (its rivals within 10 of BIC are alternatives) sees the margin kept
 and errs in 1 % of the logs asks for 12.7 of χ²; √λ = √12.7 + 1.96 gives λ = 31 for the same 97.5 %: below,
 a refusal is right. It is right, too, where the effect moves the path by less than the tolerance of ``gap``.
 
-Traction that is lost in a time or place may be the model's own slipping, and another cornering stiffness the
-model's own skidding at slightly other times: ``slipping`` and ``skidding`` stand among the rivals, each in the
-mode history that comes nearest (``oracle_modes``). A refusal that says so is right where such a rival leaves less
-than 33, since a tool that identifies modes has that history for the asking.
+Traction that is lost in a time or place may be the model's own slipping, and another cornering stiffness
+the model's own skidding at slightly other times: ``slipping`` and ``skidding`` stand among the rivals, each
+in the mode history that comes nearest (``oracle_modes``). A refusal that says so is right where such a rival
+leaves less than 33: a tool that identifies modes cannot exclude that history.
 
 The first plant's actuator lag has two poles. It is neither the declared lag of one pole nor a delay, but lies
 between them: a tool that says both says what there is. A delay alone stays wrong.

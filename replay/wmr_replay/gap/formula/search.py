@@ -21,6 +21,7 @@ from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.search.slip_test import slips_as_modelled
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
@@ -153,10 +154,10 @@ def without_slip(
     """A formula that explains what an identifier calls slipping, where that is likelier than the selection.
 
     It is grown where all slipping counts as rolling, and then found again with the modes that the identifier
-    sees with it.
+    sees with it. Where all that slips loses what the model's slipping loses, nothing else was taken for it.
     """
     slips = problem.binned.slips
-    if np.mean(slips) <= problem.settings.modes.much_slip:
+    if np.mean(slips) <= problem.settings.modes.much_slip or slips_as_modelled(problem, selection.base):
         return None
     rolling = problem.relabelled(with_mode_at(problem.binned, slips, ContactMode.IDEAL))
     base = fit_model(rolling, extension, None, rolling.settings.budget.base_diffusion)

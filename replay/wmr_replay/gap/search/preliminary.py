@@ -43,8 +43,8 @@ def preliminary_models(
     """The preliminary models of the first labelling that has any.
 
     ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
-    order: without skidding where a robot is said to skid most of the time; without slipping that loses more or
-    less traction than the model's; as they are; without slipping where it is said to slip much.
+    order: without skidding where a robot is said to skid most of the time; without slipping that loses more
+    or less traction than the model's; as they are; without slipping where it is said to slip much.
     """
     likely = chain(less_skid(log, first), less_slip(first, extension), [first])
     for problem, local in chain(((problem, True) for problem in likely), no_slip(first)):

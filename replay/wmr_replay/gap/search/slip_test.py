@@ -56,6 +56,12 @@ def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
     return rows
 
 
+def slips_as_modelled(problem: Problem, fit: Fit) -> bool:
+    """Whether all that is called slipping follows the model closely."""
+    own, q = problem.settings.slip, problem.settings.filter.slip_disturbance_mps2_rthz
+    return q <= own.close_mps2_rthz and not np.any(unlike_slipping(problem, fit))
+
+
 def slipping_runs(binned: BinnedLog) -> list[tuple[int, int]]:
     """Rows [a, b) of each slipping interval that is long enough to have an inside, close ones joined."""
     own = binned.settings.slip

@@ -152,6 +152,10 @@ class SlipSettings:
     """The most likely one before a log is seen. Benchmark worlds, three plants, and so a Judgement: 0.5 is
     less likely by 20 to 100 a second of slipping."""
 
+    close_mps2_rthz: float = 0.05
+    """Up to this one, slipping follows the model closely. Statistics: a factor of 2.5 above the usual one, its
+    standard deviation."""
+
     disturbance_sd: float = 1.0
     """Standard deviation of its logarithm. Judgement: a factor of 2.7 either way."""
 
