@@ -34,7 +34,7 @@ from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 LIBRARIES = {"torque": torques, "wheel-speed": wheels, "both": together}
 FIRST_SEED = {
     ("torque", "develop"): 5_000,
-    ("torque", "report"): 310_000,
+    ("torque", "report"): 410_000,
     ("both", "develop"): 6_000,
     ("both", "report"): 230_000,
     ("wheel-speed", "develop"): 5_000,

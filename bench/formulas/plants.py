@@ -2,16 +2,18 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from types import ModuleType
 from unittest.mock import patch
 
 import numpy as np
 from worlds import plant_one
 from worlds.case import RATE_HZ, Case, Conditions, RanAway, Truth, World
 from worlds.drivers import Drive
+from worlds.plant_three import equations as third
 from worlds.plant_two import equations as eq
 from worlds.plant_two import world as plant_two
 
-from formulas.forms import FORMS, PLACED, At
+from formulas.forms import FORMS, ORDER, PLACED, At
 from wmr_schemas.arrays import F64, NS_PER_S
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.robot import RobotParameters
@@ -19,7 +21,8 @@ from wmr_synth.plants.motion import Motion
 
 ATTEMPTS = 5
 AMPLITUDES = ("c", "size", "height", "rate")
-Acceleration = Callable[[At], F64]
+Controller = Callable[[int, F64], F64]
+"""Torques (left, right) at an instant and a state."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ def drawn(name: str, case: Case) -> Hidden:
     """The form's sizes for the case's seed; places as shares of the area that is driven without it."""
     if not name:
         return Hidden("", {})
-    sizes = FORMS[name].drawn(case.stream("size", sorted(FORMS).index(name)))
+    sizes = FORMS[name].drawn(case.stream("size", ORDER.index(name)))
     if name in PLACED:
         driven = PLANTS[case.plant](case, Hidden("", {})).truth
         spans = [(float(np.quantile(u, 0.02)), float(np.quantile(u, 0.98))) for u in (driven.x_m, driven.y_m)]
@@ -117,20 +120,21 @@ def on_plant_one(case: Case, hidden: Hidden) -> World:
         return plant_one.world_of(replace(case, effect=""))
 
 
-def on_plant_two(case: Case, hidden: Hidden) -> World:
-    """The benchmark's second plant, integrated here step by step with the form as a disturbance."""
+def on_other_plants(case: Case, hidden: Hidden) -> World:
+    """The benchmark's second or third plant, integrated here step by step with the form as a disturbance."""
 
     def moved(
         case: Case, drive: Drive, robot: RobotParameters, around: Conditions, _none: eq.Hidden
     ) -> plant_two.Motion:
-        n, per = round(case.duration_s * RATE_HZ), eq.STEPS_PER_COMMAND
+        plant = plant_two.equations_of(case)
+        n, per = round(case.duration_s * RATE_HZ), plant.STEPS_PER_COMMAND
         fine_s = np.arange(n * per) / (RATE_HZ * per)
         rows = np.searchsorted(drive.modes.t_ns / NS_PER_S, fine_s + 1e-9, side="right") - 1
         noise = plant_two.coloured(n + 1, 1 / RATE_HZ, around.disturbance_s, case.stream("disturbance"))
         disturbance = around.disturbance_mps2 * noise
         references = np.stack(drive.path(np.arange(n) / RATE_HZ))
         modes = drive.modes.mode[rows].astype(np.int64)
-        states, commands = driven(drive.start, references, modes, disturbance, robot, hidden)
+        states, commands = driven(plant, drive.start, references, modes, disturbance, robot, hidden)
         plant_two.check_stable(case, states[:, eq.V], states[:, eq.Q])
         return plant_two.Motion(np.append(fine_s, case.duration_s), states, commands)
 
@@ -139,6 +143,7 @@ def on_plant_two(case: Case, hidden: Hidden) -> World:
 
 
 def driven(
+    plant: ModuleType,
     start: tuple[float, float],
     references: F64,
     modes: F64,
@@ -146,33 +151,58 @@ def driven(
     robot: RobotParameters,
     hidden: Hidden,
 ) -> tuple[F64, F64]:
-    """States (n·per + 1, states) and commands (2, n), as :func:`equations.drive` gives them."""
-    plant, control, nothing = plant_two.plant_robot(robot), plant_two.control_of(robot), eq.Hidden()
+    """States (n·per + 1, states) and commands (2, n), as ``drive`` of the equations gives them."""
+    body, control, nothing = plant_two.plant_robot(robot), plant_two.control_of(robot), eq.Hidden()
     n = references.shape[1]
     per, h = len(modes) // n, control.period_s / (len(modes) // n)
-    states, commands = np.empty((n * per + 1, eq.N_STATES)), np.zeros((2, n))
-    integral, work, between = np.zeros(2), np.empty((5, eq.N_STATES)), np.empty((2, 3))
-    state = np.zeros(eq.N_STATES)
+    states, commands = np.empty((n * per + 1, plant.N_STATES)), np.zeros((2, n))
+    work, between = np.empty((5, plant.N_STATES)), np.empty((2, 3))
+    command = CONTROLLERS[plant](start, references, body, control)
+    state = np.zeros(plant.N_STATES)
     state[eq.V], state[eq.Q] = start
     states[0] = state
     for k in range(n):
-        commands[:, k] = torques = np.array(eq.command(state, k, references, integral, control, plant))
+        commands[:, k] = torques = np.array(command(k, state))
         state[[eq.LEFT, eq.RIGHT]] = torques
         for j in range(per):
             t = k * control.period_s + j * h
-            at = at_state(t, state, torques, plant)
-            ahead, turning = hidden.both(at)
+            ahead, turning = hidden.both(at_state(t, state, torques, body))
             for end in range(2):
                 share = (j + end) / per
                 between[end] = (1 - share) * noise[k] + share * noise[k + 1]
                 between[end] += (float(ahead), 0.0, float(turning))
-            eq.step(state, t, h, modes[k * per + j], torques, between, plant, nothing, work)
+            plant.step(state, t, h, modes[k * per + j], torques, between, body, nothing, work)
             states[k * per + j + 1] = state
     return states, commands
 
 
+def second_controller(
+    _start: tuple[float, float], references: F64, body: eq.Robot, control: eq.Control
+) -> Controller:
+    """The second plant's."""
+    integral = np.zeros(2)
+    return lambda k, state: eq.command(state, k, references, integral, control, body)
+
+
+def third_controller(
+    start: tuple[float, float], references: F64, body: eq.Robot, control: eq.Control
+) -> Controller:
+    """The third plant's, which filters what it feeds back."""
+    integral, felt = np.zeros(2), np.array(start)
+
+    def command(k: int, state: F64) -> F64:
+        felt[:] += control.period_s / third.FEEDBACK_S * (state[[eq.V, eq.Q]] - felt)
+        before = references[:, max(k - 1, 0)]
+        return third.command(references[:, k], before, felt, integral, control, body)  # type: ignore[no-any-return]
+
+    return command
+
+
+CONTROLLERS = {eq: second_controller, third: third_controller}
+
+
 def at_state(t: float, state: F64, torques: F64, plant: eq.Robot) -> At:
-    """The second plant's state as the forms take it; ``torques`` are left and right."""
+    """A state of the second or third plant as the forms take it; ``torques`` are left and right."""
     left, right = torques
     pull = plant.alpha * (right + left) * (1 - state[eq.SLIP] * (1 - plant.share_long))
     turn = plant.alpha_yaw * (right - left) * (1 - state[eq.SLIP] * (1 - plant.share_yaw))
@@ -180,4 +210,8 @@ def at_state(t: float, state: F64, torques: F64, plant: eq.Robot) -> At:
     return At(np.float64(t), x, y, yaw, v, q, plant.half_track_m * q, pull, turn)
 
 
-PLANTS: dict[int, Callable[[Case, Hidden], World]] = {1: on_plant_one, 2: on_plant_two}
+PLANTS: dict[int, Callable[[Case, Hidden], World]] = {
+    1: on_plant_one,
+    2: on_other_plants,
+    3: on_other_plants,
+}

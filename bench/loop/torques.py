@@ -59,7 +59,7 @@ def pair(split: str, effect: str, noise: str, seed: int, cell: int, seconds: tup
 
 def with_size(case: OtherDrive, sizes: dict[str, float]) -> Case:
     """The case with the effect in the first log's size; plant one takes it as ``--hide`` does."""
-    if case.plant == 2 or not case.effect:
+    if case.plant != 1 or not case.effect:
         return case
     text = ",".join(f"{key}={value!r}" for key, value in sizes.items())
     return replace(case, effect=f"{case.effect}:{text}")

@@ -1,4 +1,4 @@
-"""Ten driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Fourteen driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -120,6 +120,68 @@ def joystick(duration_s: float, rng: Rng) -> Waypoints:
     )
 
 
+def aisles(duration_s: float, rng: Rng) -> Waypoints:
+    """Runs between shelves at two speeds, tight quarter turns, stops to pick, at times backwards."""
+    quick, parts = rng.uniform(0.9, 1.7), []
+    while sum(length for length, *_ in parts) < duration_s:
+        speed = quick if rng.uniform() < 0.6 else 0.5 * quick
+        parts.append((rng.uniform(2.0, 7.0), speed * rng.uniform(0.9, 1.0), 0.0))
+        if rng.uniform() < 0.5:
+            parts.append((rng.uniform(1.0, 3.0), 0.0, 0.0))
+        if rng.uniform() < 0.3:
+            parts.append((rng.uniform(1.5, 4.0), -0.5 * quick, 0.0))
+        rate, side = rng.uniform(0.6, 1.0), float(rng.choice((-1.0, 1.0)))
+        parts.append((0.5 * np.pi / rate + 0.3, rng.uniform(0.05, 0.2), side * rate))
+    return in_parts(parts, rng)
+
+
+def circuit(duration_s: float, rng: Rng) -> Waypoints:
+    """Laps of a closed course: straights and bends of a few radii, quicker and slower, reversed half way."""
+    n_bends, radii = int(rng.integers(3, 7)), rng.uniform(1.2, 4.0, 7)
+    angles = rng.choice((1.0, 1.0, -1.0), n_bends) * rng.uniform(0.6, 2.0, n_bends)
+    straights, parts = rng.uniform(1.0, 4.0, n_bends), []
+    while (spent := sum(length for length, *_ in parts)) < duration_s:
+        pace, way = rng.uniform(0.6, 1.5), 1.0 if spent < 0.5 * duration_s else -1.0
+        for length, angle, radius in zip(straights, angles, radii, strict=False):
+            turning = pace * rng.uniform(0.6, 0.9)
+            parts.append((length / pace, pace, 0.0))
+            parts.append((abs(angle) * radius / turning, turning, way * np.sign(angle) * turning / radius))
+    return in_parts(parts, rng)
+
+
+def shuttle(duration_s: float, rng: Rng) -> Waypoints:
+    """Forwards and backwards between two places along an S, as a fork lift; a stop at each end."""
+    reach, sway, parts = rng.uniform(4.0, 9.0), rng.uniform(0.2, 0.7), []
+    while sum(length for length, *_ in parts) < duration_s:
+        for way in (1.0, -1.0):
+            speed = rng.uniform(0.5, 1.3)
+            third = reach / speed / 3
+            turn, slow = sway * rng.uniform(0.7, 1.3), 0.6 * way * speed
+            parts += [(third, way * speed, turn), (third, way * speed, -turn), (third, slow, 0.0)]
+            parts.append((rng.uniform(0.5, 2.5), 0.0, 0.0))
+    return in_parts(parts, rng)
+
+
+def inspection(duration_s: float, rng: Rng) -> Waypoints:
+    """Walking pace in arcs, with looks to both sides: turning on the spot; now and then a dash."""
+    parts = []
+    while sum(length for length, *_ in parts) < duration_s:
+        dash = rng.uniform() < 0.25
+        speed = rng.uniform(1.2, 1.9) if dash else rng.uniform(0.3, 0.8)
+        parts.append((rng.uniform(2.0, 6.0), speed, rng.uniform(-0.3, 0.3)))
+        if rng.uniform() < 0.4:
+            look, rate = rng.uniform(0.8, 2.0), float(rng.choice((-1.0, 1.0))) * rng.uniform(0.4, 1.0)
+            parts += [(0.8, 0.0, 0.0), (look, 0.0, rate), (2 * look, 0.0, -rate), (look, 0.0, rate)]
+    return in_parts(parts, rng)
+
+
+def in_parts(parts: list[tuple[float, float, float]], rng: Rng) -> Waypoints:
+    """Lengths in s, speeds in m/s and yaw rates in rad/s, with ramps drawn once."""
+    lengths, speed, turning = np.array(parts).T
+    rates = np.full(len(parts), rng.uniform(0.5, 1.3)), np.full(len(parts), rng.uniform(0.8, 2.2))
+    return ramped(lengths, (speed, turning), rates)
+
+
 def path_of(family: Callable[..., object]) -> Callable[[float, Rng], Waypoints]:
     """The path of a family of ``quality_logs``, without its modes."""
 
@@ -143,6 +205,10 @@ FAMILIES = {
     "slalom": Family(slalom, (2.0, 12.0), (0.5, 4.0)),
     "lawn-mower": Family(lawn_mower, (5.0, 30.0), (0.5, 4.0)),
     "joystick": Family(joystick, (1.0, 15.0), (0.5, 4.0)),
+    "aisles": Family(aisles, (3.0, 25.0), (0.5, 4.0)),
+    "circuit": Family(circuit, (2.0, 20.0), (0.5, 5.0)),
+    "shuttle": Family(shuttle, (1.0, 10.0), (0.5, 3.0)),
+    "inspection": Family(inspection, (4.0, 40.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -23,17 +23,27 @@ COLUMNS: dict[Follow, tuple[str, str]] = {
     "torques": ("left_nm", "right_nm"),
 }
 GAINS = ("proportional_per_s", "integral_per_s2", "limit_nm")
+ON_PATH = ("ahead_per_s", "across_per_m2", "heading_per_s")
 
 
 @dataclass(frozen=True)
 class Controller:
     """PI control on speed and yaw rate towards an acceleration, in 1/s and 1/s²; the largest torque of a
     wheel in N·m.
+
+    Where the pose is known, speed and yaw rate are corrected towards the path that the drive leads along:
+
+        v cos e_yaw + k_x e_x      yaw_rate + v k_y e_y + k_yaw sin e_yaw      (Kanayama et al., 1990)
+
+    with k_x (1/s), k_y (1/m²) and k_yaw (1/s); all 0: nobody looks at the pose.
     """
 
     proportional_per_s: float
     integral_per_s2: float
     limit_nm: float
+    ahead_per_s: float = 0.0
+    across_per_m2: float = 0.0
+    heading_per_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -115,14 +125,17 @@ def follow_of(path: Path, value: object) -> Follow:
 
 def controller_of(path: Path, table: Mapping[str, Any]) -> Controller:
     """The gains, not below 0, and a limit above it."""
-    check_keys(path, "[controller]", table, GAINS)
+    check_keys(path, "[controller]", table, (*GAINS, *ON_PATH))
     missing = [key for key in GAINS if key not in table]
     if missing:
         raise InvalidFile(path, "[controller]", f"lacks {', '.join(missing)}")
     p, i, limit = (expect_number(path, f"[controller] {key}", table[key]) for key in GAINS)
-    if p < 0 or i < 0 or not limit > 0:
+    on_path = [expect_number(path, f"[controller] {key}", table.get(key, 0.0)) for key in ON_PATH]
+    if min(p, i, *on_path) < 0 or not limit > 0:
         raise InvalidFile(path, "[controller]", "gains must not be negative, and the limit above 0")
-    return Controller(p, i, limit)
+    if any(on_path) and not all(on_path):
+        raise InvalidFile(path, "[controller]", f"{', '.join(ON_PATH)} belong together")
+    return Controller(p, i, limit, *on_path)
 
 
 def numbers(path: Path, key: str, value: object) -> tuple[float, ...]:

@@ -171,6 +171,14 @@ class HeldOut(Part, frozen=True):
     p_value: Annotated[Probability, Meta(description="that the gap shrank by chance")]
 
 
+class InSlip(Part, frozen=True):
+    """Root mean square gap over the windows with slip, both models under one history of contact modes."""
+
+    windows: Annotated[int, Meta(ge=1, description="windows of the whole log that `held_out` leaves out")]
+    before: Annotated[Size, Meta(description="with the base model")]
+    after: Annotated[Size, Meta(description="with the extended model")]
+
+
 class YawGap(Part, frozen=True):
     """The gap in yaw."""
 
@@ -179,6 +187,7 @@ class YawGap(Part, frozen=True):
     windows: Annotated[int, Meta(ge=0, description="held-out windows")]
     train: Train
     held_out: HeldOut
+    in_slip: InSlip | None = None
 
 
 class Gap(Part, frozen=True):
@@ -190,6 +199,7 @@ class Gap(Part, frozen=True):
     train: Train
     held_out: HeldOut
     yaw: YawGap
+    in_slip: InSlip | None = None
 
     @property
     def seconds(self) -> str:

@@ -55,7 +55,8 @@ def figure(value: float | None, digits: int = 4, sign: str = "") -> str:
     """A number of so many digits, or a dash. What is whole or large is written in full, never as 1.2e+04."""
     if value is None:
         return "–"
-    large = abs(value) < MOST_IN_FULL and (float(value).is_integer() or abs(value) >= 10**digits)
+    exponent = "e+" in f"{value:.{digits}g}"
+    large = abs(value) < MOST_IN_FULL and (float(value).is_integer() or exponent)
     return f"{value:{sign}.0f}" if large else f"{value:{sign}.{digits}g}"
 
 

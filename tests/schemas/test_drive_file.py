@@ -22,7 +22,10 @@ SPEEDS = DriveFile(
 TORQUES = replace(SPEEDS, follow="torques", controller=None)
 
 
-@pytest.mark.parametrize("drive", [SPEEDS, TORQUES])
+ON_A_PATH = replace(SPEEDS, controller=Controller(2.0, 0.5, 4.0, 0.6, 0.8, 1.2))
+
+
+@pytest.mark.parametrize("drive", [SPEEDS, TORQUES, ON_A_PATH])
 def test_a_drive_reads_back_as_it_was_written(drive, tmp_path):
     file = tmp_path / "drive.toml"
     file.write_text(drive_to_toml(drive))
@@ -37,6 +40,8 @@ def test_a_drive_reads_back_as_it_was_written(drive, tmp_path):
         ("speeds", "spirit", r"\[drive\] follow: expected speeds or torques, found 'spirit'"),
         ("limit_nm = 4.0", "limit_nm = 0.0", r"\[controller\].*limit above 0"),
         ("limit_nm = 4.0", "", r"\[controller\].*lacks limit_nm"),
+        ("heading_per_s = 0.0", "heading_per_s = 1.2", r"\[controller\].*belong together"),
+        ("ahead_per_s = 0.0", "ahead_per_s = -1.2", r"\[controller\].*not be negative"),
         ("-0.5,", "", r"\[drive\] yaw_rate_radps: 2 values for 3 times"),
         ("-0.5,", "true,", "yaw_rate_radps: expected a list of finite numbers"),
         ("[controller]", "[control]", "unknown key"),

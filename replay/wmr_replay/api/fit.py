@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from wmr_replay.api.gap import options_of
 from wmr_replay.api.places import LocalPlace, Place, local_path, places_of
 from wmr_replay.api.request import Instant, MappingLike, between_of, mapping_of, settings_of
 from wmr_replay.ingest.tracks import Progress
 from wmr_replay.jobs.gap import FitRun, calibrate_log, write_model
+from wmr_replay.jobs.gap_asked import options_of
 from wmr_replay.jobs.owner import Claim
 from wmr_replay.jobs.wheel_speed import Request, calibrate_wheel_logs, either
 from wmr_schemas.errors import InvalidSetting

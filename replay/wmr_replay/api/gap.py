@@ -1,7 +1,6 @@
 """Where simulation and measurement of a log disagree, and what the model lacks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,17 +17,14 @@ from wmr_replay.api.request import (
     model_of,
     settings_of,
 )
-from wmr_replay.gap import GapOptions, GapResult
-from wmr_replay.ingest import LogPath
+from wmr_replay.gap import GapResult
 from wmr_replay.ingest.tracks import Progress
-from wmr_replay.jobs.both_bases import with_both
 from wmr_replay.jobs.early_import import GAP_TIMELINE, import_early
-from wmr_replay.jobs.gap import GapRun, analyse_log, write_gap
+from wmr_replay.jobs.gap import GapRun, write_gap
+from wmr_replay.jobs.gap_asked import MOST_ON_TORQUES, Asked, check_base, check_base_kept, options_of
 from wmr_replay.jobs.gap_traces import traces_frame
 from wmr_replay.jobs.owner import Claim
-from wmr_replay.jobs.proof import Wanted, proven
-from wmr_replay.jobs.simulator_base import against, torque_base, wheel_speed_base
-from wmr_replay.jobs.wheel_speed import WHEEL_SPEED, Request, analyse_wheel_logs, either
+from wmr_replay.jobs.wheel_speed import Request
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.gap import gap_page
 from wmr_schemas.errors import InvalidSetting
@@ -41,13 +37,8 @@ from wmr_schemas.text import shown
 if TYPE_CHECKING:
     from wmr_replay.api.plots.figure import Figure
 
-BASES = ("auto", "torque", "wheel-speed", "both")
-MOST_ON_TORQUES = 3
-INPUTS = ("measured", "commands")
 ASIDE = "wheel-speed"
 """Directory of the analysis on wheel speeds beside one on torques."""
-TOPIC = "topic:"
-MODES = ("identified", "ideal")
 EFFECT_COLUMNS = {
     "effect": pl.String,
     "parameter": pl.String,
@@ -246,6 +237,13 @@ def gap(
     runs = asked.runs(base)
     if claim is None:
         return Gap(runs[0], also=Gap(runs[1]) if len(runs) > 1 else None)
+    return written(runs, claim, timeline=timeline, report=report, replaces=replaces)
+
+
+def written(runs: list[GapRun], claim: Claim, *, timeline: bool, report: bool, replaces: bool) -> Gap:
+    """The answer with its files; that of a second base stands in a directory of its own. ``replaces`` says
+    that another log's results go.
+    """
     files = write_gap(runs[0], claim.directory, timeline=timeline, report=report)
     also = None
     if len(runs) > 1:
@@ -254,118 +252,3 @@ def gap(
     if replaces:
         claim.remove_others(files.values())
     return Gap(runs[0], files, also)
-
-
-@dataclass(frozen=True)
-class Asked:
-    """An analysis that is wanted."""
-
-    places: tuple[LogPath, ...]
-    model: Model | None
-    options: GapOptions
-    topic: str | None
-    request: Request
-    max_effects: int | None
-    command: str
-    progress: Progress | None
-    base_log: LogPath | None = None
-    prove_on: LogPath | None = None
-
-    def runs(self, base: str) -> list[GapRun]:
-        """The analyses on a base; two for ``both``. Raises LogUnusable."""
-        return [self.proven(run) for run in self.without_proof(base)]
-
-    def proven(self, run: GapRun) -> GapRun:
-        """The analysis with its proof on another log, where one is named."""
-        if self.prove_on is None:
-            return run
-        request = replace(self.request, between=None)
-        return proven(run, Wanted(self.prove_on, request, self.options, self.topic, self.progress))
-
-    def without_proof(self, base: str) -> list[GapRun]:
-        """The analyses alone."""
-        if base == "both":
-            return list(with_both(self.on_torques(), self.on_wheel_speeds()))
-        if base == "wheel-speed" or (base == "auto" and self.needs_wheel_speeds()):
-            return [self.on_wheel_speeds()]
-        if base == "torque":
-            return [self.on_torques()]
-        return [either(self.on_torques, self.on_wheel_speeds)]
-
-    def needs_wheel_speeds(self) -> bool:
-        """Whether commands, several logs or the model ask for wheel speeds."""
-        of_model = self.model is not None and self.model.provenance.base_model == WHEEL_SPEED
-        return of_model or self.request.commands or len(self.places) > 1
-
-    def on_torques(self) -> GapRun:
-        """The analysis on torques. Raises InvalidSetting for several logs."""
-        if len(self.places) > 1:
-            raise InvalidSetting("torques are analysed log by log; several logs need --base wheel-speed")
-        if self.max_effects is not None and self.max_effects > MOST_ON_TORQUES:
-            raise InvalidSetting(f"one to three effects are looked for on torques, not {self.max_effects}")
-        simulator = self.base_log and torque_base(
-            self.base_log, self.request.mapping, self.options, self.progress
-        )
-        run = analyse_log(
-            self.places[0],
-            base=simulator.model if simulator else self.model,
-            options=self.options,
-            mode_topic=self.topic,
-            mapping=self.request.mapping,
-            between=self.request.between,
-            clock_offset_s=self.request.clock_offset_s,
-            command=self.command,
-            progress=self.progress,
-        )
-        return against(run, simulator) if simulator else run
-
-    def on_wheel_speeds(self) -> GapRun:
-        """The analysis on wheel speeds or commands."""
-        if self.topic is not None:
-            raise InvalidSetting("on wheel speeds, modes are identified or ideal, not those of a topic")
-        simulator = self.base_log and wheel_speed_base(
-            self.base_log, self.request, self.options, self.progress
-        )
-        run = analyse_wheel_logs(
-            self.places,
-            self.request,
-            base=simulator.model if simulator else self.model,
-            options=self.options,
-            at_most=self.max_effects,
-            command=self.command,
-            progress=self.progress,
-        )
-        return against(run, simulator) if simulator else run
-
-
-def options_of(
-    modes: str, tolerance_m: float = 0.003, tolerance_s: float = 4.0, max_effects: int = 3, seed: int = 0
-) -> tuple[GapOptions, str | None]:
-    """The options, checked, and the topic of ``topic:T``. Raises InvalidSetting."""
-    topic = modes.removeprefix(TOPIC) if modes.startswith(TOPIC) else None
-    if topic == "" or (topic is None and modes not in MODES):
-        meant = f"; did you mean {TOPIC}{modes}?" if modes.startswith("/") else ""
-        raise InvalidSetting(
-            f"modes are {', '.join(MODES)}, or {TOPIC}T with the topic T of the modes; not {modes!r}{meant}"
-        )
-    source = modes if topic is None else "given"
-    return GapOptions(source, tolerance_m, tolerance_s, max_effects, seed), topic
-
-
-def check_base(base: str, inputs: str) -> None:
-    """Raises InvalidSetting for an unknown base model or input, or two that do not go together."""
-    if base not in BASES:
-        raise InvalidSetting(f"base is one of {', '.join(BASES)}, not {base!r}")
-    if inputs not in INPUTS:
-        raise InvalidSetting(f"input is one of {', '.join(INPUTS)}, not {inputs!r}")
-    if inputs == "commands" and base == "torque":
-        raise InvalidSetting("commands drive the wheel-speed base, not the torques'")
-
-
-def check_base_kept(log: LogPath, out: Path, model_file: Path) -> None:
-    """Raises InvalidSetting where the extended model would take the place of the base model's file."""
-    target = out / f"{log.stem}.model.toml"
-    if target.exists() and model_file.exists() and target.samefile(model_file):
-        raise InvalidSetting(
-            f"the extended model would overwrite its base, {model_file}; choose another place with --out DIR"
-        )

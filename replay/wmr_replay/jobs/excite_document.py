@@ -13,6 +13,8 @@ from wmr_schemas.robot import RobotParameters
 
 GAINS = (2.0, 0.5)
 """Of the controller that a drive file proposes, 1/s and 1/s²: settles in a second."""
+ON_PATH = (0.6, 0.8, 1.2)
+"""Its gains towards the planned path, 1/s, 1/m², 1/s: slower than the speeds' own, so both are stable."""
 COLUMNS = ("t_s", "v_long_mps", "yaw_rate_radps", "left_nm", "right_nm")
 
 
@@ -27,7 +29,7 @@ def drive_of(design: Design, question: Question, robot: RobotParameters) -> Driv
         tuple(profile.v_mps.tolist()),
         tuple(profile.yaw_rate_radps.tolist()),
         robot,
-        Controller(*GAINS, design.limits.torque_nm),
+        Controller(*GAINS, design.limits.torque_nm, *ON_PATH),
         f"designed to tell {asked} apart",
     )
 

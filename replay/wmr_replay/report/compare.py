@@ -13,6 +13,7 @@ from wmr_replay.report.paths import box_of, pieces_of
 from wmr_replay.report.run_figures import BLUE, GREY, RED, column, curve
 from wmr_schemas import __version__
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.text import figure
 
 SAME, OTHER = "#c9ced6", "#d55e00"
 OVERLAID = {"alpha": "α [(m/s²)/(N·m)]", "v_long_mps": "longitudinal velocity [m/s]"}
@@ -62,7 +63,7 @@ def compare_page(two: Compared, name: str) -> str:
             sheet.figures(drawn[0::2], drawn[1::2])
     sheet.section("Numbers")
     rows = [
-        (r["field"], figure(r["a"]), figure(r["b"]), figure(r["delta"], "+"))
+        (r["field"], figure(r["a"]), figure(r["b"]), figure(r["delta"], sign="+"))
         for r in two.summary.iter_rows(named=True)
     ]
     sheet.add(
@@ -70,7 +71,7 @@ def compare_page(two: Compared, name: str) -> str:
         or page.paragraph("No number of the summary differs.")
     )
     rows = [
-        (r["column"], figure(r["max"], "+"), f"{r['at_s']:.3f}", figure(r["rms"]))
+        (r["column"], figure(r["max"], sign="+"), f"{r['at_s']:.3f}", figure(r["rms"]))
         for r in changed.iter_rows(named=True)
     ]
     sheet.add(page.table(("samples", "largest difference", "at s", "rms"), rows, numeric=(1, 2, 3)))
@@ -94,7 +95,7 @@ def verdict(two: Compared, changed: pl.DataFrame, differs: Bool) -> str:
     alpha = two.summary.filter(pl.col("field") == "alpha")
     if len(alpha) and alpha["delta"][0] is not None:
         words.append(
-            f"α {figure(alpha['a'][0])} → {figure(alpha['b'][0])} ({figure(alpha['delta'][0], '+')})"
+            f"α {figure(alpha['a'][0])} → {figure(alpha['b'][0])} ({figure(alpha['delta'][0], sign='+')})"
         )
     return page.verdict("They differ.", "; ".join(words) + ".", "#b26a00" if differs.any() else "#1d6f8f")
 
@@ -116,11 +117,6 @@ def fact_list(two: Compared, differs: Bool) -> list[tuple[str, str, str]]:
         if len(row) and row["delta"][0] is not None:
             found.append((said, f"{row['a'][0]:.1%} → {row['b'][0]:.1%}", "a → b"))
     return found
-
-
-def figure(value: float | None, sign: str = "") -> str:
-    """A number of four digits, or a dash."""
-    return "–" if value is None else f"{value:{sign}.4g}"
 
 
 def path_figure(two: Compared) -> Figure | None:

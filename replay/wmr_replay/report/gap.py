@@ -12,7 +12,7 @@ from wmr_replay.report import gap_elsewhere, page
 from wmr_replay.report import gap_figures as figures
 from wmr_replay.report.charts import Figure
 from wmr_schemas.gap_file import Candidate, Effect, Estimate, Gap, GapFile, HeldOut, Proof, YawGap
-from wmr_schemas.text import json_text
+from wmr_schemas.text import figure, json_text
 
 VERDICTS = {
     "named": ("Named.", "#1f7a4d"),
@@ -98,6 +98,10 @@ def fact_list(gap: GapFile) -> Iterator[tuple[str, str, str]]:
     """The gap before and after, and what it was made with."""
     yield metric_fact("held-out gap, position", gap.gap.held_out, "mm", gap.gap.windows)
     yield metric_fact("held-out gap, yaw", gap.gap.yaw.held_out, "mrad", gap.gap.yaw.windows)
+    if gap.gap.in_slip is not None:
+        slip = gap.gap.in_slip
+        moved = f"{thousandths(slip.before)} → {thousandths(slip.after)} mm"
+        yield "gap in slip, position", moved, f"{slip.windows} windows that the held-out gap leaves out"
     yield ("base model", gap.base, "what the log is compared with")
     yield (
         "contact modes",
@@ -114,11 +118,9 @@ def proof_facts(proof: Proof) -> Iterator[tuple[str, str, str]]:
 
 def metric_fact(name: str, held: HeldOut, unit: str, windows: int) -> tuple[str, str, str]:
     """A gap before and after in thousandths of its unit, and what noise alone would leave."""
-    before, after, floor = (
-        None if v is None else f"{1e3 * v:.3g}" for v in (held.before, held.after, held.floor)
-    )
-    if before is None:
+    if held.before is None:
         return name, "–", "no held-out window"
+    before, after, floor = map(thousandths, (held.before, held.after, held.floor))
     value = before if held.after == held.before else f"{before} → {after}"
     low, high = held.reduction_ci95
     less = (
@@ -136,19 +138,14 @@ def effect_table(effects: tuple[Effect, ...]) -> str:
         for k, (key, p) in enumerate(effect.parameters.items()):
             first = (effect.name, p_words(effect.p_value)) if k == 0 else ("", "")
             unit = "" if p.unit == "1" else p.unit
-            rows.append((first[0], key, f"{number(p.value)} {unit}".strip(), interval(p), first[1]))
+            rows.append((first[0], key, f"{figure(p.value)} {unit}".strip(), interval(p), first[1]))
     head = ("effect", "parameter", "value", "95 % interval", "p")
     return page.table(head, rows, numeric=(2, 3, 4))
 
 
-def number(value: float | None) -> str:
-    """A number of four digits, or a dash."""
-    return "–" if value is None else f"{value:.4g}"
-
-
 def interval(p: Estimate) -> str:
     """The 95 % interval."""
-    return f"{number(p.ci95[0])} … {number(p.ci95[1])}"
+    return f"{figure(p.ci95[0])} … {figure(p.ci95[1])}"
 
 
 def p_words(p: float | None) -> str:
@@ -185,7 +182,7 @@ def where_lead(gap: GapFile) -> str:
     """Where the disturbance lies, by channel."""
     if not gap.effects or not gap.where.channels:
         return ""
-    factors = ", ".join(f"{name} ×{q:.3g}" for name, q in gap.where.channels.items() if q is not None)
+    factors = ", ".join(f"{name} ×{figure(q, 3)}" for name, q in gap.where.channels.items() if q is not None)
     return (
         f"Disturbance that the base model needs, over that of the extended model: {factors}."
         if factors
@@ -202,11 +199,11 @@ def where_table(gap: GapFile) -> str:
     regimes = [
         (
             name,
-            f"{number(b.low)} … {number(b.high)}",
+            f"{figure(b.low)} … {figure(b.high)}",
             f"{b.seconds:.1f}",
-            number(b.longitudinal),
-            number(b.lateral),
-            number(b.yaw),
+            figure(b.longitudinal),
+            figure(b.lateral),
+            figure(b.yaw),
         )
         for name, bins in gap.where.regime.items()
         for b in bins
@@ -250,7 +247,7 @@ def candidate_row(one: Candidate, most: float, *, best: bool) -> str:
     colour = "#1f7a4d" if best and not one.failed else "#9aa1ac"
     bar = f'<div class="gauge"><i style="width:{width:.1f}%;background:{colour}"></i></div>'
     name = f"<b>{page.escape(one.name)}</b>" if best and not one.failed else page.escape(one.name)
-    score = f"<td class=n>{number(one.score)}</td><td>{bar}</td><td class=n>{p_words(one.p_value)}</td>"
+    score = f"<td class=n>{figure(one.score)}</td><td>{bar}</td><td class=n>{p_words(one.p_value)}</td>"
     return f"<tr><td>{name}</td>{score}<td class=soft>{page.escape(one.failed)}</td></tr>"
 
 
@@ -265,7 +262,7 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
             f"no motion tells it from {', '.join(same)}" if same else "no other effect gives the same motion"
         )
         sheet.add(f"<h3>{page.escape(effect.name)}</h3>", page.paragraph(f"By theory, {said}."))
-        rows = [(one.name, number(one.delta_bic), one.separate_with or "–") for one in effect.alternatives]
+        rows = [(one.name, figure(one.delta_bic), one.separate_with or "–") for one in effect.alternatives]
         head = ("next best on this log", "worse by (ΔBIC)", "told apart by")
         sheet.add(page.table(head, rows, numeric=(1,)))
         if effect.separate_with:
@@ -300,7 +297,7 @@ def remains(sheet: page.Page, gap: GapFile) -> None:
             )
         )
     sizes = [
-        (name, number(least.value), "" if least.unit == "1" else least.unit)
+        (name, figure(least.value), "" if least.unit == "1" else least.unit)
         for name, least in gap.minimum_detectable.items()
         if least.value is not None
     ]
@@ -317,4 +314,9 @@ def metric_row(name: str, metric: Gap | YawGap, unit: str) -> tuple[str, ...]:
     """Fitted and held-out gaps in thousandths of the unit."""
     train, held = metric.train, metric.held_out
     sizes = (train.before, train.after, held.before, held.after, held.floor)
-    return (f"{name} [{unit}]", *("–" if size is None else f"{1e3 * size:.3g}" for size in sizes))
+    return (f"{name} [{unit}]", *(thousandths(size) for size in sizes))
+
+
+def thousandths(size: float | None) -> str:
+    """A length or an angle in mm or mrad, or a dash."""
+    return figure(None if size is None else 1e3 * size, 3)

@@ -8,6 +8,7 @@ import polars as pl
 from wmr_replay.report import charts, page
 from wmr_replay.report import gap_figures as figures
 from wmr_schemas.gap_file import GapFile, Proof, Remains, Where
+from wmr_schemas.text import figure
 
 NOWHERE = Where({}, (), (), {})
 
@@ -20,11 +21,12 @@ def designing(pair: str) -> str:
 def still_left(left: Remains) -> str:
     """What the extended model leaves, in a sentence or two."""
     over = left.position_over_floor
-    said = "" if over is None else f"The held-out gap in position is {over:.2g} times that of noise alone. "
+    times = f"The held-out gap in position is {figure(over, 2)} times that of noise alone. "
+    said = "" if over is None else times
     if not left.blocks:
         return said + "No stretch stands out: none errs three times as much as the median one."
     stretches = ", ".join(
-        f"{one.start_s:.0f} to {one.end_s:.0f} s ({1e3 * (one.position_rms_m or 0.0):.3g} mm)"
+        f"{one.start_s:.0f} to {one.end_s:.0f} s ({figure(1e3 * (one.position_rms_m or 0.0), 3)} mm)"
         for one in left.blocks
     )
     return said + f"These stretches err more than three times as much as the median one: {stretches}."

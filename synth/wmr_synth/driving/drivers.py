@@ -18,11 +18,17 @@ Profile: TypeAlias = Callable[[F64], tuple[F64, F64]]
 
 
 class Gains(NamedTuple):
-    """PI gains towards an acceleration, in 1/s and 1/s², and the effort limit of a wheel in N·m."""
+    """PI gains towards an acceleration, in 1/s and 1/s², and the effort limit of a wheel in N·m.
+
+    The others correct the references by the distance from a path (Kanayama et al., 1990); 0: nobody does.
+    """
 
     proportional_per_s: float
     integral_per_s2: float
     limit_nm: float
+    ahead_per_s: float = 0.0
+    across_per_m2: float = 0.0
+    heading_per_s: float = 0.0
 
 
 MODERATE = Gains(proportional_per_s=2.0, integral_per_s2=0.5, limit_nm=40.0)
@@ -37,6 +43,17 @@ class Commands:
     v_long_mps: F64
     yaw_rate_radps: F64
     gains: Gains
+    path: F64 | None = None
+    """x, y, yaw (3, n) in m and rad where the references lead; None: nobody looks."""
+
+    def rows(self, yaw_offset_rad: float = 0.0) -> F64:
+        """What the compiled loops read, (n, 9): efforts left and right, both references; of the path x, y,
+        cos yaw, sin yaw and the angle that the plant has there, yaw + ``yaw_offset_rad``.
+        """
+        x, y, yaw = np.zeros((3, len(self.left_nm))) if self.path is None else self.path
+        columns = (self.left_nm, self.right_nm, self.v_long_mps, self.yaw_rate_radps)
+        placed = (x, y, np.cos(yaw), np.sin(yaw), yaw + yaw_offset_rad)
+        return np.ascontiguousarray(np.stack((*columns, *placed), axis=1))
 
 
 @dataclass(frozen=True)
@@ -79,7 +96,8 @@ class FollowedSpeeds:
         effort_right ± effort_left = (1/α) (da/dt + k_p e + k_i ∫e dt)
 
     with a the reference speed for the sum, l times the yaw rate (and α_yaw) for the difference. ``responses``
-    are α and α_yaw of the nominal robot.
+    are α and α_yaw of the nominal robot. With the gains for it, the references are corrected towards the path
+    that they lead along from the origin.
     """
 
     references: Profile
@@ -93,7 +111,18 @@ class FollowedSpeeds:
         total = slopes(t_s, v_long_mps) / self.responses[0]
         difference = slopes(t_s, self.half_track_m * yaw_rate_radps) / self.responses[1]
         left_nm, right_nm = (total - difference) / 2, (total + difference) / 2
-        return Commands(left_nm, right_nm, v_long_mps, yaw_rate_radps, self.gains)
+        path = led_to(t_s, v_long_mps, yaw_rate_radps)
+        return Commands(left_nm, right_nm, v_long_mps, yaw_rate_radps, self.gains, path)
+
+
+def led_to(t_s: F64, v_long_mps: F64, yaw_rate_radps: F64) -> F64:
+    """x, y, yaw (3, n) of a robot that follows the references exactly from the origin on (midpoint rule)."""
+    step_s = np.diff(t_s)
+    v, yaw_rate = ((column[1:] + column[:-1]) / 2 for column in (v_long_mps, yaw_rate_radps))
+    yaw = np.concatenate([[0.0], np.cumsum(yaw_rate * step_s)])
+    middle = (yaw[1:] + yaw[:-1]) / 2
+    steps = v * step_s * np.stack([np.cos(middle), np.sin(middle)])
+    return np.stack([*np.concatenate([np.zeros((2, 1)), np.cumsum(steps, axis=1)], axis=1), yaw])
 
 
 def slopes(t_s: F64, column: F64) -> F64:

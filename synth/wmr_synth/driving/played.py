@@ -39,7 +39,7 @@ def driver_of(drive: DriveFile) -> Driver:
         Waypoints(drive.t_s, drive.first, drive.second),
         (robot.alpha, robot.alpha_yaw_or_alpha or robot.alpha),
         robot.half_track_m,
-        Gains(controller.proportional_per_s, controller.integral_per_s2, controller.limit_nm),
+        Gains(**vars(controller)),
     )
 
 

@@ -58,8 +58,7 @@ def simulate_hidden(
     mode = modes.mode[np.searchsorted(modes.t_ns, t_ns, side="right") - 1]
     state = np.zeros(N_EXTENDED)
     state[V_LONG], state[TURN] = start[0], start[1] * c.half_track_m
-    columns = (commands.left_nm, commands.right_nm, commands.v_long_mps, commands.yaw_rate_radps)
-    wanted = np.ascontiguousarray(np.stack(columns, axis=1))
+    wanted = commands.rows()
     is_torque = np.zeros(len(t_ns), bool)
     is_torque[np.searchsorted(t_ns, torque_ns)] = True
     push, loop = disturbance[0].held(t_ns, disturbance[1]), empty_loop(len(t_ns), len(wanted))

@@ -63,8 +63,7 @@ def simulate_limited(
     state = np.zeros(N_LIMITED)
     state[THETA] = -np.pi / 2
     state[V_Y], state[V_THETA] = start[0], start[1] * c.half_track_m
-    columns = (commands.left_nm, commands.right_nm, commands.v_long_mps, commands.yaw_rate_radps)
-    wanted = np.ascontiguousarray(np.stack(columns, axis=1))
+    wanted = commands.rows(-np.pi / 2)
     is_torque = np.zeros(len(t_ns), bool)
     is_torque[np.searchsorted(t_ns, torque_ns)] = True
     record, capped = run(t_ns, (skids, mu), is_torque, wanted, commands.gains, c, p, state)

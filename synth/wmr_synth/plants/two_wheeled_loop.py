@@ -1,5 +1,7 @@
 """The compiled loop of the two-wheeled plant: driver and mode switches on one grid of instants."""
 
+import math
+
 import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
@@ -24,6 +26,8 @@ from wmr_synth.plants.two_wheeled import (
     Y,
 )
 
+STANDING = 1e-3
+"""Speed in m/s plus yaw rate in rad/s below which a reference stands still, and nothing is corrected."""
 _LEFT, _RIGHT, _A_LONG, _YAW_ACC = N_STATES, N_STATES + 1, N_STATES + 2, N_STATES + 3
 _N_RECORDED = N_STATES + 4
 
@@ -47,8 +51,7 @@ def simulate(
     state = np.zeros(N_STATES)
     state[THETA] = -np.pi / 2
     state[V_Y], state[V_THETA] = start[0], start[1] * c.half_track_m
-    columns = (commands.left_nm, commands.right_nm, commands.v_long_mps, commands.yaw_rate_radps)
-    wanted = np.ascontiguousarray(np.stack(columns, axis=1))
+    wanted = commands.rows(-np.pi / 2)
     is_torque = np.zeros(len(t_ns), bool)
     is_torque[np.searchsorted(t_ns, torque_ns)] = True
     record = run(t_ns, mode, is_torque, wanted, commands.gains, c, state)
@@ -82,12 +85,26 @@ def run(t_ns: I64, mode: I8, is_torque: Bool, wanted: F64, gains: Gains, c: Coef
 
 
 @compiled
+def references(wanted: F64, state: F64, gains: Gains) -> tuple[float, float]:
+    """Speed and yaw rate to follow: where gains say so, corrected towards the path while it is driven."""
+    v, yaw_rate = wanted[2], wanted[3]
+    if gains.heading_per_s > 0.0 and abs(v) + abs(yaw_rate) > STANDING:
+        x, y, cosine, sine = wanted[4] - state[X], wanted[5] - state[Y], wanted[6], wanted[7]
+        off_rad = wanted[8] - state[THETA]
+        ahead, across = x * cosine + y * sine, y * cosine - x * sine
+        yaw_rate += v * gains.across_per_m2 * across + gains.heading_per_s * math.sin(off_rad)
+        v = v * math.cos(off_rad) + gains.ahead_per_s * ahead
+    return v, yaw_rate
+
+
+@compiled
 def efforts(
     wanted: F64, state: F64, gains: Gains, c: Coefficients, integral: F64, dt: float
 ) -> tuple[float, float]:
     """The efforts (left, right) in N·m: feedforward plus PI, within the limit; updates ``integral``."""
-    error_sum = wanted[2] - state[V_Y]
-    error_diff = wanted[3] * c.half_track_m - state[V_THETA]
+    v, yaw_rate = references(wanted, state, gains)
+    error_sum = v - state[V_Y]
+    error_diff = yaw_rate * c.half_track_m - state[V_THETA]
     total = (gains.proportional_per_s * error_sum + gains.integral_per_s2 * integral[0]) / c.alpha
     difference = (gains.proportional_per_s * error_diff + gains.integral_per_s2 * integral[1]) / c.alpha_yaw
     left = wanted[0] + 0.5 * (total - difference)

@@ -16,6 +16,7 @@ import wmr_replay.jobs.gap as gap_command
 import wmr_replay.timeline.gap.writer as gap_writer
 from wmr_replay import cli
 from wmr_replay.cli.compiling import LINE
+from wmr_replay.gap.result.result import SlipGap
 from wmr_replay.jobs.base_model import base_for
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.gap_file import read_gap
@@ -158,6 +159,18 @@ def test_no_mode_is_handed_on_unless_its_topic_is_named(run, analysed, tmp_path)
     assert len(analysed["log"].mode) >= 1
     assert analysed["options"].modes == "given"
     assert read_gap(tmp_path / "drive.wmr" / "drive.gap.json").modes == "topic:/ground_truth/mode"
+
+
+def test_the_gap_in_slip_is_said_beside_the_table(run, analysed, log):
+    made = analysed["result"]
+    run("gap", log)
+    assert "in slip" not in run("gap", log)[1]
+    position = replace(made.position, in_slip=SlipGap(9, 0.3, 0.02))
+    analysed["result"] = replace(
+        made, position=position, yaw=replace(made.yaw, in_slip=SlipGap(9, 0.01, 0.01))
+    )
+    said = " ".join(run("gap", log)[1].split())
+    assert "in slip position 300 → 20 mm, yaw 10 mrad over 4 s, 9 windows not counted above" in said
 
 
 def test_the_side_files_change_nothing(run, analysed, tmp_path, log):

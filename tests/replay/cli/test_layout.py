@@ -95,6 +95,7 @@ def test_a_count_is_written_in_full(value, text):
 def test_figures_with_sign_and_tiny_ones():
     assert (figure(1234.5, sign="+"), figure(2e-9, 3), figure(float("nan"))) == ("+1234", "2e-09", "nan")
     assert figure(-66008, 3, "+") == "-66008"
+    assert (figure(999.6, 3), figure(1707.3, 3), figure(99.95, 3)) == ("1000", "1707", "100")
 
 
 def test_a_text_table_is_as_narrow_as_its_cells():

@@ -209,17 +209,42 @@ def in_a_box():
     return design(asks("viscous_drag", "wheel_viscous"), Bounds(area=Area(box_m=(7.0, 5.0))), 60.0)
 
 
-@pytest.mark.parametrize("hidden", ["viscous_drag", "slope", "actuator_lag", "torque_bias_differential"])
-def test_a_played_drive_stays_in_its_area_and_below_its_torque(hidden, in_a_box):
-    from wmr_replay.jobs.excite_document import drive_of
+def played(drive, hidden):
+    """The drive played by a robot in which an effect is hidden."""
     from wmr_synth.driving.played import played_plan
     from wmr_synth.hidden import DEFAULT_DISTURBANCE
     from wmr_synth.hidden.world import drawn_world
 
-    drive = drive_of(in_a_box, asks("viscous_drag", "wheel_viscous"), SMALL_ROBOT)
     world = drawn_world((hidden,), 5, SMALL_ROBOT, 60.0, DEFAULT_DISTURBANCE)
     scenario = Scenario("x", "", drive.duration_s, played_plan(drive), robot=SMALL_ROBOT)
-    made = synthesise(scenario, seed=5, sensors=Sensors(100.0, 100.0), world=world)
+    return synthesise(scenario, seed=5, sensors=Sensors(100.0, 100.0), world=world)
+
+
+STRONG = ["viscous_drag", "slope", "actuator_lag", "torque_bias_differential", "torque_imbalance", "payload"]
+
+
+@pytest.mark.parametrize("hidden", STRONG)
+def test_a_played_drive_stays_in_its_area_and_below_its_torque(hidden, in_a_box):
+    from wmr_replay.jobs.excite_document import drive_of
+
+    made = played(drive_of(in_a_box, asks("viscous_drag", "wheel_viscous"), SMALL_ROBOT), hidden)
     assert Area(box_m=(7.0, 5.0)).holds(made.truth.x_m, made.truth.y_m)
     torques = np.abs([made.log.torque.left_nm, made.log.torque.right_nm])
     assert np.max(torques) <= in_a_box.limits.torque_nm + 1e-9
+
+
+@pytest.mark.parametrize("hidden", ["slope", "torque_imbalance"])
+def test_a_controller_that_knows_the_pose_keeps_to_the_path(hidden, in_a_box):
+    """The planned path is that of the profile on a fine grid, by a sum of its own."""
+    from wmr_replay.jobs.excite_document import drive_of
+
+    drive = drive_of(in_a_box, asks("viscous_drag", "wheel_viscous"), SMALL_ROBOT)
+    x, y = path_of(in_a_box.profile)[2:4]
+    blind = replace(drive.controller, ahead_per_s=0.0, across_per_m2=0.0, heading_per_s=0.0)
+    away_m = []
+    for controller in (drive.controller, blind):
+        truth = played(replace(drive, controller=controller), hidden).truth
+        at = np.minimum(np.rint(truth.t_ns / 1e6).astype(int), len(x) - 1)
+        away_m.append(np.max(np.hypot(truth.x_m - x[at], truth.y_m - y[at])))
+    assert away_m[0] < 0.3
+    assert away_m[1] > 0.3

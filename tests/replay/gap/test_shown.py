@@ -3,13 +3,18 @@
 import numpy as np
 import pytest
 
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.elsewhere import elsewhere
+from wmr_replay.gap.result.metrics import with_slip_gaps
 from wmr_replay.gap.result.remains import blocks
-from wmr_replay.gap.result.result import Estimate, FoundEffect, Traces
-from wmr_replay.gap.settings import ShownSettings
+from wmr_replay.gap.result.result import Estimate, FoundEffect, GapMetric, HeldOutGap, Traces, TrainGap
+from wmr_replay.gap.settings import GateSettings, ShownSettings
 from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import ModeTrack
 from wmr_synth import Sensors, synthesise
 from wmr_synth.driving.patrol import SMALL_ROBOT
 from wmr_synth.hidden.world import model_world
@@ -99,3 +104,32 @@ def test_the_right_model_holds_on_a_log_that_was_never_fitted():
     assert np.isnan(shown.position.train.before)
     inside = np.isfinite(shown.traces.extended_path[:, 0])
     assert inside.mean() > 0.8
+
+
+def slipping_problem(slipping_s):
+    """A problem whose identified modes slip between two times."""
+    log = synthesise("cruise", seed=3, duration_s=60.0).log
+    t_s = (log.pose.t_ns - log.pose.t_ns[0]) / 1e9
+    slips = (t_s > slipping_s[0]) & (t_s < slipping_s[1])
+    track = ModeTrack(log.pose.t_ns, np.where(slips, ContactMode.SLIPPING, 0).astype(np.int8))
+    settings = GateSettings()
+    return Problem.of(bin_log(log, settings, track, margin_s=0.3, names_skid=False))
+
+
+@pytest.mark.parametrize(("slipping_s", "windows"), [((20.5, 25.5), 2), ((70.0, 71.0), 0)])
+def test_the_gap_in_slip_is_that_of_the_windows_that_the_held_out_gap_leaves_out(slipping_s, windows):
+    problem = slipping_problem(slipping_s)
+    t_s, none = problem.binned.t_s, np.zeros((len(problem.binned), 3))
+    base, extended = none.copy(), none.copy()
+    base[:, :2], extended[:, 1] = np.where((t_s > 19.5) & (t_s < 28.5), 0.3, 0.02)[:, None] * [0.6, 0.8], 0.01
+    base[:, 2] = 0.1
+    given = Traces(0, t_s, none, base, extended, none, none, none[:, 0], none[:, 0])
+    metric = GapMetric("m", "m", 9, TrainGap(0.0, 0.0), HeldOutGap(0.0, 0.0, 0.0, (0.0, 0.0), 1.0))
+    position, yaw = with_slip_gaps(problem, given, metric, metric)
+    if not windows:
+        assert position is metric
+        assert yaw is metric
+        return
+    slip = position.in_slip
+    assert (slip.windows, slip.before, slip.after) == (windows, pytest.approx(0.3), pytest.approx(0.01))
+    assert (yaw.in_slip.before, yaw.in_slip.after) == (pytest.approx(0.1), 0.0)

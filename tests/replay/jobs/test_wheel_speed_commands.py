@@ -9,9 +9,9 @@ import yaml
 from tests.replay.made_up_wheels import ROBOT, drive
 
 import wmr_replay as wr
-from wmr_replay.api.gap import Asked
 from wmr_replay.ingest.tracks import check_class
 from wmr_replay.jobs.export import multipliers, ros2_diff_drive
+from wmr_replay.jobs.gap_asked import Asked
 from wmr_schemas.errors import InvalidSetting, LogUnusable
 from wmr_schemas.findings import finding
 from wmr_schemas.model_file import Effect, Model, Odometry, read_model

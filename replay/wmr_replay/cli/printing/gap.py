@@ -154,7 +154,7 @@ def or_else(effect: "Effect") -> str:
     """The confounded class, and what else explains this log nearly as well, with its ΔBIC."""
     others = [name for name in effect.confound_class if name != effect.name]
     near = [
-        f"{other.name} (ΔBIC {other.delta_bic:.2g})"
+        f"{other.name} (ΔBIC {figure(other.delta_bic, 2)})"
         for other in effect.alternatives
         if other.delta_bic is not None and other.delta_bic < NEAR_BIC
     ]
@@ -212,6 +212,7 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
     if gap.where.channels and gap.effects:
         factors = (f"{name} ×{figure(q, 3)}" for name, q in gap.where.channels.items() if q is not None)
         yield "where", "disturbance that the base needs, over the extended model's: " + ", ".join(factors)
+    yield from slip_facts(gap.gap)
     if gap.where.intervals:
         pieces = (f"{i.start_s:.1f} … {i.end_s:.1f} s{share(i.share)}" for i in gap.where.intervals[:3])
         yield "when", ", ".join(pieces)
@@ -233,6 +234,20 @@ def facts(gap: "GapFile") -> Iterator[tuple[str, str]]:
         yield found.severity, f"{found.code}: {found.text}; {found.meaning}; {found.advice}"
 
 
+def slip_facts(gap: "Gap") -> Iterator[tuple[str, str]]:
+    """The gap over the windows with slip, which the table leaves out."""
+    if gap.in_slip is None or gap.yaw.in_slip is None:
+        return
+    said = []
+    for name, metric, unit in (("position", gap.in_slip, "mm"), ("yaw", gap.yaw.in_slip, "mrad")):
+        before, after = ("–" if s is None else figure(1e3 * s, 3) for s in (metric.before, metric.after))
+        said.append(f"{name} {before} {unit}" if before == after else f"{name} {before} → {after} {unit}")
+    yield (
+        "in slip",
+        f"{', '.join(said)} over {gap.seconds} s, {gap.in_slip.windows} windows not counted above",
+    )
+
+
 def proof_facts(proof: "Proof | None") -> Iterator[tuple[str, str]]:
     """The gap on another log before and after, where there is one."""
     if proof is None:
@@ -249,7 +264,7 @@ def least_sizes(gap: "GapFile") -> Table:
     """The smallest size of each effect that would have been seen, two to a line."""
     table = Table.grid(padding=(0, 2))
     known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
-    cells = [(name, f"{least.value:.2g} {unit_of(least.unit)}") for name, least in known]
+    cells = [(name, f"{figure(least.value, 2)} {unit_of(least.unit)}") for name, least in known]
     height = -(-len(cells) // 2)
     for row in range(height):
         table.add_row(*(cell for entry in cells[row::height] for cell in entry))

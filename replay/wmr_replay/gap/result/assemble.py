@@ -11,7 +11,7 @@ from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of
 from wmr_replay.gap.result.locate import locate, marked, placed
-from wmr_replay.gap.result.metrics import gap_metric
+from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import residual, traces_of
@@ -38,6 +38,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     trained = windows_within(problem, problem.train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
+    gaps = gap_metric(errors, "position", "m", options), gap_metric(errors, "yaw", "rad", options)
+    position, yaw = with_slip_gaps(problem, traces, *gaps)
     effects = with_curves(
         effects,
         traces,
@@ -49,8 +51,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         sentence=sentence_of(verdict, effects, notes),
         effects=effects if verdict in ("named", "ambiguous", "unnamed") else (),
         where=where,
-        position=gap_metric(errors, "position", "m", options),
-        yaw=gap_metric(errors, "yaw", "rad", options),
+        position=position,
+        yaw=yaw,
         modes=options.modes,
         base=model.source,
         unnameable=model.unnameable,

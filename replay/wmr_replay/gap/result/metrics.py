@@ -1,11 +1,15 @@
 """The gap in numbers, before and after, with the interval of its reduction."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from wmr_replay.gap.estimation.path_error import WindowErrors
+from wmr_replay.gap.estimation.path_error import WindowErrors, windows_of
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.evidence.holdout import windows_within
 from wmr_replay.gap.evidence.paired import bootstrap_interval, signed_rank_p
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.result import GapMetric, HeldOutGap, TrainGap
+from wmr_replay.gap.result.result import GapMetric, HeldOutGap, SlipGap, Traces, TrainGap
 from wmr_schemas.arrays import F64
 
 
@@ -27,6 +31,24 @@ def gap_metric(
         train=TrainGap(rms(getattr(train_before, attribute)), rms(getattr(train_after, attribute))),
         held_out=HeldOutGap(rms(b), rms(a), rms(floor), *paired_reduction(b, a, options)),
     )
+
+
+def with_slip_gaps(
+    problem: Problem, traces: Traces, position: GapMetric, yaw: GapMetric
+) -> tuple[GapMetric, GapMetric]:
+    """The gaps with those of the windows that they leave out for slip, from the paths of the whole log: both
+    models under one history of contact modes.
+    """
+    whole = np.ones(len(problem.binned), bool)
+    kept = set(windows_within(problem, whole))
+    left_out = [window for window in windows_of(problem.binned, whole) if window not in kept]
+    if not left_out:
+        return position, yaw
+    rows = np.concatenate([np.arange(*window) for window in left_out])
+    errors = [traces.measured[rows] - path[rows] for path in (traces.base_path, traces.extended_path)]
+    away = SlipGap(len(left_out), *(rms(np.hypot(one[:, 0], one[:, 1])) for one in errors))
+    turned = SlipGap(len(left_out), *(rms(one[:, 2]) for one in errors))
+    return replace(position, in_slip=away), replace(yaw, in_slip=turned)
 
 
 def rms(values: F64) -> float:

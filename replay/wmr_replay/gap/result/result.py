@@ -156,6 +156,15 @@ class HeldOutGap:
 
 
 @dataclass(frozen=True)
+class SlipGap:
+    """Root mean square gap over the windows with slip, which the held-out gap leaves out."""
+
+    windows: int
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
 class GapMetric:
     """The gap over windows of 4 s whose initial state is fitted; ``unit`` m or rad."""
 
@@ -164,6 +173,7 @@ class GapMetric:
     windows: int
     train: TrainGap
     held_out: HeldOutGap
+    in_slip: SlipGap | None = None
 
 
 @dataclass(frozen=True)

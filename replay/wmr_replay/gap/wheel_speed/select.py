@@ -114,12 +114,13 @@ def select(
     problem: Problem, most: int, progress: Progress | None = None, begin: "Search | None" = None
 ) -> Selection:
     """The effects that the record proves, one after the other: those that last, then those in a time or a
-    place, which slip may hide. ``begin`` is where others were found before.
+    place, which slip may hide. ``begin`` is where others were found before; up to ``most`` more are sought.
     """
     search = begin or Search(problem, base_fit(problem), candidates_of(problem.record), [])
-    for stage in range(len(search.found), most):
+    begun = len(search.found)
+    for stage in range(begun, begun + most):
         if progress is not None:
-            progress("naming", 0.1 + 0.7 * stage / most)
+            progress("naming", 0.1 + 0.7 * (stage - begun) / most)
         following = search.next_lasting(stage) or search.next_place(stage)
         if following is None:
             break

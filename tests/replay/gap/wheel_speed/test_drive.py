@@ -10,8 +10,10 @@ from tests.replay.made_up_wheels import HALF_TRACK_M, RADIUS_M, ROBOT, motion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
-from wmr_replay.gap.wheel_speed.candidates import candidates_of
+from wmr_replay.gap.wheel_speed.candidates import candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.drive_fit import drive_of
+from wmr_replay.gap.wheel_speed.estimate import fit
+from wmr_replay.gap.wheel_speed.select import Search, select
 from wmr_schemas.signals import CommandTrack, Log, PoseTrack, WheelSpeedTrack
 
 STEP_S, STRETCH_S, REST_S = 1e-3, 2.5, 2.0
@@ -96,3 +98,11 @@ def test_commands_name_the_drive_and_the_chassis_of_a_campaign():
     (track,) = (effect for effect in result.effects if effect.name == "effective_track")
     assert track.parameters["ratio"].value == pytest.approx(0.6, abs=0.06)
     assert result.odometry.yaw_rms_after_rad < 0.15 * result.odometry.yaw_rms_before_rad
+
+
+def test_a_search_goes_on_beside_what_it_begins_with():
+    problem = problem_of([campaign(limited=False, n=40)], base_of(ROBOT, None), GapOptions(), "wheel_speed")
+    values = {"effective_track": CHASSIS["effective_track"]}
+    track = fit(problem, parameters_of("effective_track"), values)
+    begin = Search(problem, track, candidates_of(problem.record), [], tuple(values))
+    assert {one.name for one in select(problem, 1, begin=begin).found} == set(CHASSIS)
