@@ -3,13 +3,13 @@
 A tool that identifies the modes has a rival that the catalogue does not list: the same effect-free model with
 another mode history. Two such rivals are weighed, each at its best:
 
-    slipping   instead of traction lost in a time or place: the model's own slipping, set or taken back in any
-               pieces of .1 s about the hidden loss. Each change of mode costs 9.4, −2 ln of its probability at
-               .15 changes a second and the .06 s to which it is known: many changes follow any loss, and are
-               not believed.
+    slipping   instead of traction lost in a time or place: the model's own slipping, set or taken back in
+               any pieces of .1 s about the hidden loss. Each change of mode costs 9.4, −2 ln of its
+               probability at .15 changes a second and the .06 s to which it is known: many changes follow
+               any loss, and are not believed.
     skidding   instead of another cornering stiffness: the same skids, each beginning and ending at another
-               time. A shift δ of a beginning leaves the lateral speed −v q δ behind, one of an end the lateral
-               way w δ; δ has the standard deviation .3 s.
+               time. A shift δ of a beginning changes the lateral speed by v q δ, one of an end the lateral
+               way by w δ; δ has the standard deviation .3 s.
 
 Both are expected differences of twice the log-likelihood, as for the other rivals. The hidden effect's own
 price, three or four fitted numbers, is not held against it.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
@@ -14,10 +14,13 @@ from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
-from wmr_replay.gap.model.extension import Extension, weight
+from wmr_replay.gap.model.extension import Extension, Parameters, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.starts import best_start, search_edges
+
+Hints = tuple[tuple[str, Parameters], ...]
+"""Effects by name and parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,16 +48,24 @@ class FittedCandidate:
         return self.scored.name
 
 
-def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[FittedCandidate, ...]:
+def fit_candidates(
+    problem: Problem, current: Fit, *, terms: bool, hints: Hints = ()
+) -> tuple[FittedCandidate, ...]:
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
-    They are ranked at the diffusion that the best one leaves.
+    They are ranked at the diffusion that the best one leaves. ``hints`` are losses of traction, seen in other
+    modes, at which a fit may start.
     """
     own, budget, price = problem.settings.candidates, problem.settings.budget, problem.settings.scan
-    first = best_fitted(problem, current, terms=terms)
-    if first is None:
+    hinted = [
+        hinted_fit(problem, current, *hint) for hint in hints if hint[0] not in current.extension.effects
+    ]
+    scanned = best_fitted(problem, current, terms=terms)
+    tried = [*hinted, scanned] if scanned is not None else hinted
+    if not tried:
         return ()
-    best, noise = first[0], first[1].noise
+    best, seen = min(tried, key=lambda pair: pair[1].deviance + price_of(problem, *pair))
+    noise = seen.noise
     ranked = rank_at(problem, current, noise, terms=terms)
     if best.name not in [one.name for one in ranked[: own.most_fitted]]:
         ranked = [best, *ranked]
@@ -67,8 +78,8 @@ def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[Fitt
     started = [best_start(problem, current, one) for one in promising or ranked[:1]]
     steps = budget.candidate_steps
     rough = [(one, gauss_newton(problem, with_candidate(current, one), noise, steps)) for one in started]
-    if best.name in LOCAL:
-        rough = [(one, nearer(fit, first[1]) if one.name == best.name else fit) for one, fit in rough]
+    others = {one.name: fit for one, fit in tried if one.name in LOCAL}
+    rough = [(one, nearer(fit, others[one.name]) if one.name in others else fit) for one, fit in rough]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
     out = []
@@ -88,6 +99,19 @@ def nearer(fit: Fit, other: Fit) -> Fit:
     """
     problem, noise, steps = fit.problem, fit.noise, fit.problem.settings.budget.candidate_steps
     return min(fit, gauss_newton(problem, other.extension, noise, steps), key=lambda f: f.deviance)
+
+
+def hinted_fit(
+    problem: Problem, current: Fit, name: str, parameters: Parameters
+) -> tuple[ScoredCandidate, Fit]:
+    """A loss of traction fitted from where it was seen, with calm disturbances: those that its absence asks
+    for would hide it.
+    """
+    settings = problem.settings
+    scored = ScoredCandidate(name, dict(parameters), 0.0, settings.scan.most_cells**2 // 2)
+    calm = calm_or_same(current.noise, settings.diffusion)
+    fit = fit_model(problem, with_candidate(current, scored), calm, settings.budget.best_diffusion)
+    return replace(scored, gain=current.deviance - fit.deviance), fit
 
 
 def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredCandidate, Fit] | None:

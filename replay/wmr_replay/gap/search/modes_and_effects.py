@@ -124,7 +124,8 @@ def solve_with(
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
     if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
         return []
-    solution = Solution(problem, forward_selection(problem, extension, options), model)
+    hints = tuple((name, p) for name, p in model.effects.items() if name in LOCAL)
+    solution = Solution(problem, forward_selection(problem, extension, options, hints=hints), model)
     return [with_missed_slipping(solution, extension, options)]
 
 

@@ -1,6 +1,7 @@
 """Whether a loss of traction differs from the base model's own slipping.
 
-Slipping leaves ``slip_share`` of α and ``slip_share_yaw`` of α_yaw once σ has settled. Two questions are asked:
+Slipping leaves ``slip_share`` of α and ``slip_share_yaw`` of α_yaw once σ has settled. Two questions are
+asked:
 
 - of an interval that is called slipping, how much more or less than slipping it loses. At the model with its
   slipping, innovations are linear in such further losses; their estimate with covariance C is held against 0
@@ -23,6 +24,7 @@ from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import weight
+from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
 from wmr_schemas.arrays import F64, I64, Bool
 
@@ -37,29 +39,52 @@ class Rival(NamedTuple):
     excess: float
 
 
-def unlike_slipping(problem: Problem, fit: Fit) -> Bool:
-    """The rows (n,) of intervals called slipping that clearly lose more or less than slipping does.
+class Doubt(NamedTuple):
+    """An interval [first, last) of rows that is called slipping, the loss that it shows, and how far that is
+    from slipping's, dᵀ C⁻¹ d.
+    """
+
+    first: int
+    last: int
+    loss: float
+    distance: float
+
+
+def unlike_slipping(problem: Problem, fit: Fit) -> list[Doubt]:
+    """The intervals called slipping that clearly lose more or less than slipping does, the farthest first.
 
     Intervals close to each other are one. The ends, 0.4 s each, are not tested.
     """
-    binned, own = problem.binned, problem.settings.slip
-    rows = np.zeros(len(binned), bool)
+    binned, own, base = problem.binned, problem.settings.slip, fit.extension.base
     runs = slipping_runs(binned)
     if not runs:
-        return rows
+        return []
     further, covariance = further_losses(problem, fit, runs)
-    share = np.array([fit.extension.base.slip_share, fit.extension.base.slip_share_yaw])
-    C = covariance + np.diag((np.array(own.loss_sd) / share) ** 2)
-    weighed = np.linalg.solve(C, further[..., None])[..., 0]
-    for (a, b), far in zip(runs, np.einsum("kc,kc->k", further, weighed) > own.far, strict=True):
-        rows[a:b] = far
-    return rows
+    share = np.array([base.slip_share, base.slip_share_yaw])
+    inverse = np.linalg.inv(covariance + np.diag((np.array(own.loss_sd) / share) ** 2))
+    far = np.einsum("kc,kcd,kd->k", further, inverse, further)
+    common = inverse / share / share[:, None]  # of both losses, 1 − share (1 − further)
+    kept = np.einsum("kcd,kd->k", common, share * (1.0 - further)) / common.sum(axis=(1, 2))
+    loss = 1.0 - np.clip(kept, 1.0 - problem.settings.scan.most_local_loss, 1.0)
+    doubts = [Doubt(*run, float(loss[k]), float(far[k])) for k, run in enumerate(runs)]
+    return sorted((d for d in doubts if d.distance > own.far), key=lambda d: -d.distance)
+
+
+def as_losses(binned: BinnedLog, doubt: Doubt) -> Hints:
+    """A doubtful interval as a loss of traction in its time, and in its place."""
+    at = slice(doubt.first, doubt.last)
+    time = {"start_s": float(binned.t_s[doubt.first]), "end_s": float(binned.t_s[doubt.last - 1])}
+    centre = (binned.pose[at, :2].min(axis=0) + binned.pose[at, :2].max(axis=0)) / 2
+    reach = float(np.hypot(*(binned.pose[at, :2] - centre).T).max())
+    place = {"x_m": float(centre[0]), "y_m": float(centre[1]), "radius_m": reach}
+    loss = {"loss": doubt.loss}
+    return (("slip_interval", time | loss), ("low_friction_patch", place | loss))
 
 
 def slips_as_modelled(problem: Problem, fit: Fit) -> bool:
     """Whether all that is called slipping follows the model closely."""
     own, q = problem.settings.slip, problem.settings.filter.slip_disturbance_mps2_rthz
-    return q <= own.close_mps2_rthz and not np.any(unlike_slipping(problem, fit))
+    return q <= own.close_mps2_rthz and not unlike_slipping(problem, fit)
 
 
 def slipping_runs(binned: BinnedLog) -> list[tuple[int, int]]:
@@ -154,7 +179,7 @@ def close_to(rows: Bool, binned: BinnedLog) -> Bool:
 
 
 def nearest_history(problem: Problem, fit: Fit, loss: F64, near: Bool) -> Bool:
-    """Where the log slips (n,) if the effect's ``loss`` (n,) is slipping; as it is but in the rows ``near``."""
+    """Where the log slips (n,) if the effect's ``loss`` (n,) is slipping; unchanged outside of ``near``."""
     binned, own, base = problem.binned, problem.settings.slip, fit.extension.base
     piece_s = max(own.piece_s, float(binned.step_s[near].sum()) / own.most_pieces)
     kind = np.where(near, (binned.t_s / piece_s).astype(np.int64), -1)

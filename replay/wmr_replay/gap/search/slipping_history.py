@@ -33,7 +33,7 @@ def likeliest_history(pieces: Pieces, change_cost: float) -> Bool:
 
 
 def losses_of(pieces: Pieces, slips: Bool) -> F64:
-    """f (2, m); pieces that may not change keep what they have."""
+    """Losses f (2, m); pieces that may not change keep what they have."""
     return np.where(pieces.free, np.where(slips, pieces.slipping, pieces.rolling), 0.0)
 
 

@@ -153,8 +153,8 @@ class SlipSettings:
     less likely by 20 to 100 a second of slipping."""
 
     close_mps2_rthz: float = 0.05
-    """Up to this one, slipping follows the model closely. Statistics: a factor of 2.5 above the usual one, its
-    standard deviation."""
+    """Up to this one, slipping follows the model closely. Statistics: a factor of 2.5 above the usual one,
+    its standard deviation."""
 
     disturbance_sd: float = 1.0
     """Standard deviation of its logarithm. Judgement: a factor of 2.7 either way."""
