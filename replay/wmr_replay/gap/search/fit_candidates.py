@@ -9,7 +9,7 @@ from scipy.special import chdtrc
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
@@ -76,29 +76,38 @@ def fit_candidates(
         if one.gain > own.least_gain and penalised_gain(one, price) >= least
     ]
     started = [best_start(problem, current, one) for one in promising or ranked[:1]]
-    steps = budget.candidate_steps
-    rough = [(one, gauss_newton(problem, with_candidate(current, one), noise, steps)) for one in started]
+    rough = [(one, roughly(problem, with_candidate(current, one), noise, one.name)) for one in started]
     others = {one.name: fit for one, fit in tried if one.name in LOCAL}
-    rough = [(one, nearer(fit, others[one.name]) if one.name in others else fit) for one, fit in rough]
+    rough = [
+        (one, nearer(fit, others[one.name], one.name) if one.name in others else fit) for one, fit in rough
+    ]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
     out = []
     for i, (one, fit) in enumerate(rough):
         if i < budget.fully_fitted:
-            edged = search_edges(problem, fit, one.name)
+            edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
 
 
-def nearer(fit: Fit, other: Fit) -> Fit:
+def nearer(fit: Fit, other: Fit, name: str) -> Fit:
     """The likelier of two fits of a loss of traction at the first one's diffusion.
 
     A scan with calm disturbances clips most of what a large loss does, and takes it for a small one.
     """
-    problem, noise, steps = fit.problem, fit.noise, fit.problem.settings.budget.candidate_steps
-    return min(fit, gauss_newton(problem, other.extension, noise, steps), key=lambda f: f.deviance)
+    again = roughly(fit.problem, other.extension, fit.noise, name)
+    return min(fit, again, key=lambda f: f.deviance)
+
+
+def roughly(problem: Problem, extension: Extension, noise: Diffusion, name: str) -> Fit:
+    """The candidate ``name`` fitted at a fixed diffusion; when and where traction is lost, from all rows."""
+    steps = problem.settings.budget.candidate_steps
+    if name not in LOCAL:
+        return gauss_newton(problem, extension, noise, steps)
+    return evaluate(problem, gauss_newton(problem.all_fitted(), extension, noise, steps).extension, noise)
 
 
 def hinted_fit(

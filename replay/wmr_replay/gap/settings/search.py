@@ -136,9 +136,10 @@ class SlipSettings:
     shortest_inside_s: float = 0.3
     """Shortest inside of an interval that is tested, s. Statistics: some seven bins."""
 
-    loss_sd: tuple[float, float] = (0.03, 0.05)
+    loss_sd: tuple[float, float] = (0.01, 0.02)
     """How far slipping's own losses of α and α_yaw may lie from quasi-steady ones, standard deviations.
-    Judgement: what parameters of a robot leave open; on the benchmark worlds nothing is needed."""
+    Judgement: what rounding of a robot's parameters leaves open; more than that is in the log's own
+    disturbance while slipping."""
 
     far: float = 9.2
     """Squared distance dᵀ C⁻¹ d from which a loss differs clearly. Statistics: χ² with two degrees of
