@@ -20,9 +20,12 @@ from wmr_schemas.arrays import F64
 def with_slip_disturbance(problem: Problem, extension: Extension) -> GateSettings:
     """The problem's settings with the disturbance while slipping that its intervals ask for.
 
-    q minimises Σ min(Dᵢ(q) − min Dᵢ, bound) + (ln q/usual)²/sd², Dᵢ the −2 log likelihood of interval i.
+    q minimises Σ min(Dᵢ(q) − min Dᵢ, bound) + (ln q/usual)²/sd², Dᵢ the −2 log likelihood of interval i. It
+    stays as large as it is where a robot's masses, and so what its slipping loses, are unknown.
     """
     settings = problem.settings
+    if problem.binned.log.robot.slip_shares is None:
+        return settings
     own, largest = settings.slip, settings.filter.slip_disturbance_mps2_rthz
     tried = np.array([q for q in own.disturbances_mps2_rthz if q <= largest])
     excess = own.disturbance_sd**-2 * np.log(tried / own.usual_mps2_rthz) ** 2

@@ -67,6 +67,8 @@ def unlike_slipping(problem: Problem, fit: Fit) -> list[Doubt]:
     kept = np.einsum("kcd,kd->k", common, share * (1.0 - further)) / common.sum(axis=(1, 2))
     loss = 1.0 - np.clip(kept, 1.0 - problem.settings.scan.most_local_loss, 1.0)
     doubts = [Doubt(*run, float(loss[k]), float(far[k])) for k, run in enumerate(runs)]
+    if binned.log.robot.slip_shares is None:
+        doubts = [d for d in doubts if d.loss < own.least_of_unknown]
     return sorted((d for d in doubts if d.distance > own.far), key=lambda d: -d.distance)
 
 
@@ -143,10 +145,13 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether the effect ``name`` of the model ``fit`` may be slipping that an identifier missed.
 
     It may unless it is clearly likelier than slipping in the likeliest history. Always false for other
-    effects, and for modes that are given.
+    effects, and for modes that are given. Where a robot's masses are unknown, so is what its slipping loses,
+    and only a small loss is none.
     """
     if name not in LOCAL or not problem.binned.identified:
         return False
+    if problem.binned.log.robot.slip_shares is None:
+        return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
     n = len(problem.binned)
     price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
     return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price

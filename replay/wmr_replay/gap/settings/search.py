@@ -164,6 +164,10 @@ class SlipSettings:
     """How much one slipping interval may speak against it, in −2 log likelihood. Statistics: "very strong"
     after Kass and Raftery (1995); two that agree outweigh the prior, and one may hide a loss of traction."""
 
+    least_of_unknown: float = 0.3
+    """Least loss that slipping has where a robot's masses are unknown. Judgement: it is taken to lose half
+    (``model.base``), and of the benchmark's robots, 95 % lose more than this."""
+
     close_s: float = 0.6
     """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
     switch error."""
