@@ -31,6 +31,7 @@ from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.search.slip_test import slips_as_modelled
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT
@@ -191,8 +192,11 @@ def with_other_modes(
     """The formula found again with modes that the identifier sees with a formula, where those are likelier.
 
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
-    something is a model to identify with; the likeliest one is grown from the start.
+    something is a model to identify with; the likeliest one is grown from the start. Where all that slips
+    loses what the model's slipping loses, nothing was taken for it.
     """
+    if found is None and slips_as_modelled(problem, selection.base):
+        return None
     seen = [] if found is None else [once_more(log, found.model, options)]
     if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
         return found
