@@ -192,29 +192,34 @@ def with_other_modes(
     """The formula found again with modes that the identifier sees with a formula, where those are likelier.
 
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
-    something is a model to identify with; the likeliest one is grown from the start. Where all that slips
-    loses what the model's slipping loses, nothing was taken for it.
+    something is a model to identify with; the likeliest one is grown from the start.
     """
-    if found is None and slips_as_modelled(problem, selection.base):
-        return None
-    seen = [] if found is None else [once_more(log, found.model, options)]
-    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
-        return found
-    if not any(is_calm(start) for start in seen):
-        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    seen = seen_with_curves(log, problem, selection, found, options)
     best = likeliest(seen)
-    if best is None:
-        return found
-    again = proven_with(log, grown_from(best), extension, options)
+    again = None if best is None else proven_with(log, grown_from(best), extension, options)
     if again is None:
         return found
     if found is not None:
         return again if is_likelier(again.model, found.model) else found
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     before = Start(problem, selection.fit, selection.base.extension, prices)
-    if is_likelier(again.model, before) and beats_there(again, selection):
-        return again
-    return None
+    return again if is_likelier(again.model, before) and beats_there(again, selection) else None
+
+
+def seen_with_curves(
+    log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
+) -> list[Start]:
+    """What is found, and curves, with the modes that the identifier sees with each; empty where there is
+    nothing to look for: modes that stay the same, or slipping that follows the model.
+    """
+    if found is None and slips_as_modelled(problem, selection.base):
+        return []
+    seen = [] if found is None else [once_more(log, found.model, options)]
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+        return []
+    if not any(is_calm(start) for start in seen):
+        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    return seen
 
 
 def beats_there(found: Proven, selection: Selection) -> bool:
