@@ -67,7 +67,7 @@ def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:
 
 
 def at_its_bound(values: Values, name: str) -> bool:
-    """Whether a size stands at an end of what its fit allows: the record says only that it is larger still."""
+    """Whether a size stands at an end of its range: the record says only that it is larger still."""
     own = values[name]
     return any(own[one.key] in one.bounds and own[one.key] != 0.0 for one in parameters_of(name))
 
