@@ -89,7 +89,11 @@ def is_sound(problem: Problem, formula: Formula) -> bool:
     for term in (term for group in formula.groups for term in group.terms):
         part = values[term.name][COEFFICIENT] * term.evaluate(columns)
         parts.setdefault(term.channel, []).append(part)
-    return all(rms(part) <= own.most_cancelling * rms(sum(some)) for some in parts.values() for part in some)
+    return all(
+        rms(part) <= own.most_cancelling * rms(np.sum(some, axis=0))
+        for some in parts.values()
+        for part in some
+    )
 
 
 def rms(values: F64) -> float:

@@ -9,12 +9,11 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.estimation.refit import Fit, cost_of, evaluate, fit_model
 from wmr_replay.gap.formula.groups import CURVE, plain_groups
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.modes_and_effects import cost_of
 from wmr_schemas.arrays import Bool
 from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT
@@ -96,7 +95,7 @@ def is_likelier(one: Start, other: Start) -> bool:
     A row that slips is predicted loosely, and hides what a model lacks; so does a larger disturbance on rows
     that are said to roll and slip. Where both roll, the better model has the smaller errors.
     """
-    whole = [cost_of(start.problem, start.fit) + start.price for start in (one, other)]
+    whole = [cost_of(start.fit) + start.price for start in (one, other)]
     rows = rolls(one.problem) & rolls(other.problem)
     return whole[0] < whole[1] or cost_on(one, rows) < cost_on(other, rows)
 

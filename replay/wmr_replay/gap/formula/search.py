@@ -31,6 +31,7 @@ from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.search.slip_test import slips_as_modelled
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT
@@ -198,11 +199,7 @@ def with_other_modes(
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
     something is a model to identify with; the likeliest one is grown from the start.
     """
-    seen = [] if found is None else [once_more(log, found.model, options)]
-    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
-        return found
-    if not any(is_calm(start) for start in seen):
-        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    seen = seen_with_curves(log, problem, selection, found, options)
     best = likeliest(seen)
     if best is None or (found is None and not takes_place(best, problem, selection)):
         return found
@@ -212,6 +209,22 @@ def with_other_modes(
     if found is not None:
         return again if is_likelier(again.model, found.model) else found
     return again if takes_place(again.model, problem, selection) else None
+
+
+def seen_with_curves(
+    log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
+) -> list[Start]:
+    """What is found, and curves, with the modes that the identifier sees with each; empty where there is
+    nothing to look for: modes that stay the same, or slipping that follows the model.
+    """
+    if found is None and slips_as_modelled(problem, selection.base):
+        return []
+    seen = [] if found is None else [once_more(log, found.model, options)]
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+        return []
+    if not any(is_calm(start) for start in seen):
+        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    return seen
 
 
 def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
