@@ -157,9 +157,14 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
-    simpler = LOAD_STEP in selection.fit.extension.effects or len(formula.names) <= len(library)
+    simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) <= len(selection.fit.keys)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
     return excess + unseen > max(own.margin, 0.0 if simpler else wrong_form)
+
+
+def n_numbers(formula: Formula) -> int:
+    """How many numbers a formula has."""
+    return sum(len(group.terms) + len(group.shape) for group in formula.groups)
 
 
 def keeps_its_effects(formula: Formula, selection: Selection) -> bool:
@@ -196,14 +201,14 @@ def with_other_modes(
     """
     seen = seen_with_curves(log, problem, selection, found, options)
     best = likeliest(seen)
-    again = None if best is None else proven_with(log, grown_from(best), extension, options)
+    if best is None or (found is None and not takes_place(best, problem, selection)):
+        return found
+    again = proven_with(log, grown_from(best), extension, options)
     if again is None:
         return found
     if found is not None:
         return again if is_likelier(again.model, found.model) else found
-    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    before = Start(problem, selection.fit, selection.base.extension, prices)
-    return again if is_likelier(again.model, before) and beats_there(again, selection) else None
+    return again if takes_place(again.model, problem, selection) else None
 
 
 def seen_with_curves(
@@ -222,17 +227,19 @@ def seen_with_curves(
     return seen
 
 
-def beats_there(found: Proven, selection: Selection) -> bool:
-    """Whether a formula explains more than the selection's effects with the formula's modes, too; by a margin
-    where these are all of the library.
+def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
+    """Whether a formula with its modes is likelier than the selection on ``problem``, and explains more than
+    the selection's effects with the formula's modes, too; by a margin where these are all of the library.
     """
-    problem, named = found.problem, len(library_of(selection)) == len(selection.found)
+    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
+    if not is_likelier(start, Start(problem, selection.fit, selection.base.extension, prices)):
+        return False
     if not selection.found:
         return True
-    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    other = fit_model(problem, selection.fit.extension, selection.fit.noise)
-    mine = found.formula.fit.deviance + found.formula.price(problem)
-    return other.deviance + prices - mine > problem.settings.formula.margin * named
+    other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
+    named = len(library_of(selection)) == len(selection.found)
+    excess = other.deviance + prices - start.fit.deviance - start.price
+    return excess > problem.settings.formula.margin * named
 
 
 def grown_from(start: Start) -> Start:

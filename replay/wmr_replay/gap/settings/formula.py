@@ -57,6 +57,9 @@ class FormulaSettings:
     bell_shares: tuple[float, ...] = (0.06, 0.1, 0.16, 0.25)
     """Radii of bells, shares of the path's mean span. Judgement: from a bump to half of the area."""
 
+    widest_bell: float = 0.35
+    """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
+
     least_radius_m: float = 0.5
     """Smallest radius of a bell, m. Judgement: about a robot's length."""
 
