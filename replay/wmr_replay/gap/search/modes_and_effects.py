@@ -19,7 +19,7 @@ from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
-from wmr_replay.gap.search.preliminary import preliminary_models
+from wmr_replay.gap.search.preliminary import less_slip, preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.signals import Log
@@ -136,10 +136,18 @@ def cost_alone(problem: Problem, model: Extension) -> float:
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
-    """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
+    """Relabel as slipping the losses of traction that cannot be told from it, and select again.
+
+    Where an interval that is slipping then loses something else than slipping does, the loss was looked for
+    in a wrong time or place: it is tried where that interval is.
+    """
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
         return with_settled_losses(solution)
+    for other, _, hints in less_slip(problem, extension):
+        again = forward_selection(other, extension, options, hints=hints)
+        if again.found and missed_slipping(other, again.fit) is other:
+            return with_settled_losses(solution._replace(problem=other, selection=again))
     return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))
 
 
