@@ -8,7 +8,7 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import correlation
@@ -51,6 +51,8 @@ def with_formula(
     """The selection with a formula, where one explains what the selection leaves; else as it is."""
     if selection.refused or not points_outside(problem, selection):
         return problem, selection
+    whole = problem, selection
+    problem, selection = held_out_apart(*whole)
     library = library_of(selection)
     found = best_formula(problem, selection, library, options)
     if options.modes == "identified":
@@ -59,9 +61,17 @@ def with_formula(
         else:
             found = without_slip(log, problem, selection, extension, options)
     if found is None:
-        return problem, selection
+        return whole
     kept = library if found.formula.rest.extension.effects else ()
     return found.problem, selection_of(found, kept, selection)
+
+
+def held_out_apart(problem: Problem, selection: Selection) -> tuple[Problem, Selection]:
+    """The selection fitted to two thirds of the log: the other third decides how long a formula is."""
+    part, steps = problem.fold(0), problem.settings.hold_out.refit_steps
+    fits = selection.base, selection.fit
+    base, fit = (gauss_newton(part, one.extension, one.noise, steps) for one in fits)
+    return part, replace(selection, base=base, fit=fit)
 
 
 def library_of(selection: Selection) -> tuple[FittedCandidate, ...]:
