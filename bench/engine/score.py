@@ -1,8 +1,8 @@
 """What ``gap`` says of a log of the engine, against the names that are accepted.
 
-right     one effect is named, and its name or a member of its exact class is accepted
+right     every effect named is accepted, or a member of its exact class; a mechanism may have two parts
 among     the answer is ambiguous, and an accepted name is among its alternatives
-more      an accepted name beside another effect
+more      an accepted name beside one that is not
 refused   nothing named: nothing missing, or not enough excitation
 unnamed   a disagreement without a name
 wrong     another name
@@ -38,7 +38,7 @@ def outcome(row: Row, accepted: list[str]) -> str:
     if not claims:
         return "unnamed" if row["verdict"] == "unnamed" else "refused"
     found = [bool(names(effect) & set(accepted)) for effect in row["effects"]]
-    if found == [True]:
+    if all(found):
         return "right"
     if any(found):
         return "more"

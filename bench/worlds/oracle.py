@@ -12,8 +12,10 @@ margin of 10 (its rivals within 10 of BIC are alternatives) sees the margin kept
 and errs in 1 % of the logs asks for 12.7 of χ²; √λ = √12.7 + 1.96 gives λ = 31 for the same 97.5 %: below,
 a refusal is right. It is right, too, where the effect moves the path by less than the tolerance of ``gap``.
 
-Traction that is lost in a time or place may be the model's own slipping: where that is as near, ``slipping``
-stands among the rivals.
+Traction that is lost in a time or place may be the model's own slipping, and another cornering stiffness
+the model's own skidding at slightly other times: ``slipping`` and ``skidding`` stand among the rivals, each
+in the mode history that comes nearest (``oracle_modes``). A refusal that says so is right where such a rival
+leaves less than 33: a tool that identifies modes cannot exclude that history.
 
 The first plant's actuator lag has two poles. It is neither the declared lag of one pole nor a delay, but lies
 between them: a tool that says both says what there is. A delay alone stays wrong.
@@ -24,16 +26,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.effects import effects_of
 from worlds.case import World
 from worlds.oracle_filter import moved_m, steps_of, whitened
-from worlds.oracle_forms import STEP_S, Signals, Trace, losing, own_slipping, signals_of, trace
+from worlds.oracle_forms import STEP_S, Signals, Trace, losing, signals_of, trace
+from worlds.oracle_modes import (
+    Histories,
+    nearest_skidding,
+    nearest_slipping,
+    pieces_about,
+    shifts_of_skids,
+    toggled,
+)
 
 SEPARATED = 33.0
 SEEN = 31.0
 TOLERANCE_M, TOLERANCE_S = 0.003, 4.0
-SLIPPING = "slipping"
+SLIPPING, SKIDDING = "slipping", "skidding"
 NO_NAME = ("undeclared_skid",)
 """Never right where modes are identified: the true modes hold every skid."""
 LOCAL_LOSS = ("slip_interval", "low_friction_patch")
@@ -166,10 +176,10 @@ def exact_class(name: str) -> frozenset[str]:
     return frozenset(other for same in classes for other in same) - {name}
 
 
-def slipping_like(s: Signals, name: str, sizes: dict[str, float]) -> Trace:
-    """The model's own slipping wherever the hidden loss acts."""
+def where_lost(s: Signals, name: str, sizes: dict[str, float]) -> Bool:
+    """Where (n,) the hidden loss acts."""
     lost = trace(name, sizes | {"loss": 1.0}, s).acceleration
-    return own_slipping(s, (np.abs(lost[0]) + np.abs(lost[2])) > 0)
+    return (np.abs(lost[0]) + np.abs(lost[2])) > 0
 
 
 def judged(world: World) -> Judgement:
@@ -179,11 +189,14 @@ def judged(world: World) -> Judgement:
     every_s = FINE_S if name in LOCAL else COARSE_S
     others = [block for block in blocks(s, every_s) if block.name != name]
     traces = [hidden, *(trace(block.name, p, s) for block in others for p in block.parameters)]
-    pieces, last = stretches(s, every_s), []
+    pieces, own_modes, spans = stretches(s, every_s), [], []
     if name in LOCAL_LOSS:
-        last = [slipping_like(s, name, world.sizes)]
+        spans = pieces_about(s, where_lost(s, name, world.sizes))
+        own_modes = [toggled(s, span) for span in spans]
+    elif name == "cornering_stiffness":
+        own_modes = shifts_of_skids(s)
     steps = steps_of(s, world.conditions, world.case.noise_sd)
-    columns = whitened(steps, [*traces, *pieces, *last])
+    columns = whitened(steps, [*traces, *pieces, *own_modes])
     g, rivals, place = columns[:, 0], dict[str, float](), 1
     for block in others:
         width = len(block.parameters)
@@ -192,8 +205,11 @@ def judged(world: World) -> Judgement:
         place += width
     if name != "slip_interval":
         rivals["slip_interval"] = nearest_interval(g, columns[:, place : place + len(pieces)])
-    if last:
-        rivals[SLIPPING] = float(np.sum((g - columns[:, -1]) ** 2))
+    if spans:
+        last = columns[:, -len(spans) :]
+        rivals[SLIPPING] = nearest_slipping(g, last, Histories(spans, s.slips))
+    elif own_modes:
+        rivals[SKIDDING] = nearest_skidding(g, columns[:, -len(own_modes) :])
     if (world.case.plant, name) in BETWEEN_FORMS:
         rivals[BETWEEN_FORMS[world.case.plant, name]] = 0.0
     rivals |= dict.fromkeys(exact_class(name) & set(effects_of("torque")), 0.0)

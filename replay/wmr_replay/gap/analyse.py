@@ -33,6 +33,7 @@ def analyse(
     tell("naming", 0.1)
     log = replace(log, robot=model.robot)
     problem, selection = find_effects(log, model.extension, options, tell)
+    options = replace(options, gates=problem.settings)
     problem, selection = with_formula(log, problem, selection, model.extension, options)
     tell("proving", 0.8)
     return assemble(problem, selection, model, options)

@@ -25,7 +25,7 @@ from wmr_schemas.modes import ContactMode
 pytest.importorskip("mujoco")
 BENCH = Path(__file__).parents[3] / "bench"
 OWN = MisfitSettings()
-TWO_WHEELED = ("courier", "cart", "hauler")
+TWO_WHEELED = ("courier", "cart", "hauler", "kiosk")
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def calibrated(nothing_hidden):
 
 def test_a_robot_is_held_out_and_seeds_do_not_meet(engine):
     develop, report = (engine("split").part(name) for name in ("develop", "report"))
-    assert set(report.robots) - set(develop.robots) == {"hauler"}
+    assert set(report.robots) - set(develop.robots) == {"kiosk"}
     assert develop.last_seed < report.first_seed
     assert set(develop.families) | set(report.families) == set(engine("case").FAMILIES)
     with pytest.raises(ValueError, match="seed 5 is not"):

@@ -14,9 +14,8 @@ from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.search.slip_test import gentler_than_slipping, leaves_more, may_be_slipping
+from wmr_replay.gap.search.slip_test import may_be_slipping
 from wmr_replay.gap.settings import GateSettings
-from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
@@ -41,49 +40,9 @@ def relabelled(log: Log, start_s: float, end_s: float, mode: int) -> Log:
     return Log(log.pose, log.torque, track, log.robot)
 
 
-def test_slipping_that_leaves_other_traction_than_the_models_is_told_from_it():
-    hide = ["slip_interval:start_s=30,end_s=39,loss=.4"]
-    log, _ = hidden_log("patrol", seed=90_104, hide=hide, noise="rtk")
-    called_so = relabelled(log, 30.0, 39.0, ContactMode.SLIPPING)
-    problem, extension = problem_of(called_so, margin_s=SWITCH_S)
-    rows = gentler_than_slipping(problem, fit_model(problem, extension))
-    t_s = problem.binned.t_s
-    true_slip = (problem.binned.mode == ContactMode.SLIPPING) & ((t_s < 29.5) | (t_s > 39.5))
-    assert rows[(t_s > 31) & (t_s < 38) & (problem.binned.mode == ContactMode.SLIPPING)].all()
-    assert true_slip.any()
-    assert not rows[true_slip].any()
-
-
-def test_where_nothing_slips_nothing_is_gentler_than_slipping():
-    log, _ = hidden_log("cruise", seed=90_105, noise="rtk")
-    problem, extension = problem_of(log)
-    assert not gentler_than_slipping(problem, fit_model(problem, extension)).any()
-
-
 def test_modes_without_skid_keep_slipping():
     track = ModeTrack(np.arange(4, dtype=np.int64), np.array([0, 1, 2, 3], np.int8))
     assert without_skid(track).mode.tolist() == [0, 0, 2, 2]
-
-
-def test_a_loss_of_traction_is_held_against_slipping_in_both_channels():
-    base = base_of(RobotParameters(alpha=0.5, half_track_m=0.3))._replace(slip_share=0.2, slip_share_yaw=0.4)
-    loss = np.array([[0.8, 0.6], [0.5, 0.55], [0.8, 0.1], [0.95, 0.95], [0.5, 0.6]])
-    covariance = np.tile(np.eye(2) * 0.02**2, (5, 1, 1))
-    assert leaves_more(base, loss, covariance, SETTINGS.slip).tolist() == [False, True, True, False, True]
-    assert not leaves_more(base, loss, covariance * 400, SETTINGS.slip).any()
-
-
-@pytest.mark.parametrize(("loss", "like"), [(0.4, False), (0.85, True)])
-def test_a_loss_that_is_found_may_be_slipping(loss, like):
-    log, truth = hidden_log(
-        "patrol", seed=90_106, hide=[f"slip_interval:start_s=30,end_s=40,loss={loss}"], noise="rtk"
-    )
-    problem, extension = problem_of(log, margin_s=SWITCH_S)
-    (effect,) = truth["effects"]
-    fit = fit_model(problem, extension.with_effect("slip_interval", effect["parameters"]))
-    assert may_be_slipping(problem, fit, "slip_interval") is like
-    given, _ = problem_of(log)
-    assert not may_be_slipping(given, fit, "slip_interval")
 
 
 def test_a_loss_beside_the_path_may_be_anything():

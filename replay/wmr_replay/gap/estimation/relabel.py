@@ -19,3 +19,10 @@ def with_mode_at(binned: BinnedLog, rows: Bool, mode: ContactMode) -> ModeTrack:
     """The binned log's modes with those of ``rows`` (n,) replaced by ``mode``."""
     changed = np.where(rows, mode, binned.mode).astype(np.int8)
     return ModeTrack(binned.start_ns + np.rint(binned.t_s * NS_PER_S).astype(np.int64), changed)
+
+
+def with_slipping(binned: BinnedLog, slips: Bool) -> ModeTrack:
+    """The binned log's modes with slipping exactly at the rows ``slips`` (n,); skidding stays."""
+    skids = np.where(binned.skids, ContactMode.SKIDDING, ContactMode.IDEAL)
+    mode = np.where(slips, skids + ContactMode.SLIPPING, skids).astype(np.int8)
+    return ModeTrack(binned.start_ns + np.rint(binned.t_s * NS_PER_S).astype(np.int64), mode)

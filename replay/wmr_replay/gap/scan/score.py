@@ -24,7 +24,7 @@ class ScoredCandidate:
     name: str
     parameters: dict[str, float]
     gain: float
-    n_tried: int
+    n_tried: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,18 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtrc
 
-from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
-from wmr_replay.gap.model.candidates import candidate_of, declaration_of
-from wmr_replay.gap.model.extension import Extension, weight
+from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
+from wmr_replay.gap.model.extension import Extension, Parameters, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.starts import best_start, search_edges
+
+Hints = tuple[tuple[str, Parameters], ...]
+"""Effects by name and parameters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,16 +48,24 @@ class FittedCandidate:
         return self.scored.name
 
 
-def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[FittedCandidate, ...]:
+def fit_candidates(
+    problem: Problem, current: Fit, *, terms: bool, hints: Hints = ()
+) -> tuple[FittedCandidate, ...]:
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
-    They are ranked at the diffusion that the best one leaves.
+    They are ranked at the diffusion that the best one leaves. ``hints`` are losses of traction, seen in other
+    modes, at which a fit may start.
     """
     own, budget, price = problem.settings.candidates, problem.settings.budget, problem.settings.scan
-    first = best_fitted(problem, current, terms=terms)
-    if first is None:
+    hinted = [
+        hinted_fit(problem, current, *hint) for hint in hints if hint[0] not in current.extension.effects
+    ]
+    scanned = best_fitted(problem, current, terms=terms)
+    tried = [*hinted, scanned] if scanned is not None else hinted
+    if not tried:
         return ()
-    best, noise = first[0], first[1].noise
+    best, seen = min(tried, key=lambda pair: pair[1].deviance + price_of(problem, *pair))
+    noise = seen.noise
     ranked = rank_at(problem, current, noise, terms=terms)
     if best.name not in [one.name for one in ranked[: own.most_fitted]]:
         ranked = [best, *ranked]
@@ -65,18 +76,51 @@ def fit_candidates(problem: Problem, current: Fit, *, terms: bool) -> tuple[Fitt
         if one.gain > own.least_gain and penalised_gain(one, price) >= least
     ]
     started = [best_start(problem, current, one) for one in promising or ranked[:1]]
-    steps = budget.candidate_steps
-    rough = [(one, gauss_newton(problem, with_candidate(current, one), noise, steps)) for one in started]
+    rough = [(one, roughly(problem, with_candidate(current, one), noise, one.name)) for one in started]
+    others = {one.name: fit for one, fit in tried if one.name in LOCAL}
+    rough = [
+        (one, nearer(fit, others[one.name], one.name) if one.name in others else fit) for one, fit in rough
+    ]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
     out = []
     for i, (one, fit) in enumerate(rough):
         if i < budget.fully_fitted:
-            edged = search_edges(problem, fit, one.name)
+            edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
+
+
+def nearer(fit: Fit, other: Fit, name: str) -> Fit:
+    """The likelier of two fits of a loss of traction at the first one's diffusion.
+
+    A scan with calm disturbances clips most of what a large loss does, and takes it for a small one.
+    """
+    again = roughly(fit.problem, other.extension, fit.noise, name)
+    return min(fit, again, key=lambda f: f.deviance)
+
+
+def roughly(problem: Problem, extension: Extension, noise: Diffusion, name: str) -> Fit:
+    """The candidate ``name`` fitted at a fixed diffusion; when and where traction is lost, from all rows."""
+    steps = problem.settings.budget.candidate_steps
+    if name not in LOCAL:
+        return gauss_newton(problem, extension, noise, steps)
+    return evaluate(problem, gauss_newton(problem.all_fitted(), extension, noise, steps).extension, noise)
+
+
+def hinted_fit(
+    problem: Problem, current: Fit, name: str, parameters: Parameters
+) -> tuple[ScoredCandidate, Fit]:
+    """A loss of traction fitted from where it was seen, with calm disturbances: those that its absence asks
+    for would hide it.
+    """
+    settings = problem.settings
+    scored = ScoredCandidate(name, dict(parameters), 0.0, settings.scan.most_cells**2 // 2)
+    calm = calm_or_same(current.noise, settings.diffusion)
+    fit = fit_model(problem, with_candidate(current, scored), calm, settings.budget.best_diffusion)
+    return replace(scored, gain=current.deviance - fit.deviance), fit
 
 
 def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredCandidate, Fit] | None:

@@ -1,6 +1,7 @@
 """The missing effects together with the contact modes that they are found with."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -9,18 +10,18 @@ import numpy as np
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
+from wmr_replay.gap.estimation.refit import cost_of, fit_model
+from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
+from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import SKID
+from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.preliminary import preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
-from wmr_replay.gap.search.slip_test import rows_of_missed_slipping
-from wmr_schemas.modes import ContactMode
+from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.signals import Log
 
 Progress = Callable[[str, float], None]
@@ -39,7 +40,7 @@ class Solution(NamedTuple):
         """The cost of the modes and the fitted model, with the price of its effects."""
         fit = self.selection.fit
         prices = sum(price_of(self.problem, effect.scored, fit) for effect in self.selection.found)
-        return cost_of(self.problem, fit) + prices
+        return cost_of(fit) + prices
 
     @property
     def is_skidding(self) -> bool:
@@ -53,14 +54,6 @@ class Solution(NamedTuple):
         return bool(found) and (SKID not in self.preliminary.effects or SKID in found)
 
 
-def cost_of(problem: Problem, fit: Fit) -> float:
-    """−2 log of the joint probability of modes and poses; less is more likely. Changes of the mode are rare,
-    and cost accordingly.
-    """
-    changes = np.sum(np.diff(problem.binned.mode, prepend=problem.binned.mode[:1])[problem.train] != 0)
-    return float(fit.deviance + changes * problem.settings.modes.change_cost)
-
-
 def find_effects(
     log: Log, extension: Extension, options: GapOptions, tell: Progress
 ) -> tuple[Problem, Selection]:
@@ -71,6 +64,8 @@ def find_effects(
     if options.modes == "identified":
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
+    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
+    options = replace(options, gates=with_slip_disturbance(problem, extension))
     problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
     return problem, select(problem, extension, options)
 
@@ -88,6 +83,8 @@ def find_modes_and_effects(
     track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates)).all_fitted()
     extension = with_sideslip(first, extension)
+    options = replace(options, gates=with_slip_disturbance(first, extension))
+    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates)).all_fitted()
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
@@ -99,7 +96,7 @@ def find_modes_and_effects(
     if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
         solutions.append(with_missed_slipping(seen, extension, options))
-    nothing = cost_of(first, plain().base)
+    nothing = cost_of(plain().base)
     likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
     tell("naming", 0.7)
     confirmed = []
@@ -127,21 +124,33 @@ def solve_with(
     problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids)).all_fitted()
     if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
         return []
-    solution = Solution(problem, forward_selection(problem, extension, options), model)
+    hints = tuple((name, p) for name, p in model.effects.items() if name in LOCAL)
+    solution = Solution(problem, forward_selection(problem, extension, options, hints=hints), model)
     return [with_missed_slipping(solution, extension, options)]
 
 
 def cost_alone(problem: Problem, model: Extension) -> float:
     """The cost of the modes and a preliminary model, with the price of its parameters."""
     fit = fit_model(problem, model, None, problem.settings.budget.base_diffusion)
-    return cost_of(problem, fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
+    return cost_of(fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
     """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
-    missed = rows_of_missed_slipping(solution.problem, solution.selection.fit)
-    if not np.any(missed):
-        return solution
-    track = with_mode_at(solution.problem.binned, missed, ContactMode.SLIPPING)
-    problem = solution.problem.relabelled(track)
+    problem = missed_slipping(solution.problem, solution.selection.fit)
+    if problem is solution.problem:
+        return with_settled_losses(solution)
     return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))
+
+
+def with_settled_losses(solution: Solution) -> Solution:
+    """The solution with its disturbances fitted to the end, where it holds a loss of traction.
+
+    Without that loss they are large, and a few iterations from there leave them so.
+    """
+    problem, selection = solution.problem, solution.selection
+    if not any(name in LOCAL for name in selection.fit.extension.effects):
+        return solution
+    iterations = problem.settings.budget.base_diffusion
+    fit = fit_model(problem, selection.fit.extension, selection.fit.noise, iterations)
+    return solution._replace(selection=replace(selection, fit=fit))

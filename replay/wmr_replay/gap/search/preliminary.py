@@ -18,10 +18,21 @@ from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
-from wmr_replay.gap.search.slip_test import gentler_than_slipping, may_be_slipping
+from wmr_replay.gap.search.slip_test import as_losses, may_be_slipping, unlike_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
+
+
+class Labelling(NamedTuple):
+    """A problem with contact modes to start from; whether a local loss of traction can be told from slipping
+    there; and losses at which a fit may start.
+    """
+
+    problem: Problem
+    local: bool = True
+    hints: Hints = ()
 
 
 class PreliminaryModels(NamedTuple):
@@ -43,15 +54,15 @@ def preliminary_models(
     """The preliminary models of the first labelling that has any.
 
     ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
-    order: without skidding where a robot is said to skid most of the time; without slipping that leaves more
-    traction than the model's; as they are; without slipping where it is said to slip much.
+    order: without skidding where a robot is said to skid most of the time; without slipping that loses more
+    or less traction than the model's; as they are; without slipping where it is said to slip much.
     """
-    likely = chain(less_skid(log, first), less_slip(first, extension), [first])
-    for problem, local in chain(((problem, True) for problem in likely), no_slip(first)):
+    tried = chain(less_skid(log, first), less_slip(first, extension), [Labelling(first)], no_slip(first))
+    for problem, local, hints in tried:
         if problem is first:
             selection = plain()
         else:
-            selection = forward_selection(problem, extension, options, terms=False)
+            selection = forward_selection(problem, extension, options, terms=False, hints=hints)
         found = models_from(problem, extension, selection, local=local)
         if found:
             found += models_without_skid(log, problem, extension, options, found)
@@ -76,27 +87,32 @@ def models_without_skid(
     return [model for model in others if model.effects.keys() != found[0].effects.keys()]
 
 
-def less_skid(log: Log, problem: Problem) -> Iterator[Problem]:
+def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
     """Skidding replaced by ideal where it is said most of the time."""
     binned, settings = problem.binned, problem.settings
     if binned.track is not None and np.mean(binned.skids) > settings.modes.much_skid:
-        track = without_skid(binned.track)
-        yield Problem.of(bin_identified(log, track, settings, names_skid=True)).all_fitted()
+        rolling = bin_identified(log, without_skid(binned.track), settings, names_skid=True)
+        yield Labelling(Problem.of(rolling).all_fitted())
 
 
-def less_slip(problem: Problem, extension: Extension) -> Iterator[Problem]:
-    """Slipping replaced by ideal where it leaves more traction than the model's slipping."""
+def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
+    """Slipping replaced by ideal where it loses clearly more or less than the model's slipping."""
     fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    doubtful = gentler_than_slipping(problem, fit)
-    if np.any(doubtful):
-        yield problem.relabelled(with_mode_at(problem.binned, doubtful, ContactMode.IDEAL))
+    doubts = unlike_slipping(problem, fit)
+    if doubts:
+        rows = np.zeros(len(problem.binned), bool)
+        for doubt in doubts:
+            rows[doubt.first : doubt.last] = True
+        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
+        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubts[0]))
 
 
-def no_slip(problem: Problem) -> Iterator[tuple[Problem, bool]]:
-    """Much slipping replaced by ideal; False, since a local loss of traction there may be slipping."""
+def no_slip(problem: Problem) -> Iterator[Labelling]:
+    """Much slipping replaced by ideal; a local loss of traction there may be slipping."""
     slips = problem.binned.slips
     if np.mean(slips) > problem.settings.modes.much_slip:
-        yield problem.relabelled(with_mode_at(problem.binned, slips, ContactMode.IDEAL)), False
+        track = with_mode_at(problem.binned, slips, ContactMode.IDEAL)
+        yield Labelling(problem.relabelled(track), local=False)
 
 
 def models_from(

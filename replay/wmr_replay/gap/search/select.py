@@ -14,7 +14,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest, negligible
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
-from wmr_replay.gap.search.fit_candidates import FittedCandidate, fit_candidates
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import built_in
@@ -46,17 +46,18 @@ def select(problem: Problem, extension: Extension, options: GapOptions) -> Selec
 
 
 def forward_selection(
-    problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True
+    problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True, hints: Hints = ()
 ) -> Selection:
     """One effect after the other while the best candidate is significant.
 
-    With ``terms``, terms of the dictionary are tried where no effect of the library is significant.
+    With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
+    are losses of traction at which a fit may start.
     """
     base = current = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     found: list[FittedCandidate] = []
     stages: list[tuple[FittedCandidate, ...]] = []
     while len(stages) < options.max_effects:
-        fitted = fit_candidates(problem, current, terms=False)
+        fitted = fit_candidates(problem, current, terms=False, hints=hints)
         if not found and shows_rest(problem, extension, current, fitted):
             base = current = holding(problem, fitted[0])
             continue

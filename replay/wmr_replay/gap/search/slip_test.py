@@ -1,116 +1,218 @@
 """Whether a loss of traction differs from the base model's own slipping.
 
-Slipping leaves ``slip_share`` of α and ``slip_share_yaw`` of α_yaw once σ has settled. Losses of both in an
-interval are estimated with their covariance C, and held against slipping's by the distance dᵀ C⁻¹ d.
+Slipping leaves ``slip_share`` of α and ``slip_share_yaw`` of α_yaw once σ has settled. Two questions are
+asked:
+
+- of an interval that is called slipping, how much more or less than slipping it loses. At the model with its
+  slipping, innovations are linear in such further losses; their estimate with covariance C is held against 0
+  by the distance dᵀ C⁻¹ d;
+- of an effect, how much likelier it is than the model's own slipping in the history that explains the same
+  stretch best (:mod:`.slipping_history`).
 """
+
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calm_or_same
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.estimation.relabel import with_mode_at
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit, cost_of, fit_model
+from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import weight
-from wmr_replay.gap.settings.search import SlipSettings
+from wmr_replay.gap.search.fit_candidates import Hints
+from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
 from wmr_schemas.arrays import F64, I64, Bool
-from wmr_schemas.modes import ContactMode
 
 
-def gentler_than_slipping(problem: Problem, fit: Fit) -> Bool:
-    """The rows (n,) of intervals called slipping that leave clearly more traction than slipping does.
-
-    The ends of an interval, 0.4 s each, are not tested.
+class Rival(NamedTuple):
+    """The model's own slipping in place of an effect: the problem with its history, the rows (n,) where that
+    may differ, and by how much it is less likely, the price of the changes of mode included.
     """
-    binned = problem.binned
+
+    problem: Problem
+    rows: Bool
+    excess: float
+
+
+class Doubt(NamedTuple):
+    """An interval [first, last) of rows that is called slipping, the loss that it shows, and how far that is
+    from slipping's, dᵀ C⁻¹ d.
+    """
+
+    first: int
+    last: int
+    loss: float
+    distance: float
+
+
+def unlike_slipping(problem: Problem, fit: Fit) -> list[Doubt]:
+    """The intervals called slipping that clearly lose more or less than slipping does, the farthest first.
+
+    Intervals close to each other are one. The ends, 0.4 s each, are not tested.
+    """
+    binned, own, base = problem.binned, problem.settings.slip, fit.extension.base
     runs = slipping_runs(binned)
-    rows = np.zeros(len(binned), bool)
-    if runs:
-        track = with_mode_at(binned, binned.mode == ContactMode.SLIPPING, ContactMode.IDEAL)
-        ideal, cells = problem.relabelled(track), run_cells(binned, runs)
-        found = estimate_losses(ideal, fit, cells, 2 * len(runs) + 1)
-        gentler = leaves_more(fit.extension.base, *found, problem.settings.slip)
-        for k, (a, b) in enumerate(runs):
-            rows[a:b] = gentler[2 * k + 1]
-    return rows
+    if not runs:
+        return []
+    further, covariance = further_losses(problem, fit, runs)
+    share = np.array([base.slip_share, base.slip_share_yaw])
+    inverse = np.linalg.inv(covariance + np.diag((np.array(own.loss_sd) / share) ** 2))
+    far = np.einsum("kc,kcd,kd->k", further, inverse, further)
+    common = inverse / share / share[:, None]  # of both losses, 1 − share (1 − further)
+    kept = np.einsum("kcd,kd->k", common, share * (1.0 - further)) / common.sum(axis=(1, 2))
+    loss = 1.0 - np.clip(kept, 1.0 - problem.settings.scan.most_local_loss, 1.0)
+    doubts = [Doubt(*run, float(loss[k]), float(far[k])) for k, run in enumerate(runs)]
+    if binned.log.robot.slip_shares is None:
+        doubts = [d for d in doubts if d.loss < own.least_of_unknown]
+    return sorted((d for d in doubts if d.distance > own.far), key=lambda d: -d.distance)
 
 
-def leaves_more(base: Base, loss: F64, covariance: F64, settings: SlipSettings) -> Bool:
-    """Whether losses (c, 2) of α and α_yaw with covariance (c, 2, 2) are clearly smaller than slipping's.
+def as_losses(binned: BinnedLog, doubt: Doubt) -> Hints:
+    """A doubtful interval as a loss of traction in its time, and in its place."""
+    at = slice(doubt.first, doubt.last)
+    time = {"start_s": float(binned.t_s[doubt.first]), "end_s": float(binned.t_s[doubt.last - 1])}
+    centre = (binned.pose[at, :2].min(axis=0) + binned.pose[at, :2].max(axis=0)) / 2
+    reach = float(np.hypot(*(binned.pose[at, :2] - centre).T).max())
+    place = {"x_m": float(centre[0]), "y_m": float(centre[1]), "radius_m": reach}
+    loss = {"loss": doubt.loss}
+    return (("slip_interval", time | loss), ("low_friction_patch", place | loss))
 
-    Clear is dᵀ C⁻¹ d above 6, where C also holds what quasi-steady losses leave out.
+
+def slips_as_modelled(problem: Problem, fit: Fit) -> bool:
+    """Whether all that is called slipping follows the model closely."""
+    own, q = problem.settings.slip, problem.settings.filter.slip_disturbance_mps2_rthz
+    return q <= own.close_mps2_rthz and not unlike_slipping(problem, fit)
+
+
+def slipping_runs(binned: BinnedLog) -> list[tuple[int, int]]:
+    """Rows [a, b) of each slipping interval that is long enough to have an inside, close ones joined."""
+    own = binned.settings.slip
+    edges = np.flatnonzero(np.diff(binned.slips, prepend=False, append=False)).reshape(-1, 2)
+    joined: list[tuple[int, int]] = []
+    for a, b in edges.tolist():
+        if joined and binned.t_s[a] - binned.t_s[joined[-1][1] - 1] < own.close_s:
+            joined[-1] = joined[-1][0], b
+        else:
+            joined.append((a, b))
+    least_s = 2 * own.edge_s + own.shortest_inside_s
+    return [(a, b) for a, b in joined if binned.t_s[b - 1] - binned.t_s[a] > least_s]
+
+
+def further_losses(problem: Problem, fit: Fit, runs: list[tuple[int, int]]) -> tuple[F64, F64]:
+    """Losses (k, 2) of α and α_yaw inside of each run beyond slipping's, with covariance (k, 2, 2).
+
+    0 is as slipping, 1 none left. What the ends lose is estimated beside it.
     """
-    slipping = 1.0 - np.array([base.slip_share, base.slip_share_yaw])
-    apart = slipping - loss
-    C = covariance + np.diag(np.array(settings.loss_sd) ** 2)
-    weighed = np.linalg.solve(C, apart[..., None])[..., 0]
-    clear = np.einsum("ci,ci->c", apart, weighed) > settings.far
-    return np.asarray(clear & (weighed @ slipping > 0))
+    binned, own, m = problem.binned, problem.settings.slip, len(runs)
+    kind = np.full(len(binned), -1)
+    for k, (a, b) in enumerate(runs):
+        first_s, last_s = binned.t_s[a], binned.t_s[b - 1]
+        near = (binned.t_s > first_s - own.edge_s) & (binned.t_s < last_s + own.edge_s)
+        inside = (binned.t_s > first_s + own.edge_s) & (binned.t_s < last_s - own.edge_s)
+        kind[near] = m + k
+        kind[inside & binned.slips] = k
+    noise = calm_or_same(fit.noise, problem.settings.diffusion)
+    e, by_piece, piece = losses_by_piece(problem, fit, noise, kind)
+    columns = np.zeros((len(e), 2, 2 * m))
+    for k in range(2 * m):
+        columns[:, :, k] = by_piece[:, :, np.unique(piece[kind == k])].sum(axis=2)
+    flat = columns.reshape(len(e), 4 * m)
+    V = np.linalg.inv(flat.T @ flat + own.least_information * np.eye(4 * m))
+    loss = V @ (flat.T @ e)
+    left = np.square(e - flat @ loss).reshape(-1, 3).mean(axis=1)
+    V *= max(float(left[kind >= 0].mean()), 1.0)
+    pairs = np.arange(m)[:, None] + np.array([0, 2 * m])
+    return loss[pairs], V[pairs[:, :, None], pairs[:, None, :]]
+
+
+def losses_by_piece(problem: Problem, fit: Fit, noise: Diffusion, kind: I64) -> tuple[F64, F64, I64]:
+    """Innovations e (3n,), their sensitivities (3n, 2, m) to losses of α and α_yaw in each of m pieces, and
+    the piece (n,) of each row: a run of rows of one ``kind`` (n,).
+    """
+    piece = np.cumsum(np.diff(kind, prepend=kind[:1]) != 0)
+    m = int(piece[-1]) + 1
+    targets = NO_TARGETS._replace(cells=piece, n_cells=m)
+    output = problem.filtered(fit.extension, noise, targets, keep=True)
+    return output.innovations.ravel(), output.sensitivities.reshape(-1, 2, m), piece
 
 
 def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether the effect ``name`` of the model ``fit`` may be slipping that an identifier missed.
 
-    It may where its loss of traction is not clearly smaller than slipping's, either as fitted or channel by
-    channel. Always false for other effects, and for modes that are given.
+    It may unless it is clearly likelier than slipping in the likeliest history. Always false for other
+    effects, and for modes that are given. Where a robot's masses are unknown, so is what its slipping loses,
+    and only a small loss is none.
     """
     if name not in LOCAL or not problem.binned.identified:
         return False
-    own, base, loss = problem.settings.slip, fit.extension.base, fit.extension.effects[name]["loss"]
-    acts = weight(name, fit.extension.effects[name], problem.binned)
-    cells = np.where(acts > own.inside, 1, np.where(acts > 1 - own.inside, 2, 0))
-    further, covariance = estimate_losses(problem, fit, cells, 3)
-    by_channel = leaves_more(base, 1.0 - (1.0 - loss) * (1.0 - further), (1.0 - loss) ** 2 * covariance, own)
-    as_fitted = leaves_more(base, np.full((1, 2), loss), np.zeros((1, 2, 2)), own)
-    return not (by_channel[1] and as_fitted[0])
+    if problem.binned.log.robot.slip_shares is None:
+        return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
+    n = len(problem.binned)
+    price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
+    return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price
 
 
-def rows_of_missed_slipping(problem: Problem, fit: Fit) -> Bool:
-    """The rows (n,) in which an effect of the model ``fit`` acts that may be slipping."""
-    rows = np.zeros(len(problem.binned), bool)
-    for name, parameters in fit.extension.effects.items():
-        if may_be_slipping(problem, fit, name):
-            rows |= weight(name, parameters, problem.binned) > problem.settings.slip.half
-    return rows
+@lru_cache(maxsize=16)
+def slipping_rival(problem: Problem, fit: Fit, name: str) -> Rival:
+    """The model's own slipping in the place of an effect, in the history that explains most."""
+    binned, parameters = problem.binned, fit.extension.effects[name]
+    acts = weight(name, parameters, binned)
+    near = close_to(acts > problem.settings.slip.half, binned)
+    if not np.any(near):
+        return Rival(problem, near, 0.0)
+    slips = nearest_history(problem, fit, acts * parameters["loss"], near)
+    rival = problem.relabelled(with_slipping(binned, slips))
+    without = fit_model(
+        rival, fit.extension.without(name), fit.noise, problem.settings.budget.ranked_diffusion
+    )
+    return Rival(rival, near, cost_of(without) - cost_of(fit))
 
 
-def slipping_runs(binned: BinnedLog) -> list[tuple[int, int]]:
-    """Rows [a, b) of each slipping interval that is long enough to have an inside."""
-    own = binned.settings.slip
-    slipping = binned.mode == ContactMode.SLIPPING
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], slipping, [False]])))
-    least_s = 2 * own.edge_s + own.shortest_inside_s
-    ends = edges.reshape(-1, 2)
-    return [(int(a), int(b)) for a, b in ends if binned.t_s[b - 1] - binned.t_s[a] > least_s]
+def close_to(rows: Bool, binned: BinnedLog) -> Bool:
+    """The rows (n,) within 0.6 s of others."""
+    if not np.any(rows):
+        return rows
+    t_s, at = binned.t_s, binned.t_s[rows]
+    after = np.minimum(np.searchsorted(at, t_s), len(at) - 1)
+    apart = np.minimum(np.abs(at[after] - t_s), np.abs(at[np.maximum(after - 1, 0)] - t_s))
+    return np.asarray(apart < binned.settings.slip.close_s)
 
 
-def run_cells(binned: BinnedLog, runs: list[tuple[int, int]]) -> I64:
-    """By row (n,): 2k + 1 inside of interval k, 2k + 2 about its ends, 0 elsewhere."""
-    cells, t_s, edge_s = np.zeros(len(binned), np.int64), binned.t_s, binned.settings.slip.edge_s
-    for k, (a, b) in enumerate(runs):
-        first_s, last_s = t_s[a], t_s[b - 1]
-        cells[(t_s > first_s - edge_s) & (t_s < last_s + edge_s)] = 2 * k + 2
-        cells[(t_s > first_s + edge_s) & (t_s < last_s - edge_s)] = 2 * k + 1
-    return cells
+def nearest_history(problem: Problem, fit: Fit, loss: F64, near: Bool) -> Bool:
+    """Where the log slips (n,) if the effect's ``loss`` (n,) is slipping; unchanged outside of ``near``."""
+    binned, own, base = problem.binned, problem.settings.slip, fit.extension.base
+    piece_s = max(own.piece_s, float(binned.step_s[near].sum()) / own.most_pieces)
+    kind = np.where(near, (binned.t_s / piece_s).astype(np.int64), -1)
+    e, by_piece, piece = losses_by_piece(problem, fit, fit.noise, kind)
+    share = np.array([[base.slip_share], [base.slip_share_yaw]])
+    kept = (1.0 - loss) * np.where(binned.slips, share, 1.0)
+    counts = np.bincount(piece)
+    mean = np.stack([np.bincount(piece, channel) / counts for channel in kept])
+    mean = np.maximum(mean, own.least_information)
+    m = len(counts)
+    flat = by_piece.reshape(len(e), 2 * m)
+    pieces = Pieces(
+        s=(flat.T @ e).reshape(2, m),
+        G=(flat.T @ flat).reshape(2, m, 2, m),
+        rolling=1.0 - 1.0 / mean,
+        slipping=1.0 - share / mean,
+        slips=np.bincount(piece, binned.slips) / counts > own.half,
+        free=np.bincount(piece, near) > 0,
+    )
+    slips = likeliest_history(pieces, problem.settings.modes.change_cost)
+    return np.where(near, slips[piece], binned.slips)
 
 
-def estimate_losses(problem: Problem, fit: Fit, cells: I64, n: int) -> tuple[F64, F64]:
-    """Losses (n, 2) of α and α_yaw in each cell beyond the model's, with covariance (n, 2, 2).
-
-    0 is as the model, 1 none left. ``cells`` (rows,) are numbered below ``n``; 0 is no cell. Least squares on
-    the innovations of a filter with calm disturbances.
-    """
-    targets = NO_TARGETS._replace(cells=cells, n_cells=n)
-    noise = calm_or_same(fit.noise, problem.settings.diffusion)
-    output = problem.filtered(fit.extension, noise, targets, keep=True)
-    flat, e = output.sensitivities.reshape(-1, 2 * n), output.innovations.ravel()
-    G = flat.T @ flat + problem.settings.slip.least_information * np.eye(2 * n)
-    V = np.linalg.inv(G)
-    loss = V @ (flat.T @ e)
-    left = np.square(e - flat @ loss).reshape(-1, 3).mean(axis=1)
-    V *= max(float(left @ (cells > 0)) / max(int(np.sum(cells > 0)), 1), 1.0)
-    pairs = np.arange(n)[:, None] + np.array([0, n])
-    return loss[pairs], V[pairs[:, :, None], pairs[:, None, :]]
+def missed_slipping(problem: Problem, fit: Fit) -> Problem:
+    """The problem with the effects of ``fit`` that may be slipping as that; itself where there is none."""
+    slips, binned = problem.binned.slips.copy(), problem.binned
+    missed = [name for name in fit.extension.effects if may_be_slipping(problem, fit, name)]
+    for name in missed:
+        rival = slipping_rival(problem, fit, name)
+        slips[rival.rows] = rival.problem.binned.slips[rival.rows]
+    return problem.relabelled(with_slipping(binned, slips)) if missed else problem

@@ -13,8 +13,9 @@ class FilterSettings(NamedTuple):
     """Numbers of the compiled filter; a named tuple, so that compiled code takes it as an argument."""
 
     slip_disturbance_mps2_rthz: float = 0.5
-    """Random walk of v_long and w while slipping, m/s per √s. Covers what quasi-steady slip shares leave
-    out. Patrol benchmark: it fits that small robot's accelerations and ought to scale with the robot's."""
+    """Largest random walk of v_long and w while slipping, m/s per √s. Covers what quasi-steady slip shares
+    leave out. Patrol benchmark; a log's own slipping says how much of it is needed
+    (``estimation.slip_disturbance``)."""
 
     switch_sd_mps: float = 0.05
     """Jump of v_long and w at a change of mode, m/s. Physics: an acceleration that is wrong by 1 m/s² for

@@ -136,13 +136,53 @@ class SlipSettings:
     shortest_inside_s: float = 0.3
     """Shortest inside of an interval that is tested, s. Statistics: some seven bins."""
 
-    loss_sd: tuple[float, float] = (0.07, 0.15)
-    """How far slipping's own losses of α and α_yaw lie from quasi-steady ones, standard deviations. Patrol
-    benchmark: σ's transients, on that robot."""
+    loss_sd: tuple[float, float] = (0.01, 0.02)
+    """How far slipping's own losses of α and α_yaw may lie from quasi-steady ones, standard deviations.
+    Judgement: what rounding of a robot's parameters leaves open; more than that is in the log's own
+    disturbance while slipping."""
 
-    far: float = 6.0
+    far: float = 9.2
     """Squared distance dᵀ C⁻¹ d from which a loss differs clearly. Statistics: χ² with two degrees of
-    freedom exceeds it in 5 % of cases."""
+    freedom exceeds it in 1 % of cases."""
+
+    disturbances_mps2_rthz: tuple[float, ...] = (0.5, 0.2, 0.1, 0.05, 0.02, 0.01)
+    """Random walks of v_long and w while slipping that are tried, m/s per √s. Numerics: factors of two and
+    a half."""
+
+    usual_mps2_rthz: float = 0.02
+    """The most likely one before a log is seen. Benchmark worlds, three plants, and so a Judgement: 0.5 is
+    less likely by 20 to 100 a second of slipping."""
+
+    close_mps2_rthz: float = 0.05
+    """Up to this one, slipping follows the model closely. Statistics: a factor of 2.5 above the usual one,
+    its standard deviation."""
+
+    disturbance_sd: float = 1.0
+    """Standard deviation of its logarithm. Judgement: a factor of 2.7 either way."""
+
+    most_of_one: float = 10.0
+    """How much one slipping interval may speak against it, in −2 log likelihood. Statistics: "very strong"
+    after Kass and Raftery (1995); two that agree outweigh the prior, and one may hide a loss of traction."""
+
+    least_of_unknown: float = 0.3
+    """Least loss that slipping has where a robot's masses are unknown. Judgement: it is taken to lose half
+    (``model.base``), and of the benchmark's robots, 95 % lose more than this."""
+
+    close_s: float = 0.6
+    """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
+    switch error."""
+
+    piece_s: float = 0.25
+    """Pieces of time in which slipping may set in or end where it is held against a loss, s. Statistics:
+    as the identifier's switch error of 0.3 s."""
+
+    most_pieces: int = 120
+    """Most such pieces. Numerics: the cost grows with their square."""
+
+    separate: float = 30.0
+    """What a loss of traction must explain beyond slipping in its likeliest history and beyond its price, in
+    −2 log likelihood. Statistics: three times "very strong" after Kass and Raftery (1995), as
+    ``SelectionSettings.margin_identified``."""
 
     inside: float = 0.9
     """Weight of a local effect from which a row lies inside it. Judgement: the softened

@@ -10,6 +10,7 @@ from wmr_replay.gap.model.confounds import confound_class
 from wmr_replay.gap.wheel_speed.candidates import (
     PLACES,
     absent,
+    at_its_bound,
     candidates_of,
     hardly_lower,
     parameters_of,
@@ -228,7 +229,7 @@ def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
         return "significance"
     own, same = problem.settings.gates, same_in_any_motion(problem, name)
     slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
-    slight = slight or within_a_step(problem.record, after.values, name)
+    slight = slight or within_a_step(problem.record, after.values, name) or at_its_bound(after.values, name)
     slight = slight or within_calibration(problem.base_sd, after, name, own)
     if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"

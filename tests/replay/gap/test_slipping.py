@@ -1,0 +1,173 @@
+"""A loss of traction against the model's own slipping: how exactly a log slips, intervals that lose something
+else, and the likeliest history of slipping.
+"""
+
+from dataclasses import replace
+from itertools import pairwise, product
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap import GapOptions
+from wmr_replay.gap.analyse import base_model
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import cost_of, fit_model
+from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.search.slip_test import (
+    as_losses,
+    may_be_slipping,
+    slips_as_modelled,
+    unlike_slipping,
+)
+from wmr_replay.gap.search.slipping_history import (
+    Pieces,
+    changes_by_run,
+    cost_of_history,
+    likeliest_history,
+)
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.signals import Log, ModeTrack
+from wmr_synth import hidden_log
+
+GIVEN = GapOptions(modes="given")
+SWITCH_S = 0.3
+
+
+def exact(log: Log):
+    """The log with its own labels, as an identifier would know them, with its own disturbance of slipping."""
+    gates, extension = GateSettings(), base_model(log, None, GIVEN).extension
+    problem = Problem.of(bin_log(log, gates, log.mode, margin_s=SWITCH_S))
+    own = with_slip_disturbance(problem, extension)
+    return Problem.of(bin_log(log, own, log.mode, margin_s=SWITCH_S)), extension
+
+
+def relabelled(log: Log, start_s: float, end_s: float, mode: int) -> Log:
+    """The log with another mode between two times."""
+    t_ns = np.arange(log.pose.t_ns[0], log.pose.t_ns[-1], 10_000_000)
+    held = np.maximum(np.searchsorted(log.mode.t_ns, t_ns, side="right") - 1, 0)
+    seconds = (t_ns - log.pose.t_ns[0]) / 1e9
+    inside = (seconds >= start_s) & (seconds < end_s)
+    return replace(log, mode=ModeTrack(t_ns, np.where(inside, mode, log.mode.mode[held]).astype(np.int8)))
+
+
+def test_slipping_that_follows_the_model_has_little_disturbance():
+    log, _ = hidden_log("patrol", seed=90_104, noise="rtk")
+    problem, extension = exact(log)
+    assert np.mean(problem.binned.slips) > 0.03
+    assert problem.settings.filter.slip_disturbance_mps2_rthz <= 0.05
+    assert slips_as_modelled(problem, fit_model(problem, extension))
+
+
+def test_slipping_that_never_follows_the_model_has_more():
+    log, _ = hidden_log("patrol", seed=90_104, noise="rtk")
+    heavier = replace(log, robot=replace(log.robot, wheel_inertia_kgm2=log.robot.wheel_inertia_kgm2 / 4))
+    shares = [robot.slip_shares[0] for robot in (log.robot, heavier.robot)]
+    assert abs(shares[0] - shares[1]) > 0.1
+    q = [exact(one)[0].settings.filter.slip_disturbance_mps2_rthz for one in (log, heavier)]
+    assert q[1] >= 2 * q[0]
+
+
+def test_where_masses_are_unknown_only_a_small_loss_is_no_slipping():
+    log, _ = hidden_log("patrol", seed=90_104, noise="rtk")
+    bare = replace(log, robot=replace(log.robot, wheel_inertia_kgm2=None))
+    problem, extension = exact(bare)
+    assert (
+        problem.settings.filter.slip_disturbance_mps2_rthz == GateSettings().filter.slip_disturbance_mps2_rthz
+    )
+    fit = fit_model(problem, extension)
+    for loss, like in ((0.2, False), (0.5, True)):
+        lost = {"start_s": 30.0, "end_s": 35.0, "loss": loss}
+        beside = replace(fit, extension=extension.with_effect("slip_interval", lost))
+        assert may_be_slipping(problem, beside, "slip_interval") is like
+
+
+@pytest.mark.parametrize("loss", [0.4, 0.95])
+def test_an_interval_that_loses_more_or_less_than_slipping_is_doubted(loss):
+    hide = [f"slip_interval:start_s=30,end_s=39,loss={loss}"]
+    log, _ = hidden_log("patrol", seed=90_104, hide=hide, noise="rtk")
+    problem, extension = exact(relabelled(log, 30.0, 39.0, ContactMode.SLIPPING))
+    model = 1 - extension.base.slip_share
+    assert abs(loss - model) > 0.05
+    (first, *others) = unlike_slipping(problem, fit_model(problem, extension))
+    t_s = problem.binned.t_s
+    assert t_s[first.first] == pytest.approx(30.0, abs=1.0)
+    assert t_s[first.last - 1] == pytest.approx(39.0, abs=1.0)
+    assert first.loss == pytest.approx(loss, abs=0.05)
+    assert others == []
+    (time, place) = as_losses(problem.binned, first)
+    assert time[1]["loss"] == place[1]["loss"] == first.loss
+    assert place[1]["radius_m"] > 0
+
+
+@pytest.mark.parametrize(("loss", "like"), [(0.4, False), (None, True)])
+def test_a_loss_is_told_from_slipping_by_its_size(loss, like):
+    """None hides nothing: the log's own slipping is taken for an effect."""
+    hide = [] if loss is None else [f"slip_interval:start_s=30,end_s=40,loss={loss}"]
+    log, truth = hidden_log("patrol", seed=90_106, hide=hide, noise="rtk")
+    problem, extension = exact(log)
+    lost = truth["effects"][0]["parameters"] if hide else longest_slip(problem)
+    ideal = exact(relabelled(log, lost["start_s"] - 0.1, lost["end_s"] + 0.1, ContactMode.IDEAL))[0]
+    size = loss or 1 - extension.base.slip_share
+    fit = fit_model(ideal, extension.with_effect("slip_interval", {**lost, "loss": size}))
+    assert may_be_slipping(ideal, fit, "slip_interval") is like
+    given = Problem.of(bin_log(log, GateSettings(), log.mode))
+    assert not may_be_slipping(given, fit, "slip_interval")
+
+
+def longest_slip(problem: Problem) -> dict[str, float]:
+    """Beginning and end of the longest slipping interval."""
+    edges = np.flatnonzero(np.diff(problem.binned.slips, prepend=False, append=False)).reshape(-1, 2)
+    a, b = max(edges.tolist(), key=lambda run: run[1] - run[0])
+    return {"start_s": float(problem.binned.t_s[a]), "end_s": float(problem.binned.t_s[b - 1])}
+
+
+def test_the_cost_counts_held_out_rows_and_changes_of_mode():
+    log, _ = hidden_log("cruise", seed=90_105, noise="rtk")
+    problem, extension = exact(log)
+    fit = fit_model(problem, extension)
+    changes = sum(a != b for a, b in pairwise(problem.binned.mode))
+    assert cost_of(fit) == pytest.approx(fit.row_deviance.sum() + 9.4 * changes)
+
+
+def drawn_pieces(rng: np.random.Generator, m: int, true: np.ndarray, noise: float) -> Pieces:
+    """Innovations of a planted history, linear in the losses of each piece."""
+    slipping, rolling = np.full((2, m), 0.5), np.zeros((2, m))
+    psi = rng.normal(size=(200, 2, m)) * 2.0
+    e = np.einsum("nac,ac->n", psi, np.where(true, slipping, rolling)) + noise * rng.normal(size=200)
+    flat = psi.reshape(200, 2 * m)
+    G = (flat.T @ flat).reshape(2, m, 2, m)
+    return Pieces((flat.T @ e).reshape(2, m), G, rolling, slipping, np.zeros(m, bool), np.ones(m, bool))
+
+
+def test_the_likeliest_history_is_the_best_of_all():
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        true = np.repeat(rng.uniform(size=4) < 0.5, 2)
+        pieces = drawn_pieces(rng, 8, true, noise=3.0)
+        found = likeliest_history(pieces, 9.4)
+        costs = [cost_of_history(pieces, np.array(b), 9.4) for b in product([False, True], repeat=8)]
+        assert cost_of_history(pieces, found, 9.4) == pytest.approx(min(costs))
+
+
+def test_pieces_that_are_not_free_stay():
+    rng = np.random.default_rng(4)
+    true = np.array([True, True, True, False, False, True])
+    pieces = drawn_pieces(rng, 6, true, noise=0.1)
+    free = np.array([True, True, False, True, True, True])
+    found = likeliest_history(pieces._replace(free=free), 0.0)
+    assert not found[2]
+
+
+def test_changes_are_counted_as_they_are():
+    rng = np.random.default_rng(5)
+    for value in (False, True):
+        slips = rng.uniform(size=9) < 0.5
+        counted = changes_by_run(slips, value)
+        for first in range(9):
+            for last in range(first + 1, 10):
+                changed = slips.copy()
+                changed[first:last] = value
+                more = np.sum(np.diff(changed) != 0) - np.sum(np.diff(slips) != 0)
+                assert counted[first, last] == more
