@@ -33,7 +33,8 @@ def input_rows() -> Recent[F64]:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """``train`` (n,) marks the fitted rows: all but the last 4 s of every 12 s (``settings.split``).
+    """``train`` (n,) marks the fitted rows: all but the last 4 s of every 12 s (``settings.split``), or with
+    :meth:`all_fitted` every row.
 
     ``first`` (9,) is a rough state of row 0, with w still as a yaw rate; the split starts at ``shift_s``.
     """
@@ -59,11 +60,16 @@ class Problem:
 
     def finer(self) -> "Problem":
         """The same split over bins of half the length."""
-        return Problem.of(self.binned.finer(), self.shift_s)
+        return self.with_binned(self.binned.finer())
 
     def relabelled(self, track: ModeTrack) -> "Problem":
         """The same split with other contact modes, known as well as these."""
-        return Problem.of(self.binned.relabelled(track), self.shift_s)
+        return self.with_binned(self.binned.relabelled(track))
+
+    def with_binned(self, binned: BinnedLog) -> "Problem":
+        """The same split of another form of the log."""
+        other = Problem.of(binned, self.shift_s)
+        return other.all_fitted() if np.all(self.train) else other
 
     def fold(self, k: int) -> "Problem":
         """The split that holds out the ``k``-th part after this one's; every third one is the same."""
