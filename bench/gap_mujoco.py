@@ -30,7 +30,7 @@ from engine.drive import RanAway  # noqa: E402
 from engine.effects import EDITS  # noqa: E402
 from engine.logs import Logged, base_of, logged, written  # noqa: E402
 from engine.score import outcome  # noqa: E402
-from engine.split import accepted, part  # noqa: E402
+from engine.split import accepted, makes_both, part  # noqa: E402
 from worlds import runs  # noqa: E402
 from worlds.score import CLAIMS  # noqa: E402
 
@@ -89,7 +89,8 @@ def row_of(case: Case) -> Row:
     except RanAway as error:
         return row | {"outcome": "not driven", "error": str(error)}
     row |= {"sizes": found.hidden.sizes} | analysed(case, found)
-    row |= {"outcome": outcome(row, accepted(case.robot).get(case.effect, []))}
+    names = accepted(case.robot).get(case.effect, [])
+    row |= {"outcome": outcome(row, names, both=makes_both(case.robot, case.effect))}
     extended = row.pop("model", None)
     tried_again = case.effect and case.effect not in LOCAL and case.seed % SECOND_EVERY == 0
     if tried_again and row.get("verdict") in CLAIMS:

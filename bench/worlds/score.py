@@ -1,12 +1,8 @@
 """What ``gap`` says of a log, against what is hidden and what the oracle allows.
 
 right     the truth named, alone or beside rivals that the oracle cannot separate; or a refusal where the
-<<<<<<< HEAD
-          oracle refuses; or, where the model's own slipping or skidding is as likely, an answer that says so
-=======
-          oracle refuses; or, where the model's own slipping is as likely, an answer that says so
+          oracle refuses; or, where the model's own slipping or skidding is as likely, an answer that says so;
           where the hidden form is not the declared one, a formula beside the truth may describe the rest
->>>>>>> wt-refuse
 refused   nothing named where the log tells; wrong all the same, and counted by itself
 wrong     a name that is not there, or the truth beside names that the log excludes
 error     the analysis raised
@@ -18,13 +14,8 @@ unnamed   (nothing hidden) a disagreement without a name
 from collections.abc import Sequence
 from typing import Any
 
-<<<<<<< HEAD
-from wmr_schemas.effects import effects_of
-from worlds.oracle import SKIDDING, SLIPPING, Judgement, exact_class
-=======
 from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
-from worlds.oracle import SLIPPING, Judgement, exact_class
->>>>>>> wt-refuse
+from worlds.oracle import SKIDDING, SLIPPING, Judgement, exact_class
 
 CLAIMS = ("named", "ambiguous")
 CLOSE_BIC = 10.0

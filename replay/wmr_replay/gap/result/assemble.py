@@ -37,13 +37,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
         else:
-<<<<<<< HEAD
             notes = (*slipping_note(problem), *skidding_note(problem, detectable))
-    trained = windows_within(problem, problem.train)
-=======
-            notes = slipping_note(problem)
     trained = windows_within(problem, problem.fold(0).train)
->>>>>>> wt-refuse
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
     gaps = gap_metric(errors, "position", "m", options), gap_metric(errors, "yaw", "rad", options)
