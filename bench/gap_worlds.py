@@ -15,6 +15,7 @@ import json
 import os
 import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ import numpy as np  # noqa: E402 (numpy reads the environment)
 from worlds import runs, tables  # noqa: E402
 from worlds.best_fit import fitted_sizes  # noqa: E402
 from worlds.case import Case, RanAway, World  # noqa: E402
+from worlds.held_out import held_out_scores  # noqa: E402
 from worlds.oracle import judged  # noqa: E402
 from worlds.plant_two.effects import EFFECTS  # noqa: E402
 from worlds.score import holds, outcome  # noqa: E402
@@ -73,8 +75,11 @@ def effect_of(lap: int, cell: int, choice: str) -> str:
     return EFFECTS[(place * (NOTHING_EVERY - 1) + rest + 5 * cell) % len(EFFECTS)]
 
 
-def row_of(case: Case) -> Row:
-    """One log simulated, judged by the oracle, analysed and scored. The analysis gets the log alone."""
+def row_of(case: Case, *, held_out: bool = False) -> Row:
+    """One log simulated, judged by the oracle, analysed and scored. The analysis gets the log alone.
+
+    With ``held_out``, the held-out predictive scores of the base, the named and the true model are among it.
+    """
     row: Row = {"key": case.key, **vars(case), "inseparable": [], "own": 0.0, "holds": {}}
     row["same_form"] = case.effect in SAME_FORM[case.plant]
     try:
@@ -86,6 +91,8 @@ def row_of(case: Case) -> Row:
         row |= {"inseparable": sorted(judgement.inseparable), "own": judgement.own}
         row |= {"may_refuse": judgement.may_refuse, "rivals": judgement.rivals}
     row |= world.facts() | {"fitted": fitted_sizes(world)} | analysed(world)
+    if held_out and "error" not in row:
+        row |= held_out_scores(world, row)
     return row | {"outcome": outcome(row, judgement), "holds": holds(row)}
 
 
@@ -123,6 +130,7 @@ def main() -> None:
     parser.add_argument("--plant", type=int, choices=(1, 2, 3))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
     parser.add_argument("--mixed", action="store_true", help="in an order that may be stopped anywhere")
+    parser.add_argument("--held-out", action="store_true", help="held-out scores too, some 3 s a log more")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--fresh", action="store_true", help="forget the rows of the file")
@@ -131,7 +139,7 @@ def main() -> None:
     out = options.out or RESULTS / f"gap_worlds.{options.split}.jsonl"
     if options.fresh:
         out.unlink(missing_ok=True)
-    rows = runs.run(row_of, cases(options), out, options.jobs)
+    rows = runs.run(partial(row_of, held_out=options.held_out), cases(options), out, options.jobs)
     print("\n".join(map(json.dumps, rows)) if options.json else tables.report(rows))
 
 

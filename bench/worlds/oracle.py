@@ -29,8 +29,9 @@ import numpy as np
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.effects import effects_of
 from worlds.case import World
-from worlds.oracle_filter import moved_m, steps_of, whitened
+from worlds.oracle_filter import Steps, moved_m, steps_of, whitened
 from worlds.oracle_forms import STEP_S, Signals, Trace, losing, signals_of, trace
+from worlds.oracle_local import left_of_patch, pieces_by_block
 from worlds.oracle_modes import (
     Histories,
     nearest_skidding,
@@ -189,28 +190,44 @@ def judged(world: World) -> Judgement:
     every_s = FINE_S if name in LOCAL else COARSE_S
     others = [block for block in blocks(s, every_s) if block.name != name]
     traces = [hidden, *(trace(block.name, p, s) for block in others for p in block.parameters)]
-    pieces, own_modes, spans = stretches(s, every_s), [], []
-    if name in LOCAL_LOSS:
-        spans = pieces_about(s, where_lost(s, name, world.sizes))
-        own_modes = [toggled(s, span) for span in spans]
-    elif name == "cornering_stiffness":
-        own_modes = shifts_of_skids(s)
-    steps = steps_of(s, world.conditions, world.case.noise_sd)
-    columns = whitened(steps, [*traces, *pieces, *own_modes])
-    g, rivals, place = columns[:, 0], dict[str, float](), 1
+    pieces, steps = stretches(s, every_s), steps_of(s, world.conditions, world.case.noise_sd)
+    columns = whitened(steps, [*traces, *pieces])
+    g, rivals, place, patch = columns[:, 0], dict[str, float](), 1, dict[str, float]()
     for block in others:
         width = len(block.parameters)
         left = left_over(g, columns[:, place : place + width], block.bounds)
+        if block.name == "low_friction_patch" and left < rivals.get(block.name, np.inf):
+            patch = block.parameters[0]
         rivals[block.name] = min(rivals.get(block.name, np.inf), left)
         place += width
     if name != "slip_interval":
         rivals["slip_interval"] = nearest_interval(g, columns[:, place : place + len(pieces)])
-    if spans:
-        last = columns[:, -len(spans) :]
-        rivals[SLIPPING] = nearest_slipping(g, last, Histories(spans, s.slips))
-    elif own_modes:
-        rivals[SKIDDING] = nearest_skidding(g, columns[:, -len(own_modes) :])
     if (world.case.plant, name) in BETWEEN_FORMS:
         rivals[BETWEEN_FORMS[world.case.plant, name]] = 0.0
     rivals |= dict.fromkeys(exact_class(name) & set(effects_of("torque")), 0.0)
+    for other, left in rivals_beyond_the_grid(world, s, steps, g, patch).items():
+        rivals[other] = min(left, rivals.get(other, np.inf))
     return Judgement(float(g @ g), moved_m(steps, hidden, TOLERANCE_S), rivals)
+
+
+def rivals_beyond_the_grid(
+    world: World, s: Signals, steps: Steps, g: F64, patch: dict[str, float]
+) -> dict[str, float]:
+    """What the model's own modes leave of ``g``, and losses of traction whose ends lie on no grid.
+
+    ``patch`` is the nearest one of the grid.
+    """
+    name, found = world.case.effect, {}
+    if name in LOCAL_LOSS:
+        lost = where_lost(s, name, world.sizes)
+        spans = pieces_about(s, lost)
+        own_modes = whitened(steps, [toggled(s, span) for span in spans])
+        found[SLIPPING] = nearest_slipping(g, own_modes, Histories(spans, s.slips))
+        if name == "slip_interval":
+            found["low_friction_patch"] = left_of_patch(s, steps, g, patch)
+        else:
+            parts = pieces_by_block(s, steps, lost)
+            found["slip_interval"] = min(nearest_interval(g, part) for part in parts)
+    elif name == "cornering_stiffness" and (shifts := shifts_of_skids(s)):
+        found[SKIDDING] = nearest_skidding(g, whitened(steps, shifts))
+    return found

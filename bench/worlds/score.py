@@ -1,7 +1,8 @@
 """What ``gap`` says of a log, against what is hidden and what the oracle allows.
 
 right     the truth named, alone or beside rivals that the oracle cannot separate; or a refusal where the
-          oracle refuses; or, where the model's own slipping is as likely, an answer that says so
+          oracle refuses; or, where the model's own slipping or skidding is as likely, an answer that says so;
+          where the hidden form is not the declared one, a formula beside the truth may describe the rest
 refused   nothing named where the log tells; wrong all the same, and counted by itself
 wrong     a name that is not there, or the truth beside names that the log excludes
 error     the analysis raised
@@ -13,8 +14,8 @@ unnamed   (nothing hidden) a disagreement without a name
 from collections.abc import Sequence
 from typing import Any
 
-from wmr_schemas.effects import effects_of
-from worlds.oracle import SLIPPING, Judgement, exact_class
+from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
+from worlds.oracle import SKIDDING, SLIPPING, Judgement, exact_class
 
 CLAIMS = ("named", "ambiguous")
 CLOSE_BIC = 10.0
@@ -31,9 +32,11 @@ def names_said(effects: Sequence[Row]) -> set[str]:
     return said & set(effects_of("torque"))
 
 
-def says_slipping(row: Row) -> bool:
-    """Whether the answer's sentence or notes speak of slipping as what may be hidden."""
-    return any("slip" in text for text in (row["sentence"], *row["notes"]))
+def says_mode(row: Row, judgement: Judgement) -> bool:
+    """Whether the sentence or notes speak of the contact mode that is as likely as what is hidden."""
+    words = {SLIPPING: "slip", SKIDDING: "skid"}
+    modes = [word for mode, word in words.items() if mode in judgement.inseparable]
+    return any(mode in text for mode in modes for text in (row["sentence"], *row["notes"]))
 
 
 def outcome(row: Row, judgement: Judgement | None) -> str:
@@ -44,11 +47,11 @@ def outcome(row: Row, judgement: Judgement | None) -> str:
     if judgement is None:
         return "false" if claims else "unnamed" if row["verdict"] == "unnamed" else "silent"
     if not claims:
-        slipping = SLIPPING in judgement.inseparable and says_slipping(row)
-        return "right" if judgement.may_refuse or slipping else "refused"
+        return "right" if judgement.may_refuse or says_mode(row, judgement) else "refused"
     hidden, said = row["effect"], names_said(row["effects"])
     allowed = judgement.inseparable | exact_class(hidden) | {hidden}
-    one = len(row["effects"]) == 1
+    terms = sum(effect["name"].startswith(UNNAMED_PREFIX) for effect in row["effects"])
+    one = len(row["effects"]) - (0 if row.get("same_form", True) else terms) == 1
     return "right" if one and hidden in said and said <= allowed else "wrong"
 
 

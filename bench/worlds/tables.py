@@ -8,6 +8,8 @@ import numpy as np
 from worlds.score import CLOSE_BIC
 
 Row = dict[str, Any]
+CLOSE_SCORE = 0.02
+"""How much worse than the true model's a held-out score may be, relatively."""
 HIDDEN = ("right", "refused", "wrong", "error")
 NOTHING = ("silent", "unnamed", "false", "error")
 
@@ -87,6 +89,31 @@ def times(rows: Sequence[Row]) -> str:
     return f"processor time a log: median {middle:.2f} s, 95 % {high:.2f} s, n = {len(spent)}"
 
 
+def held_out(rows: Sequence[Row]) -> str:
+    """How far the named model's held-out score lies from the true model's, relatively."""
+    scored = [row for row in rows if "held_out" in row]
+    if not scored:
+        return ""
+    lines = []
+    for label, hidden in (("one effect hidden", True), ("nothing hidden", False)):
+        scores = [row["held_out"] for row in scored if bool(row["effect"]) == hidden]
+        worse = [(s["named"] - s["true"]) / abs(s["true"]) for s in scores]
+        base = [(s["base"] - s["true"]) / abs(s["true"]) for s in scores]
+        if scores:
+            within = np.mean(np.array(worse) <= CLOSE_SCORE)
+            cells = [f"{np.median(worse):.2%}", f"{np.quantile(worse, 0.9):.2%}", f"{np.median(base):.2%}"]
+            lines.append([label, len(scores), f"{within:.1%}", *cells])
+    head = (
+        "held-out score",
+        "logs",
+        f"within {CLOSE_SCORE:.0%}",
+        "worse: median",
+        "90 %",
+        "base model's median",
+    )
+    return table(head, lines)
+
+
 def report(rows: Sequence[Row]) -> str:
     """All tables; a log that could not be driven is no case."""
     rows = [row for row in rows if row["outcome"] != "not driven"]
@@ -100,4 +127,5 @@ def report(rows: Sequence[Row]) -> str:
     if nothing:
         parts += [by(nothing, where, "nothing hidden", NOTHING)]
         parts += [by(nothing, lambda row: row["noise"], "noise", NOTHING)]
+    parts += [text] if (text := held_out(rows)) else []
     return "\n\n".join([*parts, "Failures", failures(rows), times(rows)])

@@ -2,6 +2,7 @@
 
 import importlib
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -271,6 +272,9 @@ def test_outcomes(worlds):
     assert score.outcome(said("viscous_drag", alternatives={"payload": 3.0}), clear) == "wrong"
     assert score.outcome(said("viscous_drag", alternatives={"payload": 30.0}), clear) == "right"
     assert score.outcome(said("viscous_drag", "payload"), clear) == "wrong"
+    beside = said("viscous_drag", "unnamed:longitudinal:v*v")
+    assert score.outcome(beside | {"same_form": False}, clear) == "right"
+    assert score.outcome(beside | {"same_form": True}, clear) == "wrong"
     assert score.outcome(silent, clear) == "refused"
     assert score.outcome(silent, weak) == "right"
     assert score.outcome(silent, None) == "silent"
@@ -279,6 +283,56 @@ def test_outcomes(worlds):
     hint = said(verdict="nothing_missing", sentence="It may be slipping.", effect="slip_interval")
     assert score.outcome(hint, slips) == "right"
     assert score.outcome(hint, clear) == "refused"
+    skids = oracle.Judgement(500.0, 1.0, {oracle.SKIDDING: 5.0})
+    assert score.outcome(hint, skids) == "refused"
+    assert score.outcome(hint | {"notes": ["skidding is identified for 3 s"]}, skids) == "right"
+
+
+def test_slipping_in_its_nearest_history_is_the_best_of_all(worlds):
+    modes, rng = worlds("oracle_modes"), np.random.default_rng(2)
+    rows = np.arange(100)
+    pieces = [rows // 10 == k for k in range(1, 9)]
+    slips = (rows >= 40) & (rows < 70)
+    for _ in range(5):
+        columns, g = rng.normal(size=(60, 8)), 3.0 * rng.normal(size=60)
+        histories = modes.Histories(pieces, slips)
+        costs = []
+        for toggled in product([False, True], repeat=8):
+            b = np.array(toggled)
+            state = slips.copy()
+            state[10:90] = np.repeat(histories.true ^ b, 10)
+            changes = np.sum(np.diff(state) != 0) - np.sum(np.diff(slips) != 0)
+            costs.append(np.sum((g - columns @ b) ** 2) + modes.CHANGE_COST * changes)
+        found = modes.nearest_slipping(g, columns, histories)
+        assert min(costs) - 1e-9 <= found <= min(costs) + 0.05 * g @ g
+
+
+def test_a_patch_that_is_crossed_once_is_an_interval(worlds):
+    """No grid of half seconds keeps them apart."""
+    oracle, local, forms = worlds("oracle"), worlds("oracle_local"), worlds("oracle_forms")
+    seen = worlds("oracle_filter")
+    world = worlds("simulate").simulated(case_of(worlds))
+    s = forms.signals_of(world)
+    steps = seen.steps_of(s, world.conditions, (0.001, 0.002))
+    k = int(np.argmax(np.abs(s.left + s.right)))
+    patch = {"x_m": float(s.x[k]), "y_m": float(s.y[k]), "radius_m": 0.6, "loss": 0.5}
+    lost = oracle.where_lost(s, "low_friction_patch", patch)
+    first, last = np.flatnonzero(np.diff(lost, prepend=False, append=False))
+    time = {"start_s": float(s.t_s[first]), "end_s": float(s.t_s[last - 1]) + 0.01, "loss": 0.5}
+    hidden = seen.whitened(steps, [forms.trace("slip_interval", time, s)])[:, 0]
+    off = patch | {"x_m": patch["x_m"] + 0.3, "radius_m": 0.9}
+    on_grid = local.left_by(hidden, seen.whitened(steps, [forms.trace("low_friction_patch", off, s)]))[0]
+    found = local.left_of_patch(s, steps, hidden, off)
+    assert found < 0.2 * on_grid
+    parts = local.pieces_by_block(s, steps, lost)
+    coarse = oracle.nearest_interval(hidden, seen.whitened(steps, oracle.stretches(s, oracle.FINE_S)))
+    assert min(oracle.nearest_interval(hidden, part) for part in parts) < 0.1 * coarse
+
+
+def test_skids_that_begin_otherwise_take_part_of_a_stiffness(worlds):
+    modes = worlds("oracle_modes")
+    g, columns = np.array([3.0, 4.0]), np.array([[10.0], [0.0]])
+    assert modes.nearest_skidding(g, columns) == pytest.approx(16.0 + 9.0 / (1 + 100 * modes.SHIFT_SD_S**2))
 
 
 def test_the_nearest_interval_is_the_best_of_all(worlds):

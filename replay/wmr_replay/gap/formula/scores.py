@@ -43,8 +43,7 @@ def sensitivities_to(problem: Problem, at: Fit, efforts: F64) -> tuple[F64, F64]
 def equations_of(problem: Problem, at: Fit, efforts: F64) -> NormalEquations:
     """The normal equations of such changes over the fitted rows, beside what the model holds."""
     psi, e = sensitivities_to(problem, at, efforts)
-    train = problem.train
-    return normal_equations(psi[train], e[train], at.psi[train], problem.settings.refit)
+    return normal_equations(psi, e, at.psi, problem.settings.refit, problem.train)
 
 
 def chunked(groups: Sequence[Group], most: int) -> Iterator[list[Group]]:

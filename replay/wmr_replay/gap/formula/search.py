@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
@@ -36,6 +36,8 @@ def with_formula(
     """The selection with a formula, where one explains what the selection leaves; else as it is."""
     if selection.refused or is_rest_of_base(problem, selection):
         return problem, selection
+    whole = problem, selection
+    problem, selection = held_out_apart(*whole)
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
     if outside:
@@ -43,9 +45,17 @@ def with_formula(
     if options.modes == "identified" and (outside or may_slip_less(problem)):
         found = with_other_modes(log, problem, selection, found, extension, options)
     if found is None:
-        return problem, selection
+        return whole
     kept = library if found.formula.rest.extension.effects else ()
     return found.problem, selection_of(found, kept, selection)
+
+
+def held_out_apart(problem: Problem, selection: Selection) -> tuple[Problem, Selection]:
+    """The selection fitted to two thirds of the log: the other third decides how long a formula is."""
+    part, steps = problem.fold(0), problem.settings.hold_out.refit_steps
+    fits = selection.base, selection.fit
+    base, fit = (gauss_newton(part, one.extension, one.noise, steps) for one in fits)
+    return part, replace(selection, base=base, fit=fit)
 
 
 def is_rest_of_base(problem: Problem, selection: Selection) -> bool:

@@ -15,6 +15,7 @@ from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import residual, traces_of
+from wmr_replay.gap.result.undecided import skidding_note, slip_or_loss
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
 from wmr_replay.gap.scan.scan import scan
@@ -33,9 +34,11 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         left = unexplained(problem, selection, options.seed)
         if left is not None:
             verdict, where, notes = "unnamed", marked(where, left), (placed(left),)
+        elif undecided := slip_or_loss(problem, base):
+            verdict, notes = "not_enough_excitation", undecided
         else:
-            notes = slipping_note(problem)
-    trained = windows_within(problem, problem.train)
+            notes = (*slipping_note(problem), *skidding_note(problem, detectable))
+    trained = windows_within(problem, problem.fold(0).train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
     gaps = gap_metric(errors, "position", "m", options), gap_metric(errors, "yaw", "rad", options)

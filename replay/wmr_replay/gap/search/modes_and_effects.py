@@ -19,7 +19,7 @@ from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
-from wmr_replay.gap.search.preliminary import preliminary_models
+from wmr_replay.gap.search.preliminary import less_slip, preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.signals import Log
@@ -64,9 +64,9 @@ def find_effects(
     if options.modes == "identified":
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
-    problem = Problem.of(bin_log(log, options.gates, track))
+    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
     options = replace(options, gates=with_slip_disturbance(problem, extension))
-    problem = Problem.of(bin_log(log, options.gates, track))
+    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
     return problem, select(problem, extension, options)
 
 
@@ -81,10 +81,10 @@ def find_modes_and_effects(
     or why the log cannot carry a verdict.
     """
     track = likely_modes(log, extension, options.gates)
-    first = Problem.of(bin_identified(log, track, options.gates))
+    first = Problem.of(bin_identified(log, track, options.gates)).all_fitted()
     extension = with_sideslip(first, extension)
     options = replace(options, gates=with_slip_disturbance(first, extension))
-    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates))
+    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates)).all_fitted()
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
@@ -121,7 +121,7 @@ def solve_with(
     """
     track, skids = likely_modes(log, model, options.gates), SKID in model.effects
     track = without_skid(track) if skids else track
-    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
+    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids)).all_fitted()
     if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
         return []
     hints = tuple((name, p) for name, p in model.effects.items() if name in LOCAL)
@@ -136,10 +136,18 @@ def cost_alone(problem: Problem, model: Extension) -> float:
 
 
 def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
-    """Relabel as slipping the losses of traction that cannot be told from it, and select again."""
+    """Relabel as slipping the losses of traction that cannot be told from it, and select again.
+
+    Where an interval that is slipping then loses something else than slipping does, the loss was looked for
+    in a wrong time or place: it is tried where that interval is.
+    """
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
         return with_settled_losses(solution)
+    for other, _, hints in less_slip(problem, extension):
+        again = forward_selection(other, extension, options, hints=hints)
+        if again.found and missed_slipping(other, again.fit) is other:
+            return with_settled_losses(solution._replace(problem=other, selection=again))
     return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))
 
 
