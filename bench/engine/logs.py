@@ -11,6 +11,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from engine.bases import kept
 from engine.case import Case
 from engine.drive import Motion, driven
 from engine.effects import EDITS, Hidden, World, nothing
@@ -109,6 +110,11 @@ def base_of(case: Case) -> Model:
 
 @lru_cache
 def fitted(cases: tuple[Case, ...]) -> Model:
+    """What ``fit`` says of the logs of cases; kept for other processes."""
+    return kept(cases, lambda: calibrated(cases))
+
+
+def calibrated(cases: tuple[Case, ...]) -> Model:
     """What ``fit`` says of the logs of cases."""
     with TemporaryDirectory() as folder:
         paths = [written(logged(case).log, Path(folder) / f"{k}.mcap") for k, case in enumerate(cases)]

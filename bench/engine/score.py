@@ -1,8 +1,9 @@
 """What ``gap`` says of a log of the engine, against the names that are accepted.
 
-right     one effect is named, and its name or a member of its exact class is accepted
+right     one effect is named, and its name or a member of its exact class is accepted; of a mechanism that
+          makes both accepted effects at once, one or both
 among     the answer is ambiguous, and an accepted name is among its alternatives
-more      an accepted name beside another effect
+more      an accepted name beside one that is not
 refused   nothing named: nothing missing, or not enough excitation
 unnamed   a disagreement without a name
 wrong     another name
@@ -28,7 +29,7 @@ def alternatives(effect: Row) -> set[str]:
     return {name for name, worse in effect["alternatives"].items() if worse < CLOSE_BIC}
 
 
-def outcome(row: Row, accepted: list[str]) -> str:
+def outcome(row: Row, accepted: list[str], *, both: bool = False) -> str:
     """One of the words above; nothing is hidden where no name is accepted."""
     if "error" in row:
         return "error"
@@ -38,7 +39,7 @@ def outcome(row: Row, accepted: list[str]) -> str:
     if not claims:
         return "unnamed" if row["verdict"] == "unnamed" else "refused"
     found = [bool(names(effect) & set(accepted)) for effect in row["effects"]]
-    if found == [True]:
+    if found == [True] or (both and all(found) and len(found) <= len(accepted)):
         return "right"
     if any(found):
         return "more"

@@ -34,3 +34,9 @@ def accepted(robot: str) -> dict[str, list[str]]:
     """Accepted names by effect of the engine, for the base model that the robot has."""
     tables = tomllib.loads((HERE / "accepted.toml").read_text(encoding="utf-8"))
     return dict(tables["wheel_speed" if robot in FOUR_WHEELED else "torque"])
+
+
+def makes_both(robot: str, effect: str) -> bool:
+    """Whether an effect of the engine makes both of its accepted effects at once."""
+    tables = tomllib.loads((HERE / "accepted.toml").read_text(encoding="utf-8"))
+    return effect in tables["both"]["wheel_speed" if robot in FOUR_WHEELED else "torque"]

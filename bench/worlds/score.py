@@ -1,7 +1,8 @@
 """What ``gap`` says of a log, against what is hidden and what the oracle allows.
 
 right     the truth named, alone or beside rivals that the oracle cannot separate; or a refusal where the
-          oracle refuses; or, where the model's own slipping or skidding is as likely, an answer that says so
+          oracle refuses; or, where the model's own slipping or skidding is as likely, an answer that says so;
+          where the hidden form is not the declared one, a formula beside the truth may describe the rest
 refused   nothing named where the log tells; wrong all the same, and counted by itself
 wrong     a name that is not there, or the truth beside names that the log excludes
 error     the analysis raised
@@ -13,7 +14,7 @@ unnamed   (nothing hidden) a disagreement without a name
 from collections.abc import Sequence
 from typing import Any
 
-from wmr_schemas.effects import effects_of
+from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
 from worlds.oracle import SKIDDING, SLIPPING, Judgement, exact_class
 
 CLAIMS = ("named", "ambiguous")
@@ -49,7 +50,8 @@ def outcome(row: Row, judgement: Judgement | None) -> str:
         return "right" if judgement.may_refuse or says_mode(row, judgement) else "refused"
     hidden, said = row["effect"], names_said(row["effects"])
     allowed = judgement.inseparable | exact_class(hidden) | {hidden}
-    one = len(row["effects"]) == 1
+    terms = sum(effect["name"].startswith(UNNAMED_PREFIX) for effect in row["effects"])
+    one = len(row["effects"]) - (0 if row.get("same_form", True) else terms) == 1
     return "right" if one and hidden in said and said <= allowed else "wrong"
 
 

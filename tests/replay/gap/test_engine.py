@@ -107,6 +107,45 @@ def test_outcomes(engine):
     assert outcome(row("nothing_missing"), []) == "silent"
     assert outcome(row("named", "slope"), []) == "false"
     assert outcome({"error": "ValueError"}, accepted) == "error"
+    shared = row("named", "icr_offset", "effective_track")
+    assert outcome(shared, ["icr_offset", "effective_track"], both=True) == "right"
+    assert outcome(shared, ["icr_offset", "effective_track"]) == "more"
+    assert (
+        outcome(row("named", "icr_offset", "slope"), ["icr_offset", "effective_track"], both=True) == "more"
+    )
+
+
+def test_the_bases_of_a_state_are_made_once(engine, tmp_path, monkeypatch, calibrated):
+    bases, made = engine("bases"), []
+    monkeypatch.setattr(bases, "KEPT", tmp_path)
+    case = engine("case").Case("courier", "stop-go", "mocap", "", 1)
+
+    def make():
+        made.append(1)
+        return calibrated
+
+    first, second = (bases.kept((case,), make) for _ in range(2))
+    assert len(made) == 1
+    assert first.robot.alpha == second.robot.alpha == pytest.approx(calibrated.robot.alpha)
+    assert second.misfit == pytest.approx(dict(calibrated.misfit))
+    bases.kept((replace(case, seed=2),), make)
+    assert len(made) == 2
+
+
+def test_a_run_of_the_engine_may_be_stopped_anywhere(engine, monkeypatch):
+    monkeypatch.syspath_prepend(str(BENCH))
+    campaign = importlib.import_module("gap_mujoco")
+    options = {"split": "report", "robot": None, "family": None, "noise": None, "first_seed": None}
+    cases = list(campaign.cases(SimpleNamespace(**options, effect="all", n=150)))
+    assert [case.seed for case in cases] == list(range(200_000, 200_150))
+    hiding = [case for case in cases if case.effect]
+    assert len(hiding) == 60
+    for chosen in (cases, hiding, [case for case in cases if not case.effect]):
+        for key in ("robot", "noise", "family"):
+            counts = [
+                [getattr(one, key) for one in chosen].count(v) for v in {getattr(c, key) for c in chosen}
+            ]
+            assert max(counts) <= 1.4 * min(counts)
 
 
 def test_tyres_that_creep_do_not_skid(nothing_hidden, calibrated):

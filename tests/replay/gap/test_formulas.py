@@ -5,6 +5,7 @@ The hidden forms are those of the benchmark, plain functions that know nothing o
 
 import importlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.result.formulas import parity_of, text_of
 from wmr_replay.gap.result.result import Estimate, FoundEffect
+from wmr_replay.gap.result.sentence import sentence_of
+from wmr_replay.gap.result.verdict import verdict_of
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
 from wmr_schemas.terms import parse_term
@@ -97,6 +100,18 @@ def test_the_text_of_a_formula():
     )
     mixed = [parse_term("unnamed:yaw:v"), parse_term("unnamed:yaw:abs(v)*yaw_rate")]
     assert parity_of(mixed) == {"v": "mixed", "yaw_rate": "mixed"}
+
+
+def test_an_effect_beside_a_formula_is_named():
+    slope = FoundEffect("slope", "longitudinal", "", {}, ("slope",), (), 0.0, "")
+    term = estimate("unnamed:longitudinal:v*v*v", -0.1)
+    problem = SimpleNamespace(settings=SETTINGS)
+    assert verdict_of(problem, (slope, term), None, ())[0] == "named"
+    assert verdict_of(problem, (term,), None, ())[0] == "unnamed"
+    assert sentence_of("named", (slope, term), ()) == (
+        "The model lacks slope and dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v (odd in v), "
+        "for which the library has no name."
+    )
 
 
 def test_a_base_model_may_hold_a_formula(tmp_path):

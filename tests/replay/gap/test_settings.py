@@ -20,7 +20,7 @@ GROUPS = ("GateSettings", "WheelSpeedSettings")
 STRUCTURE = {
     "LOG_TWO_PI",
     "N_FREE",
-    "OTHER_FOLDS",
+    "FOLDS",
     "NO_TARGETS",
     "PRODUCT_COLUMNS",
     "START_ALPHA",

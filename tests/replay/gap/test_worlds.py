@@ -272,6 +272,9 @@ def test_outcomes(worlds):
     assert score.outcome(said("viscous_drag", alternatives={"payload": 3.0}), clear) == "wrong"
     assert score.outcome(said("viscous_drag", alternatives={"payload": 30.0}), clear) == "right"
     assert score.outcome(said("viscous_drag", "payload"), clear) == "wrong"
+    beside = said("viscous_drag", "unnamed:longitudinal:v*v")
+    assert score.outcome(beside | {"same_form": False}, clear) == "right"
+    assert score.outcome(beside | {"same_form": True}, clear) == "wrong"
     assert score.outcome(silent, clear) == "refused"
     assert score.outcome(silent, weak) == "right"
     assert score.outcome(silent, None) == "silent"

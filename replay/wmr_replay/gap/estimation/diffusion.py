@@ -43,17 +43,28 @@ def fit_diffusion(
 
     Starts where the likelihood is best of ``start``, the same with calmer disturbances on either channel, and
     a calm one; without ``start``, at the prior's median. Takes up to ``iterations`` (default: the settings').
+    On a long log, a part from its middle says where the whole log begins.
     """
-    train, own = problem.train, problem.settings.diffusion
+    own = problem.settings.diffusion
     iterations = iterations or problem.settings.budget.diffusion
+    starts = starting_points(start, own)
+    if len(problem.binned) >= 2 * own.part_rows:
+        rough = search(problem.middle(own.part_rows), extension, starts, iterations)
+        starts, iterations = [rough, starts[0]], own.whole_iterations
+    return diffusion_of(search(problem, extension, starts, iterations), own)
+
+
+def search(problem: Problem, extension: Extension, starts: list[F64], iterations: int) -> F64:
+    """Logarithms (5,) of the diffusion, by Fisher's scoring from the best of ``starts``."""
+    train, own = problem.train, problem.settings.diffusion
 
     def evaluated(logs: F64) -> tuple[FilterOutput, float]:
         output = problem.filtered(extension, diffusion_of(logs, own))
         penalty = np.sum(((logs - own.start_log) / own.prior_sd) ** 2)
         return output, float(output.deviance[train].sum() + penalty)
 
-    starts = ((x, evaluated(x)) for x in starting_points(start, own))
-    logs, (at, cost) = min(starts, key=lambda pair: pair[1][1])
+    tried_first = ((x, evaluated(x)) for x in starts)
+    logs, (at, cost) = min(tried_first, key=lambda pair: pair[1][1])
     damping = own.first_damping
     for _ in range(iterations):
         gradient, curvature = slopes_of(problem, extension, logs, at)
@@ -70,7 +81,7 @@ def fit_diffusion(
         gained, logs, at, cost, damping = cost - new_cost, tried, new, new_cost, damping / own.damping_down
         if gained < own.enough:
             break
-    return diffusion_of(logs, own)
+    return logs
 
 
 def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutput) -> tuple[F64, F64]:

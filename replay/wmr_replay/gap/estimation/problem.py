@@ -1,6 +1,8 @@
 """A binned log split into fitted and held-out rows, and the likelihood of an extended model on it."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -9,15 +11,30 @@ from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_STATE, V, W
-from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.extension import Extension, Parameters
+from wmr_replay.gap.model.recent import Recent
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.signals import ModeTrack
 
+PASSES_BYTES, ROWS_BYTES = 16_000_000, 4_000_000
+"""What a problem keeps of the last passes and of the input rows: about a hundred passes of a log of 90 s."""
+
+
+def passes() -> Recent[FilterOutput]:
+    """The last passes without sensitivities."""
+    return Recent(PASSES_BYTES, lambda output: sum(part.nbytes for part in output))
+
+
+def input_rows() -> Recent[F64]:
+    """The input rows of the last extended models."""
+    return Recent(ROWS_BYTES, lambda rows: rows.nbytes)
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """``train`` (n,) marks the fitted rows: all but the last 4 s of every 12 s (``settings.split``).
+    """``train`` (n,) marks the fitted rows: all but the last 4 s of every 12 s (``settings.split``), or with
+    :meth:`all_fitted` every row.
 
     ``first`` (9,) is a rough state of row 0, with w still as a yaw rate; the split starts at ``shift_s``.
     """
@@ -26,6 +43,8 @@ class Problem:
     train: Bool
     first: F64
     shift_s: float = 0.0
+    _passes: Recent[FilterOutput] = field(default_factory=passes, init=False, repr=False)
+    _rows: Recent[F64] = field(default_factory=input_rows, init=False, repr=False)
 
     @classmethod
     def of(cls, binned: BinnedLog, shift_s: float = 0.0) -> "Problem":
@@ -41,11 +60,16 @@ class Problem:
 
     def finer(self) -> "Problem":
         """The same split over bins of half the length."""
-        return Problem.of(self.binned.finer(), self.shift_s)
+        return self.with_binned(self.binned.finer())
 
     def relabelled(self, track: ModeTrack) -> "Problem":
         """The same split with other contact modes, known as well as these."""
-        return Problem.of(self.binned.relabelled(track), self.shift_s)
+        return self.with_binned(self.binned.relabelled(track))
+
+    def with_binned(self, binned: BinnedLog) -> "Problem":
+        """The same split of another form of the log."""
+        other = Problem.of(binned, self.shift_s)
+        return other.all_fitted() if np.all(self.train) else other
 
     def fold(self, k: int) -> "Problem":
         """The split that holds out the ``k``-th part after this one's; every third one is the same."""
@@ -55,7 +79,13 @@ class Problem:
         """The same log with every row fitted."""
         return replace(self, train=np.ones(len(self.binned), bool))
 
-    @property
+    def middle(self, n: int) -> "Problem":
+        """The ``n`` rows in the middle of the log, fitted and held out as here."""
+        rows = slice((len(self.binned) - n) // 2, (len(self.binned) + n) // 2)
+        binned = self.binned.part(rows)
+        return Problem(binned, self.train[rows], first_state(binned), self.shift_s)
+
+    @cached_property
     def variances(self) -> F64:
         """Measurement variance of each bin (n, 3), from the data alone and before anything is fitted."""
         return self.binned.variances
@@ -72,15 +102,42 @@ class Problem:
 
         With ``keep``, the output holds the states and the sensitivities to ``targets``.
         """
+        acts = identity_of(extension)
+        if keep:
+            return self._filtered(extension, acts, noise, targets, keep=True)
+        return self._passes.get((acts, noise), lambda: self._filtered(extension, acts, noise, targets))
+
+    def _filtered(
+        self,
+        extension: Extension,
+        acts: Hashable,
+        noise: Diffusion,
+        targets: SensitivityTargets,
+        *,
+        keep: bool = False,
+    ) -> FilterOutput:
+        """:meth:`filtered` where the pass is not kept."""
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        data = FilterInput(extension.rows(self.binned), extension.poses(self.binned), self.variances, first)
+        rows = self._rows.get(acts, lambda: extension.rows(self.binned))
+        data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
 
     def deviance(self, extension: Extension, noise: Diffusion) -> float:
         """−2 log likelihood of the fitted rows."""
         return float(self.filtered(extension, noise).deviance[self.train].sum())
+
+
+def identity_of(extension: Extension) -> Hashable:
+    """What the motion of an extended model follows from."""
+
+    def of(name: str, parameters: Parameters) -> Hashable:
+        return name, tuple(parameters.items())
+
+    known = tuple(of(*effect) for effect in extension.known)
+    new = tuple(of(*effect) for effect in extension.effects.items())
+    return extension.base, extension.wheel_radius_m, known, new
 
 
 def first_state(binned: BinnedLog) -> F64:

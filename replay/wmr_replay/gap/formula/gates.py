@@ -11,7 +11,7 @@ from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate
 from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
-from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.groups import CURVE, Group
 from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
 from wmr_replay.gap.model.dictionary import columns_of
@@ -77,17 +77,18 @@ def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:
 
 
 def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed: int) -> float:
-    """Share of placebo logs of which one group explains as much as the formula's best one does of the log.
+    """Share of placebo logs of which one group explains as much as the formula does of the log.
 
     See :mod:`wmr_replay.gap.evidence.placebo`; here every group of the dictionary is tried on each of them.
     """
     rest, noise, settings = formula.rest, formula.fit.noise, problem.settings
     here = evaluate(problem, rest.extension, noise)
-    all_groups = [*formula.groups, *groups]
+    whole = Group(CURVE, tuple(term for group in formula.groups for term in group.terms))
+    all_groups = [whole, *formula.groups, *groups]
     train, price = problem.train, log_n(problem)
     left = clipped(formula.fit.innovations[train], settings.refit)
     signs: F64 | None = None
-    best, observed = np.zeros(settings.placebo.draws), 0.0
+    best, observed, single = np.zeros(settings.placebo.draws), 0.0, 0.0
     for part in chunked(all_groups, settings.formula.chunk):
         terms = [term for group in part for term in group.terms]
         psi, e = sensitivities_to(problem, here, efforts_of(problem, here, terms))
@@ -101,9 +102,12 @@ def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed:
         placebos = signs @ scores
         for group, places in places_in(part):
             cost = group.price(price)
+            if group is whole:
+                observed = max(own.gain(places)[0] - formula.price(problem), 0.0)
+                continue
             if group in formula.groups:
-                observed = max(observed, own.gain(places)[0] - cost)
+                single = max(single, own.gain(places)[0] - cost)
             inverse = np.linalg.pinv(G[np.ix_(places, places)], rcond=1e-10)
             gains = np.einsum("di,ij,dj->d", placebos[:, places], inverse, placebos[:, places])
             best = np.maximum(best, gains - cost)
-    return float((1 + np.sum(best >= observed)) / (1 + len(best)))
+    return float((1 + np.sum(best >= max(observed, single))) / (1 + len(best)))

@@ -1,12 +1,12 @@
 """Groups of terms that enter a formula together: products, waves over the place, bells over the plane."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dictionary import FORMULA_TERMS, columns_of
+from wmr_replay.gap.model.dictionary import CURVE_TERMS, FORMULA_TERMS, columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
@@ -18,7 +18,7 @@ from wmr_schemas.terms import Term, TermChannel
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, wave, bump or hill; a wave runs over ``along`` and is multiplied by ``beside``.
+    ``kind`` is product, curve, wave, bump or hill; a wave runs over ``along``, times ``beside``.
     """
 
     kind: str
@@ -34,7 +34,7 @@ class Family:
         return (Term(self.channel, (bell_text(self.kind, *shape),)),)
 
 
-PRODUCT = Family("product")
+PRODUCT, CURVE = Family("product"), Family("curve")
 WAVES = (
     Family("wave", "longitudinal", "x", ("cos(yaw)",)),
     Family("wave", "longitudinal", "y", ("sin(yaw)",)),
@@ -56,7 +56,7 @@ class Group:
     family: Family
     terms: tuple[Term, ...]
     shape: tuple[float, ...] = ()
-    n_tried: int = 1
+    n_tried: float = 1
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -69,8 +69,20 @@ class Group:
         return replace(self, terms=self.family.terms(numbers), shape=numbers)
 
     def price(self, log_n: float) -> float:
-        """BIC's price of its coefficients and numbers, and 2 ln of what was tried."""
-        return (len(self.terms) + len(self.shape)) * log_n + 2 * float(np.log(self.n_tried))
+        """BIC's price of its coefficients, and of its numbers or 2 ln of what was tried.
+
+        A grid of shapes and their numbers are the same freedom: the larger price counts.
+        """
+        tried = 2 * float(np.log(self.n_tried))
+        return len(self.terms) * log_n + max(len(self.shape) * log_n, tried)
+
+    @property
+    def parts(self) -> tuple["Group", ...]:
+        """The terms of a curve, each of which may be spared once it stands; else the group itself."""
+        if self.family != CURVE:
+            return (self,)
+        tried = self.n_tried ** (1 / len(self.terms))
+        return tuple(Group(PRODUCT, (term,), n_tried=tried) for term in self.terms)
 
 
 TWINS = {
@@ -92,16 +104,31 @@ TWINS = {
 
 def without_twins(groups: Iterable[Group], effects: Iterable[str]) -> tuple[Group, ...]:
     """The groups that are no form of the effects."""
-    twins = {UNNAMED_PREFIX + TWINS[name] for name in effects if name in TWINS}
-    return tuple(group for group in groups if not twins & set(group.names))
+    return without_terms(groups, {UNNAMED_PREFIX + TWINS[name] for name in effects if name in TWINS})
+
+
+def without_terms(groups: Iterable[Group], names: Container[str]) -> tuple[Group, ...]:
+    """The groups without these terms; a curve stands while two terms of it are left."""
+    left = []
+    for group in groups:
+        terms = tuple(term for term in group.terms if term.name not in names)
+        if len(terms) == len(group.terms) or (group.family == CURVE and len(terms) > 1):
+            left.append(replace(group, terms=terms))
+    return tuple(left)
 
 
 def groups_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Group, ...]:
     """Everything that is tried on a log."""
-    products = tuple(Group(PRODUCT, (term,)) for term in FORMULA_TERMS)
     waves = tuple(group for family in WAVES for group in waves_of(family, binned, settings))
     bells = tuple(group for family in BELLS for group in bells_of(family, binned, settings))
-    return tuple(replace(group, n_tried=len(some)) for some in (products, waves, bells) for group in some)
+    placed = (replace(group, n_tried=len(some)) for some in (waves, bells) for group in some)
+    return (*plain_groups(), *placed)
+
+
+def plain_groups() -> tuple[Group, ...]:
+    """The products and curves, which have no place."""
+    products = tuple(Group(PRODUCT, (term,), n_tried=len(FORMULA_TERMS)) for term in FORMULA_TERMS)
+    return (*products, *(Group(CURVE, terms, n_tried=len(CURVE_TERMS)) for terms in CURVE_TERMS))
 
 
 def waves_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> Iterator[Group]:
@@ -120,19 +147,27 @@ def waves_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> It
 
 
 def bells_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> Iterator[Group]:
-    """Bells on a grid of their radius, where the path comes at least twice."""
+    """Bells on a grid of their radius, along the path and beside it, where they are seen at least twice.
+
+    The slope of a hill is steepest a radius from its middle, which need not be passed.
+    """
     place = binned.pose[:, :2]
     span_m = float(np.mean(np.ptp(place, axis=0)))
+    here, next_to = np.zeros((1, 2)), np.eye(2)
+    beside = np.vstack([here, next_to, -next_to]) if family.kind == "hill" else here
     for share in settings.bell_shares:
         radius_m = max(share * span_m, settings.least_radius_m)
-        for x, y in np.unique(np.rint(place / radius_m), axis=0) * radius_m:
+        on_path = np.unique(np.rint(place / radius_m), axis=0)
+        cells = np.unique((on_path[:, None] + beside).reshape(-1, 2), axis=0)
+        for x, y in cells * radius_m:
             if visits_of(binned, (float(x), float(y), radius_m), settings) >= settings.visits:
                 shape = (float(x), float(y), radius_m)
                 yield Group(family, family.terms(shape), shape)
 
 
 def visits_of(binned: BinnedLog, shape: tuple[float, ...], settings: FormulaSettings) -> int:
-    """How often the path comes within a bell's radius, counted anew after some seconds outside."""
+    """How often the path comes onto a bell's flanks, counted anew after some seconds outside."""
     x, y, radius_m = shape
-    t_s = binned.t_s[np.hypot(binned.pose[:, 0] - x, binned.pose[:, 1] - y) < radius_m]
+    apart_m = np.hypot(binned.pose[:, 0] - x, binned.pose[:, 1] - y)
+    t_s = binned.t_s[apart_m < settings.flank_radii * radius_m]
     return int(len(t_s) > 0) + int(np.sum(np.diff(t_s) > settings.apart_s))

@@ -8,9 +8,11 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
-from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.groups import CURVE, PRODUCT, Group
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.shapes import refined
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
 
 
@@ -40,14 +42,18 @@ class Formula:
 def grow(problem: Problem, rest: Fit, groups: Sequence[Group]) -> Formula:
     """The formula on top of ``rest``; without groups where none explains enough.
 
-    Behind a product further products are tried first, since waves and bells cost a hundred times as much.
+    Behind a product or curve further products are tried first, since waves and bells cost a hundred times as
+    much.
     """
-    products = [group for group in groups if not group.shape]
+    products = [group for group in groups if group.family == PRODUCT]
     formula, tried = Formula(rest, rest), groups
     while len(formula.groups) < problem.settings.formula.most_groups:
         longer = passing(problem, formula, with_next(problem, formula, tried))
         if longer is not None:
-            formula, tried = longer, groups if longer.groups[-1].shape else products
+            last = longer.groups[-1]
+            longer = replace(longer, groups=(*longer.groups[:-1], *last.parts))
+            formula = pruned(problem, longer) if last.family == CURVE else longer
+            tried = groups if last.shape else products
         elif tried is products:
             tried = groups
         else:
@@ -58,12 +64,41 @@ def grow(problem: Problem, rest: Fit, groups: Sequence[Group]) -> Formula:
 def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:
     """The longer formula where its last group explains enough, and the held-out rows too."""
     own = problem.settings.formula
+    if longer is None:
+        return None
     margin = own.margin if before.groups else own.first_margin
-    if longer is None or score(problem, longer) < score(problem, before) + margin:
+    if score(problem, longer) < score(problem, before) + margin:
         return None
     if before.groups and held_out(problem, longer.fit) > held_out(problem, before.fit):
         return None
     return longer
+
+
+def is_sound(problem: Problem, formula: Formula) -> bool:
+    """Whether no place is steeper than what a robot drives on, and no term is many times as large as what all
+    terms of its channel add up to: such terms describe a few rows by their small difference.
+    """
+    own, values = problem.settings.formula, formula.fit.extension.effects
+    for group in formula.groups:
+        size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
+        peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
+        if group.shape and size * peak > own.steepest_mps2:
+            return False
+    columns = columns_of(problem.binned)
+    parts: dict[str, list[F64]] = {}
+    for term in (term for group in formula.groups for term in group.terms):
+        part = values[term.name][COEFFICIENT] * term.evaluate(columns)
+        parts.setdefault(term.channel, []).append(part)
+    return all(
+        rms(part) <= own.most_cancelling * rms(np.sum(some, axis=0))
+        for some in parts.values()
+        for part in some
+    )
+
+
+def rms(values: F64) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def score(problem: Problem, formula: Formula) -> float:
@@ -93,18 +128,35 @@ def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Fo
                 chosen.append(finer)
     distinct = {one.group.names: one for one in chosen}.values()
     longer = [extended(problem, formula, one) for one in distinct]
+    longer = [one for one in longer if is_sound(problem, one)]
     return max(longer, key=lambda one: score(problem, one), default=None)
 
 
 def best_of_kinds(scored: list[ScoredGroup]) -> list[ScoredGroup]:
-    """The best product and the best group with a shape, the likelier first."""
-    kinds: dict[bool, ScoredGroup] = {}
+    """The best product, curve, wave, bump and hill, the likelier first."""
+    kinds: dict[str, ScoredGroup] = {}
     for one in scored:
-        kinds.setdefault(bool(one.group.shape), one)
+        kinds.setdefault(one.group.family.kind, one)
     return list(kinds.values())
 
 
 def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
+    """The formula with one group more, fitted with its diffusion.
+
+    The numbers of a shape are found again at the disturbance that is left beside it.
+    """
+    longer = fitted_with(problem, formula, scored)
+    if not scored.group.shape:
+        return longer
+    there = evaluate(problem, formula.fit.extension, longer.fit.noise)
+    finer = refined(problem, there, scored)
+    if finer.group.names == scored.group.names:
+        return longer
+    again = fitted_with(problem, replace(formula, fit=there), finer)
+    return min(longer, again, key=lambda one: one.fit.deviance)
+
+
+def fitted_with(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
     """The formula with one group more, fitted with its diffusion."""
     extension = formula.fit.extension
     for name, value in zip(scored.group.names, scored.coefficients, strict=True):

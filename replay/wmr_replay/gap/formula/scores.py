@@ -8,7 +8,7 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
-from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.groups import Group, without_terms
 from wmr_replay.gap.model.dictionary import as_efforts
 from wmr_replay.gap.scan.score import NormalEquations, normal_equations
 from wmr_schemas.arrays import F64
@@ -43,8 +43,7 @@ def sensitivities_to(problem: Problem, at: Fit, efforts: F64) -> tuple[F64, F64]
 def equations_of(problem: Problem, at: Fit, efforts: F64) -> NormalEquations:
     """The normal equations of such changes over the fitted rows, beside what the model holds."""
     psi, e = sensitivities_to(problem, at, efforts)
-    train = problem.train
-    return normal_equations(psi[train], e[train], at.psi[train], problem.settings.refit)
+    return normal_equations(psi, e, at.psi, problem.settings.refit, problem.train)
 
 
 def chunked(groups: Sequence[Group], most: int) -> Iterator[list[Group]]:
@@ -70,7 +69,7 @@ def places_in(part: Sequence[Group]) -> Iterator[tuple[Group, list[int]]]:
 def scored_groups(problem: Problem, at: Fit, groups: Sequence[Group]) -> list[ScoredGroup]:
     """The groups that the model does not hold, the best by gain less price first."""
     found = []
-    new = [group for group in groups if not set(group.names) & set(at.extension.effects)]
+    new = without_terms(groups, at.extension.effects)
     for part in chunked(new, problem.settings.formula.chunk):
         terms = [term for group in part for term in group.terms]
         normal = equations_of(problem, at, efforts_of(problem, at, terms))

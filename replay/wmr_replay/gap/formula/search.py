@@ -8,13 +8,23 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, cost_of, fit_model
-from wmr_replay.gap.estimation.relabel import with_mode_at
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
-from wmr_replay.gap.formula.groups import groups_of, without_twins
-from wmr_replay.gap.formula.grow import Formula, grow
+from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
+from wmr_replay.gap.formula.grow import Formula, grow, held_out
+from wmr_replay.gap.formula.modes import (
+    Start,
+    curve_starts,
+    is_calm,
+    is_likelier,
+    likeliest,
+    may_slip_less,
+    once_more,
+    sees_the_same,
+)
+from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest
@@ -23,7 +33,6 @@ from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.search.slip_test import slips_as_modelled
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT
 
@@ -40,28 +49,38 @@ class Proven:
     proof: Proof
 
     @property
-    def cost(self) -> float:
-        """The cost of modes, model and terms."""
-        return cost_of(self.formula.fit) + self.formula.price(self.problem)
+    def model(self) -> Start:
+        """The formula as a model with its modes."""
+        formula = self.formula
+        return Start(self.problem, formula.fit, formula.rest.extension, formula.price(self.problem))
 
 
 def with_formula(
     log: Log, problem: Problem, selection: Selection, extension: Extension, options: GapOptions
 ) -> tuple[Problem, Selection]:
     """The selection with a formula, where one explains what the selection leaves; else as it is."""
-    if selection.refused or not points_outside(problem, selection):
+    if selection.refused or is_rest_of_base(problem, selection):
         return problem, selection
-    library = library_of(selection)
-    found = best_formula(problem, selection, library, options)
-    if options.modes == "identified":
-        if found is not None:
-            found = with_own_modes(log, found, extension, options)
-        else:
-            found = without_slip(log, problem, selection, extension, options)
+    whole = problem, selection
+    problem, selection = held_out_apart(*whole)
+    library, found = library_of(selection), None
+    outside = points_outside(problem, selection)
+    if outside:
+        found = best_formula(problem, selection, library, options)
+    if options.modes == "identified" and (outside or may_slip_less(problem)):
+        found = with_other_modes(log, problem, selection, found, extension, options)
     if found is None:
-        return problem, selection
+        return whole
     kept = library if found.formula.rest.extension.effects else ()
     return found.problem, selection_of(found, kept, selection)
+
+
+def held_out_apart(problem: Problem, selection: Selection) -> tuple[Problem, Selection]:
+    """The selection fitted to two thirds of the log: the other third decides how long a formula is."""
+    part, steps = problem.fold(0), problem.settings.hold_out.refit_steps
+    fits = selection.base, selection.fit
+    base, fit = (gauss_newton(part, one.extension, one.noise, steps) for one in fits)
+    return part, replace(selection, base=base, fit=fit)
 
 
 def library_of(selection: Selection) -> tuple[FittedCandidate, ...]:
@@ -69,20 +88,32 @@ def library_of(selection: Selection) -> tuple[FittedCandidate, ...]:
     return tuple(f for f in selection.found if not f.name.startswith(UNNAMED_PREFIX))
 
 
-def points_outside(problem: Problem, selection: Selection) -> bool:
-    """Whether a disturbance is left that a formula may explain, and no rest of the base model.
+def is_rest_of_base(problem: Problem, selection: Selection) -> bool:
+    """Whether what is left may be a rest of the base model, which no formula is to describe.
 
-    A load step may be the coarse form of a drift. Beside what is named on a base that was calibrated on
-    another log, everything else may be a rest: a mechanism acts on more than its effect says.
+    Beside what is named on a base that was calibrated on another log, everything else may be one: a mechanism
+    acts on more than its effect says.
     """
     settings, stage = problem.settings, selection.stages[0] if selection.stages else ()
     if selection.base.extension.misfit and library_of(selection):
-        return False
-    if any(is_rest(one.name, one.fit.extension, settings.misfit) for one in stage):
-        return False
+        return True
+    return any(is_rest(one.name, one.fit.extension, settings.misfit) for one in stage)
+
+
+def points_outside(problem: Problem, selection: Selection) -> bool:
+    """Whether a disturbance is left that a formula may explain, or a constant effect seems to vary.
+
+    A load step may be the coarse form of a drift. Beside other effects of the library one pass asks whether a
+    product or curve explains what they leave.
+    """
+    settings, fit = problem.settings, selection.fit
     doubtful = any(f.name.startswith(UNNAMED_PREFIX) or f.name == LOAD_STEP for f in selection.found)
-    left = calmed(selection.fit.noise, settings.diffusion, settings.formula.something_left)
-    return doubtful or left is not None
+    left = calmed(fit.noise, settings.diffusion, settings.formula.something_left)
+    if doubtful or left is not None or not selection.found:
+        return doubtful or left is not None
+    plain = without_twins(plain_groups(), fit.extension.effects)
+    best = scored_groups(problem, fit, plain)[0]
+    return best.gain - best.group.price(log_n(problem)) > settings.formula.margin
 
 
 def best_formula(
@@ -120,20 +151,43 @@ def library_price(problem: Problem, formula: Formula, library: tuple[FittedCandi
 
 
 def explains_more(problem: Problem, selection: Selection, formula: Formula) -> bool:
-    """Whether a formula is better than the selection by what the wrong form of its effects may leave."""
+    """Whether a formula is better than the selection by what the wrong form of its effects may leave.
+
+    In the place of named effects, the rows that were not fitted count too.
+    """
     own = problem.settings.formula
+    if not keeps_its_effects(formula, selection):
+        return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
     mine = formula.fit.deviance + formula.price(problem) + library_price(problem, formula, library)
     excess = selection.fit.deviance + prices - mine
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
-    share = own.beyond_library
-    if LOAD_STEP in selection.fit.extension.effects and not formula.rest.extension.effects:
-        return excess > own.margin
-    if formula.rest.extension.effects and is_apart(problem, formula):
-        share = 0.0
-    return excess > max(own.beyond_margin, share * (selection.base.deviance - selection.fit.deviance))
+    wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
+    if formula.rest.extension.effects:
+        return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
+    simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) <= len(selection.fit.keys)
+    unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
+    return excess + unseen > max(own.margin, 0.0 if simpler else wrong_form)
+
+
+def n_numbers(formula: Formula) -> int:
+    """How many numbers a formula has."""
+    return sum(len(group.terms) + len(group.shape) for group in formula.groups)
+
+
+def keeps_its_effects(formula: Formula, selection: Selection) -> bool:
+    """Whether the library's effects beside a formula keep their sizes to a factor: else they are part of a
+    curve, and not themselves.
+    """
+    most = formula.fit.problem.settings.formula.most_change
+    for name in formula.rest.extension.effects:
+        alone, beside = (fit.extension.effects[name] for fit in (selection.fit, formula.fit))
+        size, left = (float(np.hypot.reduce(list(values.values()))) for values in (alone, beside))
+        if not size / most <= left <= size * most:
+            return False
+    return True
 
 
 def is_apart(problem: Problem, formula: Formula) -> bool:
@@ -142,40 +196,79 @@ def is_apart(problem: Problem, formula: Formula) -> bool:
     return all(correlation(problem, fit, name) <= most for name in formula.rest.extension.effects)
 
 
-def with_own_modes(log: Log, found: Proven, extension: Extension, options: GapOptions) -> Proven:
-    """The formula found again with the modes that the identifier sees with it, where those are likelier."""
-    again = seen_with(log, found.formula, extension, options)
-    return again if again is not None and again.cost < found.cost else found
-
-
-def without_slip(
-    log: Log, problem: Problem, selection: Selection, extension: Extension, options: GapOptions
+def with_other_modes(
+    log: Log,
+    problem: Problem,
+    selection: Selection,
+    found: Proven | None,
+    extension: Extension,
+    options: GapOptions,
 ) -> Proven | None:
-    """A formula that explains what an identifier calls slipping, where that is likelier than the selection.
+    """The formula found again with modes that the identifier sees with a formula, where those are likelier.
 
-    It is grown where all slipping counts as rolling, and then found again with the modes that the identifier
-    sees with it. Where all that slips loses what the model's slipping loses, nothing else was taken for it.
+    An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
+    something is a model to identify with; the likeliest one is grown from the start.
     """
-    slips = problem.binned.slips
-    if np.mean(slips) <= problem.settings.modes.much_slip or slips_as_modelled(problem, selection.base):
-        return None
-    rolling = problem.relabelled(with_mode_at(problem.binned, slips, ContactMode.IDEAL))
-    base = fit_model(rolling, extension, None, rolling.settings.budget.base_diffusion)
-    rough = grow(rolling, base, groups_of(rolling.binned, rolling.settings.formula))
-    if not rough.groups:
-        return None
-    found = seen_with(log, rough, extension, options)
+    seen = seen_with_curves(log, problem, selection, found, options)
+    best = likeliest(seen)
+    if best is None or (found is None and not takes_place(best, problem, selection)):
+        return found
+    again = proven_with(log, grown_from(best), extension, options)
+    if again is None:
+        return found
+    if found is not None:
+        return again if is_likelier(again.model, found.model) else found
+    return again if takes_place(again.model, problem, selection) else None
+
+
+def seen_with_curves(
+    log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
+) -> list[Start]:
+    """What is found, and curves, with the modes that the identifier sees with each; empty where there is
+    nothing to look for: modes that stay the same, or slipping that follows the model.
+    """
+    if found is None and slips_as_modelled(problem, selection.base):
+        return []
+    seen = [] if found is None else [once_more(log, found.model, options)]
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+        return []
+    if not any(is_calm(start) for start in seen):
+        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    return seen
+
+
+def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
+    """Whether a formula with its modes is likelier than the selection on ``problem``, and explains more than
+    the selection's effects with the formula's modes, too; by a margin where these are all of the library.
+    """
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    return found if found is not None and found.cost < cost_of(selection.fit) + prices else None
+    if not is_likelier(start, Start(problem, selection.fit, selection.base.extension, prices)):
+        return False
+    if not selection.found:
+        return True
+    other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
+    named = len(library_of(selection)) == len(selection.found)
+    excess = other.deviance + prices - start.fit.deviance - start.price
+    return excess > problem.settings.formula.margin * named
 
 
-def seen_with(log: Log, formula: Formula, extension: Extension, options: GapOptions) -> Proven | None:
-    """A proven formula with the modes that the identifier sees with ``formula``, grown from the start."""
-    track = likely_modes(log, formula.fit.extension, options.gates)
+def grown_from(start: Start) -> Start:
+    """The start with the products and curves that explain most with its modes."""
+    if is_calm(start):
+        return start
+    problem, budget = start.problem, start.problem.settings.budget
+    rest = fit_model(problem, start.rest, None, budget.base_diffusion)
+    formula = grow(problem, rest, without_twins(plain_groups(), rest.extension.effects))
+    return replace(start, fit=formula.fit) if formula.groups else start
+
+
+def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:
+    """A proven formula with the modes that the identifier sees with ``start``, grown from the start."""
+    track = likely_modes(log, start.fit.extension, options.gates)
     problem = Problem.of(bin_identified(log, track, options.gates))
     base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    if formula.rest.extension.effects:
-        rest = fit_model(problem, formula.rest.extension, formula.rest.noise)
+    if start.rest.effects:
+        rest = fit_model(problem, start.rest, start.fit.noise)
     groups = groups_of(problem.binned, problem.settings.formula)
     again = grow(problem, rest, without_twins(groups, rest.extension.effects))
     if not again.groups:

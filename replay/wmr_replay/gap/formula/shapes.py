@@ -50,11 +50,16 @@ def slopes_of(problem: Problem, at: Fit, scored: ScoredGroup, steps: F64) -> F64
 
 
 def allowed(group: Group, shape: F64, problem: Problem) -> F64:
-    """The numbers within what is looked for: no wave without a length, no bell without a width."""
+    """The numbers within what is looked for: no wave without a length, no bell without a width, none beside
+    the area that is driven or as wide as that; such a one is a slope.
+    """
     own = problem.settings.formula
     if group.family.kind == "wave":
         return np.clip(shape, group.shape[0] / 2, 2 * np.pi / own.least_length_m)
-    return np.append(shape[:2], max(shape[2], own.least_radius_m))
+    place = problem.binned.pose[:, :2]
+    widest_m = own.widest_bell * float(np.mean(np.ptp(place, axis=0)))
+    middle = np.clip(shape[:2], place.min(axis=0), place.max(axis=0))
+    return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 
 
 def steps_of(group: Group, settings: FormulaSettings) -> F64:

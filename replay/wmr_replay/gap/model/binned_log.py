@@ -1,6 +1,6 @@
 """A log as the model reads it: poses averaged over short bins, and efforts as they act between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,6 +86,12 @@ class BinnedLog:
         """Variance of each bin's mean pose (n, 3) about the true one."""
         scattered = self.noise_sd**2 / self.count[:, None] + self.colour.wobble[OF_COMPONENT]
         return np.minimum(scattered, self.variances)
+
+    def part(self, rows: slice) -> "BinnedLog":
+        """Some of the bins, with the same stamps, torques and noise."""
+        own = self.t_s[rows], self.pose[rows], self.count[rows], self.mode[rows]
+        t_s, pose, count, mode = map(np.ascontiguousarray, own)
+        return replace(self, t_s=t_s, pose=pose, count=count, mode=mode)
 
     def finer(self) -> "BinnedLog":
         """The same log in bins of half the length."""

@@ -37,17 +37,44 @@ OF_FORMULAS: dict[TermChannel, tuple[str, ...]] = {
             "cos(yaw)",
             "sin(yaw)",
         ),
-        *("t", "v*t", "effort_sum*t", "effort_sum*t*t", "effort_diff*t"),
+        *("t", "v*t", "v*t*t", "effort_sum*t", "effort_sum*t*t", "effort_diff*t"),
     ),
     "yaw": (
         *("1", "yaw_rate", "abs(yaw_rate)", "yaw_rate*yaw_rate", "yaw_rate*yaw_rate*yaw_rate"),
         *("sgn(yaw_rate)", "abs(v)*sgn(yaw_rate)", "abs(v)*yaw_rate*abs(yaw_rate)", "effort_diff"),
-        *("t", "yaw_rate*t", "effort_diff*t", "effort_diff*t*t", "effort_sum*t"),
+        *("effort_diff*v*v", "t", "yaw_rate*t", "yaw_rate*t*t", "effort_diff*t", "effort_diff*t*t"),
+        "effort_sum*t",
     ),
 }
 """What a formula of several terms is made of besides: the forms of the library's effects, their next powers,
 and products with the time.
 """
+
+CURVES: dict[TermChannel, tuple[tuple[str, ...], ...]] = {
+    "longitudinal": (
+        ("sgn(v)", "v", "v*abs(v)"),
+        ("v", "v*abs(v)", "v*v*v"),
+        ("abs(v)", "v*v", "abs(v)*v*v"),
+        ("v*yaw_rate", "v*yaw_rate*yaw_rate*yaw_rate"),
+        ("v", "v*abs(yaw_rate)", "v*yaw_rate*yaw_rate"),
+        ("effort_sum", "abs(effort_sum)", "effort_sum*abs(effort_sum)"),
+        ("effort_sum", "effort_sum*abs(v)", "effort_sum*v*v"),
+        ("effort_sum", "effort_sum*t", "effort_sum*t*t"),
+        ("v", "v*t", "v*t*t"),
+    ),
+    "yaw": (
+        ("sgn(yaw_rate)", "yaw_rate", "yaw_rate*abs(yaw_rate)"),
+        ("yaw_rate", "yaw_rate*abs(yaw_rate)", "yaw_rate*yaw_rate*yaw_rate"),
+        ("abs(yaw_rate)", "yaw_rate*yaw_rate"),
+        ("1", "abs(v)", "v*v"),
+        ("yaw_rate", "abs(v)*yaw_rate", "v*v*yaw_rate"),
+        ("effort_diff", "abs(effort_diff)", "effort_diff*abs(effort_diff)"),
+        ("effort_diff", "effort_diff*abs(v)", "effort_diff*v*v"),
+        ("effort_diff", "effort_diff*t", "effort_diff*t*t"),
+        ("yaw_rate", "yaw_rate*t", "yaw_rate*t*t"),
+    ),
+}
+"""Terms that are tried together: a curve of one variable that bends, where no term alone explains much."""
 
 
 def terms_of(products: dict[TermChannel, tuple[str, ...]]) -> tuple[Term, ...]:
@@ -57,6 +84,7 @@ def terms_of(products: dict[TermChannel, tuple[str, ...]]) -> tuple[Term, ...]:
 
 TERMS = terms_of(PRODUCTS)
 FORMULA_TERMS = (*TERMS, *terms_of(OF_FORMULAS))
+CURVE_TERMS = tuple(terms_of({channel: curve}) for channel, curves in CURVES.items() for curve in curves)
 
 
 def smoothed_slopes(x: F64, step_s: float) -> F64:

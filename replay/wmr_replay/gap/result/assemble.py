@@ -38,7 +38,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, notes = "not_enough_excitation", undecided
         else:
             notes = (*slipping_note(problem), *skidding_note(problem, detectable))
-    trained = windows_within(problem, problem.train)
+    trained = windows_within(problem, problem.fold(0).train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
     gaps = gap_metric(errors, "position", "m", options), gap_metric(errors, "yaw", "rad", options)

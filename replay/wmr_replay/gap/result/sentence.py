@@ -9,6 +9,8 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
     parts = [described(effect) for effect in effects if not is_term(effect)]
     formula = text_of(effects)
     said = " and ".join([*parts, formula] if formula else parts)
+    if parts and formula:
+        said += ", for which the library has no name"
     if verdict == "named":
         return f"The model lacks {said}."
     if verdict == "ambiguous":
@@ -16,7 +18,8 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
     if verdict == "unnamed" and not effects:
         return f"Something is missing that no effect of the library explains: {'; '.join(notes)}."
     if verdict == "unnamed":
-        return f"The model lacks {said}, for which the library has no name."
+        unknown = "" if parts else ", for which the library has no name"
+        return f"The model lacks {said}{unknown}."
     if verdict == "not_enough_excitation":
         return f"This log cannot tell: {'; '.join(notes)}."
     return "Nothing is missing that this log could show."

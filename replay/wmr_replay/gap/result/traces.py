@@ -25,7 +25,7 @@ def traces_of(problem: Problem, base: Fit, fit: Fit) -> Traces:
         extended_path=simulated_path(binned, fit.extension, windows),
         base_residual=residual(problem, base.extension, base),
         extended_residual=residual(problem, fit.extension, base),
-        held_out=(~problem.train).astype(np.float64),
+        held_out=(~problem.fold(0).train).astype(np.float64),
         mode=binned.mode,
         quantities=quantities_of(binned),
     )

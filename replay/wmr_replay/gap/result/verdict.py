@@ -14,15 +14,17 @@ def verdict_of(
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and notes that say why it is no firmer.
 
+    An effect of the library that passes every gate is named, whatever a formula describes beside it.
     ``hidden`` are the effects of a relevant size that the log would not have shown.
     """
     settings = problem.settings
-    if any(effect.name.startswith(UNNAMED_PREFIX) for effect in effects):
+    named = [effect for effect in effects if not effect.name.startswith(UNNAMED_PREFIX)]
+    if effects and not named:
         return "unnamed", ()
-    if effects:
+    if named:
         close = [
             f"{e.name} and {a.name} explain the log almost equally well"
-            for e in effects
+            for e in named
             for a in e.alternatives
             if a.delta_bic < settings.report.ambiguous_bic
         ]

@@ -51,6 +51,5 @@ def equations_of(
     """The normal equations of the columns over the fitted rows."""
     output = problem.filtered(extension, noise, columns.targets, keep=True)
     output = columns.own.joined_to(output, problem, noise)
-    psi, e = output.sensitivities[problem.train], output.innovations[problem.train]
-    known = None if nuisance is None else nuisance[problem.train]
-    return normal_equations(psi, e, known, problem.settings.refit)
+    psi, e, train = output.sensitivities, output.innovations, problem.train
+    return normal_equations(psi, e, nuisance, problem.settings.refit, train)

@@ -11,7 +11,7 @@ import numpy as np
 from wmr_replay.gap.estimation.refit import clipped
 from wmr_replay.gap.settings.filter import RefitSettings
 from wmr_replay.gap.settings.scan import ScanSettings
-from wmr_schemas.arrays import F64
+from wmr_schemas.arrays import F64, Bool
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class ScoredCandidate:
     name: str
     parameters: dict[str, float]
     gain: float
-    n_tried: int
+    n_tried: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +43,33 @@ class NormalEquations:
         return float(s @ delta), np.asarray(delta)
 
 
-def normal_equations(psi: F64, e: F64, nuisance: F64 | None, settings: RefitSettings) -> NormalEquations:
-    """From Ψ (n, 3, p) and e (n, 3), outliers clipped, with ``nuisance`` (n, 3, q) projected out of both."""
-    flat, residual = psi.reshape(-1, psi.shape[2]), clipped(e, settings).ravel()
-    s, G = flat.T @ residual, flat.T @ flat
+def normal_equations(
+    psi: F64, e: F64, nuisance: F64 | None, settings: RefitSettings, fitted: Bool | None = None
+) -> NormalEquations:
+    """From Ψ (n, 3, p) and e (n, 3), outliers clipped, with ``nuisance`` (n, 3, q) projected out of both.
+
+    Of the rows that are ``fitted`` (n,), by default of all.
+    """
+    fitted = np.ones(len(psi), bool) if fitted is None else fitted
+    residual = np.zeros_like(e)
+    residual[fitted] = clipped(e[fitted], settings)
+    s, G = product(psi, residual[:, :, None], fitted)[:, 0], product(psi, psi, fitted)
     if nuisance is None or not nuisance.shape[2]:
         return NormalEquations(s, G)
-    other = nuisance.reshape(-1, nuisance.shape[2])
-    A, B = other.T @ other, flat.T @ other
+    A, B = product(nuisance, nuisance, fitted), product(psi, nuisance, fitted)
     A = A + 1e-9 * np.diag(np.diag(A)) + 1e-12 * np.eye(len(A))
-    s, G = s - B @ np.linalg.solve(A, other.T @ residual), G - B @ np.linalg.solve(A, B.T)
+    along = product(nuisance, residual[:, :, None], fitted)[:, 0]
+    s, G = s - B @ np.linalg.solve(A, along), G - B @ np.linalg.solve(A, B.T)
     return NormalEquations(s, G)
+
+
+def product(left: F64, right: F64, rows: Bool) -> F64:
+    """Σ leftᵀ right (p, q) of (n, 3, p) and (n, 3, q) over the marked rows, without a copy of them."""
+    edges = np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
+    total = np.zeros((left.shape[2], right.shape[2]))
+    for a, b in edges:
+        total += left[a:b].reshape(-1, left.shape[2]).T @ right[a:b].reshape(-1, right.shape[2])
+    return total
 
 
 def projected(psi: F64, nuisance: F64) -> F64:

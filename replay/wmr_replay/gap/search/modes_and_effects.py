@@ -64,9 +64,9 @@ def find_effects(
     if options.modes == "identified":
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
-    problem = Problem.of(bin_log(log, options.gates, track))
+    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
     options = replace(options, gates=with_slip_disturbance(problem, extension))
-    problem = Problem.of(bin_log(log, options.gates, track))
+    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
     return problem, select(problem, extension, options)
 
 
@@ -81,10 +81,10 @@ def find_modes_and_effects(
     or why the log cannot carry a verdict.
     """
     track = likely_modes(log, extension, options.gates)
-    first = Problem.of(bin_identified(log, track, options.gates))
+    first = Problem.of(bin_identified(log, track, options.gates)).all_fitted()
     extension = with_sideslip(first, extension)
     options = replace(options, gates=with_slip_disturbance(first, extension))
-    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates))
+    first = Problem.of(bin_identified(log, first.binned.track or track, options.gates)).all_fitted()
     plain = cache(lambda: forward_selection(first, extension, options))
     tell("naming", 0.2)
     preliminary = preliminary_models(log, first, plain, extension, options)
@@ -121,7 +121,7 @@ def solve_with(
     """
     track, skids = likely_modes(log, model, options.gates), SKID in model.effects
     track = without_skid(track) if skids else track
-    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids))
+    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids)).all_fitted()
     if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
         return []
     hints = tuple((name, p) for name, p in model.effects.items() if name in LOCAL)

@@ -87,7 +87,7 @@ def models_without_skid(
     if "cornering_stiffness" not in found[0].effects or binned.track is None:
         return []
     track = without_skid(binned.track)
-    plain = Problem.of(bin_identified(log, track, problem.settings))
+    plain = Problem.of(bin_identified(log, track, problem.settings)).all_fitted()
     selection = forward_selection(plain, extension, options, terms=False)
     others = models_from(plain, extension, selection)[:1]
     return [model for model in others if model.effects.keys() != found[0].effects.keys()]
@@ -97,9 +97,8 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
     """Skidding replaced by ideal where it is said most of the time."""
     binned, settings = problem.binned, problem.settings
     if binned.track is not None and np.mean(binned.skids) > settings.modes.much_skid:
-        yield Labelling(
-            Problem.of(bin_identified(log, without_skid(binned.track), settings, names_skid=True))
-        )
+        rolling = bin_identified(log, without_skid(binned.track), settings, names_skid=True)
+        yield Labelling(Problem.of(rolling).all_fitted())
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:

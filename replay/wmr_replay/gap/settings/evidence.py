@@ -28,8 +28,8 @@ class HoldOutSettings:
     """The proof on held-out windows."""
 
     level: float = 0.05
-    """Level of Wilcoxon's test on held-out blocks. Statistics: the usual one; the effect is significant on
-    the fitted rows already."""
+    """Level of Wilcoxon's test that held-out blocks are predicted better, and of that that the gap is larger.
+    Statistics: the usual one; the effect is significant on the whole log already."""
 
     few_windows: int = 4
     """Below so many windows, none of which shows a difference, the level is stricter by
@@ -38,23 +38,9 @@ class HoldOutSettings:
     few_windows_factor: float = 5.0
     """Divisor of the level then: 0.01. As ``SignificanceSettings.level``."""
 
-    least_reduction: float = 0.10
-    """Least reduction of the gap. Patrol benchmark."""
-
-    least_above_floor: float = 0.30
-    """Least reduction of what stands above the noise floor, for a gap that is mostly noise. Patrol
-    benchmark."""
-
-    least_excess: float = 0.05
-    """Least excess over the floor that the reduction is divided by, a share of the floor. Numerics: it
-    bounds the quotient where the gap stands at the floor."""
-
     clear: float = 1e-4
-    """p of the blocks from which the prediction leaves no doubt. Statistics: a hundredth of the level of
-    significance."""
-
-    least_if_clear: float = 0.03
-    """Least reduction of the gap then. Patrol benchmark."""
+    """p of the blocks that is needed where no window shows a difference. Statistics: a hundredth of the level
+    of significance."""
 
     block_s: float = 2.0
     """Length of a block, s. As ``SignificanceSettings.block_s``."""

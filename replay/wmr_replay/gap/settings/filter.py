@@ -85,6 +85,14 @@ class DiffusionSettings:
     most_damping: float = 10.0
     """A fit ends where the damping exceeds it. Numerics: the step is a tenth of Newton's by then."""
 
+    part_rows: int = 3000
+    """Bins of the part of a long log on which a fit begins; logs of twice as many are long. Numerics: two
+    minutes tell each level and time to some per cent, and Newton's step on the whole log mends the rest."""
+
+    whole_iterations: int = 1
+    """Iterations on the whole of a long log. Numerics: from some per cent off, one step of Newton's leaves
+    less than a thousandth."""
+
     @cached_property
     def start_log(self) -> F64:
         """Logarithms (5,) of ``start``."""

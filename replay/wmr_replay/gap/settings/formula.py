@@ -22,12 +22,22 @@ class FormulaSettings:
     """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
     since a formula says that the library is not enough."""
 
+    steepest_mps2: float = 3.0
+    """Largest acceleration by a place. Physics: a slope of 18°; what seems steeper is a slip."""
+
+    most_cancelling: float = 10.0
+    """Largest root mean square of a term, in those of all terms together. Judgement: of larger ones a tenth
+    is left, and a change of a few per cent in either turns the curve about."""
+
     beyond_library: float = 0.15
     """Share of the library's gain by which a formula must exceed it to take the place of a named effect.
     As ``SelectionSettings.remainder_share``: the wrong form of an effect leaves as much."""
 
     beyond_margin: float = 30.0
-    """Least such excess. As ``SelectionSettings.margin_identified``."""
+    """Least excess beside named effects. As ``SelectionSettings.margin_identified``."""
+
+    most_change: float = 2.0
+    """Most by which a formula may change the size of a named effect beside it, a factor. Judgement."""
 
     least_mps2: float = 0.03
     """Least root mean square of a formula's acceleration, m/s². As ``MisfitSettings.negligible_mps2``."""
@@ -44,14 +54,21 @@ class FormulaSettings:
     most_waves: int = 120
     """Most waves of a family. Numerics: each costs two columns of a pass."""
 
-    bell_shares: tuple[float, ...] = (0.06, 0.12, 0.25)
+    bell_shares: tuple[float, ...] = (0.06, 0.1, 0.16, 0.25)
     """Radii of bells, shares of the path's mean span. Judgement: from a bump to half of the area."""
+
+    widest_bell: float = 0.35
+    """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
 
     least_radius_m: float = 0.5
     """Smallest radius of a bell, m. Judgement: about a robot's length."""
 
     visits: int = 2
     """Least visits of a bell's middle. Statistics: what was seen once is a moment, and no place."""
+
+    flank_radii: float = 2.0
+    """How far from its middle a bell is seen, in radii. Numerics: a seventh of its height, half of its
+    steepest slope."""
 
     apart_s: float = 4.0
     """Time between two visits, s. Judgement: as the held-out parts, so that a visit may prove another one."""

@@ -66,6 +66,12 @@ def hardly_lower(base: Values, values: Values, name: str, share: float) -> bool:
     return values[name][key] > (1 - share) * base[name][key]
 
 
+def at_its_bound(values: Values, name: str) -> bool:
+    """Whether a size stands at an end of its range: the record says only that it is larger still."""
+    own = values[name]
+    return any(own[one.key] in one.bounds and own[one.key] != 0.0 for one in parameters_of(name))
+
+
 def within_a_step(record: Record, values: Values, name: str) -> bool:
     """Whether an effect is a delay that is shorter than the commands' own step, in which a drive may take
     them at any time.

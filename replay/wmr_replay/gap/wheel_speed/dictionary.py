@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.wheel_speed.candidates import PLACES, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import PLACES, absent, candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.declared import DECLARED
 from wmr_replay.gap.wheel_speed.estimate import Fit, View, at, fit, minus_two_log, refit
 from wmr_replay.gap.wheel_speed.evidence import p_value
@@ -171,7 +171,27 @@ def failing(one: Proposal, p: float) -> str:
         return "tolerance"
     if failed := gate(one.problem, one.before, one.after, one.name, p):
         return failed
+    if not beyond_calibration(one):
+        return "calibration"
     return "placebo" if is_chance(one) else ""
+
+
+def beyond_calibration(one: Proposal) -> bool:
+    """Whether a term explains more than a base model that is calibrated on this log instead: one log's
+    calibration is never quite another's.
+    """
+    problem = one.problem
+    names = [name for name in problem.base_sd if name not in one.after.values]
+    if not names:
+        return True
+    released = tuple(parameter for name in names for parameter in parameters_of(name))
+
+    def calibrated(found: Fit) -> Fit:
+        values = {**found.values, **{name: absent(name) for name in names}}
+        return refit(problem, (*found.parameters, *released), values, found.noises)
+
+    gain = calibrated(one.before).minus_two_log - calibrated(one.after).minus_two_log
+    return gain >= max(problem.settings.terms.least_better, price(problem, 1))
 
 
 def share_of_motion(one: Proposal) -> float:

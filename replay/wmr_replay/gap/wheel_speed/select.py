@@ -10,6 +10,7 @@ from wmr_replay.gap.model.confounds import confound_class
 from wmr_replay.gap.wheel_speed.candidates import (
     PLACES,
     absent,
+    at_its_bound,
     candidates_of,
     hardly_lower,
     parameters_of,
@@ -145,19 +146,27 @@ class Search:
     """Of effects in a time or a place: the others that passed, by how much less likely they are."""
 
     def next_lasting(self, stage: int) -> "Search | None":
-        """With the likeliest effect that acts all the time and passes every gate; None where none does."""
+        """With the likeliest effect that acts all the time and passes every gate; None where none does.
+        What is but the calibration's own deviation takes no place among the candidates fitted in full.
+        """
         problem, current = self.problem, self.current
         scores = scan(problem, current, tuple(c for c in self.candidates if c.name not in PLACES))
         promising = [s for s in scores if s.gain > price(problem, len(s.start))]
         best = max((s.gain for s in promising), default=0.0)
         near = [s for s in promising if s.gain > problem.settings.gates.near * best]
-        chosen = near[: problem.settings.gates.fitted_in_full]
         slow = problem.record.driven_by == "command"
-        fits = [(s, fitted_with(problem, current, s.name, s.start, noise_too=not slow)) for s in chosen]
-        for score, ranked in simplest_first(problem, fits):
-            one = fitted_with(problem, current, score.name, ranked.values[score.name]) if slow else ranked
-            if not self.failing(stage, problem, current, one, score.name):
-                return replace(self, current=one, found=self.with_name(score.name))
+        places = problem.settings.gates.fitted_in_full
+        while near and places:
+            chosen, near = near[:places], near[places:]
+            places = 0
+            fits = [(s, fitted_with(problem, current, s.name, s.start, noise_too=not slow)) for s in chosen]
+            for score, ranked in simplest_first(problem, fits):
+                start = ranked.values[score.name]
+                one = fitted_with(problem, current, score.name, start) if slow else ranked
+                failed = self.failing(stage, problem, current, one, score.name)
+                if not failed:
+                    return replace(self, current=one, found=self.with_name(score.name))
+                places += failed == "calibration"
         return None
 
     def with_name(self, name: str) -> tuple[str, ...]:
@@ -224,12 +233,13 @@ def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
 
 def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
+    if within_calibration(problem.base_sd, after, name, problem.settings.gates):
+        return "calibration"
     if p > problem.settings.gates.level:
         return "significance"
     own, same = problem.settings.gates, same_in_any_motion(problem, name)
     slight = hardly_lower(problem.base, after.values, name, own.least_lowered)
-    slight = slight or within_a_step(problem.record, after.values, name)
-    slight = slight or within_calibration(problem.base_sd, after, name, own)
+    slight = slight or within_a_step(problem.record, after.values, name) or at_its_bound(after.values, name)
     if slight or not matters(after, name, same, own.least_relevant):
         return "tolerance"
     if not moves_path(problem, before.values, after.values):
@@ -302,6 +312,8 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
         values = {**lesser.values, score.name: absent(score.name) | score.start}
         rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
         if p_value(rival, score.name, len(pool)) > problem.settings.gates.level:
+            continue
+        if within_calibration(problem.base_sd, rival, score.name, problem.settings.gates):
             continue
         delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
         found.append((score.name, max(float(delta), 0.0)))

@@ -10,7 +10,7 @@ from tests.replay.made_up_wheels import HALF_TRACK_M, RADIUS_M, ROBOT, motion
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import analyse_wheel_speeds, problem_of
 from wmr_replay.gap.wheel_speed.base import base_of
-from wmr_replay.gap.wheel_speed.candidates import candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.candidates import at_its_bound, candidates_of, parameters_of
 from wmr_replay.gap.wheel_speed.drive_fit import drive_of
 from wmr_replay.gap.wheel_speed.estimate import fit
 from wmr_replay.gap.wheel_speed.select import Search, select
@@ -106,3 +106,15 @@ def test_a_search_goes_on_beside_what_it_begins_with():
     track = fit(problem, parameters_of("effective_track"), values)
     begin = Search(problem, track, candidates_of(problem.record), [], tuple(values))
     assert {one.name for one in select(problem, 1, begin=begin).found} == set(CHASSIS)
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "at_end"),
+    [
+        ("effective_track", {"ratio": 9.0}, True),
+        ("effective_track", {"ratio": 0.4}, False),
+        ("actuator_lag", {"time_constant_s": 0.0}, False),
+    ],
+)
+def test_a_size_at_the_end_of_its_range_is_none(name, values, at_end):
+    assert at_its_bound({name: values}, name) is at_end
