@@ -144,7 +144,7 @@ def with_missed_slipping(solution: Solution, extension: Extension, options: GapO
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
         return with_settled_losses(solution)
-    for other, _, hints in less_slip(problem, extension):
+    for other, _, hints, _ in less_slip(problem, extension):
         again = forward_selection(other, extension, options, hints=hints)
         if again.found and missed_slipping(other, again.fit) is other:
             return with_settled_losses(solution._replace(problem=other, selection=again))

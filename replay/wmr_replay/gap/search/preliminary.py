@@ -27,12 +27,13 @@ from wmr_schemas.signals import Log
 
 class Labelling(NamedTuple):
     """A problem with contact modes to start from; whether a local loss of traction can be told from slipping
-    there; and losses at which a fit may start.
+    there; losses at which a fit may start; and whether it is tried beside a labelling that gives models.
     """
 
     problem: Problem
     local: bool = True
     hints: Hints = ()
+    further: bool = False
 
 
 class PreliminaryModels(NamedTuple):
@@ -58,16 +59,21 @@ def preliminary_models(
     or less traction than the model's; as they are; without slipping where it is said to slip much.
     """
     tried = chain(less_skid(log, first), less_slip(first, extension), [Labelling(first)], no_slip(first))
-    for problem, local, hints in tried:
+    models: list[Extension] = []
+    seen_in: tuple[Problem, Selection] | None = None
+    for problem, local, hints, further in tried:
+        if models and not further:
+            break
         if problem is first:
             selection = plain()
         else:
             selection = forward_selection(problem, extension, options, terms=False, hints=hints)
         found = models_from(problem, extension, selection, local=local)
-        if found:
+        if found and seen_in is None:
+            seen_in = (problem, selection) if local else (first, plain())
             found += models_without_skid(log, problem, extension, options, found)
-            return PreliminaryModels(found, (problem, selection) if local else (first, plain()))
-    return PreliminaryModels([], (first, plain()))
+        models += found
+    return PreliminaryModels(models, seen_in or (first, plain()))
 
 
 def models_without_skid(
@@ -96,15 +102,16 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
-    """Slipping replaced by ideal where it loses clearly more or less than the model's slipping."""
+    """Slipping replaced by ideal in an interval that loses clearly more or less than the model's slipping.
+
+    The farthest ones one at a time: one may be slipping on a patch, and only the other the patch alone.
+    """
     fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    doubts = unlike_slipping(problem, fit)
-    if doubts:
+    for k, doubt in enumerate(unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]):
         rows = np.zeros(len(problem.binned), bool)
-        for doubt in doubts:
-            rows[doubt.first : doubt.last] = True
+        rows[doubt.first : doubt.last] = True
         track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubts[0]))
+        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
 
 
 def no_slip(problem: Problem) -> Iterator[Labelling]:

@@ -168,6 +168,10 @@ class SlipSettings:
     """Least loss that slipping has where a robot's masses are unknown. Judgement: it is taken to lose half
     (``model.base``), and of the benchmark's robots, 95 % lose more than this."""
 
+    most_doubts: int = 2
+    """Most intervals called slipping that are taken for a loss, one at a time. Numerics: each costs a
+    selection."""
+
     close_s: float = 0.6
     """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
     switch error."""
