@@ -1,9 +1,9 @@
 """The held-out predictive score of a model on a log, its contact modes known causally.
 
 Score: mean −log density of a held-out bin's pose (x, y and yaw), predicted from earlier rows. The modes at t
-are those that a replay with the model says at t, from what was seen until t: smoothed ones would absorb what the
-model lacks for slip and skid. The disturbances are fitted to the other rows. The true model is the base model
-with what is hidden, in its declared form at the size that comes nearest.
+are those that a replay with the model says at t, from what was seen until t: smoothed ones would absorb what
+the model lacks for slip and skid. The disturbances are fitted to the other rows. The true model is the base
+model with what is hidden, in its declared form at the size that comes nearest.
 """
 
 from typing import Any
