@@ -4,6 +4,7 @@ The hidden forms are those of the benchmark, plain functions that know nothing o
 """
 
 import importlib
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,8 +14,16 @@ import pytest
 from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula.groups import groups_of, visits_of
-from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.formula.groups import (
+    CURVE,
+    PRODUCT,
+    Group,
+    groups_of,
+    plain_groups,
+    visits_of,
+    without_twins,
+)
+from wmr_replay.gap.formula.grow import grow, is_sound
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.result.formulas import parity_of, text_of
@@ -30,7 +39,10 @@ SECONDS = 60.0
 TWICE_THERE_S = 90.0
 """Until then the robot passes the dome for a second time; once is no place."""
 SETTINGS = GateSettings()
-FOUND = ("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome")
+FOUND = (
+    *("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome"),
+    *("stribeck_hump", "scrub_saturating"),
+)
 
 
 @pytest.fixture(scope="module")
@@ -123,6 +135,51 @@ def test_a_base_model_may_hold_a_formula(tmp_path):
     path = tmp_path / "a.model.toml"
     path.write_text(model_to_toml(Model(effects=effects)), encoding="utf-8")
     assert read_model(path).effects == effects
+
+
+def test_a_curve_costs_the_same_in_one_piece_and_in_terms():
+    curve = next(group for group in plain_groups() if group.family == CURVE)
+    parts = curve.parts
+    assert [part.terms for part in parts] == [(term,) for term in curve.terms]
+    assert sum(part.price(8.0) for part in parts) == pytest.approx(curve.price(8.0))
+
+
+def test_a_curve_stands_beside_an_effect_without_its_twin():
+    curves = [group for group in without_twins(plain_groups(), ["payload"]) if group.family == CURVE]
+    assert ("unnamed:longitudinal:effort_sum*abs(v)", "unnamed:longitudinal:effort_sum*v*v") in [
+        curve.names for curve in curves
+    ]
+    assert all(len(curve.terms) > 1 for curve in curves)
+
+
+def test_terms_that_cancel_each_other_are_no_formula(bench):
+    _world, formula = grown(bench, "cubic_drag", 4)
+    terms = (parse_term("unnamed:longitudinal:v*abs(v)"), parse_term("unnamed:longitudinal:abs(v)*v"))
+    groups = tuple(Group(PRODUCT, (term,)) for term in terms)
+    for coefficients, sound in (((-0.1, 0.0), True), ((-10.0, 9.5), False)):
+        extension = formula.rest.extension
+        for term, value in zip(terms, coefficients, strict=True):
+            extension = extension.with_effect(term.name, {"coefficient": value})
+        fit = replace(formula.fit, extension=extension)
+        assert is_sound(fit.problem, replace(formula, fit=fit, groups=groups)) == sound
+
+
+@pytest.mark.parametrize("plant", [2, 3])
+def test_a_plant_with_nothing_hidden_is_the_compiled_one(bench, plant):
+    case = bench("worlds.case").Case(plant, "patrol", "mocap", "", 3, 5.0)
+    here = bench("formulas.plants").hidden_world("", case).world
+    there = bench("worlds.simulate").simulated(case)
+    np.testing.assert_array_equal(here.log.pose.x_m, there.log.pose.x_m)
+
+
+def test_a_form_that_the_data_cannot_tell_may_be_refused(bench):
+    plants, case = bench("formulas.plants"), bench("worlds.case").Case(2, "patrol", "mocap", "", 3, 20.0)
+    hidden = plants.Hidden("cubic_drag", {"c": 0.1})
+    seen = plants.HiddenWorld(plants.PLANTS[2](case, hidden), hidden)
+    small = plants.HiddenWorld(seen.world, plants.Hidden("cubic_drag", {"c": 1e-6}))
+    judged = bench("formulas.oracle").judged
+    assert not judged(seen).excuses([])
+    assert judged(small).excuses([])
 
 
 def test_a_place_counts_once_a_visit(bench):

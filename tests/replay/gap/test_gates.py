@@ -27,6 +27,7 @@ from wmr_replay.gap.evidence.holdout import (
     blocks_p,
     clearly_larger,
     gap_change,
+    is_placed,
     path_change,
     prove,
 )
@@ -255,6 +256,16 @@ def test_a_gap_is_clearly_larger_over_all_and_in_most_windows(reduction, larger_
 
 def test_a_gap_that_grows_in_every_window_is_clearly_larger():
     assert clearly_larger(gap_change(gaps(1.0), gaps(1.1), HOLD_OUT), HOLD_OUT)
+
+
+def test_a_loss_in_an_interval_is_placed_and_a_drag_is_not(drive):
+    e = np.zeros((len(drive.binned), 3))
+    base = made_fit(drive, Extension(BASE), e)
+    drag = made_fit(drive, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}), e)
+    slip = {"slip_interval": {"start_s": 10.0, "end_s": 20.0, "loss": 0.5}}
+    assert not is_placed(base, drag)
+    assert is_placed(base, made_fit(drive, Extension(BASE, slip), e))
+    assert not is_placed(made_fit(drive, Extension(BASE, slip), e), made_fit(drive, Extension(BASE, slip), e))
 
 
 def folds_of(problem: Problem, gains) -> list[Fold]:

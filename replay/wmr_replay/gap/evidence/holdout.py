@@ -14,6 +14,7 @@ from wmr_replay.gap.estimation.path_error import (
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
 from wmr_replay.gap.evidence.paired import signed_rank_p
+from wmr_replay.gap.model.candidates import is_place
 from wmr_replay.gap.settings.evidence import HoldOutSettings
 from wmr_schemas.arrays import F64, Bool
 
@@ -72,7 +73,8 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     models differ is not clearly larger (:func:`clearly_larger`). The prediction decides: in 4 s of free
     running, disturbance and pose noise hide what is small beside them. Where no window shows a difference,
     since those that an identifier calls slipping are left out, the prediction alone decides, at a stricter
-    level. Position and yaw count together, each in units of its typical gap without the effect.
+    level. The gap has to shrink with an effect in a time or place, which are known from all rows, the held-out
+    ones among them. Position and yaw count together, each in units of its typical gap without the effect.
     """
     own = problem.settings.hold_out
     parts = [problem.fold(k) for k in FOLDS]
@@ -84,8 +86,15 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
         few = len(before.position_m) < own.few_windows
         level = own.level / own.few_windows_factor if few else own.clear
         return Proof(before, after, 0.0, p_value, p_value < level)
-    holds = p_value < own.level and not clearly_larger(change, own)
+    contradicted = change.reduction < own.least_if_placed if is_placed(without, with_it) else False
+    holds = p_value < own.level and not contradicted and not clearly_larger(change, own)
     return Proof(before, after, change.reduction, p_value, bool(holds))
+
+
+def is_placed(without: Fit, with_it: Fit) -> bool:
+    """Whether what the second model has more acts in a time or place."""
+    more = with_it.extension.effects.keys() - without.extension.effects.keys()
+    return any(is_place(name, key) for name in more for key in with_it.extension.effects[name])
 
 
 def gap_change(before: WindowErrors, after: WindowErrors, settings: HoldOutSettings) -> GapChange | None:

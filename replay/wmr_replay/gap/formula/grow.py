@@ -122,10 +122,10 @@ def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Fo
     chosen: list[ScoredGroup] = []
     for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
         here = current if noise is current.noise else evaluate(problem, current.extension, noise)
-        for one in best_of_kinds(scored_groups(problem, here, groups)):
-            finer = refined(problem, here, one)
-            if finer.gain - finer.group.price(log_n(problem)) > least:
-                chosen.append(finer)
+        finer = [refined(problem, here, one) for one in best_of_kinds(scored_groups(problem, here, groups))]
+        scores = [one.gain - one.group.price(log_n(problem)) for one in finer]
+        enough = max(least, settings.candidates.promising * max(scores, default=0.0))
+        chosen += [one for one, expected in zip(finer, scores, strict=True) if expected > enough]
     distinct = {one.group.names: one for one in chosen}.values()
     longer = [extended(problem, formula, one) for one in distinct]
     longer = [one for one in longer if is_sound(problem, one)]

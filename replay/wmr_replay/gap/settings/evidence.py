@@ -42,6 +42,10 @@ class HoldOutSettings:
     """p of the blocks that is needed where no window shows a difference. Statistics: a hundredth of the level
     of significance."""
 
+    least_if_placed: float = 0.03
+    """Least reduction of the gap by an effect in a time or place. Patrol benchmark: its edges are taken from
+    all rows, so that the prediction is not quite held out."""
+
     block_s: float = 2.0
     """Length of a block, s. As ``SignificanceSettings.block_s``."""
 

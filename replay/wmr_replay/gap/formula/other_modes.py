@@ -1,0 +1,108 @@
+"""Formulas found together with the contact modes that an identifier sees with them."""
+
+from dataclasses import replace
+
+from wmr_replay.gap.estimation.likely_modes import likely_modes
+from wmr_replay.gap.estimation.modes import bin_identified
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.formula.gates import why_not
+from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
+from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.formula.modes import (
+    Start,
+    curve_starts,
+    is_calm,
+    is_likelier,
+    likeliest,
+    once_more,
+    sees_the_same,
+)
+from wmr_replay.gap.formula.proven import Proven, library_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.fit_candidates import price_of
+from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.search.slip_test import slips_as_modelled
+from wmr_schemas.signals import Log
+
+
+def with_other_modes(
+    log: Log,
+    problem: Problem,
+    selection: Selection,
+    found: Proven | None,
+    extension: Extension,
+    options: GapOptions,
+) -> Proven | None:
+    """The formula found again with modes that the identifier sees with a formula, where those are likelier.
+
+    An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
+    something is a model to identify with; the likeliest one is grown from the start.
+    """
+    seen = seen_with_curves(log, problem, selection, found, options)
+    best = likeliest(seen)
+    if best is None or (found is None and not takes_place(best, problem, selection)):
+        return found
+    again = proven_with(log, grown_from(best), extension, options)
+    if again is None:
+        return found
+    if found is not None:
+        return again if is_likelier(again.model, found.model) else found
+    return again if takes_place(again.model, problem, selection) else None
+
+
+def seen_with_curves(
+    log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
+) -> list[Start]:
+    """What is found, and curves, with the modes that the identifier sees with each; empty where there is
+    nothing to look for: modes that stay the same, or slipping that follows the model.
+    """
+    if found is None and slips_as_modelled(problem, selection.base):
+        return []
+    seen = [] if found is None else [once_more(log, found.model, options)]
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+        return []
+    if not any(is_calm(start) for start in seen):
+        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+    return seen
+
+
+def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
+    """Whether a formula with its modes is likelier than the selection on ``problem``, and explains more than
+    the selection's effects with the formula's modes, too; by a margin where these are all of the library.
+    """
+    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
+    if not is_likelier(start, Start(problem, selection.fit, selection.base.extension, prices)):
+        return False
+    if not selection.found:
+        return True
+    other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
+    named = len(library_of(selection)) == len(selection.found)
+    excess = other.deviance + prices - start.fit.deviance - start.price
+    return excess > problem.settings.formula.margin * named
+
+
+def grown_from(start: Start) -> Start:
+    """The start with the products and curves that explain most with its modes."""
+    if is_calm(start):
+        return start
+    problem, budget = start.problem, start.problem.settings.budget
+    rest = fit_model(problem, start.rest, None, budget.base_diffusion)
+    formula = grow(problem, rest, without_twins(plain_groups(), rest.extension.effects))
+    return replace(start, fit=formula.fit) if formula.groups else start
+
+
+def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:
+    """A proven formula with the modes that the identifier sees with ``start``, grown from the start."""
+    track = likely_modes(log, start.fit.extension, options.gates)
+    problem = Problem.of(bin_identified(log, track, options.gates))
+    base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
+    if start.rest.effects:
+        rest = fit_model(problem, start.rest, start.fit.noise)
+    groups = groups_of(problem.binned, problem.settings.formula)
+    again = grow(problem, rest, without_twins(groups, rest.extension.effects))
+    if not again.groups:
+        return None
+    failed, proof = why_not(problem, again, groups, options)
+    return Proven(problem, base, again, proof) if not failed and proof is not None else None
