@@ -144,7 +144,8 @@ def losses_by_piece(problem: Problem, fit: Fit, noise: Diffusion, kind: I64) -> 
 def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether the effect ``name`` of the model ``fit`` may be slipping that an identifier missed.
 
-    It may unless it is clearly likelier than slipping in the likeliest history. Always false for other
+    It may unless it is clearly likelier than slipping in the likeliest history, and no shorter than an
+    interval that is looked for. Always false for other
     effects, and for modes that are given. Where a robot's masses are unknown, so is what its slipping loses,
     and only a small loss is none.
     """
@@ -152,6 +153,9 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
         return False
     if problem.binned.log.robot.slip_shares is None:
         return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
+    acts = weight(name, fit.extension.effects[name], problem.binned) > problem.settings.slip.half
+    if problem.binned.step_s[acts].sum() < problem.settings.scan.shortest_interval_s:
+        return True
     n = len(problem.binned)
     price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
     return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price

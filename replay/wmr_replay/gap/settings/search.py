@@ -176,9 +176,9 @@ class SlipSettings:
     """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
     switch error."""
 
-    piece_s: float = 0.25
+    piece_s: float = 0.1
     """Pieces of time in which slipping may set in or end where it is held against a loss, s. Statistics:
-    as the identifier's switch error of 0.3 s."""
+    some two bins; a loss has ends that are fitted, and a precise pose sees a tenth of a second."""
 
     most_pieces: int = 120
     """Most such pieces. Numerics: the cost grows with their square."""
