@@ -42,9 +42,16 @@ class HoldOutSettings:
     """p of the blocks that is needed where no window shows a difference. Statistics: a hundredth of the level
     of significance."""
 
-    least_if_placed: float = 0.03
-    """Least reduction of the gap by an effect in a time or place. Patrol benchmark: its edges are taken from
-    all rows, so that the prediction is not quite held out."""
+    mostly_noise: float = 0.5
+    """Share of the squared gap that noise of the poses makes, above which the gap is no measure. Statistics:
+    more than half of it says nothing about the model."""
+
+    least_reduction: float = 0.10
+    """Least reduction of another gap. Patrol benchmark."""
+
+    least_if_clear: float = 0.03
+    """The same where the prediction leaves no doubt, and for an effect in a time or place where the gap is
+    mostly noise. Patrol benchmark."""
 
     block_s: float = 2.0
     """Length of a block, s. As ``SignificanceSettings.block_s``."""
