@@ -70,7 +70,8 @@ def seen_with_curves(
 
 def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     """Whether a formula with its modes is likelier than the selection on ``problem``, and explains more than
-    the selection's effects with the formula's modes, too; by a margin where these are all of the library.
+    the selection's effects with the formula's modes, too; where these are all of the library, by what their
+    wrong form may leave.
     """
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     if not is_likelier(start, Start(problem, selection.fit, selection.base.extension, prices)):
@@ -78,9 +79,11 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     if not selection.found:
         return True
     other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
-    named = len(library_of(selection)) == len(selection.found)
-    excess = other.deviance + prices - start.fit.deviance - start.price
-    return excess > problem.settings.formula.margin * named
+    excess, own = other.deviance + prices - start.fit.deviance - start.price, problem.settings.formula
+    if len(library_of(selection)) < len(selection.found):
+        return excess > 0
+    base = fit_model(start.problem, selection.base.extension, selection.base.noise)
+    return excess > max(own.margin, own.beyond_library * (base.deviance - other.deviance))
 
 
 def grown_from(start: Start) -> Start:

@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
@@ -52,9 +52,10 @@ def with_formula(
 
 def held_out_apart(problem: Problem, selection: Selection) -> tuple[Problem, Selection]:
     """The selection fitted to two thirds of the log: the other third decides how long a formula is."""
-    part, steps = problem.fold(0), problem.settings.hold_out.refit_steps
-    fits = selection.base, selection.fit
-    base, fit = (gauss_newton(part, one.extension, one.noise, steps) for one in fits)
+    part, budget, fits = problem.fold(0), problem.settings.budget, (selection.base, selection.fit)
+    base, fit = (
+        fit_model(part, one.extension, one.noise, budget.best_diffusion, budget.last_steps) for one in fits
+    )
     return part, replace(selection, base=base, fit=fit)
 
 
@@ -139,9 +140,9 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
-    simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) <= len(selection.fit.keys)
+    simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    return excess + unseen > max(own.margin, 0.0 if simpler else wrong_form)
+    return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
 
 
 def n_numbers(formula: Formula) -> int:

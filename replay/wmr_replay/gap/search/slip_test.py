@@ -23,9 +23,11 @@ from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
+from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import weight
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
+from wmr_replay.gap.settings.search import SlipSettings
 from wmr_schemas.arrays import F64, I64, Bool
 
 
@@ -153,12 +155,20 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
         return False
     if problem.binned.log.robot.slip_shares is None:
         return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
+    if slips_alike(fit.extension.base, fit.extension.effects[name]["loss"], problem.settings.slip):
+        return True
     acts = weight(name, fit.extension.effects[name], problem.binned) > problem.settings.slip.half
     if problem.binned.step_s[acts].sum() < problem.settings.scan.shortest_interval_s:
         return True
     n = len(problem.binned)
     price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
     return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price
+
+
+def slips_alike(base: Base, loss: float, settings: SlipSettings) -> bool:
+    """Whether a loss is near that of the model's slipping, ahead and in turning."""
+    left = np.array([base.slip_share, base.slip_share_yaw])
+    return bool(np.all(np.abs(1.0 - left - loss) < settings.least_apart))
 
 
 @lru_cache(maxsize=16)

@@ -183,6 +183,11 @@ class SlipSettings:
     most_pieces: int = 120
     """Most such pieces. Numerics: the cost grows with their square."""
 
+    least_apart: float = 0.1
+    """Difference of a loss from the model's slipping, in ahead or in turning, below which it may be slipping,
+    however precise. Physics: what slipping leaves depends on loads and tyres that the model knows to some
+    tenths; a payload of a sixth moves it by .03."""
+
     separate: float = 30.0
     """What a loss of traction must explain beyond slipping in its likeliest history and beyond its price, in
     −2 log likelihood. Statistics: three times "very strong" after Kass and Raftery (1995), as
