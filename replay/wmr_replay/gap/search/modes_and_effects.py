@@ -64,9 +64,9 @@ def find_effects(
     if options.modes == "identified":
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
-    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
+    problem = Problem.of(bin_log(log, options.gates, track))
     options = replace(options, gates=with_slip_disturbance(problem, extension))
-    problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
+    problem = Problem.of(bin_log(log, options.gates, track))
     return problem, select(problem, extension, options)
 
 
