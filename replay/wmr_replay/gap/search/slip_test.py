@@ -166,9 +166,9 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
 
 
 def slips_alike(base: Base, loss: float, settings: SlipSettings) -> bool:
-    """Whether a loss is near that of the model's slipping, ahead and in turning."""
+    """Whether a loss is near that of the model's slipping, ahead or in turning."""
     left = np.array([base.slip_share, base.slip_share_yaw])
-    return bool(np.all(np.abs(1.0 - left - loss) < settings.least_apart))
+    return bool(np.any(np.abs(1.0 - left - loss) < settings.least_apart))
 
 
 @lru_cache(maxsize=16)
