@@ -8,7 +8,8 @@ Every log is a canonical MCAP without a mode topic, analysed with default settin
 ``fit`` calibrates on another log of the robot, on which nothing is hidden. Cases go round the robots; of five
 rounds two hide an effect; effects, noises and families take turns, so that a run may be stopped anywhere.
 Rows are appended to a file; a run that is started again, or with a larger ``--n``, continues there.
-``--fresh`` starts over, as one should after a change of the analysis.
+``--fresh`` starts over, as one should after a change of the analysis. An oracle says which logs
+can tell their effect at all (``engine.oracle``): a refusal of the others is right.
 """
 
 import argparse
@@ -29,6 +30,7 @@ from engine.case import FAMILIES, Case  # noqa: E402
 from engine.drive import RanAway  # noqa: E402
 from engine.effects import EDITS  # noqa: E402
 from engine.logs import Logged, base_of, logged, written  # noqa: E402
+from engine.oracle import judged  # noqa: E402
 from engine.score import outcome  # noqa: E402
 from engine.split import accepted, makes_both, part  # noqa: E402
 from worlds import runs  # noqa: E402
@@ -92,6 +94,9 @@ def row_of(case: Case) -> Row:
     names = accepted(case.robot).get(case.effect, [])
     row |= {"outcome": outcome(row, names, both=makes_both(case.robot, case.effect))}
     extended = row.pop("model", None)
+    if case.effect:
+        word = judged(case, found)
+        row |= {"own": word.own, "crossings": word.crossings, "may_refuse": word.may_refuse}
     tried_again = case.effect and case.effect not in LOCAL and case.seed % SECOND_EVERY == 0
     if tried_again and row.get("verdict") in CLAIMS:
         row["second"] = second(replace(case, again=True), extended)

@@ -19,6 +19,8 @@ from wmr_synth.driving.drivers import Profile
 
 RATE_HZ = 100.0
 SETTLE_S = 0.5
+STATE_EVERY = 100
+"""A state is kept of every so many rows."""
 STRAY_SPEED_MPS, STRAY_YAW_RATE_RADPS = 6.0, 6.0
 
 
@@ -35,6 +37,13 @@ SKID_STEER = Gains(8.0, 8.0, 14.0)
 """The scrub of four wheels wants several times the torque."""
 
 
+class State(NamedTuple):
+    """The engine's positions and speeds."""
+
+    qpos: F64
+    qvel: F64
+
+
 class RanAway(RuntimeError):
     """A hidden effect makes the controlled robot unstable."""
 
@@ -42,7 +51,7 @@ class RanAway(RuntimeError):
 @dataclass(frozen=True, eq=False)
 class Motion:
     """At ``t_s`` (n,): the site's pose, body speeds at the axle, torques as commanded from then on, wheel
-    speeds.
+    speeds. ``states`` are the engine's positions and speeds at every ``STATE_EVERY``-th row.
     """
 
     t_s: F64
@@ -56,6 +65,7 @@ class Motion:
     right_nm: F64
     left_radps: F64
     right_radps: F64
+    states: tuple[State, ...] = ()
 
 
 class Plant:
@@ -81,6 +91,10 @@ class Plant:
         self.data.ctrl[:] = np.sign(torques) * np.maximum(np.abs(torques) - width, 0.0)
         mujoco.mj_step(self.model, self.data, nstep=self.steps)
         self.forward()
+
+    def state(self) -> State:
+        """What another robot of the same joints can be put to."""
+        return State(self.data.qpos.copy(), self.data.qvel.copy())
 
     def pose(self) -> tuple[float, float, float]:
         """Of the logged site."""
@@ -129,7 +143,7 @@ def driven(hidden: Hidden, robot: Robot, references: Profile, duration_s: float)
     t_s = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
     wanted = np.stack(references(t_s), axis=1)
     controller = Controller(robot, SKID_STEER if robot.four_wheeled else TWO_WHEELED)
-    rows = np.empty((len(t_s), 10))
+    rows, states = np.empty((len(t_s), 10)), []
     load = hidden.load
     for k, at_s in enumerate(t_s):
         if load is not None and at_s >= load[1]:
@@ -138,9 +152,11 @@ def driven(hidden: Hidden, robot: Robot, references: Profile, duration_s: float)
         speeds = plant.speeds()
         if abs(speeds[0]) > STRAY_SPEED_MPS or abs(speeds[2]) > STRAY_YAW_RATE_RADPS:
             raise RanAway(f"after {at_s:g} s")
+        if k % STATE_EVERY == 0:
+            states.append(plant.state())
         torques = controller.torques(wanted[k], speeds[0], speeds[2])
         rows[k] = (*plant.pose(), *speeds, *torques, *plant.data.qvel[plant.wheels])
         plant.step(*torques)
     columns = rows.T.copy()
     columns[2] = np.unwrap(columns[2])
-    return Motion(t_s, *columns)
+    return Motion(t_s, *columns, states=tuple(states))

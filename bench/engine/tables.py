@@ -20,11 +20,33 @@ def failures(rows: Sequence[Row]) -> str:
             row.get("verdict", "–").replace("_", " "),
             said(row) or "–",
             ", ".join(f"{key} {size:.3g}" for key, size in row["sizes"].items()) or "–",
+            oracle_says(row),
         ]
         for row in rows
         if row["outcome"] not in ("right", "silent")
     ]
-    return table(("log", "outcome", "verdict", "said", "hidden size"), sorted(lines))
+    return table(("log", "outcome", "verdict", "said", "hidden size", "oracle"), sorted(lines))
+
+
+def oracle_says(row: Row) -> str:
+    """The oracle's number on a log with a hidden effect, and on how many crossings alone a patch is seen."""
+    if "own" not in row:
+        return "–"
+    crossed = "" if row["crossings"] is None else f", {row['crossings']} crossings"
+    return f"{row['own']:.0f}{crossed}{', may be refused' if row['may_refuse'] else ''}"
+
+
+def told(rows: Sequence[Row]) -> str:
+    """Right, or refused where the log cannot tell its effect, by robot."""
+    lines = []
+    for name in [*sorted({row["robot"] for row in rows}), "all"]:
+        mine = [row for row in rows if name in (row["robot"], "all")]
+        silent = [row.get("may_refuse", False) for row in mine]
+        right = sum(row["outcome"] == "right" for row in mine)
+        refused = sum(row["outcome"] == "refused" and may for row, may in zip(mine, silent, strict=True))
+        lines.append([name, len(mine), f"{(right + refused) / len(mine):.1%}", right, refused, sum(silent)])
+    head = "the oracle", "logs", "right or refused where it may be", "right", "so refused", "cannot tell"
+    return table(head, lines)
 
 
 def again(rows: Sequence[Row]) -> str:
@@ -60,5 +82,5 @@ def report(rows: Sequence[Row]) -> str:
     hidden = [row for row in rows if row["effect"]]
     if hidden:
         parts.append(by(hidden, lambda row: row["effect"], "effect", HIDDEN))
-        parts.append(again(hidden))
+        parts += [told(hidden), again(hidden)]
     return "\n\n".join([*parts, "Failures", failures(rows), times(rows)])

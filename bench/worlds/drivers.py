@@ -1,4 +1,4 @@
-"""Fourteen driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Eighteen driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -175,6 +175,60 @@ def inspection(duration_s: float, rng: Rng) -> Waypoints:
     return in_parts(parts, rng)
 
 
+def spiral(duration_s: float, rng: Rng) -> Waypoints:
+    """Outwards and inwards on a spiral, its speed swelling slowly; then the other way."""
+    t_s = np.arange(0.0, duration_s + 0.25, 0.25)
+    mean, swell = rng.uniform(0.6, 1.1), rng.uniform(0.2, 0.4)
+    speed = mean * (1 + swell * np.sin(2 * np.pi * t_s / rng.uniform(5.0, 12.0)))
+    middle, reach = rng.uniform(1.5, 3.0), rng.uniform(0.4, 0.7)
+    radius = middle * (1 + reach * np.sin(2 * np.pi * t_s / rng.uniform(18.0, 45.0)))
+    side = np.tanh(6 * np.sin(2 * np.pi * t_s / rng.uniform(40.0, 80.0) + rng.uniform(0.0, 3.0)))
+    turning = np.clip(side * speed / radius, -1.0, 1.0)
+    return Waypoints(tuple(t_s.tolist()), tuple(speed.tolist()), tuple(turning.tolist()))
+
+
+def follower(duration_s: float, rng: Rng) -> Waypoints:
+    """Behind a person who walks, waits and hurries: smooth speeds, the heading corrected all the time."""
+    t_s = np.arange(0.0, duration_s + 0.2, 0.2)
+    n, pace, turning = len(t_s), np.zeros(len(t_s)), np.zeros(len(t_s))
+    wanted, heading = rng.uniform(0.6, 1.2), 0.0
+    for k in range(1, n):
+        if rng.uniform() < 0.2 / 4.0:
+            wanted = rng.choice((0.0, 1.0, 1.0, 1.0)) * rng.uniform(0.5, 1.6)
+        if rng.uniform() < 0.2 / 3.0:
+            heading = rng.uniform(-1.5, 1.5)
+        pace[k] = pace[k - 1] + np.clip(0.25 * (wanted - pace[k - 1]), -0.16, 0.12)
+        turning[k] = 0.8 * turning[k - 1] + 0.2 * np.clip(1.2 * heading, -0.9, 0.9) + 0.03 * rng.normal()
+        heading -= 0.2 * turning[k]
+    return Waypoints(tuple(t_s.tolist()), tuple(pace.tolist()), tuple(turning.tolist()))
+
+
+def dash(duration_s: float, rng: Rng) -> Waypoints:
+    """All or nothing: as hard as it goes to top speed and back to a crawl, bends in the crawl or at speed."""
+    top, parts = rng.uniform(1.4, 2.0), []
+    while sum(length for length, *_ in parts) < duration_s:
+        bend = float(rng.choice((-1.0, 0.0, 1.0))) * rng.uniform(0.1, 0.4)
+        parts.append((rng.uniform(1.5, 4.0), top * rng.uniform(0.7, 1.0), bend))
+        parts.append((rng.uniform(0.8, 2.0), rng.uniform(0.0, 0.3), rng.uniform(-0.9, 0.9)))
+    lengths, speed, turning = np.array(parts).T
+    rates = np.full(len(parts), rng.uniform(1.2, 2.0)), np.full(len(parts), rng.uniform(1.5, 3.0))
+    return ramped(lengths, (speed, turning), rates)
+
+
+def parking(duration_s: float, rng: Rng) -> Waypoints:
+    """Turning in several moves: ahead to one side, back to the other, then a run to the next place."""
+    parts = []
+    while sum(length for length, *_ in parts) < duration_s:
+        side, speed, rate = float(rng.choice((-1.0, 1.0))), rng.uniform(0.3, 0.7), rng.uniform(0.3, 0.8)
+        for _ in range(int(rng.integers(1, 4))):
+            parts.append((rng.uniform(1.2, 2.5), speed, side * rate))
+            parts.append((rng.uniform(1.2, 2.5), -speed, side * rate * rng.uniform(0.3, 1.0)))
+        parts.append((rng.uniform(3.0, 7.0), rng.uniform(0.8, 1.6), rng.uniform(-0.15, 0.15)))
+        if rng.uniform() < 0.3:
+            parts.append((rng.uniform(1.0, 3.0), 0.0, 0.0))
+    return in_parts(parts, rng)
+
+
 def in_parts(parts: list[tuple[float, float, float]], rng: Rng) -> Waypoints:
     """Lengths in s, speeds in m/s and yaw rates in rad/s, with ramps drawn once."""
     lengths, speed, turning = np.array(parts).T
@@ -209,6 +263,10 @@ FAMILIES = {
     "circuit": Family(circuit, (2.0, 20.0), (0.5, 5.0)),
     "shuttle": Family(shuttle, (1.0, 10.0), (0.5, 3.0)),
     "inspection": Family(inspection, (4.0, 40.0), (0.5, 4.0)),
+    "spiral": Family(spiral, (4.0, 30.0), (0.5, 4.0)),
+    "follower": Family(follower, (2.0, 20.0), (0.5, 4.0)),
+    "dash": Family(dash, (1.0, 12.0), (0.5, 3.0)),
+    "parking": Family(parking, (2.0, 25.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 from worlds.case import Truth, World
 from worlds.oracle_filter import exponential
+from worlds.plant_three.equations import SLIDE_RAD
 from worlds.plant_two.world import plant_robot
 
 X, Y, YAW, V, W, Q = range(6)
@@ -55,12 +56,19 @@ def coefficients(world: World) -> dict[str, float]:
     wheel = p.wheel_radius_m**2 / known["wheel_inertia_kgm2"]
     return {
         **p._asdict(),
-        "compliance_s": p.compliance_s if world.case.plant == 2 else 0.0,
+        "compliance_s": p.compliance_s if world.case.plant != 1 else 0.0,
+        "slides_at_rad": 3 * SLIDE_RAD if world.case.plant == 3 else np.inf,
         "ahead_by_slip": 3 / mass * grip,
         "turn_by_slip": 3 * l**2 / inertia * grip,
         "pole_sum": (wheel + 2 / mass) * grip,
         "pole_difference": (wheel + 2 * l**2 / inertia) * grip,
     }
+
+
+def grip_left(w: F64, speed: F64, c: dict[str, float]) -> tuple[F64, F64]:
+    """Side force of a tyre that slides at last, over the linear one's: the ratio, and that of its slope."""
+    z = np.minimum(np.abs(w) / speed / c["slides_at_rad"], 1.0)
+    return 1 - z + z**2 / 3, (1 - z) ** 2
 
 
 def rates(state: F64, mode: int, drive: F64, spin: F64, c: dict[str, float]) -> F64:
@@ -73,13 +81,14 @@ def rates(state: F64, mode: int, drive: F64, spin: F64, c: dict[str, float]) -> 
     w = w if free else -c["compliance_s"] * v * q
     speed = np.maximum(np.sqrt(v**2 + w**2 + (c["half_track_m"] * q) ** 2), SPEED_FLOOR_MPS)
     share = 0.0 if mode == SLIPPING else 1.0
+    decay = c["skid_decay_mps2"] / speed * grip_left(w, speed, c)[0]
     return np.stack(
         [
             v * np.cos(yaw) - w * np.sin(yaw),
             v * np.sin(yaw) + w * np.cos(yaw),
             q,
             share * drive + (w * q / 3 if free else 0.0),
-            -c["skid_decay_mps2"] / speed * w - v * q if free else 0.0 * v,
+            -decay * w - v * q if free else 0.0 * v,
             share * spin / c["half_track_m"],
         ]
     )
@@ -110,7 +119,8 @@ def jacobian(state: F64, mode: int, d: int, c: dict[str, float]) -> F64:
     if free:
         found[:, X, W], found[:, Y, W] = -sin, cos
         found[:, V, W], found[:, V, Q] = q / 3, w / 3
-        found[:, W, W], found[:, W, V], found[:, W, Q] = -c["skid_decay_mps2"] / speed, -q, -v
+        decay = c["skid_decay_mps2"] / speed * grip_left(w, speed, c)[1]
+        found[:, W, W], found[:, W, V], found[:, W, Q] = -decay, -q, -v
         found[:, W, DISTURBANCE + 1] = 1.0
     if mode == SLIPPING and d > SLIP + 1 and c["slips"]:
         found[:, V, SLIP], found[:, Q, SLIP + 1] = c["ahead_by_slip"] / speed, c["turn_by_slip"] / speed / l
@@ -121,17 +131,35 @@ def jacobian(state: F64, mode: int, d: int, c: dict[str, float]) -> F64:
 
 def independent(demand: F64, level: float) -> F64:
     """The part of a demand (n,) in m/s² that does not answer a disturbance of this level."""
-    square = (demand / (COMPENSATES_SD * level)) ** 2
-    return demand * square / (1 + square)
+    share = (demand / (COMPENSATES_SD * level)) ** 4
+    return demand * share / (1 + share)
 
 
-def substeps(truth: Truth, mode: int, d: int, c: dict[str, float]) -> tuple[F64, F64]:
+def mean_torques(world: World) -> tuple[F64, F64]:
+    """Mean torques (n − 1,), left and right, between the truth's instants; those of plants two and three are
+    held from one command to the next, and a pose's stamp lies anywhere between.
+    """
+    truth, log = world.truth, world.log
+    if world.case.plant == 1 or log.torque is None:
+        return truth.left_nm[:-1], truth.right_nm[:-1]
+    at_s = (log.torque.t_ns - log.pose.t_ns[0]) / NS_PER_S + truth.t_s[0]
+    steps = np.diff(at_s, append=2 * at_s[-1] - at_s[-2])
+    ends = np.append(at_s, at_s[-1] + steps[-1])
+    sums = (np.append(0.0, np.cumsum(held * steps)) for held in (log.torque.left_nm, log.torque.right_nm))
+    left, right = (np.diff(np.interp(truth.t_s, ends, total)) / np.diff(truth.t_s) for total in sums)
+    return left, right
+
+
+def substeps(
+    truth: Truth, torques: tuple[F64, F64], mode: int, d: int, c: dict[str, float]
+) -> tuple[F64, F64]:
     """Transitions (n − 1, d, d) and offsets (n − 1, d) of a mode between the truth's instants."""
     state = np.stack([getattr(truth, name) for name in ("x_m", "y_m", "yaw_rad", "v_long_mps", "v_lat_mps")])
     state = np.concatenate([state, truth.yaw_rate_radps[None]])
     dt = np.diff(truth.t_s)
-    drive = independent(c["alpha"] * (truth.left_nm + truth.right_nm)[:-1], c["level"])
-    spin = independent(c["alpha_yaw"] * (truth.right_nm - truth.left_nm)[:-1], c["level"])
+    left, right = torques
+    drive = independent(c["alpha"] * (left + right), c["level"])
+    spin = independent(c["alpha_yaw"] * (right - left), c["level"])
     before = state[:, :-1].copy()
     shares = (c["share_long"], c["share_yaw"]) if mode == SLIPPING and not c["slips"] else (1.0, 1.0)
     as_told = IDEAL if mode == SLIPPING and not c["slips"] else mode
@@ -162,8 +190,9 @@ def linear_model(world: World, rows: int | None = None) -> Linear:
     n = len(truth.t_s) // per
     middle = np.arange(n) * per + (per - 1) // 2
     flows, offsets = np.empty((n - 1, N_MODES, d, d)), np.zeros((n - 1, N_MODES, d))
+    torques = mean_torques(world)
     for mode in range(N_MODES):
-        flow, offset = substeps(truth, mode, d, c)
+        flow, offset = substeps(truth, torques, mode, d, c)
         total = np.broadcast_to(np.eye(d), (n - 1, d, d)).copy()
         for j in range(per):
             at = middle[:-1] + j

@@ -1,7 +1,5 @@
 """The compiled loop of the two-wheeled plant: driver and mode switches on one grid of instants."""
 
-import math
-
 import numpy as np
 
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
@@ -9,6 +7,7 @@ from wmr_schemas.compiled import compiled
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import Commands, Gains
+from wmr_synth.driving.path_tracking import towards_path
 from wmr_synth.plants import two_wheeled as plant
 from wmr_synth.plants.motion import Motion, union_of_sorted
 from wmr_synth.plants.two_wheeled import (
@@ -89,11 +88,11 @@ def references(wanted: F64, state: F64, gains: Gains) -> tuple[float, float]:
     """Speed and yaw rate to follow: where gains say so, corrected towards the path while it is driven."""
     v, yaw_rate = wanted[2], wanted[3]
     if gains.heading_per_s > 0.0 and abs(v) + abs(yaw_rate) > STANDING:
-        x, y, cosine, sine = wanted[4] - state[X], wanted[5] - state[Y], wanted[6], wanted[7]
-        off_rad = wanted[8] - state[THETA]
-        ahead, across = x * cosine + y * sine, y * cosine - x * sine
-        yaw_rate += v * gains.across_per_m2 * across + gains.heading_per_s * math.sin(off_rad)
-        v = v * math.cos(off_rad) + gains.ahead_per_s * ahead
+        off = wanted[4] - state[X], wanted[5] - state[Y], wanted[8] - state[THETA]
+        heading = wanted[6], wanted[7]
+        return towards_path(
+            v, yaw_rate, off, heading, (gains.ahead_per_s, gains.across_per_m2, gains.heading_per_s)
+        )
     return v, yaw_rate
 
 

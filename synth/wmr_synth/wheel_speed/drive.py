@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled import compiled
+from wmr_synth.driving.path_tracking import towards_path
 from wmr_synth.hidden import forms
 from wmr_synth.hidden.rolling import RollingHidden
 
@@ -65,12 +66,10 @@ def commanded(wanted: F64, state: F64, tracking: Tracking, rig: Rig) -> tuple[fl
     """The commanded wheel speeds (left, right) in rad/s; ``wanted``: v, ω, x, y, yaw of the reference."""
     v, yaw_rate = wanted[0], wanted[1]
     if tracking.heading_per_s > 0.0 and abs(v) + abs(yaw_rate) > 1e-3:
-        off_x, off_y = wanted[2] - state[X], wanted[3] - state[Y]
-        cosine, sine = math.cos(state[YAW]), math.sin(state[YAW])
-        ahead, across = off_x * cosine + off_y * sine, off_y * cosine - off_x * sine
-        turned = math.sin(wanted[4] - state[YAW])
-        yaw_rate += v * tracking.across_per_m2 * across + tracking.heading_per_s * turned
-        v = v * math.cos(wanted[4] - state[YAW]) + tracking.ahead_per_s * ahead
+        off = wanted[2] - state[X], wanted[3] - state[Y], wanted[4] - state[YAW]
+        heading = math.cos(state[YAW]), math.sin(state[YAW])
+        gains = tracking.ahead_per_s, tracking.across_per_m2, tracking.heading_per_s
+        v, yaw_rate = towards_path(v, yaw_rate, off, heading, gains)
     v = max(-tracking.v_mps, min(tracking.v_mps, v))
     turn = rig.half_track_m * max(-tracking.yaw_rate_radps, min(tracking.yaw_rate_radps, yaw_rate))
     return (v - turn) / rig.stated_radius_m, (v + turn) / rig.stated_radius_m

@@ -1,0 +1,81 @@
+"""The oracle of engine logs: what it must say where the answer is known from the physics."""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+BENCH = Path(__file__).parents[3] / "bench"
+SECONDS = 20.0
+
+
+@pytest.fixture(scope="module")
+def engine():
+    """``engine(name)``: a module of bench/engine."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield lambda name: importlib.import_module(f"engine.{name}")
+
+
+@pytest.fixture(scope="module")
+def driven(engine):
+    """``driven(robot, effect)``: a case and its log, on the same drive."""
+    made = {}
+
+    def one(robot, effect, noise="mocap"):
+        if (robot, effect, noise) not in made:
+            case = engine("case").Case(robot, "stop-go", noise, effect, 7, SECONDS)
+            made[robot, effect, noise] = case, engine("logs").logged(case)
+        return made[robot, effect, noise]
+
+    return one
+
+
+@pytest.mark.parametrize("robot", ["courier", "rover"])
+def test_nothing_hidden_has_no_trace_and_may_be_refused(engine, driven, robot):
+    word = engine("oracle").judged(*driven(robot, ""))
+    assert word.own == pytest.approx(0.0, abs=1e-3)
+    assert word.may_refuse
+
+
+def test_a_weight_slows_the_response_by_its_share(engine, driven):
+    _, found = driven("courier", "payload")
+    trace = engine("oracle").by_torques(found).acceleration
+    ratio = found.hidden.sizes["mass_ratio"]
+    robot, motion = found.robot, found.motion
+    expected = robot.alpha * (motion.left_nm + motion.right_nm) * (1 / (1 + ratio) - 1)
+    apart = (trace[0] - expected)[200:].reshape(-1, 50).mean(axis=1)
+    assert np.sqrt(np.mean(apart**2)) < 0.15 * np.sqrt(np.mean(expected**2))
+    assert np.abs(trace[2]).max() < 0.1 * np.abs(expected).max()
+
+
+def test_a_moved_site_is_seen_and_less_in_more_noise(engine, driven):
+    clear = engine("oracle").judged(*driven("courier", "site_moved"))
+    poor = engine("oracle").judged(*driven("courier", "site_moved", "poor"))
+    assert not clear.may_refuse
+    assert clear.own > 100 * poor.own > 0
+
+
+def test_a_limit_that_is_never_reached_may_be_refused(engine, driven):
+    case, found = driven("courier", "force_range")
+    reached = max(np.abs(found.motion.left_nm).max(), np.abs(found.motion.right_nm).max())
+    word = engine("oracle").judged(case, found)
+    assert word.may_refuse == (reached <= found.hidden.sizes["limit_nm"])
+
+
+def test_wheels_of_another_size_are_what_the_speeds_leave(engine, driven):
+    case, found = driven("rover", "wheel_size")
+    trace = engine("oracle").by_wheels(case, found).acceleration
+    ratio, moving = found.hidden.sizes["ratio"], np.abs(found.motion.v_long_mps) > 0.3
+    share = np.median(trace[0][moving] / found.motion.v_long_mps[moving])
+    assert share == pytest.approx(ratio / (1 + ratio), rel=0.1)
+
+
+def test_a_patch_wants_two_crossings(engine):
+    judgement = engine("oracle").Judgement
+    assert judgement(1000.0, 1.0, 1).may_refuse
+    assert not judgement(1000.0, 1.0, 2).may_refuse
+    assert judgement(20.0, 1.0).may_refuse
+    assert judgement(1000.0, 0.001).may_refuse
