@@ -133,11 +133,20 @@ class PoseColour:
         for k in np.unique(which):
             for row, colour in enumerate(self.found[k].colours or ()):
                 if colour.evidence >= EVIDENCE:
-                    lasting = 2 * min(colour.time_s, FORGOTTEN_S) / self._step_s
                     factors[row, which == k] = max(
-                        (colour.white + lasting * colour.wobble) / colour.tracked, 1.0
+                        equivalent_white(colour, self._step_s) / colour.tracked, 1.0
                     )
         return variances * factors
+
+
+def equivalent_white(colour: Colour, step_s: float) -> float:
+    """Variance of white noise in samples ``step_s`` apart that hides as much slow motion as this colour.
+
+    A wobble of σ² that lasts for τ counts as 2 σ² τ over the step. Of one that lasts longer than a filter
+    remembers, T, that filter sees its diffusion 2 σ²/τ alone: as a wobble of σ² T/τ that lasts for T.
+    """
+    seen_s = min(colour.time_s, FORGOTTEN_S)
+    return colour.white + 2 * seen_s / step_s * colour.wobble * seen_s / colour.time_s
 
 
 def widened(

@@ -62,14 +62,14 @@ def test_a_disturbance_that_is_not_seen_keeps_its_variance(dt):
 @given(st.floats(-100, 100), st.floats(1e-3, 1.0), st.floats(1e-3, 0.3))
 def test_efforts_count_by_how_far_their_demand_is_beyond_the_disturbance(effort, gain, sd):
     demand, least = abs(effort) * gain, COMPENSATED_SD * sd
-    share = demand**2 / (demand**2 + least**2)
+    share = demand**4 / (demand**4 + least**4)
     assert told(effort, gain, sd**2) == pytest.approx(effort * share, rel=1e-9, abs=1e-300)
 
 
 def test_an_effort_well_beyond_the_disturbance_counts_in_full_and_one_below_hardly():
-    assert told(10.0, 0.1, 0.01**2) == pytest.approx(10.0, rel=1e-3)
-    assert told(-10.0, 0.1, 0.01**2) == pytest.approx(-10.0, rel=1e-3)
-    assert told(0.1, 0.1, 0.01**2) == pytest.approx(0.01, rel=0.02)
+    assert told(10.0, 0.1, 0.01**2) == pytest.approx(10.0, rel=1e-5)
+    assert told(-10.0, 0.1, 0.01**2) == pytest.approx(-10.0, rel=1e-5)
+    assert told(0.1, 0.1, 0.01**2) == pytest.approx(0.1 / 82, rel=1e-6)
     assert told(0.3, 0.1, 0.01**2) == pytest.approx(0.15)
     assert told(0.0, 0.1, 0.01**2) == 0.0
 
@@ -113,3 +113,8 @@ def test_steering_in_square_waves_at_constant_speed_is_mostly_no_slip(slips):
     causal, hindsight = slips("square-wave").mean(axis=0)
     assert causal < 0.25
     assert hindsight < 0.15
+
+
+def test_at_three_times_the_disturbance_that_counts_an_effort_lacks_a_hundredth():
+    """What is left out biases the traction by as much: with the second power it was a tenth."""
+    assert told(1.0, 9 * 0.01, 0.01**2) == pytest.approx(81 / 82)

@@ -357,7 +357,31 @@ def test_weights_at_the_start_are_those_that_compiled_code_normalises():
     expected.size[0] = 3 * 4 * len(levels)
     for h in range(3 * 4 * len(levels)):
         share = (0.94, 0.03, 0.03)[h // (4 * len(levels))]
-        share *= 0.6 if h // len(levels) % 4 == 0 else (1 - 0.6) / 3
+        share *= 0.9 if h // len(levels) % 4 == 0 else (1 - 0.9) / 3
         expected.log_weight[h] = log_prior_of_level(h % len(levels)) + math.log(share)
     normalise(expected)
     np.testing.assert_array_equal(hypotheses.log_weight, expected.log_weight)
+
+
+def test_the_first_velocity_is_as_uncertain_as_a_quadratic_is_wrong_about_a_changing_acceleration():
+    """The oracle is a quadratic through an exact cubic: how far its end is off the path and the speed."""
+    from wmr_replay.identify.filter_bank.start import spread_of_jerk
+    from wmr_replay.identify.filter_bank.states import V_LONG
+
+    ages = np.linspace(-0.6, 0.0, 31)
+    torques = np.linspace(-2.0, 3.0, 31)
+    jerk = np.exp(PRIOR.ln_alpha) * 5.0 / 0.6
+    fit = np.polyfit(ages, jerk * ages**3 / 6, 2)
+    values = np.zeros((9, 31))
+    values[6] = torques
+    spread = spread_of_jerk(values, 0.6, 0.0, PRIOR)
+    assert np.sqrt(spread[V_LONG, V_LONG]) == pytest.approx(abs(fit[1]), rel=0.15)
+    assert np.sqrt(spread[0, 0]) == pytest.approx(abs(fit[2]), rel=0.15)
+    assert spread[1, 1] == spread[2, 2] == 0.0
+
+
+def test_a_steady_torque_leaves_the_first_velocity_as_it_is():
+    from wmr_replay.identify.filter_bank.start import spread_of_jerk
+
+    values = np.full((9, 31), 2.0)
+    assert not spread_of_jerk(values, 0.6, 0.3, PRIOR).any()

@@ -79,8 +79,9 @@ class BankPriors:
     looks like slipping never ends."""
     across: float = 0.4
     """Share of skids and slips that lead into another mode than rolling."""
-    starts_rolling: float = 0.6
-    """How probable rolling is at the start, a little less than rolled_s/(rolled_s + lost_s)."""
+    starts_rolling: float = 0.9
+    """How probable rolling is at the start. Judgement: a log mostly begins at rest or in grip. Without
+    turning or torque, what a log begins with stays undecided for long; .6 made rolling a skid for as long."""
     learned_switches: float = 4.0
     """The second pass takes what the first has counted for so many switches at most."""
 

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from wmr_replay.identify.filter_bank.bins import Bins
+from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
 from wmr_replay.identify.filter_bank.hypotheses import CALM_LOG_PRIOR, N_CALM, HypothesisSet
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
@@ -98,8 +98,30 @@ def first_state(values: F64, stamps: I64, prior: Prior) -> tuple[F64, F64]:
     turn[0, PSI], turn[0, V_LAT], turn[0, V_LONG], turn[1, OMEGA] = 1.0, -v_long, v_lat, 1.0
     covariance += yaw * turn.T @ np.array([[g00, g01], [g01, g11]]) @ turn
     covariance[[V_LONG, V_LAT, OMEGA], [V_LONG, V_LAT, OMEGA]] += LEAST_SPEED_SD_MPS**2
+    covariance += spread_of_jerk(values, float(ages[-1] - ages[0]), fit[0, 2], prior)
     set_parameters(mean, covariance, prior)
     return mean, covariance
+
+
+def spread_of_jerk(values: F64, span_s: float, heading_rad: float, prior: Prior) -> F64:
+    """Covariance (s, s) of what a quadratic over ``span_s`` T does not follow, an acceleration that changes.
+
+    Where the acceleration changes by Δ within T, evenly, least squares of degree 2 end Δ T²/120 off the path
+    and Δ T/10 off the speed. Δ is the range of what the wheels are asked for.
+    """
+    found = np.zeros((N_STATES, N_STATES))
+    for row, ln_gain, places in (
+        (FORCE, prior.ln_alpha, {X: np.cos(heading_rad), Y: np.sin(heading_rad)}),
+        (TURN, prior.ln_beta, {PSI: 1.0}),
+    ):
+        asked = np.exp(ln_gain) * values[row]
+        change = float(np.nan_to_num(asked.max() - asked.min()))
+        off = np.zeros(N_STATES)
+        for place, share in places.items():
+            off[place] = share * change * span_s**2 / 120
+        off[V_LONG if row == FORCE else OMEGA] = change * span_s / 10
+        found += np.outer(off, off)
+    return found
 
 
 def set_parameters(mean: F64, covariance: F64, prior: Prior) -> None:

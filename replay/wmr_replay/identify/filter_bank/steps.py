@@ -70,14 +70,14 @@ class Drift(NamedTuple):
 
 @lean
 def told(effort: float, gain: float, variance: float) -> float:
-    """The part of an effort that tells modes apart: effort x²/(1 + x²), x = demand/(3 sd of the disturbance).
+    """The part of an effort that tells modes apart: effort x⁴/(1 + x⁴), x = demand/(3 sd of the disturbance).
 
     A speed controller compensates disturbances, and sees them better than a pose does. Its efforts of their
     size are therefore no independent input: without this factor rolling at constant speed would look like
     slipping, since such efforts are not followed by accelerations.
     """
     x = effort * effort * gain * gain / (COMPENSATED * variance)
-    return effort * x / (1.0 + x)
+    return effort * x * x / (1.0 + x * x)
 
 
 @lean
