@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from wmr_replay.gap.wheel_speed.between_logs import misfit_sd
 from wmr_replay.gap.wheel_speed.drive import Chassis, Values
 from wmr_replay.gap.wheel_speed.predict import DECLARED
 from wmr_schemas.errors import InvalidSignal
@@ -19,6 +20,7 @@ class Base:
     source: str
     unnameable: tuple[str, ...] = ()
     robot_sd: dict[str, float] = field(default_factory=dict)
+    misfit: dict[str, float] = field(default_factory=dict)
 
     @property
     def chassis(self) -> Chassis:
@@ -34,8 +36,9 @@ class Base:
 
     @property
     def values_sd(self) -> Values:
-        """Their standard deviations, of those that the source says."""
-        return {e.name: dict(e.sd) for e in self.effects if e.name in DECLARED and e.sd}
+        """Their standard deviations, of those that the source says, and what calibration logs show beside."""
+        held: Values = {e.name: dict(e.sd) for e in self.effects if e.name in DECLARED and e.sd}
+        return {**misfit_sd(self.misfit), **held}
 
 
 def base_of(robot: RobotParameters, model: Model | None) -> Base:
@@ -53,4 +56,4 @@ def base_of(robot: RobotParameters, model: Model | None) -> Base:
     source = "metadata record" if model is None else "model file"
     if model is None:
         return Base(given, (), source)
-    return Base(given, model.effects, source, robot_sd=model.robot_sd)
+    return Base(given, model.effects, source, robot_sd=model.robot_sd, misfit=model.misfit)

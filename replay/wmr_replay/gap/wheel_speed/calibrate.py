@@ -9,6 +9,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.wheel_speed.analyse import problem_of
 from wmr_replay.gap.wheel_speed.assemble import noise_model, odometry
 from wmr_replay.gap.wheel_speed.base import base_of
+from wmr_replay.gap.wheel_speed.between_logs import fitted_alone, misfit_between, sd_of_another_log
 from wmr_replay.gap.wheel_speed.candidates import CALIBRATED, absent, parameters_of
 from wmr_replay.gap.wheel_speed.estimate import Fit, fit
 from wmr_replay.gap.wheel_speed.evidence import matters, p_value
@@ -17,6 +18,7 @@ from wmr_replay.gap.wheel_speed.plausible import logs_apart
 from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.select import base_fit, fitted_with
 from wmr_replay.gap.wheel_speed.verdict import too_short_a_way
+from wmr_schemas.arrays import F64
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
@@ -37,7 +39,9 @@ def calibrate_wheel_speeds(
     logs: Sequence[Log], robot: RobotParameters, options: GapOptions | None = None
 ) -> Calibration:
     """The effects of :data:`CALIBRATED` on ``logs`` with standard deviations, the tyres' creep, and the
-    odometry's error before and after, held out. What the motion does not show is left out, with a note.
+    odometry's error before and after, held out. Of several logs the deviations between them are part of the
+    standard deviations, and what single logs show beside is the misfit. What the motion does not show is
+    left out, with a note.
 
     Raises InvalidSignal where wheel speeds, lengths or driving are too few.
     """
@@ -51,11 +55,14 @@ def calibrate_wheel_speeds(
         problem = ideal_only(problem, {})
     fitted, unseen = calibrated(problem)
     fitted = with_creep(problem, fitted)
+    alone = fitted_alone(problem, fitted)
+    sd = sd_of_another_log(fitted, alone)
     model = Model(
         robot=base.robot,
         noise=noise_model(problem, fitted),
-        effects=tuple(effect_of(fitted, name) for name in (*CALIBRATED, CREEP) if name in fitted.values),
+        effects=tuple(effect_of(fitted, sd, name) for name in (*CALIBRATED, CREEP) if name in fitted.values),
         odometry=odometry(problem, (base_fit(problem), fitted), options),
+        misfit=misfit_between(alone),
     )
     notes = (f"the driving does not show {name}; it is left out" for name in unseen)
     return Calibration(model, (*apart, *notes))
@@ -91,11 +98,11 @@ def with_creep(problem: Problem, fitted: Fit) -> Fit:
     return creeping if proven else fitted
 
 
-def effect_of(fitted: Fit, name: str) -> Effect:
+def effect_of(fitted: Fit, sd: F64, name: str) -> Effect:
     """An effect with its standard deviation, as a model file holds it."""
     mine = [
         (one.key, v, s)
-        for one, v, s in zip(fitted.parameters, fitted.sizes, fitted.sd, strict=True)
+        for one, v, s in zip(fitted.parameters, fitted.sizes, sd, strict=True)
         if one.effect == name
     ]
     return Effect(name, {key: float(v) for key, v, _ in mine}, {key: float(s) for key, _, s in mine})

@@ -181,7 +181,7 @@ def beyond_calibration(one: Proposal) -> bool:
     calibration is never quite another's.
     """
     problem = one.problem
-    names = [name for name in problem.base_sd if name not in one.after.values]
+    names = [name for name in problem.base_sd if name in problem.base and name not in one.after.values]
     if not names:
         return True
     released = tuple(parameter for name in names for parameter in parameters_of(name))

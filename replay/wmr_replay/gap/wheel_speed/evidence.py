@@ -106,6 +106,15 @@ def within_calibration(base_sd: Values, fit: Fit, name: str, settings: GateSetti
     return math.hypot(*sizes) < settings.calibration_sd
 
 
+def hardly_turns(problem: Problem, name: str) -> bool:
+    """Whether a track that a calibration gave is doubted by a log on which the heading hardly changes: wheels
+    that pull differently creep apart on dry friction before the robot turns.
+    """
+    if name != "effective_track" or name not in problem.base_sd:
+        return False
+    return float(np.ptp(problem.measured[2])) < problem.settings.gates.least_turning_rad
+
+
 def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:
     """Whether the held-out gap in position or in yaw shrinks enough; each window is simulated by the fold
     that did not fit it.

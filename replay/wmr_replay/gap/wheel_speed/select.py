@@ -18,6 +18,7 @@ from wmr_replay.gap.wheel_speed.candidates import (
 )
 from wmr_replay.gap.wheel_speed.estimate import Fit, Noises, at, fit, fit_noises, refit
 from wmr_replay.gap.wheel_speed.evidence import (
+    hardly_turns,
     holds_on_held_out,
     matters,
     moves_path,
@@ -233,7 +234,8 @@ def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
 
 def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
-    if within_calibration(problem.base_sd, after, name, problem.settings.gates):
+    known = within_calibration(problem.base_sd, after, name, problem.settings.gates)
+    if known or hardly_turns(problem, name):
         return "calibration"
     if p > problem.settings.gates.level:
         return "significance"

@@ -1,0 +1,91 @@
+"""How a robot differs from one calibration log to another, which a fit of all logs together does not show.
+
+Each log is fitted alone. Of sizes x_k with standard deviations s_k the moment estimate of the variance
+between logs is τ² = max(0, var(x) − mean(s²)) (DerSimonian and Laird 1986); the parameters of another log lie
+about the common fit with sd² + τ² (1 + 1/K). Few logs show few ways of driving: what scrubbing adds to the
+track is held no better than its form is known. An effect that the base model does not hold lies about 0,
+with τ² = max(0, mean(x² − s²)): that is its misfit.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.wheel_speed.candidates import PLACES, candidates_of, parameters_of
+from wmr_replay.gap.wheel_speed.drive import Values
+from wmr_replay.gap.wheel_speed.estimate import Fit, inverse, refit
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
+from wmr_replay.gap.wheel_speed.scan import scan
+from wmr_schemas.arrays import F64
+
+LEAST_LOGS = 2
+SCRUB_SD = 0.03
+"""Standard deviation of what scrubbing adds to the track, as a share, on another drive. Physics: dry friction
+has no track of its own; the form of slip in turns is known as well (``FORM_SD``)."""
+
+
+def each_log(problem: Problem) -> list[Problem]:
+    """The problem of each log alone."""
+    log_of_bin = problem.record.log_of[problem.bins.stretch]
+    return [replace(problem, fitted=problem.fitted & (log_of_bin == k)) for k in np.unique(log_of_bin)]
+
+
+def fitted_alone(problem: Problem, fitted: Fit) -> list[tuple[Problem, Fit]]:
+    """Each log with the common parameters fitted to it; none where there are too few logs."""
+    alone = each_log(problem)
+    if len(alone) < LEAST_LOGS:
+        return []
+    return [(one, refit(one, fitted.parameters, fitted.values, fitted.noises)) for one in alone]
+
+
+def sd_of_another_log(fitted: Fit, alone: list[tuple[Problem, Fit]]) -> F64:
+    """Standard deviations (p,) of the parameters of another log about the common fit, of several logs."""
+    if not alone:
+        return fitted.sd
+    scrub = np.array([SCRUB_SD * (one.effect == "effective_track") for one in fitted.parameters])
+    sizes = np.stack([one.sizes for _, one in alone])
+    own = np.stack([one.sd for _, one in alone])
+    between = np.maximum(np.var(sizes, axis=0, ddof=1) - np.mean(own**2, axis=0), 0.0)
+    return np.asarray(np.sqrt(fitted.sd**2 + between * (1 + 1 / len(alone)) + (scrub * fitted.sizes) ** 2))
+
+
+def misfit_between(alone: list[tuple[Problem, Fit]]) -> dict[str, float]:
+    """Sizes by effect that single logs show beside the base model; two components by their length."""
+    squares: dict[str, list[float]] = {}
+    for problem, own in alone:
+        wanted = tuple(one for one in candidates_of(problem.record) if may_differ(one.name, own))
+        for score in scan(problem, own, wanted):
+            size = np.array(list(score.start.values()))
+            spread = np.diag(inverse(score.information))
+            if np.all(spread > 0):
+                squares.setdefault(score.name, []).append(float(np.sum(size**2 - spread)))
+    found = {name: float(np.mean(each)) for name, each in squares.items() if len(each) == len(alone)}
+    misfit = {name: float(np.sqrt(square)) for name, square in found.items() if square > 0}
+    if alone:
+        problem, own = alone[0]
+        misfit["pose_lever_arm"] = max(misfit.get("pose_lever_arm", 0.0), sides_apart_m(problem, own))
+    return misfit
+
+
+def sides_apart_m(problem: Problem, own: Fit) -> float:
+    """How far the centre of rotation moves sideways where scrubbing widens one side's half-track by
+    ``SCRUB_SD`` more than the other's, as it does in turns to one side: a lever arm is the same motion.
+    """
+    wider = own.values.get("effective_track", {}).get("ratio", 0.0)
+    return SCRUB_SD * abs(wider) * problem.chassis.half_track_m
+
+
+def may_differ(name: str, own: Fit) -> bool:
+    """Whether an effect acts always, in proportion to its parameters, and is not held."""
+    declared = DECLARED[name]
+    lasting = declared.extent == "always" and declared.zero_is_absent and not declared.search.grid
+    return lasting and name not in PLACES and name not in own.values
+
+
+def misfit_sd(misfit: dict[str, float]) -> Values:
+    """The misfit as standard deviations of each of an effect's parameters."""
+    return {
+        name: {one.key: size for one in parameters_of(name)}
+        for name, size in misfit.items()
+        if name in DECLARED
+    }

@@ -1,0 +1,67 @@
+"""How calibration logs differ is part of a base's uncertainty: sizes by hand, no code of the analysis."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
+from wmr_replay.gap.wheel_speed.base import Base
+from wmr_replay.gap.wheel_speed.between_logs import SCRUB_SD, sd_of_another_log, sides_apart_m
+from wmr_replay.gap.wheel_speed.drive import Chassis
+from wmr_replay.gap.wheel_speed.evidence import hardly_turns, within_calibration
+from wmr_schemas.model_file import Effect
+from wmr_schemas.robot import RobotParameters
+
+GATES = WheelSpeedSettings().gates
+
+
+def fit_of(size, sd, effect="wheel_scale", key="ratio"):
+    which = SimpleNamespace(effect=effect, key=key)
+    values = {effect: {key: size}}
+    return SimpleNamespace(parameters=(which,), sizes=np.array([size]), sd=np.array([sd]), values=values)
+
+
+def test_one_log_says_no_more_than_its_own_deviation():
+    assert sd_of_another_log(fit_of(0.01, 0.002), []) == pytest.approx([0.002])
+
+
+def test_logs_that_differ_by_more_than_their_noise_widen_the_deviation():
+    alone = [(None, fit_of(0.00, 0.002)), (None, fit_of(0.04, 0.002))]
+    between = 0.0008 - 0.002**2
+    expected = np.sqrt(0.001**2 + 1.5 * between)
+    assert sd_of_another_log(fit_of(0.02, 0.001), alone) == pytest.approx([expected])
+
+
+def test_logs_that_differ_by_their_noise_do_not():
+    alone = [(None, fit_of(0.019, 0.01)), (None, fit_of(0.021, 0.01))]
+    assert sd_of_another_log(fit_of(0.02, 0.007), alone) == pytest.approx([0.007])
+
+
+def test_a_scrubbing_track_is_known_no_better_than_its_form():
+    same = fit_of(1.4, 0.001, "effective_track")
+    sd = sd_of_another_log(same, [(None, same), (None, same)])
+    assert sd == pytest.approx([np.hypot(0.001, SCRUB_SD * 1.4)])
+    problem = SimpleNamespace(chassis=Chassis(0.1, 0.25))
+    assert sides_apart_m(problem, same) == pytest.approx(SCRUB_SD * 1.4 * 0.25)
+
+
+def test_a_rest_of_the_size_of_the_misfit_is_no_finding():
+    held = Effect("wheel_scale", {"ratio": 0.01}, {"ratio": 0.001})
+    base = Base(RobotParameters(), (held,), "model file", misfit={"turning_slip": 0.1, "wheel_scale": 9.0})
+    assert base.values_sd == {"turning_slip": {"s_per_m": 0.1}, "wheel_scale": {"ratio": 0.001}}
+    small, large = (fit_of(size, 0.01, "turning_slip", "s_per_m") for size in (0.2, 0.6))
+    assert within_calibration(base.values_sd, small, "turning_slip", GATES)
+    assert not within_calibration(base.values_sd, large, "turning_slip", GATES)
+
+
+@pytest.mark.parametrize(("turned_rad", "doubted"), [(0.1, True), (2.0, False)])
+def test_a_log_that_hardly_turns_does_not_doubt_a_calibrated_track(turned_rad, doubted):
+    measured = np.stack([np.zeros(50), np.zeros(50), np.linspace(0, turned_rad, 50)])
+    settings = WheelSpeedSettings()
+    known = {"effective_track": {"ratio": 0.02}}
+    problem = SimpleNamespace(measured=measured, settings=settings, base_sd=known)
+    assert hardly_turns(problem, "effective_track") is doubted
+    assert not hardly_turns(
+        SimpleNamespace(measured=measured, settings=settings, base_sd={}), "effective_track"
+    )
