@@ -297,9 +297,8 @@ def remains(sheet: page.Page, gap: GapFile) -> None:
             )
         )
     sizes = [
-        (name, figure(least.value), "" if least.unit == "1" else least.unit)
+        (name, "–" if least.value is None else figure(least.value), "" if least.unit == "1" else least.unit)
         for name, least in gap.minimum_detectable.items()
-        if least.value is not None
     ]
     listed = page.table(("effect", "would have been seen from", "unit"), sizes, numeric=(1,))
     quiet = gap.verdict in ("nothing_missing", "not_enough_excitation")

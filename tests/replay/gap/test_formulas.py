@@ -24,6 +24,7 @@ from wmr_replay.gap.formula.groups import (
     without_twins,
 )
 from wmr_replay.gap.formula.grow import grow, is_sound
+from wmr_replay.gap.formula.search import is_the_same
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.result.formulas import parity_of, text_of
@@ -31,6 +32,7 @@ from wmr_replay.gap.result.result import Estimate, FoundEffect
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.verdict import verdict_of
 from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
 from wmr_schemas.terms import parse_term
 
@@ -189,3 +191,18 @@ def test_a_place_counts_once_a_visit(bench):
     x, y = binned.pose[200, :2]
     assert visits_of(binned, (float(x), float(y), 1e-3), SETTINGS.formula) == 1
     assert visits_of(binned, (1e3, 1e3, 1.0), SETTINGS.formula) == 0
+
+
+@pytest.mark.parametrize(
+    ("named", "terms", "same"),
+    [
+        (["scrub_torque"], ["yaw:sgn(yaw_rate)"], True),
+        (["scrub_torque"], ["yaw:sgn(yaw_rate)", "yaw:yaw_rate"], False),
+        (["yaw_damping"], ["yaw:sgn(yaw_rate)"], False),
+        ([], ["yaw:sgn(yaw_rate)"], False),
+    ],
+)
+def test_a_formula_of_a_named_effects_own_term_is_that_effect(named, terms, same):
+    selection = SimpleNamespace(found=[SimpleNamespace(name=name) for name in named])
+    groups = [SimpleNamespace(names=(UNNAMED_PREFIX + term,)) for term in terms]
+    assert is_the_same(SimpleNamespace(groups=groups), selection) is same

@@ -13,9 +13,10 @@ from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import WEIGHTS
+from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import merged_effects
 from wmr_replay.gap.scan.local_effects import sizes_of
-from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.scan.scan import LibraryScan, scan
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import Log
@@ -132,3 +133,12 @@ def test_sizes_of_patches_are_their_quadratic_forms(places):
     root, share = rng.normal(size=(9, 7)), rng.random((7, places))
     sizes = sizes_of(share, root.T @ root)
     assert sizes == pytest.approx([float(np.sum((root @ a) ** 2)) for a in share.T], rel=1e-12)
+
+
+def test_a_size_beyond_the_effects_bounds_is_no_size():
+    """Information 1e-24 at 1 s asks for a delay of some 1e12 s."""
+    seen = {"viscous_drag": (1.0, 1e4), "input_delay": (1.0, 1e-24)}
+    least = minimum_detectable(LibraryScan([], seen), SETTINGS.detectable)
+    assert 0 < least["viscous_drag"].value < 1
+    assert least["input_delay"].value == float("inf")
+    assert "input_delay" in unseen(least)

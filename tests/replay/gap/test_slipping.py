@@ -13,8 +13,11 @@ from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
+from wmr_replay.gap.formula.modes import rolling_starts
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.result.undecided import as_said
 from wmr_replay.gap.search.slip_test import (
+    Doubt,
     as_losses,
     may_be_slipping,
     slips_as_modelled,
@@ -171,3 +174,34 @@ def test_changes_are_counted_as_they_are():
                 changed[first:last] = value
                 more = np.sum(np.diff(changed) != 0) - np.sum(np.diff(slips) != 0)
                 assert counted[first, last] == more
+
+
+@pytest.fixture(scope="module")
+def mislabelled():
+    """A log that loses thrust in proportion to v, with most of its drive called slipping."""
+    log, _ = hidden_log("patrol", hide=["viscous_drag:c1_per_s=0.4"], seed=90_104, noise="mocap")
+    log = relabelled(log, 10.0, 80.0, ContactMode.SLIPPING)
+    gates, extension = GateSettings(), base_model(log, None, GIVEN).extension
+    problem = Problem.of(bin_log(log, gates, log.mode, margin_s=SWITCH_S))
+    return problem, fit_model(problem, extension)
+
+
+def test_a_term_that_false_slipping_hides_is_seen_where_all_rolls(mislabelled):
+    problem, base = mislabelled
+    seen = rolling_starts(problem, base)
+    assert all(not np.any(start.problem.binned.slips) for start in seen)
+    terms = {name for start in seen for name in start.fit.extension.effects}
+    assert "unnamed:longitudinal:v" in terms
+
+
+def test_an_interval_that_loses_nothing_is_said_not_to_slip(mislabelled):
+    problem, base = mislabelled
+    first, last = slipping_span(problem)
+    assert "does not slip: 1% of the traction" in as_said(problem, base, Doubt(first, last, 0.01, 50.0))
+    assert "slips, or a slip_interval" in as_said(problem, base, Doubt(first, last, 0.4, 50.0))
+
+
+def slipping_span(problem: Problem) -> tuple[int, int]:
+    """First and last row that is called slipping."""
+    rows = np.flatnonzero(problem.binned.slips)
+    return int(rows[0]), int(rows[-1])

@@ -261,10 +261,12 @@ def proof_facts(proof: "Proof | None") -> Iterator[tuple[str, str]]:
 
 
 def least_sizes(gap: "GapFile") -> Table:
-    """The smallest size of each effect that would have been seen, two to a line."""
+    """The smallest size of each effect that would have been seen, two to a line; – where none would."""
     table = Table.grid(padding=(0, 2))
-    known = [(name, least) for name, least in gap.minimum_detectable.items() if least.value is not None]
-    cells = [(name, f"{figure(least.value, 2)} {unit_of(least.unit)}") for name, least in known]
+    cells = [
+        (name, "–" if least.value is None else f"{figure(least.value, 2)} {unit_of(least.unit)}")
+        for name, least in gap.minimum_detectable.items()
+    ]
     height = -(-len(cells) // 2)
     for row in range(height):
         table.add_row(*(cell for entry in cells[row::height] for cell in entry))

@@ -10,7 +10,9 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, cost_of, evaluate, fit_model
-from wmr_replay.gap.formula.groups import CURVE, plain_groups
+from wmr_replay.gap.estimation.relabel import with_slipping
+from wmr_replay.gap.formula.groups import CURVE, groups_of, plain_groups
+from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
@@ -62,6 +64,19 @@ def curve_starts(problem: Problem, base: Fit) -> list[Start]:
     return [started(problem, base, one) for one in chosen.values()]
 
 
+def rolling_starts(problem: Problem, base: Fit) -> list[Start]:
+    """The formula and the curves that explain most if the robot never slips, each fitted.
+
+    Slipping that is only a name for what the model lacks takes the rows that show it. Where all rows roll, a
+    term that always acts is seen on all of them; slips that are real come back with the identifier.
+    """
+    rolled = problem.relabelled(with_slipping(problem.binned, np.zeros(len(problem.binned), bool)))
+    rest = fit_model(rolled, base.extension, None, problem.settings.budget.base_diffusion)
+    grown = grow(rolled, rest, groups_of(rolled.binned, problem.settings.formula))
+    whole = Start(rolled, grown.fit, rest.extension, grown.price(rolled))
+    return [*([whole] if grown.groups else []), *curve_starts(rolled, rest)]
+
+
 def started(problem: Problem, base: Fit, scored: ScoredGroup) -> Start:
     """The base model with a curve, fitted with its disturbance."""
     extension, budget = base.extension, problem.settings.budget
@@ -81,11 +96,15 @@ def once_more(log: Log, start: Start, options: GapOptions) -> Start:
 
 
 def likeliest(starts: Sequence[Start]) -> Start | None:
-    """The start of the least cost over the rows that roll with all of them."""
-    if not starts:
-        return None
-    rows = np.logical_and.reduce([rolls(start.problem) for start in starts])
-    return min(starts, key=lambda start: cost_on(start, rows))
+    """The start of the least cost with its own modes: the settings are the same for all of them, and a row
+    that slips is predicted loosely, which costs.
+    """
+    return min(starts, key=whole_cost, default=None)
+
+
+def whole_cost(start: Start) -> float:
+    """The cost of a model with its modes, and of its terms."""
+    return cost_of(start.fit) + start.price
 
 
 def is_likelier(one: Start, other: Start) -> bool:
@@ -95,7 +114,7 @@ def is_likelier(one: Start, other: Start) -> bool:
     A row that slips is predicted loosely, and hides what a model lacks; so does a larger disturbance on rows
     that are said to roll and slip. Where both roll, the better model has the smaller errors.
     """
-    whole = [cost_of(start.fit) + start.price for start in (one, other)]
+    whole = [whole_cost(start) for start in (one, other)]
     rows = rolls(one.problem) & rolls(other.problem)
     return whole[0] < whole[1] or cost_on(one, rows) < cost_on(other, rows)
 

@@ -15,8 +15,11 @@ from wmr_replay.gap.formula.modes import (
     is_calm,
     is_likelier,
     likeliest,
+    may_slip_less,
     once_more,
+    rolling_starts,
     sees_the_same,
+    whole_cost,
 )
 from wmr_replay.gap.formula.proven import Proven, library_of
 from wmr_replay.gap.model.extension import Extension
@@ -64,7 +67,10 @@ def seen_with_curves(
     if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
         return []
     if not any(is_calm(start) for start in seen):
-        seen += [once_more(log, start, options) for start in curve_starts(problem, selection.base)]
+        starts = curve_starts(problem, selection.base)
+        if found is None and may_slip_less(problem):
+            starts += rolling_starts(problem, selection.base)
+        seen += [once_more(log, start, options) for start in starts]
     return seen
 
 
@@ -87,13 +93,14 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
 
 
 def grown_from(start: Start) -> Start:
-    """The start with the products and curves that explain most with its modes."""
+    """The start with the products and curves that explain most with its modes, where that is likelier."""
     if is_calm(start):
         return start
     problem, budget = start.problem, start.problem.settings.budget
     rest = fit_model(problem, start.rest, None, budget.base_diffusion)
     formula = grow(problem, rest, without_twins(plain_groups(), rest.extension.effects))
-    return replace(start, fit=formula.fit) if formula.groups else start
+    grown = replace(start, fit=formula.fit, price=formula.price(problem))
+    return min(start, grown, key=whole_cost) if formula.groups else start
 
 
 def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:

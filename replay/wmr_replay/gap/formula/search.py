@@ -9,11 +9,9 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
-from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
+from wmr_replay.gap.formula.groups import TWINS, groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
-from wmr_replay.gap.formula.modes import (
-    may_slip_less,
-)
+from wmr_replay.gap.formula.modes import may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.proven import Proven, library_of
 from wmr_replay.gap.formula.scores import log_n, scored_groups
@@ -42,9 +40,10 @@ def with_formula(
     outside = points_outside(problem, selection)
     if outside:
         found = best_formula(problem, selection, library, options)
-    if options.modes == "identified" and (outside or may_slip_less(problem)):
+    hidden = not selection.found and may_slip_less(problem)
+    if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
-    if found is None:
+    if found is None or is_the_same(found.formula, selection):
         return whole
     kept = library if found.formula.rest.extension.effects else ()
     return found.problem, selection_of(found, kept, selection)
@@ -94,10 +93,16 @@ def best_formula(
 ) -> Proven | None:
     """The formula beside the library's effects or in their place, where it is better than the selection."""
     groups = groups_of(problem.binned, problem.settings.formula)
+    if library:
+        selection = replace(
+            selection, base=settled(problem, selection.base), fit=settled(problem, selection.fit)
+        )
     rest = fit_of_library(problem, selection, library)
     ways = [grow(problem, rest, without_twins(groups, rest.extension.effects))]
     if library:
         ways.append(grow(problem, selection.base, groups))
+    if library:
+        ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]
     ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
@@ -105,6 +110,17 @@ def best_formula(
         if not failed and proof is not None:
             return Proven(problem, selection.base, formula, proof)
     return None
+
+
+def settled(problem: Problem, fit: Fit) -> Fit:
+    """The fit with its disturbances found from the start, where that is likelier.
+
+    A model that follows another one begins with its disturbances, and a few iterations may leave it there:
+    rivals are held against each other where both have what they need.
+    """
+    budget = problem.settings.budget
+    again = fit_model(problem, fit.extension, None, budget.base_diffusion, budget.last_steps)
+    return min(fit, again, key=lambda one: one.deviance)
 
 
 def fit_of_library(problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...]) -> Fit:
@@ -129,7 +145,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     In the place of named effects, the rows that were not fitted count too.
     """
     own = problem.settings.formula
-    if not keeps_its_effects(formula, selection):
+    if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
         return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
@@ -143,6 +159,12 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
+
+
+def is_the_same(formula: Formula, selection: Selection) -> bool:
+    """Whether a formula only writes as terms what the library has a name for, and the selection says."""
+    twins = {UNNAMED_PREFIX + TWINS[effect.name] for effect in selection.found if effect.name in TWINS}
+    return {name for group in formula.groups for name in group.names} <= twins
 
 
 def n_numbers(formula: Formula) -> int:

@@ -9,24 +9,31 @@ from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.result.result import Detectable
 from wmr_replay.gap.scan.scan import LibraryScan
 from wmr_replay.gap.settings.result import DetectableSettings
-from wmr_schemas.effects import effects_of
+from wmr_schemas.effects import EffectDeclaration, effects_of
 
 
 def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Mapping[str, Detectable]:
     """Size at which a test at 1 %, corrected for everything scanned, finds an effect in nine logs of ten.
 
     (z₁ + z₂)/√(ΨᵀΨ), with the other effects of the model projected out; for an effect on a grid, by the point
-    that is seen best. Effects whose size is no distance from the base model are left out.
+    that is seen best. Infinite where no size within the effect's own bounds would be seen. Effects whose size
+    is no distance from the base model are left out.
     """
-    n_tried = sum(one.n_tried for one in scanned.scored)
+    n_tried = max(sum(one.n_tried for one in scanned.scored), 1)
     z = float(-ndtri(settings.level / n_tried / 2) - ndtri(1 - settings.power))
     found = {}
     for name, (value, information) in scanned.unit_information.items():
         effect = candidate_of(name).declaration
         if effect.zero_is_absent and information > 0:
             unit = next(iter(effect.units.values()))
-            found[name] = Detectable(abs(value) * z / float(np.sqrt(information)), unit)
+            least = abs(value) * z / float(np.sqrt(information))
+            found[name] = Detectable(least if least <= largest_size(effect) else float("inf"), unit)
     return found
+
+
+def largest_size(effect: EffectDeclaration) -> float:
+    """The larger absolute bound of the effect's first parameter, its size."""
+    return max(map(abs, next(iter(effect.bounds.values()))))
 
 
 def unseen(detectable: Mapping[str, Detectable]) -> tuple[str, ...]:

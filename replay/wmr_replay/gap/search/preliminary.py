@@ -20,7 +20,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
-from wmr_replay.gap.search.slip_test import as_losses, may_be_slipping, unlike_slipping
+from wmr_replay.gap.search.slip_test import as_losses, may_be_slipping, missed_slipping, unlike_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
@@ -56,9 +56,16 @@ def preliminary_models(
 
     ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
     order: without skidding where a robot is said to skid most of the time; without slipping that loses more
-    or less traction than the model's; as they are; without slipping where it is said to slip much.
+    or less traction than the model's; as they are; with slipping where that was missed; without slipping
+    where it is said to slip much.
     """
-    tried = chain(less_skid(log, first), less_slip(first, extension), [Labelling(first)], no_slip(first))
+    tried = chain(
+        less_skid(log, first),
+        less_slip(first, extension),
+        [Labelling(first)],
+        more_slip(first, plain),
+        no_slip(first),
+    )
     models: list[Extension] = []
     seen_in: tuple[Problem, Selection] | None = None
     for problem, local, hints, further in tried:
@@ -112,6 +119,16 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
         rows[doubt.first : doubt.last] = True
         track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
         yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
+
+
+def more_slip(problem: Problem, plain: Callable[[], Selection]) -> Iterator[Labelling]:
+    """Slipping where a loss of traction that cannot be told from it was found.
+
+    The disturbance that makes up for slipping that an identifier missed hides every lasting effect.
+    """
+    slipping = missed_slipping(problem, plain().fit)
+    if slipping is not problem:
+        yield Labelling(slipping)
 
 
 def no_slip(problem: Problem) -> Iterator[Labelling]:

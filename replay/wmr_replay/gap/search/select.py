@@ -13,7 +13,7 @@ from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest, negligible
-from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals
+from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
@@ -93,15 +93,23 @@ def holding(problem: Problem, rest: FittedCandidate) -> Fit:
 
 
 def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
-    """Keep the effects that pass the needed-ness, hold-out, placebo, tolerance and excitation gates."""
-    base, stages = selection.base, selection.stages
+    """Keep the effects that pass the needed-ness, hold-out, placebo, tolerance and excitation gates.
+
+    An effect that may only answer the disturbance hides others: they are tested again without it. Where none
+    of them passes, the log cannot carry a verdict.
+    """
+    base, stages, refused = selection.base, selection.stages, ""
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
-    current, found = eliminate(problem, base, current, found, options)
-    reasons = (too_calm_for(f.name, problem, current) for f in found)
-    refused = next(filter(None, reasons), "")
-    if refused:
-        return Selection(base, base, (), stages, refused)
-    return Selection(base, current, tuple(found), stages)
+    while found:
+        fit, kept = eliminate(problem, base, current, found, options)
+        calm = {f.name: reason for f in kept if (reason := too_calm_for(f.name, problem, fit))}
+        if kept and not calm:
+            return Selection(base, fit, tuple(kept), stages)
+        refused = refused or next(iter(calm.values()), "")
+        found = [f for f in found if f.name not in calm] if calm else []
+        for name in calm:
+            current = fit_without(problem, base, current, name)
+    return Selection(base, base, (), stages, refused)
 
 
 def next_stage(

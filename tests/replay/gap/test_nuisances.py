@@ -1,0 +1,59 @@
+"""What hides an effect and is none: efforts that answer the disturbance, slipping that was missed."""
+
+from importlib import import_module
+from types import SimpleNamespace
+
+import pytest
+
+from wmr_replay.gap import GapOptions
+from wmr_replay.gap.search.preliminary import more_slip
+from wmr_replay.gap.search.select import Selection, confirm
+
+SELECT = import_module("wmr_replay.gap.search.select")
+PRELIMINARY = import_module("wmr_replay.gap.search.preliminary")
+
+
+@pytest.fixture
+def gates(monkeypatch):
+    """Gates at which a dead zone is too calm, and a load step is proven only without it."""
+    proven = {"load_step"}
+
+    def eliminate(problem, base, current, found, options):
+        names = {f.name for f in found}
+        return current, [f for f in found if f.name not in proven or "torque_deadzone" not in names]
+
+    monkeypatch.setattr(SELECT, "exchange_rivals", lambda problem, fit, found, stages: (fit, found))
+    monkeypatch.setattr(SELECT, "eliminate", eliminate)
+    monkeypatch.setattr(SELECT, "fit_without", lambda problem, base, current, name: f"{current} − {name}")
+    calm = {"torque_deadzone": "only answers the disturbance"}
+    monkeypatch.setattr(SELECT, "too_calm_for", lambda name, problem, fit: calm.get(name, ""))
+
+
+def confirmed(*names: str) -> Selection:
+    """The confirmed part of a selection of effects."""
+    found = tuple(SimpleNamespace(name=name) for name in names)
+    return confirm(None, Selection("base", "all", found, ()), GapOptions())
+
+
+@pytest.mark.usefixtures("gates")
+def test_an_effect_behind_one_that_answers_the_disturbance_is_tested_without_it():
+    selection = confirmed("torque_deadzone", "load_step")
+    assert [f.name for f in selection.found] == ["load_step"]
+    assert (selection.fit, selection.refused) == ("all − torque_deadzone", "")
+
+
+@pytest.mark.usefixtures("gates")
+def test_what_only_answers_the_disturbance_is_refused_with_the_reason():
+    selection = confirmed("torque_deadzone")
+    assert (selection.found, selection.fit) == ((), "base")
+    assert selection.refused == "only answers the disturbance"
+
+
+def test_missed_slipping_is_a_labelling_only_where_there_is_some(monkeypatch):
+    seen, slipping = object(), object()
+    plain = SimpleNamespace(fit=None)
+    monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: slipping)
+    (labelling,) = more_slip(seen, lambda: plain)
+    assert labelling.problem is slipping
+    monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: problem)
+    assert not list(more_slip(seen, lambda: plain))
