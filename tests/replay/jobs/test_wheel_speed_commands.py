@@ -9,6 +9,7 @@ import yaml
 from tests.replay.made_up_wheels import ROBOT, drive
 
 import wmr_replay as wr
+from wmr_replay.gap.wheel_speed.between_logs import SCRUB_SD
 from wmr_replay.ingest.tracks import check_class
 from wmr_replay.jobs.export import multipliers, ros2_diff_drive
 from wmr_replay.jobs.gap_asked import Asked
@@ -142,4 +143,6 @@ def test_several_logs_are_fitted_together(log, tmp_path):
     both = wr.fit([log, second])
     alone = wr.fit(log)
     sd = {one: {e.name: e.sd for e in f.model.effects} for one, f in (("both", both), ("alone", alone))}
-    assert sd["both"]["effective_track"]["ratio"] < sd["alone"]["effective_track"]["ratio"]
+    assert sd["both"]["wheel_scale"]["ratio"] < sd["alone"]["wheel_scale"]["ratio"]
+    track = next(e.parameters["ratio"] for e in both.model.effects if e.name == "effective_track")
+    assert sd["both"]["effective_track"]["ratio"] == pytest.approx(SCRUB_SD * track, rel=0.05)
