@@ -10,6 +10,7 @@ import msgspec
 import polars as pl
 
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
+from wmr_replay.gap.search.rests import that_matter
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
 from wmr_replay.jobs.base_model import base_for
@@ -38,6 +39,11 @@ TRY_LONGER = (
 TRY_KNOWN = (
     "Name it in a file, such as `[robot]` with `wheel_radius_m = 0.1` and `half_track_m = 0.25` in "
     "robot.toml, with --map robot.toml."
+)
+
+HELD = (
+    "{name} acts on this log by as much as matters: the base model holds it, and `gap` with this model names "
+    "only what another log shows beyond it"
 )
 
 
@@ -174,7 +180,8 @@ def calibrate_log(
     }
     origin = Provenance(whole.sha256, __version__, command, json.dumps(asked, ensure_ascii=False))
     model = replace(model, provenance=origin)
-    return FitRun(model, whole.log, path, whole.notes, findings)
+    notes = (HELD.format(name=name) for name in that_matter(model, options.gates.misfit))
+    return FitRun(model, whole.log, path, (*whole.notes, *notes), findings)
 
 
 def robot_of(log: Log, base: Model | None) -> RobotParameters:

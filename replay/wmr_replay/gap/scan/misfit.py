@@ -2,7 +2,8 @@
 
 One pass scores every effect of the library on the calibration log, beside the parameters that were fitted.
 Its best size, and twice its standard deviation on top, is how much of it the base model leaves there: the
-resistance of a caster, a creeping tyre. A rest of that size on another log of the robot is no finding.
+resistance of a caster, a creeping tyre. A rest of that size on another log of the robot is no finding. Of
+effects that the log does not show, for want of excitation too, it is no more than is negligible in practice.
 
 One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
 better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
@@ -28,14 +29,16 @@ IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 
 def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
     """Sizes by effect, of those that act always and have no grid; two components by their length."""
-    scanned = scan(problem, fit.extension, fit.noise, fit.psi)
+    own, scanned = problem.settings.misfit, scan(problem, fit.extension, fit.noise, fit.psi)
     found: dict[str, float] = {}
     for one in scanned.scored:
         information = scanned.unit_information.get(one.name, (0.0, 0.0))[1]
         if one.name in IN_PARAMETERS or not may_be_rest(one.name) or not information > 0:
             continue
-        open_to = problem.settings.misfit.in_sd / float(np.sqrt(information))
-        found[one.name] = size_of(one.parameters) + open_to
+        size, open_to = size_of(one.parameters), own.in_sd / float(np.sqrt(information))
+        unseen = size <= open_to
+        most = negligible(one.name, fit.extension, own) if unseen else np.inf
+        found[one.name] = min(size + open_to, most)
     return found
 
 
@@ -79,12 +82,11 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
         return 0.0
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
-    most = negligible(name, extension, own)
-    if any(other != name and size_of(p) > negligible(other, extension, own) for other, p in extension.acting):
-        return most
     geometric = {*declaration.units.values()} <= {"m", "rad"}
-    least = (own.least_share_of_lengths if geometric else own.least_share) * most
-    return min(max(extension.misfit.get(name, 0.0), least), most)
+    share = own.least_share_of_lengths if geometric else own.least_share
+    if any(other != name and size_of(p) > negligible(other, extension, own) for other, p in extension.acting):
+        share = 1.0
+    return max(extension.misfit.get(name, 0.0), share * negligible(name, extension, own))
 
 
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:

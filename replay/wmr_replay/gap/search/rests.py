@@ -12,14 +12,18 @@ from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import IN_PARAMETERS, may_be_rest
+from wmr_replay.gap.scan.misfit import IN_PARAMETERS, may_be_rest, negligible, size_of
 from wmr_replay.gap.search.select import forward_selection
-from wmr_schemas.model_file import Effect
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.model_file import Effect, Model
+
+OF_THE_PLACE = ("slope",)
+"""Effects that belong to where a log was taken, not to the robot."""
 
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
-    """The calibration with the lasting effects that its log shows beyond the parameters, which are fitted once
-    more beside them. Unchanged where the log shows an effect that does not always act.
+    """The calibration with the lasting effects that its log shows beyond the parameters, fitted once
+    more beside them. Unchanged where the log shows an effect that does not always act, or one of its place.
     """
     model, problem, fit = calibration.model, calibration.problem, calibration.fit
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
@@ -27,7 +31,7 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
     selection = forward_selection(rolling, extension, most, terms=False)
     effects = selection.fit.extension.effects
-    if not effects or not all(may_be_rest(name) for name in effects):
+    if not effects or not all(may_be_rest(name) and name not in OF_THE_PLACE for name in effects):
         return calibration
     known = tuple((name, dict(size)) for name, size in effects.items() if name not in IN_PARAMETERS)
     steps = problem.settings.budget.last_steps
@@ -35,3 +39,10 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     robot, sd = calibrated(calibration.start, problem, beside)
     held = tuple(Effect(name, dict(parameters)) for name, parameters in known)
     return calibration._replace(model=replace(model, robot=robot, robot_sd=sd, effects=held), fit=beside)
+
+
+def that_matter(model: Model, settings: MisfitSettings) -> tuple[str, ...]:
+    """The effects of a calibrated model that matter in practice."""
+    extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
+    held = ((effect.name, size_of(effect.parameters)) for effect in model.effects)
+    return tuple(name for name, size in held if size >= negligible(name, extension, settings))
