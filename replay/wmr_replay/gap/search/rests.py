@@ -15,7 +15,9 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import IN_PARAMETERS, may_be_rest, negligible, size_of
 from wmr_replay.gap.search.select import forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.terms import parse_term
 
 OF_THE_PLACE = ("slope",)
 """Effects that belong to where a log was taken, not to the robot."""
@@ -29,9 +31,9 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
     rolling = replace(problem, binned=replace(problem.binned, names_skid=False))
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
-    selection = forward_selection(rolling, extension, most, terms=False)
+    selection = forward_selection(rolling, extension, most, terms=True)
     effects = selection.fit.extension.effects
-    if not effects or not all(may_be_rest(name) and name not in OF_THE_PLACE for name in effects):
+    if not effects or not all(may_be_held(name) for name in effects):
         return calibration
     known = tuple((name, dict(size)) for name, size in effects.items() if name not in IN_PARAMETERS)
     steps = problem.settings.budget.last_steps
@@ -39,6 +41,13 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     robot, sd = calibrated(calibration.start, problem, beside)
     held = tuple(Effect(name, dict(parameters)) for name, parameters in known)
     return calibration._replace(model=replace(model, robot=robot, robot_sd=sd, effects=held), fit=beside)
+
+
+def may_be_held(name: str) -> bool:
+    """Whether an effect or a term of the dictionary belongs to the robot and always acts."""
+    if name.startswith(UNNAMED_PREFIX):
+        return parse_term(name).channel != "lateral"
+    return may_be_rest(name) and name not in OF_THE_PLACE
 
 
 def that_matter(model: Model, settings: MisfitSettings) -> tuple[str, ...]:
