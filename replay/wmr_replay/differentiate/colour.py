@@ -172,13 +172,14 @@ def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
     sizes, deviance = explained(trust, seen, shapes)
     at = int(np.flatnonzero(deviance <= deviance.min() + NEARLY_AS_GOOD)[-1])
     white, wobble, velocity, acceleration = sizes[at].tolist()
-    evidence = without_wobble(*known) - float(deviance[at]) if wobble else 0.0
+    evidence = only_white(*known)[1] - float(deviance[at]) if wobble else 0.0
     return Colour(white, wobble, TIMES_S[at], velocity, acceleration, float(squares[0]), evidence)
 
 
-def without_wobble(trust: F64, seen: F64, shapes: F64) -> float:
-    """The deviance that white noise and motion leave."""
-    return float(explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))[1][0])
+def only_white(trust: F64, seen: F64, shapes: F64) -> tuple[F64, float]:
+    """Sizes (4,) without a wobble, and the deviance that white noise and motion leave."""
+    sizes, deviance = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
+    return sizes[0], float(deviance[0])
 
 
 def explained(trust: F64, seen: F64, shapes: F64) -> tuple[F64, F64]:

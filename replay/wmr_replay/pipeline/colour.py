@@ -1,6 +1,7 @@
 """Intervals under noise of the pose that is correlated in time: its colour, and what follows from it.
 
-As long as the noise looks white, no value changes.
+As long as the noise looks white, no interval of the samples table changes; what filters take for white noise
+is as wide as the likely colours make it.
 """
 
 from dataclasses import dataclass, field
@@ -20,14 +21,13 @@ from wmr_replay.differentiate.colour import (
     shapes_of,
     worst_factor,
 )
+from wmr_replay.differentiate.likely_noise import likely_noise
 from wmr_replay.identify import Motion
 from wmr_replay.pipeline.columns import LATER, Columns
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
 """The colour is found after 2 s, whenever the log has grown by two fifths, and every minute."""
-FORGOTTEN_S = 0.2
-"""To a filter that takes noise for white, a slower wobble is motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +35,8 @@ class Found:
     """The colours of position and yaw, from some row on; None while the noise looks white."""
 
     colours: tuple[Colour, Colour] | None = None
+    factors: tuple[float, float] = (1.0, 1.0)
+    """On the tracked variances of position and yaw: those of white noise that hides as much motion."""
     by_kernel: dict[tuple[KernelSpec, int], tuple[KernelNoise, KernelNoise]] = field(default_factory=dict)
 
     @property
@@ -89,8 +91,11 @@ class PoseColour:
         """Look again; what is found holds from now on."""
         self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
         n, squares = self._scales.levels()
-        position, yaw = colour_of(2 * n, squares[0], self._shapes), colour_of(n, squares[1], self._shapes)
-        self.found.append(Found() if position is None or yaw is None else Found((position, yaw)))
+        levels = list(zip((2 * n, n), squares, strict=True))
+        position, yaw = (colour_of(*one, self._shapes) for one in levels)
+        p, y = (likely_noise(*one, self._shapes, self._step_s).factor for one in levels)
+        colours = None if position is None or yaw is None else (position, yaw)
+        self.found.append(Found(colours, (p, y)))
 
     def widen(
         self,
@@ -126,27 +131,9 @@ class PoseColour:
         return {f"{LATER}{name}": getattr(wide, name) for name in Motion._fields if name.endswith("_sd")}
 
     def as_white(self, variances: F64, which: I64) -> F64:
-        """Variances (2, n) of white noise that tells a filter as much about motion as the coloured one."""
-        if not any(self.found[k].evident for k in np.unique(which)):
-            return variances
-        factors = np.ones_like(variances)
-        for k in np.unique(which):
-            for row, colour in enumerate(self.found[k].colours or ()):
-                if colour.evidence >= EVIDENCE:
-                    factors[row, which == k] = max(
-                        equivalent_white(colour, self._step_s) / colour.tracked, 1.0
-                    )
-        return variances * factors
-
-
-def equivalent_white(colour: Colour, step_s: float) -> float:
-    """Variance of white noise in samples ``step_s`` apart that hides as much slow motion as this colour.
-
-    A wobble of σ² that lasts for τ counts as 2 σ² τ over the step. Of one that lasts longer than a filter
-    remembers, T, that filter sees its diffusion 2 σ²/τ alone: as a wobble of σ² T/τ that lasts for T.
-    """
-    seen_s = min(colour.time_s, FORGOTTEN_S)
-    return colour.white + 2 * seen_s / step_s * colour.wobble * seen_s / colour.time_s
+        """Variances (2, n) of white noise that tells a filter as much about motion as the likely one."""
+        factors = np.array([found.factors for found in self.found])
+        return np.asarray(variances * factors[which].T)
 
 
 def widened(

@@ -33,14 +33,14 @@ def test_a_wobble_counts_as_white_noise_of_its_density(tau_s):
     density = 2 * WHITE_M**2 * tau_s / (1 + (tau_s / 0.2) ** 2)
     assert found.as_white[0] == pytest.approx(WHITE_M**2 + density / STEP_S, rel=0.5)
     assert found.factor[0] > 3.0
-    assert found.as_white[1] == 0.0
+    assert found.factor[1] < 1.3
 
 
-def test_white_noise_stays_as_it_is():
+def test_white_noise_stays_nearly_as_it_is():
     for seed in range(5):
         found = whole_colour(STEP_S * np.arange(N), wobbling(0.1, seed, 0.0))
-        assert np.array_equal(found.factor, [1.0, 1.0])
-        assert not found.wobble.any()
+        assert (found.factor < 1.3).all()
+        assert (found.wobble < 0.3 * np.array([WHITE_M, WHITE_RAD]) ** 2).all()
 
 
 def test_bins_hold_the_density_for_the_filter_and_the_scatter_for_windows():
@@ -53,8 +53,8 @@ def test_bins_hold_the_density_for_the_filter_and_the_scatter_for_windows():
         return bin_log(Log(PoseTrack(t_ns, x, y, yaw), torque, None, robot), GateSettings())
 
     calm, shaken = binned(0.0), binned(WHITE_M)
-    assert np.array_equal(calm.variances, calm.noise_sd**2 / calm.count[:, None])
-    assert np.array_equal(calm.scatter, calm.variances)
+    assert calm.variances == pytest.approx(calm.noise_sd**2 / calm.count[:, None], rel=0.3)
+    assert (calm.scatter <= calm.variances).all()
     assert shaken.variances[9, 0] > 3 * calm.variances[9, 0]
     assert shaken.scatter[9, 0] == pytest.approx(WHITE_M**2 * (1 + 1 / 4), rel=0.5)
     assert shaken.variances[9, 2] == pytest.approx(calm.variances[9, 2], rel=0.1)

@@ -6,9 +6,8 @@ import numpy as np
 import polars as pl
 import pytest
 
-from wmr_replay.differentiate.colour import Colour
 from wmr_replay.jobs.replay import MemorySource, Replay
-from wmr_replay.pipeline.colour import PoseColour, equivalent_white
+from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
@@ -81,17 +80,3 @@ def test_a_row_depends_on_earlier_rows_alone(exact):
         name for name in whole.columns if name.endswith("_sd") and name.split("_")[0] in ("v", "a", "yaw")
     ]
     assert part.select(names)[:k].equals(whole.select(names)[:k])
-
-
-def test_a_wobble_that_outlasts_the_filter_counts_by_its_diffusion():
-    """Within .2 s a wobble of 1e-4 m² over 4 s moves as far as one of 5e-6 m² over .2 s."""
-    slow, quick = (
-        Colour(1e-6, wobble, time_s, 0.0, 0.0, 1e-6, 9.0) for wobble, time_s in ((1e-4, 4.0), (5e-6, 0.2))
-    )
-    assert equivalent_white(slow, 0.01) == pytest.approx(equivalent_white(quick, 0.01))
-
-
-def test_a_short_wobble_counts_by_its_spectrum_at_zero():
-    """White noise of w every h has the density w h; a wobble of σ² over τ has 2 σ² τ."""
-    colour = Colour(1e-6, 4e-6, 0.05, 0.0, 0.0, 1e-6, 9.0)
-    assert equivalent_white(colour, 0.01) * 0.01 == pytest.approx(1e-6 * 0.01 + 2 * 4e-6 * 0.05)
