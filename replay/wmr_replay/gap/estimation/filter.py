@@ -1,6 +1,7 @@
 """Prediction errors: an extended Kalman filter over the log, with the sensitivity of every innovation.
 
-Innovations are whitened one measured component after the other (scalar updates), so no matrix is inverted. The sensitivity of the state to each parameter runs through the same gains:
+Innovations are whitened one measured component after the other (scalar updates), so no matrix is inverted.
+The sensitivity of the state to each parameter runs through the same gains:
 S⁻ = F S + ∂f/∂θ, ψ = (H S⁻ + ∂h/∂θ)/√s, S = S⁻ − K (H S⁻ + ∂h/∂θ), so that e(θ + δ) ≈ e(θ) − ψᵀδ.
 Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225, for prediction-error estimation with a
 diffusion; sensitivities after Ljung, System Identification (1999), ch. 10.
@@ -93,21 +94,12 @@ def across(F: F64, P: F64, i: int, j: int) -> float:
 
 @lean
 def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
-    """``P`` ← F P Fᵀ, with ``ahead`` (6, 9) as scratch for the first six rows of F P.
+    """``P`` ← F P Fᵀ, its lower triangle computed; ``ahead`` (6, 9) is scratch.
 
     F is the identity in its first two columns and behind its first six rows, except for the disturbances'
-    diagonal. Its first two rows are full, most of the others is 0. The lower triangle is computed.
+    diagonal. Its first two rows are full, most of the others is 0.
     """
-    for i in range(2):
-        for j in range(N_STATE):
-            ahead[i, j] = P[i, j] + across(F, P, i, j)
-    for i in range(2, N_MOTION):
-        for j in range(2, N_STATE):
-            ahead[i, j] = F[i, i] * P[i, j]
-        for m in range(2, N_STATE):
-            if m != i and F[i, m] != 0.0:
-                for j in range(2, N_STATE):
-                    ahead[i, j] += F[i, m] * P[m, j]
+    predict_motion(F, P, ahead)
     for i in range(N_MOTION, N_STATE):
         for j in range(N_MOTION):
             P[i, j] = F[i, i] * ahead[j, i]
@@ -119,14 +111,35 @@ def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
             P[i, j] = ahead[j, i] + across(F, ahead.T, i, j)
             P[j, i] = P[i, j]
     for i in range(2, N_MOTION):
-        for j in range(i + 1):
-            P[i, j] = F[i, i] * ahead[j, i]
+        predict_row(F, ahead, i, P)
+
+
+@lean
+def predict_motion(F: F64, P: F64, ahead: F64) -> None:
+    """``ahead`` (6, 9) ← the first six rows of F P, of the last four without their first two columns."""
+    for i in range(2):
+        for j in range(N_STATE):
+            ahead[i, j] = P[i, j] + across(F, P, i, j)
+    for i in range(2, N_MOTION):
+        for j in range(2, N_STATE):
+            ahead[i, j] = F[i, i] * P[i, j]
         for m in range(2, N_STATE):
             if m != i and F[i, m] != 0.0:
-                for j in range(i + 1):
-                    P[i, j] += F[i, m] * ahead[j, m]
-        for j in range(i):
-            P[j, i] = P[i, j]
+                for j in range(2, N_STATE):
+                    ahead[i, j] += F[i, m] * P[m, j]
+
+
+@lean
+def predict_row(F: F64, ahead: F64, i: int, P: F64) -> None:
+    """Row ``i`` of ``P`` ← that of F ``ahead``ᵀ up to its diagonal, and the column likewise."""
+    for j in range(i + 1):
+        P[i, j] = F[i, i] * ahead[j, i]
+    for m in range(2, N_STATE):
+        if m != i and F[i, m] != 0.0:
+            for j in range(i + 1):
+                P[i, j] += F[i, m] * ahead[j, m]
+    for j in range(i):
+        P[j, i] = P[i, j]
 
 
 @lean
