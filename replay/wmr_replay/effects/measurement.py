@@ -35,6 +35,8 @@ def moved(x: float, y: float, yaw: float, arm: tuple[float, float]) -> tuple[flo
 @lean
 def arm_slopes(yaw: float, theta: F64) -> tuple[float, float]:
     """Slopes of the measured x and y by yaw: those of R(ψ) a."""
+    if theta[Theta.ARM_X] == 0.0 and theta[Theta.ARM_Y] == 0.0:
+        return 0.0, 0.0
     cos, sin = math.cos(yaw), math.sin(yaw)
     x = -sin * theta[Theta.ARM_X] - cos * theta[Theta.ARM_Y]
     return x, cos * theta[Theta.ARM_X] - sin * theta[Theta.ARM_Y]

@@ -78,8 +78,9 @@ def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_deca
     for v_lat in (z[5], 0.0):  # away from where the decay's speed stops being held at its least
         assume(abs(np.sqrt(mean[V] ** 2 + v_lat**2 + mean[W] ** 2) - 0.3) > 1e-3)
     assume(abs(z[V]) > 1e-3 and abs(mean[V]) > 1e-3)
-    halfway(z, responses(row, theta, base), row, theta, base, middle)
-    jacobian(z, row, theta, base, moved, middle, F)
+    gains = responses(row, theta, base)
+    halfway(z, gains, row, theta, base, middle)
+    jacobian(z, gains, row, theta, base, moved, middle, F)
     expected = differences(lambda at, out: step(at, row, theta, base, out), z, N_STATE)
     np.testing.assert_allclose(F, expected, rtol=1e-6, atol=2e-7)
 

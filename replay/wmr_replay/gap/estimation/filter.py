@@ -1,7 +1,7 @@
 """Prediction errors: an extended Kalman filter over the log, with the sensitivity of every innovation.
 
-Innovations are whitened one measured component after the other (scalar updates, Joseph's form), so no matrix
-is inverted. The sensitivity of the state to each parameter runs through the same gains:
+Innovations are whitened one measured component after the other (scalar updates), so no matrix is inverted.
+The sensitivity of the state to each parameter runs through the same gains:
 S⁻ = F S + ∂f/∂θ, ψ = (H S⁻ + ∂h/∂θ)/√s, S = S⁻ − K (H S⁻ + ∂h/∂θ), so that e(θ + δ) ≈ e(θ) − ψᵀδ.
 Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225, for prediction-error estimation with a
 diffusion; sensitivities after Ljung, System Identification (1999), ch. 10.
@@ -23,6 +23,7 @@ from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
     StepScratch,
     active_ranges,
+    add,
     add_step_slopes,
     measurement_sensitivity,
     n_columns,
@@ -33,6 +34,7 @@ from wmr_replay.gap.estimation.sensitivity import (
 from wmr_replay.gap.model.dynamics import (
     N_MOTION,
     N_STATE,
+    YAW,
     Base,
     Row,
     halfway,
@@ -77,50 +79,98 @@ def copy(out: F64, x: F64) -> None:
 
 
 @lean
-def transform(F: F64, P: F64, out: F64) -> None:
-    """``out`` ← F P. F is the identity in its first two columns and behind its first six rows, except for
-    the disturbances' diagonal; most of the rest is 0.
+def across(F: F64, P: F64, i: int, j: int) -> float:
+    """Σ F[i, m] P[m, j] over all columns of F but its first two, which are the identity's."""
+    return float(
+        F[i, 2] * P[2, j]
+        + F[i, 3] * P[3, j]
+        + F[i, 4] * P[4, j]
+        + F[i, 5] * P[5, j]
+        + F[i, 6] * P[6, j]
+        + F[i, 7] * P[7, j]
+        + F[i, 8] * P[8, j]
+    )
+
+
+@lean
+def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
+    """``P`` ← F P Fᵀ, its lower triangle computed; ``ahead`` (6, 9) is scratch.
+
+    F is the identity in its first two columns and behind its first six rows, except for the disturbances'
+    diagonal. Its first two rows are full, most of the others is 0.
     """
-    for i in range(N_STATE):
+    predict_motion(F, P, ahead)
+    for i in range(N_MOTION, N_STATE):
+        for j in range(N_MOTION):
+            P[i, j] = F[i, i] * ahead[j, i]
+            P[j, i] = P[i, j]
+        for j in range(N_MOTION, N_STATE):
+            P[i, j] *= F[i, i] * F[j, j]
+    for i in range(2):
+        for j in range(i + 1):
+            P[i, j] = ahead[j, i] + across(F, ahead.T, i, j)
+            P[j, i] = P[i, j]
+    for i in range(2, N_MOTION):
+        predict_row(F, ahead, i, P)
+
+
+@lean
+def predict_motion(F: F64, P: F64, ahead: F64) -> None:
+    """``ahead`` (6, 9) ← the first six rows of F P, of the last four without their first two columns."""
+    for i in range(2):
         for j in range(N_STATE):
-            out[i, j] = F[i, i] * P[i, j]
-        if i < N_MOTION:
-            for m in range(2, N_STATE):
-                if m != i and F[i, m] != 0.0:
-                    for j in range(N_STATE):
-                        out[i, j] += F[i, m] * P[m, j]
+            ahead[i, j] = P[i, j] + across(F, P, i, j)
+    for i in range(2, N_MOTION):
+        for j in range(2, N_STATE):
+            ahead[i, j] = F[i, i] * P[i, j]
+        for m in range(2, N_STATE):
+            if m != i and F[i, m] != 0.0:
+                for j in range(2, N_STATE):
+                    ahead[i, j] += F[i, m] * P[m, j]
 
 
 @lean
-def predict_covariance(F: F64, P: F64, scratch: F64) -> None:
-    """``P`` ← F P Fᵀ = F (F P)ᵀ."""
-    transform(F, P, scratch)
-    for i in range(N_STATE):
-        for j in range(i):
-            scratch[i, j], scratch[j, i] = scratch[j, i], scratch[i, j]
-    transform(F, scratch, P)
+def predict_row(F: F64, ahead: F64, i: int, P: F64) -> None:
+    """Row ``i`` of ``P`` ← that of F ``ahead``ᵀ up to its diagonal, and the column likewise."""
+    for j in range(i + 1):
+        P[i, j] = F[i, i] * ahead[j, i]
+    for m in range(2, N_STATE):
+        if m != i and F[i, m] != 0.0:
+            for j in range(i + 1):
+                P[i, j] += F[i, m] * ahead[j, m]
+    for j in range(i):
+        P[j, i] = P[i, j]
 
 
 @lean
-def update(z: F64, P: F64, h: F64, error: float, variance: float, gain: F64) -> float:
-    """Update ``z`` (9,) and ``P`` (9, 9) with one scalar measurement of slope ``h`` (3,) on x, y, yaw.
+def gain_of(c: int, P: F64, slope: float, variance: float, crossed: F64, gains: F64) -> float:
+    """The innovation's variance of the component ``c`` of a pose, after the components before it.
 
-    Writes the gain to ``gain`` (9,) and returns the innovation's variance.
+    Its slope is 1 by itself and ``slope`` by yaw beside it. ``P`` is the covariance before all of them;
+    writes row ``c`` of ``crossed`` (3, 9), P hᵀ, and of ``gains`` (3, 9), P hᵀ/s.
     """
     for i in range(N_STATE):
-        gain[i] = P[i, 0] * h[0] + P[i, 1] * h[1] + P[i, 2] * h[2]
-    s = variance + h[0] * gain[0] + h[1] * gain[1] + h[2] * gain[2]
+        crossed[c, i] = P[i, c] + slope * P[i, YAW]
+    for d in range(c):
+        known = crossed[d, c] + slope * crossed[d, YAW]
+        for i in range(N_STATE):
+            crossed[c, i] -= gains[d, i] * known
+    s = variance + crossed[c, c] + slope * crossed[c, YAW]
     share = 1.0 / s
     for i in range(N_STATE):
-        lost = gain[i] * share
-        for j in range(i + 1):
-            P[i, j] -= lost * gain[j]
-            P[j, i] = P[i, j]
-    for i in range(N_STATE):
-        gain[i] *= share
-        z[i] += gain[i] * error
-        P[i, i] = max(P[i, i], 1e-16)
+        gains[c, i] = crossed[c, i] * share
     return float(s)
+
+
+@lean
+def update_covariance(P: F64, crossed: F64, gains: F64) -> None:
+    """``P`` ← P − Σ K (P hᵀ)ᵀ over the three components of a pose, its lower triangle computed."""
+    for i in range(N_STATE):
+        x, y, yaw = gains[0, i], gains[1, i], gains[2, i]
+        for j in range(i + 1):
+            P[i, j] = P[i, j] - x * crossed[0, j] - y * crossed[1, j] - yaw * crossed[2, j]
+            P[j, i] = P[i, j]
+        P[i, i] = max(P[i, i], 1e-16)
 
 
 class FilterScratch(NamedTuple):
@@ -128,9 +178,9 @@ class FilterScratch(NamedTuple):
 
     The state ``z`` (9,), its covariance ``P`` (9, 9) and sensitivities ``S`` (9, p). Of a time update: the
     states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F`` (9, 9).
-    Of a measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the gain (9,), the slopes of a
-    component (p,). ``covariance`` (9, 9) and ``sensitivities`` (6, p) are products; ``active`` (3, 2) are
-    ranges of columns.
+    Of a measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the components' P hᵀ ``crossed`` and
+    ``gains`` (3, 9), the slopes of a component (p,). ``covariance`` (6, 9) and ``sensitivities`` (6, p) are
+    products; ``active`` (3, 2) are ranges of columns.
     """
 
     z: F64
@@ -142,7 +192,8 @@ class FilterScratch(NamedTuple):
     F: F64
     at: F64
     H: F64
-    gain: F64
+    crossed: F64
+    gains: F64
     slopes: F64
     covariance: F64
     sensitivities: F64
@@ -163,9 +214,10 @@ def scratch_for(data: FilterInput, theta: F64, targets: SensitivityTargets, cova
         F=zeros((N_STATE, N_STATE)),
         at=zeros(3),
         H=zeros((3, 3)),
-        gain=zeros(N_STATE),
+        crossed=zeros((3, N_STATE)),
+        gains=zeros((3, N_STATE)),
         slopes=zeros(p),
-        covariance=zeros((N_STATE, N_STATE)),
+        covariance=zeros((N_MOTION, N_STATE)),
         sensitivities=zeros((N_MOTION, p)),
         active=active_ranges(targets),
         step=step_scratch(theta),
@@ -210,7 +262,7 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
     """Fill the ``output`` of :func:`filter_pass` row by row."""
     z, P, S, F, H = scratch.z, scratch.P, scratch.S, scratch.F, scratch.H
     moved, undisturbed, middle, at = scratch.moved, scratch.undisturbed, scratch.middle, scratch.at
-    gain, slopes, active = scratch.gain, scratch.slopes, scratch.active
+    crossed, gains, slopes, active = scratch.crossed, scratch.gains, scratch.slopes, scratch.active
     innovations, log_variances = output.innovations, output.log_variances
     kept, dt = (0.0, 0.0, 0.0), np.nan
     for k in range(len(data.rows)):
@@ -219,9 +271,10 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
             if row[Row.DT] != dt:
                 dt = row[Row.DT]
                 kept = decays(dt, noise)
-            halfway(z, responses(row, theta, base), row, theta, base, middle)
-            step_from(middle, z, row, theta, base, moved)
-            jacobian(z, row, theta, base, moved, middle, F)
+            acts = responses(row, theta, base)
+            halfway(z, acts, row, theta, base, middle)
+            step_from(middle, z, acts, row, theta, base, moved)
+            jacobian(z, acts, row, theta, base, moved, middle, F)
             copy(undisturbed, moved)
             decay_disturbances(F, moved, kept)
             if keep:
@@ -236,11 +289,13 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
             error = data.poses[k, c] - at[c]
             if keep:
                 measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
-            s = update(z, P, H[c], error, data.variances[k, c], gain)
+            s = gain_of(c, P, H[c, YAW] if c < YAW else 0.0, data.variances[k, c], crossed, gains)
+            add(z, error, gains[c])
             e = error / math.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, math.log(s)
             output.deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)
             if keep:
-                update_sensitivities(S, active, gain, slopes, output.sensitivities[k, c], math.sqrt(s))
+                update_sensitivities(S, active, gains[c], slopes, output.sensitivities[k, c], math.sqrt(s))
+        update_covariance(P, crossed, gains)
         if keep:
             copy(output.states[k], z)

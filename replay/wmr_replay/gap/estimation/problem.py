@@ -1,7 +1,7 @@
 """A binned log split into fitted and held-out rows, and the likelihood of an extended model on it."""
 
 from collections.abc import Hashable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,19 +17,6 @@ from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.signals import ModeTrack
 
-PASSES_BYTES, ROWS_BYTES = 16_000_000, 4_000_000
-"""What a problem keeps of the last passes and of the input rows: about a hundred passes of a log of 90 s."""
-
-
-def passes() -> Recent[FilterOutput]:
-    """The last passes without sensitivities."""
-    return Recent(PASSES_BYTES, lambda output: sum(part.nbytes for part in output))
-
-
-def input_rows() -> Recent[F64]:
-    """The input rows of the last extended models."""
-    return Recent(ROWS_BYTES, lambda rows: rows.nbytes)
-
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -43,8 +30,6 @@ class Problem:
     train: Bool
     first: F64
     shift_s: float = 0.0
-    _passes: Recent[FilterOutput] = field(default_factory=passes, init=False, repr=False)
-    _rows: Recent[F64] = field(default_factory=input_rows, init=False, repr=False)
 
     @classmethod
     def of(cls, binned: BinnedLog, shift_s: float = 0.0) -> "Problem":
@@ -105,7 +90,8 @@ class Problem:
         acts = identity_of(extension)
         if keep:
             return self._filtered(extension, acts, noise, targets, keep=True)
-        return self._passes.get((acts, noise), lambda: self._filtered(extension, acts, noise, targets))
+        kept: Recent[FilterOutput] = self.binned.passes
+        return kept.get((acts, noise), lambda: self._filtered(extension, acts, noise, targets))
 
     def _filtered(
         self,
@@ -119,7 +105,7 @@ class Problem:
         """:meth:`filtered` where the pass is not kept."""
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        rows = self._rows.get(acts, lambda: extension.rows(self.binned))
+        rows = self.binned.inputs.get(acts, lambda: extension.rows(self.binned))
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)

@@ -1,11 +1,13 @@
 """A log as the model reads it: poses averaged over short bins, and efforts as they act between them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from wmr_replay.differentiate.noise import robust_sigma
 from wmr_replay.gap.model.inputs import TorqueHistory
+from wmr_replay.gap.model.recent import Recent
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.log import BinSettings
 from wmr_replay.pipeline.whole_colour import WholeColour, whole_colour
@@ -17,6 +19,18 @@ from wmr_schemas.signals import Log, ModeTrack, PoseTrack
 VOTES_PER_STEP = 4
 OF_COMPONENT = [0, 0, 1]
 """Of x, y and yaw, whether it is a position or the yaw."""
+PASSES_BYTES, INPUTS_BYTES = 16_000_000, 6_000_000
+"""What a binned log keeps of the last passes and of their inputs: about a hundred passes of a log of 90 s."""
+
+
+def recent_passes() -> Recent[Any]:
+    """The last passes of the filter, tuples of arrays."""
+    return Recent(PASSES_BYTES, lambda output: sum(part.nbytes for part in output))
+
+
+def recent_inputs() -> Recent[F64]:
+    """The last inputs of passes."""
+    return Recent(INPUTS_BYTES, lambda inputs: inputs.nbytes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +42,7 @@ class BinnedLog:
     ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone, ``colour`` its
     correlation in time. Changes of the mode are known to ``margin`` bins. ``names_skid`` says whether a skid
     that the modes leave out is an effect. ``settings`` are those of the analysis that the bins are made for.
+    ``passes`` and ``inputs`` are what was computed of it last, by what they follow from besides.
     """
 
     start_ns: int
@@ -43,6 +58,8 @@ class BinnedLog:
     margin: int
     names_skid: bool
     settings: GateSettings
+    passes: Recent[Any] = field(default_factory=recent_passes, init=False, repr=False)
+    inputs: Recent[F64] = field(default_factory=recent_inputs, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.t_s)

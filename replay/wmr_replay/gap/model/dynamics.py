@@ -172,15 +172,18 @@ def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 @lean
 def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
-    halfway(z, responses(row, theta, base), row, theta, base, out)
-    step_from(out, z, row, theta, base, out)
+    gains = responses(row, theta, base)
+    halfway(z, gains, row, theta, base, out)
+    step_from(out, z, gains, row, theta, base, out)
 
 
 @lean
-def step_from(middle: F64, z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
+def step_from(
+    middle: F64, z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64
+) -> None:
     """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
     dt = row[Row.DT]
-    dv, dw = accelerations(middle, responses(row, theta, base), row, theta, base)
+    dv, dw = accelerations(middle, gains, row, theta, base)
     cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)

@@ -79,10 +79,11 @@ class Extension:
 
     def mean_torques(self, binned: BinnedLog) -> F64:
         """Efforts (2, n) as they act, left and right, averaged over each step."""
-        torque = binned.torque
+        torque, effects = binned.torque, self.input_effects()
         if self.own:
             torque = TorqueHistory(torque.t_s, own_efforts(self.own, torque.efforts_nm))
-        return torque.means(binned.t_s, self.input_effects())
+            return torque.means(binned.t_s, effects)
+        return binned.inputs.get(effects, lambda: torque.means(binned.t_s, effects))
 
     def poses(self, binned: BinnedLog) -> F64:
         """Measured poses (n, 3) without the errors that users' effects describe."""

@@ -11,7 +11,6 @@ from wmr_replay.gap.model.dynamics import (
     D_LONG,
     D_YAW,
     LEAST_SPEED_MPS,
-    N_MOTION,
     N_STATE,
     V_LAT,
     YAW,
@@ -22,7 +21,6 @@ from wmr_replay.gap.model.dynamics import (
     X,
     Y,
     kept_lateral,
-    responses,
     skid_rate,
     skids,
     skids_unseen,
@@ -33,6 +31,8 @@ from wmr_schemas.compiled.lean import lean
 Six = tuple[float, float, float, float, float, float]
 Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
+MOVING = (YAW, V, W, V_LAT, D_LONG, D_YAW)
+"""The states that act on more than v_lat and, by that, the place."""
 
 
 @lean
@@ -83,32 +83,46 @@ def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float
 
 
 @lean
-def jacobian(z: F64, row: F64, theta: F64, base: Base, moved: F64, middle: F64, F: F64) -> None:
-    """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there."""
-    dt, l, half, gains = row[Row.DT], base.half_track_m, row[Row.DT] / 2, responses(row, theta, base)
+def jacobian(
+    z: F64,
+    gains: tuple[float, float],
+    row: F64,
+    theta: F64,
+    base: Base,
+    moved: F64,
+    middle: F64,
+    F: F64,
+) -> None:
+    """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there.
+
+    ``gains`` are the responses to the efforts.
+    """
+    dt, half = row[Row.DT], row[Row.DT] / 2
+    turn, half_turn = dt / base.half_track_m, half / base.half_track_m / 2
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
-    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
+    ahead, aside = math.cos(middle[YAW]) * dt, math.sin(middle[YAW]) * dt
+    dx, dy = moved[X] - z[X], moved[Y] - z[Y]
     for i in range(N_STATE):
-        F[i, X], F[i, Y] = UNIT[i, X], UNIT[i, Y]
-    for j in range(YAW, N_STATE):
+        for j in range(N_STATE):
+            F[i, j] = UNIT[i, j]
+    for j in MOVING:
         e = UNIT[j]
         yaw, v, w, v_lat = e[YAW], e[V], e[W], e[V_LAT]
         dv, dw = through(first, yaw, v, w, v_lat)
         v_1, w_1 = v + (dv + e[D_LONG]) * half, w + (dw + e[D_YAW]) * half
-        yaw_1 = yaw + (w + w_1) / 2 / l * half
+        yaw_1 = yaw + (w + w_1) * half_turn
         dv, dw = through(second, yaw_1, v_1, w_1, v_lat)
         dv, dw = dv + e[D_LONG], dw + e[D_YAW]
         v_2, w_2 = v + dv * half, w + dw * half
         F[V_LAT, j] = lateral[0] * yaw + lateral[1] * v_2 + lateral[2] * w_2 + lateral[3] * v_lat
-        F[V_LAT, j] += lateral[4] * e[D_LAT]
         across = (v_lat + F[V_LAT, j]) / 2
-        F[X, j] = (v_2 * cos - across * sin) * dt - (moved[Y] - z[Y]) * yaw_1
-        F[Y, j] = (v_2 * sin + across * cos) * dt + (moved[X] - z[X]) * yaw_1
-        F[YAW, j], F[V, j], F[W, j] = yaw + w_2 / l * dt, v + dv * dt, w + dw * dt
-        for i in range(N_MOTION, N_STATE):
-            F[i, j] = e[i]
+        F[X, j] = v_2 * ahead - across * aside - dy * yaw_1
+        F[Y, j] = v_2 * aside + across * ahead + dx * yaw_1
+        F[YAW, j], F[V, j], F[W, j] = yaw + w_2 * turn, v + dv * dt, w + dw * dt
+    F[V_LAT, D_LAT] = lateral[4]
+    F[X, D_LAT], F[Y, D_LAT] = -lateral[4] / 2 * aside, lateral[4] / 2 * ahead
 
 
 @lean

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,8 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.preliminary import less_slip, preliminary_models
-from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
+from wmr_replay.gap.search.select import Selection, confirm, select
+from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.signals import Log
 
@@ -85,22 +85,24 @@ def find_modes_and_effects(
     extension = with_sideslip(first, extension)
     options = replace(options, gates=with_slip_disturbance(first, extension))
     first = Problem.of(bin_identified(log, first.binned.track or track, options.gates)).all_fitted()
-    plain = cache(lambda: forward_selection(first, extension, options))
+    selections = Selections(extension, options)
+    first = selections.known(first)
     tell("naming", 0.2)
-    preliminary = preliminary_models(log, first, plain, extension, options)
+    preliminary = preliminary_models(log, first, selections)
     tell("naming", 0.4)
     solutions: list[Solution] = []
     for model in preliminary.models:
         least = min((one.cost for one in solutions), default=np.inf)
-        solutions += solve_with(model, log, extension, options, least)
+        solutions += solve_with(model, log, selections, least)
     if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
-        solutions.append(with_missed_slipping(seen, extension, options))
-    nothing = cost_of(plain().base)
+        solutions.append(with_missed_slipping(seen, selections))
+    plain = selections.of(first)
+    nothing = cost_of(plain.base)
     likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
     tell("naming", 0.7)
     confirmed = []
-    for solution in [*likely, Solution(first, plain(), extension)]:
+    for solution in [*likely, Solution(first, plain, extension)]:
         selection = confirm(solution.problem, solution.selection, options)
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:
@@ -108,25 +110,25 @@ def find_modes_and_effects(
     refused = (solution for solution in confirmed if solution.selection.refused)
     best = confirmed[-1] if confirmed[-1].holds else next(refused, confirmed[-1])
     if best.is_skidding:  # a mode, and no effect
-        return first, confirm(first, plain(), options)
+        return first, confirm(first, plain, options)
     return best.problem, best.selection
 
 
-def solve_with(
-    model: Extension, log: Log, extension: Extension, options: GapOptions, least: float
-) -> list[Solution]:
+def solve_with(model: Extension, log: Log, selections: Selections, least: float) -> list[Solution]:
     """The selection with the modes that the identifier sees with a preliminary model.
 
     None where that model with its own modes costs clearly more than ``least``, another solution.
     """
-    track, skids = likely_modes(log, model, options.gates), SKID in model.effects
+    gates, skids = selections.options.gates, SKID in model.effects
+    track = likely_modes(log, model, gates)
     track = without_skid(track) if skids else track
-    problem = Problem.of(bin_identified(log, track, options.gates, names_skid=skids)).all_fitted()
-    if not skids and least < np.inf and cost_alone(problem, model) > least + options.gates.modes.hopeless:
+    problem = Problem.of(bin_identified(log, track, gates, names_skid=skids)).all_fitted()
+    problem = selections.known(problem)
+    if not skids and least < np.inf and cost_alone(problem, model) > least + gates.modes.hopeless:
         return []
     hints = tuple((name, p) for name, p in model.effects.items() if name in LOCAL)
-    solution = Solution(problem, forward_selection(problem, extension, options, hints=hints), model)
-    return [with_missed_slipping(solution, extension, options)]
+    solution = Solution(problem, selections.of(problem, hints=hints), model)
+    return [with_missed_slipping(solution, selections)]
 
 
 def cost_alone(problem: Problem, model: Extension) -> float:
@@ -135,7 +137,7 @@ def cost_alone(problem: Problem, model: Extension) -> float:
     return cost_of(fit) + len(fit.keys) * float(np.log(3 * problem.train.sum()))
 
 
-def with_missed_slipping(solution: Solution, extension: Extension, options: GapOptions) -> Solution:
+def with_missed_slipping(solution: Solution, selections: Selections) -> Solution:
     """Relabel as slipping the losses of traction that cannot be told from it, and select again.
 
     Where an interval that is slipping then loses something else than slipping does, the loss was looked for
@@ -144,11 +146,11 @@ def with_missed_slipping(solution: Solution, extension: Extension, options: GapO
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
         return with_settled_losses(solution)
-    for other, _, hints, _ in less_slip(problem, extension):
-        again = forward_selection(other, extension, options, hints=hints)
+    for other, _, hints, _ in less_slip(problem, selections.extension):
+        again = selections.of(other, hints=hints)
         if again.found and missed_slipping(other, again.fit) is other:
             return with_settled_losses(solution._replace(problem=other, selection=again))
-    return solution._replace(problem=problem, selection=forward_selection(problem, extension, options))
+    return solution._replace(problem=problem, selection=selections.of(problem))
 
 
 def with_settled_losses(solution: Solution) -> Solution:

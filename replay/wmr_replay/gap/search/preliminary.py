@@ -4,7 +4,7 @@ An identifier takes a missing effect for slip or skid. The modes are identified 
 model (:mod:`.modes_and_effects`).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import chain
 from typing import NamedTuple
@@ -17,9 +17,9 @@ from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import Hints
-from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection, forward_selection
+from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
+from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import as_losses, may_be_slipping, missed_slipping, unlike_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
@@ -45,25 +45,18 @@ class PreliminaryModels(NamedTuple):
     seen_in: tuple[Problem, Selection]
 
 
-def preliminary_models(
-    log: Log,
-    first: Problem,
-    plain: Callable[[], Selection],
-    extension: Extension,
-    options: GapOptions,
-) -> PreliminaryModels:
+def preliminary_models(log: Log, first: Problem, selections: Selections) -> PreliminaryModels:
     """The preliminary models of the first labelling that has any.
 
-    ``first`` has the modes of the base model, ``plain`` gives its selection. Labellings are tried in this
-    order: without skidding where a robot is said to skid most of the time; without slipping that loses more
-    or less traction than the model's; as they are; with slipping where that was missed; without slipping
-    where it is said to slip much.
+    ``first`` has the modes of the base model. Labellings are tried in this order: without skidding where a
+    robot is said to skid most of the time; without slipping that loses more or less traction than the
+    model's; as they are; with slipping where that was missed; without slipping where it is said to slip much.
     """
     tried = chain(
         less_skid(log, first),
-        less_slip(first, extension),
+        less_slip(first, selections.extension),
         [Labelling(first)],
-        more_slip(first, plain),
+        more_slip(first, selections),
         no_slip(first),
     )
     models: list[Extension] = []
@@ -71,20 +64,17 @@ def preliminary_models(
     for problem, local, hints, further in tried:
         if models and not further:
             break
-        if problem is first:
-            selection = plain()
-        else:
-            selection = forward_selection(problem, extension, options, terms=False, hints=hints)
-        found = models_from(problem, extension, selection, local=local)
+        selection = selections.of(problem, terms=problem is first, hints=hints)
+        found = models_from(problem, selections.extension, selection, local=local)
         if found and seen_in is None:
-            seen_in = (problem, selection) if local else (first, plain())
-            found += models_without_skid(log, problem, extension, options, found)
+            seen_in = (problem, selection) if local else (first, selections.of(first))
+            found += models_without_skid(log, problem, selections, found)
         models += found
-    return PreliminaryModels(models, seen_in or (first, plain()))
+    return PreliminaryModels(models, seen_in or (first, selections.of(first)))
 
 
 def models_without_skid(
-    log: Log, problem: Problem, extension: Extension, options: GapOptions, found: list[Extension]
+    log: Log, problem: Problem, selections: Selections, found: list[Extension]
 ) -> list[Extension]:
     """The model that is seen where skidding is replaced by ideal, if another one rests on skidding alone.
 
@@ -95,8 +85,7 @@ def models_without_skid(
         return []
     track = without_skid(binned.track)
     plain = Problem.of(bin_identified(log, track, problem.settings)).all_fitted()
-    selection = forward_selection(plain, extension, options, terms=False)
-    others = models_from(plain, extension, selection)[:1]
+    others = models_from(plain, selections.extension, selections.of(plain, terms=False))[:1]
     return [model for model in others if model.effects.keys() != found[0].effects.keys()]
 
 
@@ -121,12 +110,12 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
         yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
 
 
-def more_slip(problem: Problem, plain: Callable[[], Selection]) -> Iterator[Labelling]:
+def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:
     """Slipping where a loss of traction that cannot be told from it was found.
 
     The disturbance that makes up for slipping that an identifier missed hides every lasting effect.
     """
-    slipping = missed_slipping(problem, plain().fit)
+    slipping = missed_slipping(problem, selections.of(problem).fit)
     if slipping is not problem:
         yield Labelling(slipping)
 

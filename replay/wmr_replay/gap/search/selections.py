@@ -1,0 +1,48 @@
+"""The selections of one log by the labels that they are made with, each made once.
+
+With another model, an identifier often sees the same contact modes again.
+"""
+
+from collections.abc import Hashable
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.fit_candidates import Hints
+from wmr_replay.gap.search.select import Selection, forward_selection
+
+
+class Selections:
+    """Forward selections over the base model ``extension``, every row of the log fitted."""
+
+    def __init__(self, extension: Extension, options: GapOptions) -> None:
+        self.extension, self.options = extension, options
+        self._problems: dict[Hashable, Problem] = {}
+        self._made: dict[Hashable, Selection] = {}
+
+    def known(self, problem: Problem) -> Problem:
+        """The first problem with the same labels, whose passes of the filter are known; else ``problem``."""
+        return self._problems.setdefault(labels_of(problem), problem)
+
+    def of(self, problem: Problem, *, terms: bool = True, hints: Hints = ()) -> Selection:
+        """:func:`~wmr_replay.gap.search.select.forward_selection`."""
+        starts = tuple((name, tuple(parameters.items())) for name, parameters in hints)
+        key = labels_of(problem), terms, starts
+        if key not in self._made:
+            same = self.known(problem)
+            self._made[key] = forward_selection(same, self.extension, self.options, terms=terms, hints=hints)
+        return self._made[key]
+
+
+def labels_of(problem: Problem) -> Hashable:
+    """The contact modes in the bins and in finer ones, how well their changes are known, and what they may
+    leave out.
+    """
+    binned, track = problem.binned, problem.binned.track
+    held: tuple[bytes, ...] = ()
+    if track is not None:
+        changes = np.flatnonzero(np.diff(track.mode, prepend=-1))
+        held = track.t_ns[changes].tobytes(), track.mode[changes].tobytes()
+    return binned.mode.tobytes(), held, binned.margin, binned.names_skid
