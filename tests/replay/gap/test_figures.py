@@ -87,6 +87,7 @@ def test_worlds_tell_right_refusals_from_wrong_ones(bench):
     assert "50.0 % (2 of 4; 15.0 to 85.0)" in line_of(found["worlds_report"], "one effect hidden: right")
     assert "(1 of 4;" in line_of(found["worlds_report"], "– refused where the oracle refuses")
     assert "spiral: 0.0 % (0 of 1;" in line_of(found["worlds_report"], "– right in the worst family")
+    assert "dash: 50.0 % (1 of 2;" in line_of(found["worlds_report"], "– in the worst family")
     assert line_of(found["worlds_hidden"], "dash / 1").endswith("| 1 | 1 | 0 | 1 | 0 |")
     assert "50.0 % (1 of 2;" in line_of(found["worlds_nothing"], "dash")
 
