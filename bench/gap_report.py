@@ -1,17 +1,16 @@
 """Write the tables of docs/gap-benchmark.md from the rows of bench/gap.py."""
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import figure_blocks
 import gap_tables as tables
 from gap_cases import NOISES
 from gap_scores import Score, score
 from gap_tables import Rows, at_noise, rate, table
 
 PAGE = Path(__file__).parents[1] / "docs" / "gap-benchmark.md"
-BLOCK = re.compile(r"(<!-- figures (\w+) -->\n)(.*?)(<!-- end \2 -->)", re.DOTALL)
 Row = dict[str, Any]
 
 
@@ -58,7 +57,8 @@ def filled(page: str, scores: Rows, baselines: Sequence[Row]) -> str:
     }
     if baselines:
         makers["rivals"] = lambda found: rivals(baselines, found)
-    return BLOCK.sub(lambda m: m[1] + makers[m[2]](scores) + m[4] if m[2] in makers else m[0], page)
+    wanted = figure_blocks.names(page)
+    return figure_blocks.filled(page, {name: of(scores) for name, of in makers.items() if name in wanted})
 
 
 def latest(rows: Sequence[Row]) -> list[Row]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import chain
 
 import numpy as np
+from figure_blocks import share
 from gap_cases import NOISES
 from gap_scores import Score, covered
 
@@ -17,16 +18,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A Markdown table."""
     lines = [head, ["---"] * len(head), *rows]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
-
-
-def share(hits: int, n: int) -> str:
-    """A share with Wilson's 95 % interval."""
-    if not n:
-        return "–"
-    z, p = 1.96, hits / n
-    middle, spread = p + z**2 / (2 * n), z * np.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
-    low, high = ((middle + sign * spread) / (1 + z**2 / n) for sign in (-1, 1))
-    return f"{100 * p:.1f} % ({hits} of {n}; {100 * max(low, 0):.1f} to {100 * min(high, 1):.1f})"
 
 
 def rate(rows: Rows, holds: Callable[[Score], bool]) -> str:
