@@ -21,7 +21,6 @@ from wmr_replay.differentiate.colour import (
     worst_factor,
 )
 from wmr_replay.identify import Motion
-from wmr_replay.pipeline.columns import LATER, Columns
 from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
@@ -112,18 +111,6 @@ class PoseColour:
                 columns = zip(motion, wide, strict=True)
                 motion = Motion(*(np.where(held, new, old) for old, new in columns))
         return motion
-
-    def later_columns(
-        self,
-        motion: Motion,
-        derivatives: Derivatives,
-        variances: F64,
-        which: I64,
-        kernel: tuple[KernelSpec, int],
-    ) -> Columns:
-        """The standard deviations of the hindsight table."""
-        wide = self.widen(motion, derivatives, variances, which, kernel, always=True)
-        return {f"{LATER}{name}": getattr(wide, name) for name in Motion._fields if name.endswith("_sd")}
 
     def as_white(self, variances: F64, which: I64) -> F64:
         """Variances (2, n) of white noise that tells a filter as much about motion as the coloured one."""
