@@ -169,9 +169,7 @@ class Chain:
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        shown = self._colour.widen(
-            motion, derivatives, variances, which, self._derivation.kernel, always=True
-        )
+        shown = self._colour.shown(motion, derivatives, variances, which, self._derivation.kernel)
         return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
 
     def _evidence(

@@ -12,6 +12,7 @@ from wmr_replay.differentiate import Derivatives, KernelSpec
 from wmr_replay.differentiate.colour import (
     EVIDENCE,
     LEAST_GAIN,
+    TIMES_S,
     Colour,
     KernelNoise,
     Scales,
@@ -20,8 +21,9 @@ from wmr_replay.differentiate.colour import (
     shapes_of,
     worst_factor,
 )
+from wmr_replay.differentiate.window_bias import USUAL, at_first, within
 from wmr_replay.identify import Motion
-from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
 FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
 """The colour is found after 2 s, whenever the log has grown by two fifths, and every minute."""
@@ -29,21 +31,39 @@ FORGOTTEN_S = 0.2
 """To a filter that takes noise for white, a slower wobble is motion."""
 
 
+KernelNoises = tuple[KernelNoise, KernelNoise]
+"""Of position and of yaw."""
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """Differences by scale after ``log_s``: lengths (k,) of the blocks, shapes (τ, k, 4), independent
+    differences (k,), mean squares (2, k) of position and yaw.
+    """
+
+    log_s: float
+    blocks_s: F64
+    shapes: F64
+    n: F64
+    squares: F64
+
+
 @dataclass(frozen=True, eq=False)
 class Found:
     """The colours of position and yaw, from some row on; None while the noise looks white."""
 
     colours: tuple[Colour, Colour] | None = None
-    by_kernel: dict[tuple[KernelSpec, int], tuple[KernelNoise, KernelNoise]] = field(default_factory=dict)
+    by_kernel: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
+    levels: Levels | None = None
+    """Of the differences by scale, from which the colours were found."""
+    shown: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
 
     @property
     def evident(self) -> bool:
         """Whether the noise of position or yaw is no white noise."""
         return self.colours is not None and max(colour.evidence for colour in self.colours) >= EVIDENCE
 
-    def of_kernel(
-        self, spec: KernelSpec, n_taps: int, step_s: float
-    ) -> tuple[KernelNoise, KernelNoise] | None:
+    def of_kernel(self, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoises | None:
         """What position and yaw make of a kernel's estimates; None while nothing is known of them."""
         if self.colours is None:
             return None
@@ -52,6 +72,26 @@ class Found:
             position, yaw = (kernel_noise(colour, spec, n_taps, step_s) for colour in self.colours)
             self.by_kernel[key] = position, yaw
         return self.by_kernel[key]
+
+    def shown_of_kernel(self, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoises:
+        """The same for the tables: the bias is that of the kernel's own window, the usual one at first."""
+        key = spec, n_taps
+        if key not in self.shown:
+            window_s = (n_taps - 1) * step_s
+            position, yaw = (
+                kernel_noise(self._around(window_s, row), spec, n_taps, step_s) for row in range(2)
+            )
+            self.shown[key] = position, yaw
+        return self.shown[key]
+
+    def _around(self, window_s: float, row: int) -> Colour:
+        """The colour of position (0) or yaw (1) with jumps as a window meets them."""
+        if self.colours is None or self.levels is None:
+            return at_first(USUAL[row])
+        colour, levels = self.colours[row], self.levels
+        n = levels.n * (2 - row)
+        scales = levels.blocks_s, levels.shapes[TIMES_S.index(colour.time_s)]
+        return within(colour, (n, levels.squares[row]), scales, window_s, USUAL[row] / max(levels.log_s, 1.0))
 
     def counts(self, noises: tuple[KernelNoise, KernelNoise]) -> bool:
         """Whether the colour is evident, and widens a derivative's interval by more than a trifle."""
@@ -89,7 +129,12 @@ class PoseColour:
         self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
         n, squares = self._scales.levels()
         position, yaw = colour_of(2 * n, squares[0], self._shapes), colour_of(n, squares[1], self._shapes)
-        self.found.append(Found() if position is None or yaw is None else Found((position, yaw)))
+        if position is None or yaw is None:
+            self.found.append(Found())
+            return
+        blocks_s = np.array([scale.b * self._step_s for scale in self._scales.scales])
+        levels = Levels(now_s, blocks_s, self._shapes, n, squares)
+        self.found.append(Found((position, yaw), levels=levels))
 
     def widen(
         self,
@@ -98,18 +143,29 @@ class PoseColour:
         variances: F64,
         which: I64,
         kernel: tuple[KernelSpec, int],
-        *,
-        always: bool = False,
     ) -> Motion:
-        """The motion with intervals as wide as the colour that holds for each row asks for; ``always``: also
-        where the noise may well be white, for the window's bias.
-        """
+        """The motion with intervals as wide as a colour asks for, on rows where one is evident."""
         for k in np.unique(which):
             noises = self.found[k].of_kernel(*kernel, self._step_s)
-            if noises is not None and (always or self.found[k].counts(noises)):
-                wide, held = widened(motion, derivatives, variances, noises), which == k
-                columns = zip(motion, wide, strict=True)
-                motion = Motion(*(np.where(held, new, old) for old, new in columns))
+            if noises is not None and self.found[k].counts(noises):
+                wide = widened(motion, derivatives, variances, noises)
+                motion = where(which == k, wide, motion)
+        return motion
+
+    def shown(
+        self,
+        motion: Motion,
+        derivatives: Derivatives,
+        variances: F64,
+        which: I64,
+        kernel: tuple[KernelSpec, int],
+    ) -> Motion:
+        """The motion with the intervals of the tables: the noise as it was found, evident or not, and the
+        window's bias.
+        """
+        for k in np.unique(which):
+            noises = self.found[k].shown_of_kernel(*kernel, self._step_s)
+            motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
         return motion
 
     def as_white(self, variances: F64, which: I64) -> F64:
@@ -124,6 +180,11 @@ class PoseColour:
                         equivalent_white(colour, self._step_s) / colour.tracked, 1.0
                     )
         return variances * factors
+
+
+def where(mask: Bool, one: Motion, other: Motion) -> Motion:
+    """Rows of ``one`` where ``mask`` (n,) is set, of ``other`` elsewhere."""
+    return Motion(*(np.where(mask, a, b) for a, b in zip(one, other, strict=True)))
 
 
 def equivalent_white(colour: Colour, step_s: float) -> float:
