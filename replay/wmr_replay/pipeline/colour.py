@@ -3,7 +3,7 @@
 As long as the noise looks white, no value changes.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from wmr_replay.differentiate import Derivatives, KernelSpec
 from wmr_replay.differentiate.colour import (
     EVIDENCE,
     LEAST_GAIN,
-    TIMES_S,
     Colour,
     KernelNoise,
     Scales,
@@ -21,7 +20,6 @@ from wmr_replay.differentiate.colour import (
     shapes_of,
     worst_factor,
 )
-from wmr_replay.differentiate.window_bias import USUAL, at_first, within
 from wmr_replay.identify import Motion
 from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
@@ -31,21 +29,21 @@ FORGOTTEN_S = 0.2
 """To a filter that takes noise for white, a slower wobble is motion."""
 
 
+USUAL = (0.25, 0.5)
+"""Jumps of the acceleration of position and yaw, in (m/s²)²/s and (rad/s²)²/s, as a small robot's: .5 m/s² and
+.7 rad/s² once a second. The tables' intervals hold them for the first second, t seconds later a t-th of them."""
+UNKNOWN = Colour(
+    white=1.0,
+    wobble=0.0,
+    time_s=1.0,
+    velocity_jumps=0.0,
+    acceleration_jumps=0.0,
+    tracked=1.0,
+    evidence=0.0,
+)
+"""White noise alone."""
 KernelNoises = tuple[KernelNoise, KernelNoise]
 """Of position and of yaw."""
-
-
-@dataclass(frozen=True, eq=False)
-class Levels:
-    """Differences by scale after ``log_s``: lengths (k,) of the blocks, shapes (τ, k, 4), independent
-    differences (k,), mean squares (2, k) of position and yaw.
-    """
-
-    log_s: float
-    blocks_s: F64
-    shapes: F64
-    n: F64
-    squares: F64
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +52,8 @@ class Found:
 
     colours: tuple[Colour, Colour] | None = None
     by_kernel: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
-    levels: Levels | None = None
-    """Of the differences by scale, from which the colours were found."""
+    log_s: float = 0.0
+    """How much of the log they were found from."""
     shown: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
 
     @property
@@ -74,24 +72,17 @@ class Found:
         return self.by_kernel[key]
 
     def shown_of_kernel(self, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoises:
-        """The same for the tables: the bias is that of the kernel's own window, the usual one at first."""
+        """The same for the tables, which hold the bias of the usual motion as long as the log is short."""
         key = spec, n_taps
         if key not in self.shown:
-            window_s = (n_taps - 1) * step_s
+            fresh = 1 / max(self.log_s, 1.0)
             position, yaw = (
-                kernel_noise(self._around(window_s, row), spec, n_taps, step_s) for row in range(2)
+                kernel_noise(replace(colour, acceleration_jumps=jumps), spec, n_taps, step_s)
+                for colour, usual in zip(self.colours or (UNKNOWN, UNKNOWN), USUAL, strict=True)
+                for jumps in [colour.acceleration_jumps + fresh * usual]
             )
             self.shown[key] = position, yaw
         return self.shown[key]
-
-    def _around(self, window_s: float, row: int) -> Colour:
-        """The colour of position (0) or yaw (1) with jumps as a window meets them."""
-        if self.colours is None or self.levels is None:
-            return at_first(USUAL[row])
-        colour, levels = self.colours[row], self.levels
-        n = levels.n * (2 - row)
-        scales = levels.blocks_s, levels.shapes[TIMES_S.index(colour.time_s)]
-        return within(colour, (n, levels.squares[row]), scales, window_s, USUAL[row] / max(levels.log_s, 1.0))
 
     def counts(self, noises: tuple[KernelNoise, KernelNoise]) -> bool:
         """Whether the colour is evident, and widens a derivative's interval by more than a trifle."""
@@ -129,12 +120,8 @@ class PoseColour:
         self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
         n, squares = self._scales.levels()
         position, yaw = colour_of(2 * n, squares[0], self._shapes), colour_of(n, squares[1], self._shapes)
-        if position is None or yaw is None:
-            self.found.append(Found())
-            return
-        blocks_s = np.array([scale.b * self._step_s for scale in self._scales.scales])
-        levels = Levels(now_s, blocks_s, self._shapes, n, squares)
-        self.found.append(Found((position, yaw), levels=levels))
+        found = None if position is None or yaw is None else (position, yaw)
+        self.found.append(Found(found, log_s=now_s))
 
     def widen(
         self,
