@@ -1,6 +1,7 @@
 """Intervals under noise of the pose that is correlated in time: its colour, and what follows from it.
 
-As long as the noise looks white, no value changes.
+As long as the noise looks white, identifiers get the intervals of white noise. Those of the tables always
+hold the noise as it was found and the bias of the kernel's window.
 """
 
 from dataclasses import dataclass, field, replace
@@ -30,8 +31,9 @@ FORGOTTEN_S = 0.2
 
 
 USUAL = (0.25, 0.5)
-"""Jumps of the acceleration of position and yaw, in (m/s²)²/s and (rad/s²)²/s, as a small robot's: .5 m/s² and
-.7 rad/s² once a second. The tables' intervals hold them for the first second, t seconds later a t-th of them."""
+"""Jumps of the acceleration of position and yaw, in (m/s²)²/s and (rad/s²)²/s, of a small robot: .5 m/s² and
+.7 rad/s² once a second. The tables' intervals hold them until a colour is found, and a t-th of them after a
+look at t seconds."""
 UNKNOWN = Colour(
     white=1.0,
     wobble=0.0,
@@ -48,7 +50,7 @@ KernelNoises = tuple[KernelNoise, KernelNoise]
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The colours of position and yaw, from some row on; None while the noise looks white."""
+    """The colours of position and yaw, from some row on; None while too little of the log is known."""
 
     colours: tuple[Colour, Colour] | None = None
     by_kernel: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
@@ -121,7 +123,7 @@ class PoseColour:
         n, squares = self._scales.levels()
         position, yaw = colour_of(2 * n, squares[0], self._shapes), colour_of(n, squares[1], self._shapes)
         found = None if position is None or yaw is None else (position, yaw)
-        self.found.append(Found(found, log_s=now_s))
+        self.found.append(Found() if found is None else Found(found, log_s=now_s))
 
     def widen(
         self,
