@@ -169,12 +169,8 @@ class Chain:
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        columns = estimated_columns(derivatives.estimates[:, 0], motion, slip, verdict, delay_s, status)
-        if self._record is not None:
-            columns |= self._colour.later_columns(
-                motion, derivatives, variances, which, self._derivation.kernel
-            )
-        return columns
+        shown = self._colour.shown(motion, derivatives, variances, which, self._derivation.kernel)
+        return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
 
     def _evidence(
         self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64, slid_m: F64

@@ -1,10 +1,11 @@
 """Intervals under noise of the pose that is correlated in time: its colour, and what follows from it.
 
-As long as the noise looks white, no interval of the samples table changes; what filters take for white noise
-is as wide as the likely colours make it.
+What filters take for white noise is as wide as the likely colours make it; else identifiers get the intervals
+of white noise as long as it looks white. Those of the tables always hold the noise as it was found and the
+bias of the kernel's window.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,30 +24,48 @@ from wmr_replay.differentiate.colour import (
 )
 from wmr_replay.differentiate.likely_noise import likely_noise
 from wmr_replay.identify import Motion
-from wmr_replay.pipeline.columns import LATER, Columns
-from wmr_schemas.arrays import F64, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 
 FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
 """The colour is found after 2 s, whenever the log has grown by two fifths, and every minute."""
 
 
+USUAL = (0.25, 0.5)
+"""Jumps of the acceleration of position and yaw, in (m/s²)²/s and (rad/s²)²/s, of a small robot: .5 m/s² and
+.7 rad/s² once a second. The tables' intervals hold them until a colour is found, and a t-th of them after a
+look at t seconds."""
+UNKNOWN = Colour(
+    white=1.0,
+    wobble=0.0,
+    time_s=1.0,
+    velocity_jumps=0.0,
+    acceleration_jumps=0.0,
+    tracked=1.0,
+    evidence=0.0,
+)
+"""White noise alone."""
+KernelNoises = tuple[KernelNoise, KernelNoise]
+"""Of position and of yaw."""
+
+
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The colours of position and yaw, from some row on; None while the noise looks white."""
+    """The colours of position and yaw, from some row on; None while too little of the log is known."""
 
     colours: tuple[Colour, Colour] | None = None
     factors: tuple[float, float] = (1.0, 1.0)
     """On the tracked variances of position and yaw: those of white noise that hides as much motion."""
-    by_kernel: dict[tuple[KernelSpec, int], tuple[KernelNoise, KernelNoise]] = field(default_factory=dict)
+    by_kernel: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
+    log_s: float = 0.0
+    """How much of the log they were found from."""
+    shown: dict[tuple[KernelSpec, int], KernelNoises] = field(default_factory=dict)
 
     @property
     def evident(self) -> bool:
         """Whether the noise of position or yaw is no white noise."""
         return self.colours is not None and max(colour.evidence for colour in self.colours) >= EVIDENCE
 
-    def of_kernel(
-        self, spec: KernelSpec, n_taps: int, step_s: float
-    ) -> tuple[KernelNoise, KernelNoise] | None:
+    def of_kernel(self, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoises | None:
         """What position and yaw make of a kernel's estimates; None while nothing is known of them."""
         if self.colours is None:
             return None
@@ -55,6 +74,19 @@ class Found:
             position, yaw = (kernel_noise(colour, spec, n_taps, step_s) for colour in self.colours)
             self.by_kernel[key] = position, yaw
         return self.by_kernel[key]
+
+    def shown_of_kernel(self, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoises:
+        """The same for the tables, which hold the bias of the usual motion as long as the log is short."""
+        key = spec, n_taps
+        if key not in self.shown:
+            fresh = 1 / max(self.log_s, 1.0)
+            position, yaw = (
+                kernel_noise(replace(colour, acceleration_jumps=jumps), spec, n_taps, step_s)
+                for colour, usual in zip(self.colours or (UNKNOWN, UNKNOWN), USUAL, strict=True)
+                for jumps in [colour.acceleration_jumps + fresh * usual]
+            )
+            self.shown[key] = position, yaw
+        return self.shown[key]
 
     def counts(self, noises: tuple[KernelNoise, KernelNoise]) -> bool:
         """Whether the colour is evident, and widens a derivative's interval by more than a trifle."""
@@ -95,7 +127,7 @@ class PoseColour:
         position, yaw = (colour_of(*one, self._shapes) for one in levels)
         p, y = (likely_noise(*one, self._shapes, self._step_s).factor for one in levels)
         colours = None if position is None or yaw is None else (position, yaw)
-        self.found.append(Found(colours, (p, y)))
+        self.found.append(Found(colours, (p, y), log_s=0.0 if colours is None else now_s))
 
     def widen(
         self,
@@ -104,36 +136,40 @@ class PoseColour:
         variances: F64,
         which: I64,
         kernel: tuple[KernelSpec, int],
-        *,
-        always: bool = False,
     ) -> Motion:
-        """The motion with intervals as wide as the colour that holds for each row asks for; ``always``: also
-        where the noise may well be white, for the window's bias.
-        """
+        """The motion with intervals as wide as a colour asks for, on rows where one is evident."""
         for k in np.unique(which):
             noises = self.found[k].of_kernel(*kernel, self._step_s)
-            if noises is not None and (always or self.found[k].counts(noises)):
-                wide, held = widened(motion, derivatives, variances, noises), which == k
-                columns = zip(motion, wide, strict=True)
-                motion = Motion(*(np.where(held, new, old) for old, new in columns))
+            if noises is not None and self.found[k].counts(noises):
+                wide = widened(motion, derivatives, variances, noises)
+                motion = where(which == k, wide, motion)
         return motion
 
-    def later_columns(
+    def shown(
         self,
         motion: Motion,
         derivatives: Derivatives,
         variances: F64,
         which: I64,
         kernel: tuple[KernelSpec, int],
-    ) -> Columns:
-        """The standard deviations of the hindsight table."""
-        wide = self.widen(motion, derivatives, variances, which, kernel, always=True)
-        return {f"{LATER}{name}": getattr(wide, name) for name in Motion._fields if name.endswith("_sd")}
+    ) -> Motion:
+        """The motion with the intervals of the tables: the noise as it was found, evident or not, and the
+        window's bias.
+        """
+        for k in np.unique(which):
+            noises = self.found[k].shown_of_kernel(*kernel, self._step_s)
+            motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
+        return motion
 
     def as_white(self, variances: F64, which: I64) -> F64:
         """Variances (2, n) of white noise that tells a filter as much about motion as the likely one."""
         factors = np.array([found.factors for found in self.found])
         return np.asarray(variances * factors[which].T)
+
+
+def where(mask: Bool, one: Motion, other: Motion) -> Motion:
+    """Rows of ``one`` where ``mask`` (n,) is set, of ``other`` elsewhere."""
+    return Motion(*(np.where(mask, a, b) for a, b in zip(one, other, strict=True)))
 
 
 def widened(

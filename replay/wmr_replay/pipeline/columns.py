@@ -15,8 +15,6 @@ Columns = dict[str, np.ndarray[Any, Any]]
 
 SMOOTHED_POSE = ("smoothed_x_m", "smoothed_y_m", "smoothed_yaw_rad")
 """The pose through the window, at the instant that the window describes; no columns of the samples table."""
-LATER = "later_"
-"""Before the name of a column of the hindsight table where it differs from that of the samples table."""
 EFFORTS = ("left_nm", "right_nm")
 """The torques of each row, for plots; no columns of the samples table."""
 POSTERIOR = tuple(f"p_{mode.label}" for mode in MODES)

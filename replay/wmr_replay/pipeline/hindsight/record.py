@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.align import SampleBatch
 from wmr_replay.identify import Motion
 from wmr_replay.identify.filter_bank.bins import Bins
-from wmr_replay.pipeline.columns import LATER, SMOOTHED_POSE, Columns
+from wmr_replay.pipeline.columns import SMOOTHED_POSE, Columns
 from wmr_replay.pipeline.hindsight.spool import Spool, Table
 from wmr_schemas.status import WHOLE_LOG, Status
 
@@ -47,7 +47,7 @@ class Record:
         table = np.empty(n, ROW)
         table["t_ns"], table["mode_true"] = rows.t_ns, rows.mode_true
         for k, name in enumerate((*SMOOTHED_POSE, *Motion._fields)):
-            table["described"][:, k] = estimates.get(LATER + name, estimates[name])
+            table["described"][:, k] = estimates[name]
         for name in ("delay_s", "mode", "mode_set", "status"):
             table[name] = estimates[name]
         table["slip_known"] = ~np.isnan(estimates["slip_left_mps"]) if "slip_left_mps" in estimates else True
