@@ -68,10 +68,11 @@ class Differences:
         """Rows t, x, y, yaw (4, n) of which the last from ``n_old`` on are new; ``first`` is the ordinal of
         column 0, ``usable_s`` (n,) for how long each row has been usable.
         """
-        m = self.m
-        rows = np.arange(max(n_old, 3 * m), columns.shape[1])
-        rows = rows[(rows + first) % self._stride == 0]
-        at = columns[:, rows], columns[:, rows - m], columns[:, rows - 2 * m], columns[:, rows - 3 * m]
+        m, begin = self.m, max(n_old, 3 * self.m)
+        begin += -(begin + first) % self._stride
+        end = max(columns.shape[1], begin)
+        rows = slice(begin, end, self._stride)
+        at = [columns[:, begin - k * m : end - k * m : self._stride] for k in range(4)]
         steps = np.diff(np.stack([part[0] for part in at[::-1]]), axis=0)
         even = (np.abs(steps - self._step_ns) <= RULES.uneven * self._step_ns).all(axis=0)
         even &= usable_s[rows] * NS_PER_S >= 3 * self._step_ns
