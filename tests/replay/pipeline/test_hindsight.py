@@ -157,7 +157,7 @@ def test_motion_is_the_first_passs_at_the_instant_that_it_describes(wholes, name
 
 @cases
 def test_intervals_are_the_first_passs_until_the_noise_is_known_and_never_narrower(wholes, name):
-    """From then on they contain the window's bias, which the first pass's do not while the noise is white."""
+    """From then on the noise is that of the rows after, too."""
     causal, later = wholes[name].causal, wholes[name].later
     known = causal.drop_nulls("v_long_mps")
     about_s = (known["t_s"] - known["delay_s"]).to_numpy()
@@ -168,7 +168,6 @@ def test_intervals_are_the_first_passs_until_the_noise_is_known_and_never_narrow
         causal_sd = np.interp(told["t_s"].to_numpy(), about_s, known[column].to_numpy())
         np.testing.assert_allclose(told[column].to_numpy()[first], causal_sd[first], rtol=0, atol=1e-7)
         assert (told[column].to_numpy() >= causal_sd - 1e-7).all()
-        assert (told[column].to_numpy() > causal_sd).mean() > 0.5
 
 
 def test_the_first_window_is_told_from_its_middle_on(wholes):
