@@ -30,7 +30,7 @@ from worlds.oracle_forms import Trace
 
 from engine.case import Case
 from engine.drive import RATE_HZ, Motion
-from engine.logs import WHEEL_SPEED_SD_RADPS, Logged, calibration_cases, logged
+from engine.logs import WHEEL_SPEED_SD_RADPS, Logged, calibration_cases, driven_through
 from engine.robot import Robot
 from wmr_schemas.arrays import F64
 
@@ -114,7 +114,7 @@ def base_of(case: Case) -> Base:
 @lru_cache
 def fitted(cases: tuple[Case, ...]) -> Base:
     """A base of calibration drives."""
-    drives = [logged(case) for case in cases]
+    drives = [driven_through(case) for case in cases]
     robot = drives[0].robot
     seen = [binned(channels(drive.motion, robot)) for drive in drives]
     explained = [binned(parts(drive.motion, robot)) for drive in drives]
