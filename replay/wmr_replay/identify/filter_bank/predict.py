@@ -50,7 +50,7 @@ def lateral_step(
     mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
 ) -> float:
     """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω + a, exact for v_long, ω and a as at
-    ``middle``.
+    ``middle``; c counts up to ``MOST_C_MPS2``.
     """
     v_long, omega, aside = middle
     speed = prior.average_speed_mps
