@@ -29,6 +29,7 @@ from wmr_replay.identify.terms import Moving, Terms, extra_accelerations
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
+MOST_C_MPS2 = PRIORS.most_c_mps2
 AVERAGE_SPEED_FLOOR_MPS = PRIORS.average_speed_floor_mps
 DISTURBANCE_TIME_S = PRIORS.disturbance_time_s
 DEPENDS_ON = np.array(
@@ -49,14 +50,14 @@ def lateral_step(
     mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
 ) -> float:
     """v_lat after a step of dv_lat/dt = −(c/v) v_lat − v_long ω + a, exact for v_long, ω and a as at
-    ``middle``.
+    ``middle``; c counts up to ``MOST_C_MPS2``.
     """
     v_long, omega, aside = middle
     speed = prior.average_speed_mps
     if math.isnan(speed):
         turning = prior.half_track_m * mean[OMEGA]
         speed = max(math.sqrt(mean[V_LONG] ** 2 + mean[V_LAT] ** 2 + turning**2), AVERAGE_SPEED_FLOOR_MPS)
-    rate = math.exp(mean[LN_C]) / speed
+    rate = min(math.exp(mean[LN_C]), MOST_C_MPS2) / speed
     left = math.exp(-rate * dt)
     reach = (1.0 - left) / rate
     push = aside - v_long * omega

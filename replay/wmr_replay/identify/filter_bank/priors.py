@@ -18,13 +18,16 @@ class BankPriors:
     """… and hold so much of the prior each."""
     ln_beta_given_alpha_sd: float = 0.05
     """Of ln β where α is known: both share mass and motors, only the mass's distribution sets them apart."""
-    ln_c_sd: float = math.log(2.0)
-    """Of ln c about the nominal one: tyre stiffness varies by a factor of 2 with load and pressure."""
+    ln_c_sd: float = 0.5 * math.log(10.0)
+    """Of ln c about the nominal one: load and pressure change it by 2, data sheets are off by up to 10."""
     unknown_ln_c_sd: float = 1.5
     """Of ln c without a nominal one: a factor of 20 either way at two standard deviations."""
     unknown_c_mps2: float = 8.0
     """c = 2 G_x/(ε m) without a nominal one, in m/s². It is the value of the paper's robot, with the
     standard deviation ``unknown_ln_c_sd``; it is not evidence about other robots."""
+    most_c_mps2: float = 50.0
+    """Largest c. A skid that decays faster moves sideways by less than a fiftieth of a second of the lateral
+    acceleration, as tyres that grip may: the two could not be told apart."""
     unknown_rho: float = 0.1
     """Share of traction that slipping leaves, where wheel and yaw inertia are unknown."""
     rho_sd: float = 0.2

@@ -64,7 +64,7 @@ def make_prior(robot: RobotParameters) -> Prior:
         ln_alpha_sd=PRIORS.ln_alpha_sd,
         ln_beta=float(np.log(alpha_yaw / half_track)) if known_beta else np.nan,  # type: ignore[operator]
         ln_beta_given_alpha_sd=PRIORS.ln_beta_given_alpha_sd,
-        ln_c=float(np.log(c)),
+        ln_c=float(np.log(min(c, PRIORS.most_c_mps2))),
         ln_c_sd=PRIORS.unknown_ln_c_sd if known_c is None else PRIORS.ln_c_sd,
         rho=rho,
         rho_sd=PRIORS.rho_sd,
