@@ -159,8 +159,7 @@ def test_tyres_that_creep_do_not_skid(nothing_hidden, calibrated):
         at = track.mode[np.searchsorted(track.t_ns, t_ns, side="right").clip(1) - 1]
         shares.append(np.mean(at == ContactMode.SKIDDING))
     assert np.abs(nothing_hidden[1].motion.v_lat_mps).max() < 0.01
-    assert shares[0] > 0.5
-    assert shares[1] < 0.02
+    assert max(shares) < 0.02
 
 
 def test_a_rest_of_the_calibration_log_is_no_finding(nothing_hidden, calibrated):
