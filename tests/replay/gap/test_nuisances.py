@@ -51,9 +51,9 @@ def test_what_only_answers_the_disturbance_is_refused_with_the_reason():
 
 def test_missed_slipping_is_a_labelling_only_where_there_is_some(monkeypatch):
     seen, slipping = object(), object()
-    plain = SimpleNamespace(fit=None)
+    selections = SimpleNamespace(of=lambda problem: SimpleNamespace(fit=None))
     monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: slipping)
-    (labelling,) = more_slip(seen, lambda: plain)
+    (labelling,) = more_slip(seen, selections)
     assert labelling.problem is slipping
     monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: problem)
-    assert not list(more_slip(seen, lambda: plain))
+    assert not list(more_slip(seen, selections))
