@@ -1,7 +1,7 @@
 """Modes by ``run``, causally and in hindsight, beside a yardstick that is told all but the modes.
 
     python bench/mode_worlds.py --split develop [--logs 6] [--out bench/results/modes-develop.jsonl]
-    python bench/mode_worlds.py --split report --first-seed 600000
+    python bench/mode_worlds.py --split report --first-seed 1000000
     python bench/mode_worlds.py --show bench/results/modes-develop.jsonl [--beside OTHER.jsonl]
 
 Logs are those of the worlds of ``gap``: driver families on three plants, with nothing hidden. A third of them

@@ -65,7 +65,7 @@ def test_no_log_is_in_both_parts_of_the_split(worlds):
     assert {plant for plant, _ in report.cells} >= {plant for plant, _ in develop.cells}
     assert develop.last_seed < report.first_seed
     with pytest.raises(ValueError, match="seed 3"):
-        report.check(2, "parking", 3)
+        report.check(2, "sweeper", 3)
 
 
 def test_without_compliance_ideal_rolling_has_no_sideslip(worlds, eq):
