@@ -15,6 +15,7 @@ from wmr_replay.gap.estimation.path_error import WindowErrors
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.evidence.excitation import (
     answers_disturbance,
     excitation_ratios,
@@ -27,6 +28,7 @@ from wmr_replay.gap.evidence.holdout import (
     blocks_p,
     clearly_larger,
     gap_change,
+    held_out_deviance,
     is_placed,
     path_change,
     prove,
@@ -298,6 +300,17 @@ def test_models_that_never_differ_prove_nothing(long_drive):
     (fold,) = folds_of(long_drive, np.ones(len(long_drive.binned)))
     same = replace(fold.without, row_deviance=np.zeros(len(long_drive.binned)))
     assert blocks_p([fold._replace(with_it=same)]) == 1
+
+
+def test_what_hindsight_says_of_held_out_blocks_does_not_count():
+    """An identifier that calls every held-out row slipping changes the likelihood, and not the proof."""
+    problem = problem_of(made_log(1, drag_per_s=0.1), margin_s=0.3).fold(0)
+    held_out = ~problem.train
+    slips = problem.relabelled(with_mode_at(problem.binned, held_out, ContactMode.SLIPPING))
+    rolls, slipped = (evaluate(part, Extension(BASE), NOISE) for part in (problem, slips))
+    assert np.abs(rolls.row_deviance - slipped.row_deviance)[held_out].sum() > 100
+    causal = [held_out_deviance(*pair)[held_out] for pair in ((problem, rolls), (slips, slipped))]
+    assert causal[1] == pytest.approx(causal[0], abs=0.5)
 
 
 def test_a_drag_is_proven_and_an_effect_that_is_not_there_is_not(dragged):

@@ -13,6 +13,7 @@ from wmr_replay.gap.estimation.path_error import (
 )
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
+from wmr_replay.gap.estimation.unknown_modes import causal_deviance
 from wmr_replay.gap.evidence.paired import signed_rank_p
 from wmr_replay.gap.model.candidates import is_place
 from wmr_replay.gap.settings.evidence import HoldOutSettings
@@ -70,11 +71,8 @@ def windows_within(problem: Problem, chosen: Bool) -> Windows:
 def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     """Compare two models on each third of the log while it is held out and both are fitted to the rest.
 
-    The effect holds where blocks of 2 s are predicted better (p < .05) and the gap of the windows where the
-    models differ shrinks (:func:`least_reduction`). Where that gap is mostly pose noise, the prediction
-    decides, unless the gap is clearly larger. Where no window shows a difference, since those that an
-    identifier calls slipping are left out, the prediction alone decides, at a stricter level. Position and
-    yaw count together, each in units of its typical gap without the effect.
+    The effect holds where :func:`is_proven` by the prediction of blocks of 2 s and the gap of the windows.
+    Position and yaw count together, each in units of its typical gap without the effect.
     """
     own = problem.settings.hold_out
     parts = [problem.fold(k) for k in FOLDS]
@@ -82,13 +80,26 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     before = concatenated([errors_of(fold.problem, fold.without) for fold in folds])
     after = concatenated([errors_of(fold.problem, fold.with_it) for fold in folds])
     p_value, change = blocks_p(folds), gap_change(before, after, own)
+    holds = is_proven(p_value, change, len(before.position_m), own, placed=is_placed(without, with_it))
+    return Proof(before, after, 0.0 if change is None else change.reduction, p_value, holds)
+
+
+def is_proven(
+    p_value: float, change: GapChange | None, n_windows: int, settings: HoldOutSettings, *, placed: bool
+) -> bool:
+    """Whether the prediction (p of the blocks) and the gap of ``n_windows`` windows prove an effect.
+
+    Blocks are predicted better (p < .05), and the gap of the windows where the models differ shrinks
+    (:func:`least_reduction`). Where that gap is mostly pose noise, the prediction decides, unless the gap is
+    clearly larger. Where no window shows a difference, since those that an identifier calls slipping are left
+    out, the prediction alone decides, at a stricter level.
+    """
     if change is None:
-        few = len(before.position_m) < own.few_windows
-        level = own.level / own.few_windows_factor if few else own.clear
-        return Proof(before, after, 0.0, p_value, p_value < level)
-    least = least_reduction(change, p_value, own, placed=is_placed(without, with_it))
-    holds = p_value < own.level and change.reduction >= least and not clearly_larger(change, own)
-    return Proof(before, after, change.reduction, p_value, bool(holds))
+        few = n_windows < settings.few_windows
+        return p_value < (settings.level / settings.few_windows_factor if few else settings.clear)
+    least = least_reduction(change, p_value, settings, placed=placed)
+    proven = p_value < settings.level and change.reduction >= least
+    return bool(proven and not clearly_larger(change, settings))
 
 
 def is_placed(without: Fit, with_it: Fit) -> bool:
@@ -151,12 +162,23 @@ def blocks_p(folds: list[Fold]) -> float:
     gains = []
     for problem, without, with_it in folds:
         own, held_out = problem.settings.hold_out, ~problem.train
-        difference = (without.row_deviance - with_it.row_deviance)[held_out]
+        difference = (held_out_deviance(problem, without) - held_out_deviance(problem, with_it))[held_out]
         block = np.unique(problem.binned.t_s[held_out] // own.block_s, return_inverse=True)[1]
         moved = np.abs(without.innovations - with_it.innovations)[held_out].sum(axis=1)
         gains.append(np.bincount(block, difference)[np.bincount(block, moved) > own.least_moved])
     gained = np.concatenate(gains)
     return signed_rank_p(np.asarray(gained, np.float64))
+
+
+def held_out_deviance(problem: Problem, fit: Fit) -> F64:
+    """−2 log likelihood of the rows (n,); only those held out are of use.
+
+    Where an identifier says the modes, those of held-out rows are marginalised causally: in hindsight it
+    takes for slip or skid what a model lacks.
+    """
+    if not problem.binned.identified:
+        return fit.row_deviance
+    return causal_deviance(problem, fit.extension, fit.noise)
 
 
 def path_change(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:

@@ -15,6 +15,7 @@ from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX, own_effects
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
@@ -91,16 +92,20 @@ class Extension:
             return binned.pose
         return np.ascontiguousarray(without_own_errors(self.own, binned.t_s, binned.pose.T).T)
 
-    def rows(self, binned: BinnedLog) -> F64:
-        """Input rows (n, 11) of :class:`~wmr_replay.gap.model.dynamics.Row`."""
+    def rows(self, binned: BinnedLog, mode: F64 | None = None) -> F64:
+        """Input rows (n, 11) of :class:`~wmr_replay.gap.model.dynamics.Row`.
+
+        ``mode`` (n,) are other contact modes than those of the log.
+        """
+        mode = binned.mode if mode is None else mode
         rows = np.zeros((len(binned), N_ROW))
         rows[:, Row.DT] = binned.step_s
-        rows[:, Row.MODE], rows[:, Row.AGE] = binned.mode, binned.t_s
+        rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
         undeclared = any(
             name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting
         )
         rows[:, Row.LOOSE] = LOOSE_MPS * binned.unsure(
-            (binned.mode % 2 == 1) | (undeclared & (binned.mode == 0))
+            (mode % 2 == 1) | (undeclared & (mode == ContactMode.IDEAL))
         )
         rows[:, [Row.LEFT, Row.RIGHT]] = self.mean_torques(binned).T
         for name, column in WEIGHTS.items():
@@ -109,15 +114,15 @@ class Extension:
             if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term = parse_term(name)
                 value = parameters[COEFFICIENT] * term.evaluate(columns_of(binned))
-                rows[:, TERM_COLUMNS[term.channel]] += value * self.passed_on(term, binned)
+                rows[:, TERM_COLUMNS[term.channel]] += value * self.passed_on(term, mode)
         if self.own:
             rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
         return rows
 
-    def passed_on(self, term: Term, binned: BinnedLog) -> F64:
+    def passed_on(self, term: Term, mode: F64) -> F64:
         """The share of a term (n,) that acts: slipping wheels pass on a share of what efforts do."""
         share = self.base.slip_share if term.channel == "longitudinal" else self.base.slip_share_yaw
-        slips = binned.slips & any(column.startswith("effort") for column in term.columns)
+        slips = (mode >= ContactMode.SLIPPING) & any(column.startswith("effort") for column in term.columns)
         return np.where(slips, share, 1.0)
 
 

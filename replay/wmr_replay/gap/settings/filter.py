@@ -25,6 +25,10 @@ class FilterSettings(NamedTuple):
     """Largest whitened innovation that counts in full in the likelihood, in standard deviations. Statistics:
     of Gaussian ones, two in a billion are larger; a jump of the pose must not decide between models."""
 
+    least_pair: float = 1e-6
+    """Probability, before its pose, below which a pair of modes before and now is left out where modes are
+    not known. Numerics: a switch within a bin of 0.04 s has 2e-3."""
+
     first_variance: float = 0.25
     """Variance of the first pose and speeds, (0.5 m, rad, m/s)². Statistics: wide beside what the first rows
     say, so that it does not act."""
