@@ -1,5 +1,5 @@
-"""Lags that a controller makes by its answer to the disturbance. The oracle is a plain loop in which nothing
-lags, or something does.
+"""Lags and weak gains that a controller makes by its answer to the disturbance. The oracle is a plain loop in
+which nothing lags, or something does.
 """
 
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
-from wmr_replay.gap.evidence.answer import answer_p, answered_score, whitened_change
+from wmr_replay.gap.evidence.answer import RESPONSES, answer_p, answered_score, whitened_change
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
@@ -58,35 +58,36 @@ def problem_of(log: Log) -> Problem:
     return Problem.of(bin_log(log, GateSettings())).all_fitted()
 
 
-def lag_in(problem: Problem) -> tuple[Fit, Fit]:
-    """The base model, and the same with a lag, at the base model's disturbances."""
+def fitted_in(problem: Problem, name: str = "actuator_lag") -> tuple[Fit, Fit]:
+    """The base model, and the same with a response to the torques, at the base model's disturbances."""
     without = fit_model(problem, Extension(BASE))
-    extension = Extension(BASE, {"actuator_lag": {"time_constant_s": 0.05}})
+    extension = Extension(BASE, {name: {RESPONSES[name]: 0.05}})
     return without, gauss_newton(problem, extension, without.noise, 4)
 
 
-def scores(problem: Problem, without: Fit, lag: Fit) -> tuple[float, float]:
-    """The lag's score in standard deviations, and what an answer at the loop's own rate would make of it."""
-    along = whitened_change(problem, without.extension, lag, "actuator_lag")
+def scores(problem: Problem, name: str) -> tuple[float, float]:
+    """The score in standard deviations, and what an answer at the loop's own rate would make of it."""
+    without, fit = fitted_in(problem, name)
+    along = whitened_change(problem, without.extension, fit, name)
     own = replace(problem.settings, answer=replace(problem.settings.answer, rates_per_s=(RATE_PER_S,)))
     known = replace(problem, binned=replace(problem.binned, settings=own))
-    expected = answered_score(known, lag, "actuator_lag", lag.values[0])
+    expected = answered_score(known, fit, name, fit.values[0])
     size = float(np.sqrt(along @ along))
     return float(along @ without.innovations.ravel()) / size, expected / size
 
 
-def test_what_an_answer_makes_of_a_lag_is_what_loops_without_one_show():
-    seen, expected = np.array(
-        [scores(problem, *lag_in(problem)) for problem in map(problem_of, map(calm_log, range(5)))]
-    ).T
-    assert np.all(seen > 4.0)
-    assert abs(np.mean(seen - expected)) < 3 / np.sqrt(5)
+@pytest.mark.parametrize("name", RESPONSES)
+def test_what_an_answer_makes_of_a_response_is_what_loops_without_one_show(name):
+    problems = (problem_of(calm_log(seed)) for seed in range(3))
+    seen, expected = np.array([scores(problem, name) for problem in problems]).T
+    assert np.all(seen > 1.0)
+    assert abs(np.mean(seen - expected)) < 3 / np.sqrt(3)
 
 
 @pytest.mark.parametrize(("lag_s", "steps"), [(0.0, False), (0.0, True), (0.12, True)])
 def test_a_lag_must_be_more_than_an_answer_makes(lag_s, steps):
     problem = problem_of(calm_log(9, lag_s=lag_s, steps=steps))
-    without, lag = lag_in(problem)
+    without, lag = fitted_in(problem)
     p = answer_p(problem, without.extension, lag, "actuator_lag")
     assert p < 1e-6 if lag_s else p > 1e-3
 
@@ -104,7 +105,7 @@ def test_a_lag_counts_as_detectable_where_it_is_more_than_an_answer_makes():
 
 def test_effects_that_make_nothing_late_are_no_answer():
     problem = problem_of(calm_log(9, seconds=20.0))
-    without, _ = lag_in(problem)
+    without, _ = fitted_in(problem)
     assert answer_p(problem, without.extension, without, "viscous_drag") == 0.0
 
 

@@ -28,7 +28,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     fit, base, binned = selection.fit, selection.base, problem.binned
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
     points = {name: value for name, (value, _) in scanned.unit_information.items() if name in LATE}
-    answers = {name: answered_score(problem, fit, name, late_s) for name, late_s in points.items()}
+    answers = {name: answered_score(problem, fit, name, value) for name, value in points.items()}
     detectable = minimum_detectable(scanned, options.gates.detectable, answers)
     effects = found_effects(problem, selection)
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))

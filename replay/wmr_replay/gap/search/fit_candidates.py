@@ -23,7 +23,7 @@ from wmr_replay.gap.search.starts import best_start, search_edges
 Hints = tuple[tuple[str, Parameters], ...]
 """Effects by name and parameters."""
 ANSWERED = "no more than an answer to the disturbance makes"
-"""A gate that a lag fails."""
+"""A gate that lags and gains fail."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,19 +52,22 @@ class FittedCandidate:
 
 
 def fit_candidates(
-    problem: Problem, current: Fit, *, terms: bool, hints: Hints = ()
+    problem: Problem, current: Fit, *, terms: bool, hints: Hints = (), without: tuple[str, ...] = ()
 ) -> tuple[FittedCandidate, ...]:
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
-    ``hints`` are losses of traction, seen in other modes, at which a fit may start. Lags that an answer to
-    the disturbance makes hide what is missing: the others are ranked again without them, and stand first.
+    ``hints`` are losses of traction, seen in other modes, at which a fit may start. Lags and gains that an
+    answer to the disturbance makes hide what is missing: the others are ranked again ``without`` them, and
+    stand first.
     """
-    fitted = ranked_and_fitted(problem, current, terms=terms, hints=hints)
+    fitted = ranked_and_fitted(problem, current, terms=terms, hints=hints, without=without)
     by_answer = tuple(one for one in fitted if one.failed == ANSWERED)
-    if not by_answer:
+    names = {one.name for one in by_answer}
+    if not names:
         return fitted
-    others = ranked_and_fitted(problem, current, terms=terms, hints=hints, without=tuple(LATE))
-    return (*others, *by_answer)
+    without = (*without, *names, *(LATE if names & set(LATE) else ()))
+    others = fit_candidates(problem, current, terms=terms, hints=hints, without=without)
+    return (*(one for one in others if one.failed != ANSWERED), *by_answer)
 
 
 def ranked_and_fitted(
@@ -191,9 +194,9 @@ def assessed(
 ) -> FittedCandidate:
     """Gain, score and significance of a fitted candidate.
 
-    p is the largest of the likelihood ratio's, the Wald test's and, of a lag, that against an answer to the
-    disturbance, corrected for everything scanned: each of the ``n_names`` has an equal share of the level,
-    and within it each time and place (weighted Bonferroni).
+    p is the largest of the likelihood ratio's, the Wald test's and, of lags and gains, that against an answer
+    to the disturbance, corrected for everything scanned: each of the ``n_names`` has an equal share of the
+    level, and within it each time and place (weighted Bonferroni).
     """
     gain = current.deviance - fit.deviance
     by_ratio = float(chdtrc(len(scored.parameters), max(gain, 0.0)))
