@@ -3,6 +3,7 @@
 from wmr_replay.gap.estimation.path_error import window_errors
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.evidence.answer import LATE, answered_score
 from wmr_replay.gap.evidence.holdout import held_out_errors, windows_within
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
@@ -26,7 +27,9 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     """The result of a selection on ``problem``, with verdict, gaps, places and detectable sizes."""
     fit, base, binned = selection.fit, selection.base, problem.binned
     scanned = scan(problem, fit.extension, fit.noise, fit.psi)
-    detectable = minimum_detectable(scanned, options.gates.detectable)
+    points = {name: value for name, (value, _) in scanned.unit_information.items() if name in LATE}
+    answers = {name: answered_score(problem, fit, name, value) for name, value in points.items()}
+    detectable = minimum_detectable(scanned, options.gates.detectable, answers)
     effects = found_effects(problem, selection)
     verdict, notes = verdict_of(problem, effects, selection, unseen(detectable))
     where = located(problem, base, fit)

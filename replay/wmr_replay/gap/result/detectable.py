@@ -12,12 +12,15 @@ from wmr_replay.gap.settings.result import DetectableSettings
 from wmr_schemas.effects import EffectDeclaration, effects_of
 
 
-def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Mapping[str, Detectable]:
+def minimum_detectable(
+    scanned: LibraryScan, settings: DetectableSettings, answers: Mapping[str, float] | None = None
+) -> Mapping[str, Detectable]:
     """Size at which a test at 1 %, corrected for everything scanned, finds an effect in nine logs of ten.
 
     (z₁ + z₂)/√(ΨᵀΨ), with the other effects of the model projected out; for an effect on a grid, by the point
-    that is seen best. Infinite where no size within the effect's own bounds would be seen. Effects whose size
-    is no distance from the base model are left out.
+    that is seen best. ``answers`` are the scores that a controller's answer makes of lags at that point, to
+    be exceeded by that much. Infinite where no size within the effect's own bounds would be seen. Effects
+    whose size is no distance from the base model are left out.
     """
     n_tried = max(sum(one.n_tried for one in scanned.scored), 1)
     z = float(-ndtri(settings.level / n_tried / 2) - ndtri(1 - settings.power))
@@ -26,7 +29,8 @@ def minimum_detectable(scanned: LibraryScan, settings: DetectableSettings) -> Ma
         effect = candidate_of(name).declaration
         if effect.zero_is_absent and information > 0:
             unit = next(iter(effect.units.values()))
-            least = abs(value) * z / float(np.sqrt(information))
+            root = float(np.sqrt(information))
+            least = abs(value) * (z + (answers or {}).get(name, 0.0) / root) / root
             found[name] = Detectable(least if least <= largest_size(effect) else float("inf"), unit)
     return found
 

@@ -1,10 +1,13 @@
 """The verdict of a selection, and the notes that say why it is no firmer."""
 
+from itertools import chain
+
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.result.result import FoundEffect, Verdict
+from wmr_replay.gap.search.fit_candidates import ANSWERED
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 
@@ -31,7 +34,7 @@ def verdict_of(
         return ("ambiguous", tuple(close)) if close else ("named", ())
     if selection.refused:
         return "not_enough_excitation", (selection.refused,)
-    calm = calm_note(problem, selection)
+    calm = calm_note(problem, selection) or answered_note(selection)
     if calm:
         return "not_enough_excitation", (calm,)
     if len(hidden) > settings.detectable.most_unseen:
@@ -57,6 +60,17 @@ def slipping_note(problem: Problem) -> tuple[str, ...]:
         f"slipping is identified for {seconds:.1f} s, first at {first_s:.1f} s: a loss of traction of its "
         "size in those times or places cannot be told from it",
     )
+
+
+def answered_note(selection: Selection) -> str:
+    """That a lag explains something, but no more than an answer to the disturbance; empty where none does."""
+    for one in chain.from_iterable(selection.stages):
+        if one.failed == ANSWERED:
+            return (
+                f"{one.name} would explain part of it, but a controller that answers the disturbance makes "
+                "as much of it where nothing lags"
+            )
+    return ""
 
 
 def calm_note(problem: Problem, selection: Selection) -> str:

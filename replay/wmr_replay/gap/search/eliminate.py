@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.answer import answer_p
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.evidence.significance import correlation
@@ -13,7 +14,7 @@ from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest
-from wmr_replay.gap.search.fit_candidates import FittedCandidate, fine_costs, price_of
+from wmr_replay.gap.search.fit_candidates import ANSWERED, FittedCandidate, fine_costs, price_of
 from wmr_replay.gap.search.slip_test import may_be_slipping
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
@@ -30,7 +31,9 @@ def exchange_rivals(
     for i, effect in enumerate(found[:-1]):
         names = [f.name for f in found]
         near = stages[i][1 : 1 + own.most_rivals]
-        rivals = [a for a in near if effect.score - a.score < own.rival and a.name not in names]
+        rivals = [
+            a for a in near if effect.score - a.score < own.rival and a.name not in names and not a.failed
+        ]
         if rivals:
             in_place = [fitted_in_place_of(effect, rival, problem, current) for rival in rivals]
             found[i] = best_in_place(problem, effect, current, in_place)
@@ -120,6 +123,9 @@ def other_cause(
         return "no more than the base model leaves"
     if is_remainder(problem, current, effect, others):
         return "a remainder of the others"
+    rest = current.extension.without(effect.name)
+    if answer_p(problem, rest, current, effect.name) > problem.settings.significance.level:
+        return ANSWERED
     if may_be_slipping(problem, current, effect.name):
         return "no other than the model's own slipping"
     return ""

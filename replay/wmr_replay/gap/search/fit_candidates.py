@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.evidence.answer import LATE, answer_p
 from wmr_replay.gap.evidence.excitation import answers_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
@@ -21,6 +22,8 @@ from wmr_replay.gap.search.starts import best_start, search_edges
 
 Hints = tuple[tuple[str, Parameters], ...]
 """Effects by name and parameters."""
+ANSWERED = "no more than an answer to the disturbance makes"
+"""A gate that lags and gains fail."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,24 +52,39 @@ class FittedCandidate:
 
 
 def fit_candidates(
-    problem: Problem, current: Fit, *, terms: bool, hints: Hints = ()
+    problem: Problem, current: Fit, *, terms: bool, hints: Hints = (), without: tuple[str, ...] = ()
 ) -> tuple[FittedCandidate, ...]:
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
-    They are ranked at the diffusion that the best one leaves. ``hints`` are losses of traction, seen in other
-    modes, at which a fit may start.
+    ``hints`` are losses of traction, seen in other modes, at which a fit may start. Lags and gains that an
+    answer to the disturbance makes hide what is missing: the others are ranked again ``without`` them, and
+    stand first.
     """
+    fitted = ranked_and_fitted(problem, current, terms=terms, hints=hints, without=without)
+    by_answer = tuple(one for one in fitted if one.failed == ANSWERED)
+    names = {one.name for one in by_answer}
+    if not names:
+        return fitted
+    without = (*without, *names, *(LATE if names & set(LATE) else ()))
+    others = fit_candidates(problem, current, terms=terms, hints=hints, without=without)
+    return (*(one for one in others if one.failed != ANSWERED), *by_answer)
+
+
+def ranked_and_fitted(
+    problem: Problem, current: Fit, *, terms: bool, hints: Hints = (), without: tuple[str, ...] = ()
+) -> tuple[FittedCandidate, ...]:
+    """The best candidates but those ``without``, ranked at the diffusion that the best one leaves."""
     own, budget, price = problem.settings.candidates, problem.settings.budget, problem.settings.scan
     hinted = [
         hinted_fit(problem, current, *hint) for hint in hints if hint[0] not in current.extension.effects
     ]
-    scanned = best_fitted(problem, current, terms=terms)
+    scanned = best_fitted(problem, current, terms=terms, without=without)
     tried = [*hinted, scanned] if scanned is not None else hinted
     if not tried:
         return ()
     best, seen = min(tried, key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     noise = seen.noise
-    ranked = rank_at(problem, current, noise, terms=terms)
+    ranked = rank_at(problem, current, noise, terms=terms, without=without)
     if best.name not in [one.name for one in ranked[: own.most_fitted]]:
         ranked = [best, *ranked]
     least = own.promising * max(penalised_gain(one, price) for one in ranked)
@@ -123,7 +141,9 @@ def hinted_fit(
     return replace(scored, gain=current.deviance - fit.deviance), fit
 
 
-def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredCandidate, Fit] | None:
+def best_fitted(
+    problem: Problem, current: Fit, *, terms: bool, without: tuple[str, ...] = ()
+) -> tuple[ScoredCandidate, Fit] | None:
     """The best candidate of a scan with its fit.
 
     A slow disturbance does what a lasting effect does: where the diffusion explains it already, a scan shows
@@ -132,11 +152,11 @@ def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredC
     settings = problem.settings
     own, budget, price = settings.candidates, settings.budget, settings.scan
     least = own.least_score_later if current.keys else own.least_score
-    best = rank(problem, current, current.noise, terms=terms)[0]
+    best = rank(problem, current, current.noise, terms=terms, without=without)[0]
     chosen = [best] if penalised_gain(best, price) >= least else []
     calm = calmed(current.noise, settings.diffusion)
     if calm is not None:
-        other = rank_at(problem, current, calm, terms=terms)[0]
+        other = rank_at(problem, current, calm, terms=terms, without=without)[0]
         new = other.name not in [one.name for one in chosen]
         chosen += [other] if penalised_gain(other, price) >= least and new else []
     started = [best_start(problem, current, one) for one in chosen]
@@ -147,21 +167,26 @@ def best_fitted(problem: Problem, current: Fit, *, terms: bool) -> tuple[ScoredC
     return min(fits, key=lambda pair: pair[1].deviance + price_of(problem, *pair), default=None)
 
 
-def rank_at(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -> list[ScoredCandidate]:
+def rank_at(
+    problem: Problem, current: Fit, noise: Diffusion, *, terms: bool, without: tuple[str, ...] = ()
+) -> list[ScoredCandidate]:
     """The candidates of a scan at another diffusion than the current fit's, the best first."""
     steps = problem.settings.budget.last_steps if current.extension.effects else 0
     here = gauss_newton(problem, current.extension, noise, steps)
-    return rank(problem, here, noise, terms=terms)
+    return rank(problem, here, noise, terms=terms, without=without)
 
 
-def rank(problem: Problem, current: Fit, noise: Diffusion, *, terms: bool) -> list[ScoredCandidate]:
-    """The candidates of a scan at the diffusion ``noise``, the best first."""
+def rank(
+    problem: Problem, current: Fit, noise: Diffusion, *, terms: bool, without: tuple[str, ...] = ()
+) -> list[ScoredCandidate]:
+    """The candidates of a scan at the diffusion ``noise`` but those ``without``, the best first."""
     if terms:
         scored = scan_terms(problem, current.extension, noise, current.psi)
     else:
         scored = scan(problem, current.extension, noise, current.psi).scored
     price = problem.settings.scan
-    return sorted(scored, key=lambda one: penalised_gain(one, price), reverse=True)
+    left = (one for one in scored if one.name not in without)
+    return sorted(left, key=lambda one: penalised_gain(one, price), reverse=True)
 
 
 def assessed(
@@ -169,14 +194,19 @@ def assessed(
 ) -> FittedCandidate:
     """Gain, score and significance of a fitted candidate.
 
-    p is the larger of the likelihood ratio's and the Wald test's, corrected for everything scanned: each of
-    the ``n_names`` has an equal share of the level, and within it each time and place (weighted Bonferroni).
+    p is the largest of the likelihood ratio's, the Wald test's and, of lags and gains, that against an answer
+    to the disturbance, corrected for everything scanned: each of the ``n_names`` has an equal share of the
+    level, and within it each time and place (weighted Bonferroni).
     """
     gain = current.deviance - fit.deviance
     by_ratio = float(chdtrc(len(scored.parameters), max(gain, 0.0)))
-    p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_names * scored.n_tried
+    n_tried, level = n_names * scored.n_tried, problem.settings.significance.level
+    p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_tried
+    by_answer = answer_p(problem, current.extension, fit, scored.name) * n_tried
+    failed = ANSWERED if p_value <= level < by_answer else ""
     score = gain - price_of(problem, scored, fit)
-    return FittedCandidate(scored, fit, gain, score, float(min(p_value, 1.0)))
+    p_value = float(min(max(p_value, by_answer), 1.0))
+    return FittedCandidate(scored, fit, gain, score, p_value, failed=failed)
 
 
 def compare_in_fine_bins(

@@ -155,7 +155,7 @@ def first_tested(
     level = problem.settings.significance.level
     significant = [c for c in stage if c.p_value <= level and c.score > 0]
     if not significant:
-        return (replace(stage[0], failed="not significant"), *stage[1:])
+        return (replace(stage[0], failed=stage[0].failed or "not significant"), *stage[1:])
     first = significant[0]
     stage = (first, *(c for c in stage if c is not first))
     first = replace(first, correlation=correlation(problem, first.fit, first.name))

@@ -9,6 +9,7 @@ last two kinds suit those drives and their small robots (20 to 50 kg); they are 
 from dataclasses import dataclass, field
 
 from wmr_replay.gap.settings.evidence import (
+    AnswerSettings,
     ExcitationSettings,
     HoldOutSettings,
     PlaceboSettings,
@@ -58,6 +59,7 @@ class GateSettings:
     hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)
     placebo: PlaceboSettings = field(default_factory=PlaceboSettings)
     excitation: ExcitationSettings = field(default_factory=ExcitationSettings)
+    answer: AnswerSettings = field(default_factory=AnswerSettings)
     detectable: DetectableSettings = field(default_factory=DetectableSettings)
     locate: LocateSettings = field(default_factory=LocateSettings)
     shown: ShownSettings = field(default_factory=ShownSettings)

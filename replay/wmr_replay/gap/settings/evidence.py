@@ -104,3 +104,16 @@ class ExcitationSettings:
     level: float = 0.01
     """Level of the test in manoeuvres alone. Statistics: as ``SignificanceSettings.level``; the effect is
     significant after the correction for everything scanned already."""
+
+
+@dataclass(frozen=True)
+class AnswerSettings:
+    """What a controller that answers the disturbance makes of a lag."""
+
+    rates_per_s: tuple[float, ...] = (1.0, 2.0, 4.0, 8.0, 16.0)
+    """Rates of the answer that are tried; the worst counts. Physics: a robot's speed loop settles within a
+    second, and no faster than in some bins. The worst one's bias is at most 1.4 times that of the benchmark
+    worlds' own loops, 2 and 3 (spiral drives)."""
+
+    frequencies: int = 2000
+    """Angular frequencies of the sum, up to that of the bins. Numerics: 0.04 rad/s apart."""
