@@ -3,14 +3,16 @@
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
+from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
-from wmr_replay.gap.search.rests import with_rests
+from wmr_replay.gap.search.rests import with_rests, without_rests_of_base
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -32,9 +34,15 @@ def analyse(
     model = base_model(log, base, options)
     tell("naming", 0.1)
     log = replace(log, robot=model.robot)
-    problem, selection = find_effects(log, model.extension, options, tell)
+    extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
+    problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
-    problem, selection = with_formula(log, problem, selection, model.extension, options)
+    own = options.gates.misfit
+    plain = without_rests_of_base(selection, model.noise, own) if model.misfit else None
+    if plain is None:
+        problem, selection = with_formula(log, problem, selection, extension, options)
+    else:
+        selection = plain
     tell("proving", 0.8)
     return assemble(problem, selection, model, options)
 
@@ -49,7 +57,7 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
     if base is not None:
         robot = RobotParameters.from_values(own | base.robot.known(), "model")
         if robot.alpha is not None and robot.half_track_m is not None:
-            return BaseModel(robot, base.effects, "model file", misfit=base.misfit)
+            return BaseModel(robot, base.effects, "model file", misfit=base.misfit, noise=base.noise)
         log = replace(log, robot=robot)
     elif log.robot.alpha is not None and log.robot.half_track_m is not None:
         return BaseModel(log.robot, (), "metadata record")
@@ -68,4 +76,6 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     """
     options = options or GapOptions()
     model, problem, fit, _ = with_rests(calibrate_on_log(replace(log, robot=robot), options), options)
-    return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, problem.settings.misfit))
+    ratios = excitation_ratios(problem, fit.extension, fit.noise)
+    own = problem.settings.misfit
+    return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, ratios, own))

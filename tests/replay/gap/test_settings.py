@@ -25,6 +25,7 @@ STRUCTURE = {
     "PRODUCT_COLUMNS",
     "START_ALPHA",
     "MOST_EXACT",
+    "POWERS",
 }
 """Module constants that lay out arrays or are mathematics; all other numbers belong to the settings."""
 

@@ -7,7 +7,7 @@ from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.model_file import Effect
+from wmr_schemas.model_file import Effect, NoiseModel
 from wmr_schemas.robot import AUTO, RobotParameters
 
 LATERAL_DECAY_PER_S = 5.0
@@ -53,6 +53,7 @@ class BaseModel:
     source: str
     unnameable: tuple[str, ...] = ()
     misfit: Mapping[str, float] = field(default_factory=dict)
+    noise: NoiseModel = field(default_factory=NoiseModel)
 
     @property
     def extension(self) -> Extension:

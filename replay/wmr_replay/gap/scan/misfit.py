@@ -25,6 +25,10 @@ from wmr_schemas.model_file import Model
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
+WITHHOLDING = ("torque_deadzone", "torque_saturation")
+"""What holds torques back, and is no part of a misfit: no size of it is 0."""
+TURNING_TORQUE = "torque_bias_differential"
+"""A torque that turns the robot: α_yaw says what it accelerates."""
 
 
 def misfit_of(problem: Problem, fit: Fit) -> dict[str, float]:
@@ -50,15 +54,23 @@ def may_be_rest(name: str) -> bool:
     return lasting and not candidate.grid and declaration in built_in("torque")
 
 
-def with_parameters(misfit: Mapping[str, float], model: Model, own: MisfitSettings) -> dict[str, float]:
-    """The misfit with that of the calibrated parameters: what their standard deviations leave open."""
+def with_parameters(
+    misfit: Mapping[str, float], model: Model, ratios: tuple[float, float], own: MisfitSettings
+) -> dict[str, float]:
+    """The misfit with that of the calibrated parameters: what their standard deviations leave open, and what
+    a controller hides.
+
+    ``ratios`` are the standard deviations of what the torques ask for, ahead and in yaw, over the
+    disturbance's. With u = r + w and α w = −n, efforts that answer the disturbance n, least squares of
+    α u + n on u are off by −var(n)/var(α u), 1/ratio² of α.
+    """
     robot, found = model.robot, dict(misfit)
-    for key, value, names in (
-        ("alpha", robot.alpha, ("payload", "drive_gain")),
-        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
+    for key, value, names, ratio in (
+        ("alpha", robot.alpha, ("payload", "drive_gain"), ratios[0]),
+        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",), ratios[1]),
     ):
         if value and key in model.robot_sd:
-            found |= dict.fromkeys(names, own.in_sd * model.robot_sd[key] / value)
+            found |= dict.fromkeys(names, own.in_sd * model.robot_sd[key] / value + 1 / ratio**2)
     return found
 
 
@@ -66,6 +78,20 @@ def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
     least = floor_of(name, extension, own)
     return least > 0 and size_of(extension.effects[name]) <= least
+
+
+def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: MisfitSettings) -> bool:
+    """Whether a dead zone or a saturation holds back no larger share of the log's torques than the base
+    model's gain may be off by.
+
+    The share is 1 − k, with k the gain of least squares from the torques as asked for to those that act.
+    """
+    if name not in WITHHOLDING:
+        return False
+    asked = extension.without(name).mean_torques(problem.binned)
+    acting = extension.mean_torques(problem.binned)
+    power = float(np.sum(asked * asked))
+    return power - float(np.sum(asked * acting)) <= floor_of("drive_gain", extension, own) * power
 
 
 def size_of(parameters: Mapping[str, float]) -> float:
@@ -96,7 +122,8 @@ def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:
         return 0.0
     if declaration.relevant is not None:
         return own.negligible_share * declaration.relevant
-    half_torque = 1 / (2 * extension.base.alpha)
+    turns = name == TURNING_TORQUE
+    half_torque = 1 / (2 * (extension.base.alpha_yaw if turns else extension.base.alpha))
     sizes: Mapping[str, float] = {
         "m/s²": own.negligible_mps2,
         "N·m": own.negligible_mps2 * half_torque,

@@ -13,7 +13,7 @@ from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import is_rest
+from wmr_replay.gap.scan.misfit import is_rest, withholds_a_rest
 from wmr_replay.gap.search.fit_candidates import ANSWERED, FittedCandidate, fine_costs, price_of
 from wmr_replay.gap.search.slip_test import may_be_slipping
 
@@ -119,7 +119,10 @@ def other_cause(
     problem: Problem, current: Fit, effect: FittedCandidate, others: list[FittedCandidate]
 ) -> str:
     """What an effect may be in place of one that is missing; empty where it is none of these."""
-    if is_rest(effect.name, current.extension, problem.settings.misfit):
+    own = problem.settings.misfit
+    if is_rest(effect.name, current.extension, own) or withholds_a_rest(
+        effect.name, problem, current.extension, own
+    ):
         return "no more than the base model leaves"
     if is_remainder(problem, current, effect, others):
         return "a remainder of the others"

@@ -101,14 +101,25 @@ def ranked_and_fitted(
     ]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
-    out = []
+    out, n_fully = [], how_many_fully(problem, rough)
     for i, (one, fit) in enumerate(rough):
-        if i < budget.fully_fitted:
+        if i < n_fully:
             edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
+
+
+def how_many_fully(problem: Problem, rough: list[tuple[ScoredCandidate, Fit]]) -> int:
+    """How many of the roughly fitted candidates, the best first, are fitted in full: a few, and those that
+    are about as good as the last of them. On a drive that never reverses a bias and a dry friction are the
+    same, and only fits of one kind show it.
+    """
+    settings = problem.settings
+    costs = [fit.deviance + price_of(problem, one, fit) for one, fit in rough]
+    last = costs[min(settings.budget.fully_fitted, len(costs)) - 1]
+    return sum(cost <= last + settings.candidates.close for cost in costs)
 
 
 def nearer(fit: Fit, other: Fit, name: str) -> Fit:

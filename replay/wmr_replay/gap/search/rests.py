@@ -8,15 +8,16 @@ as it is; a finding is what another log shows beyond it.
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import Calibration, calibrated
+from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import IN_PARAMETERS, may_be_rest, negligible, size_of
-from wmr_replay.gap.search.select import forward_selection
+from wmr_replay.gap.search.select import Selection, forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.model_file import Effect, Model, NoiseModel
 from wmr_schemas.terms import parse_term
 
 OF_THE_PLACE = ("slope",)
@@ -40,7 +41,27 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     beside = gauss_newton(problem, replace(fit.extension, known=known), selection.fit.noise, steps)
     robot, sd = calibrated(calibration.start, problem, beside)
     held = tuple(Effect(name, dict(parameters)) for name, parameters in known)
-    return calibration._replace(model=replace(model, robot=robot, robot_sd=sd, effects=held), fit=beside)
+    noise = noise_model(problem.binned, beside.noise)
+    model = replace(model, robot=robot, robot_sd=sd, noise=noise, effects=held)
+    return calibration._replace(model=model, fit=beside)
+
+
+def without_rests_of_base(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> Selection | None:
+    """The selection without terms of a dictionary, where the base model leaves no more on this log, in
+    either channel, than ``noise``: what it leaves on its own calibration log. Else None.
+
+    What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
+    one on each drive. A formula of it is no finding.
+    """
+    before = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
+    now = selection.base.noise.densities_mps2_rthz
+    if any(
+        left is None or more > own.same_disturbance * left for more, left in zip(now, before, strict=True)
+    ):
+        return None
+    if any(not effect.name.startswith(UNNAMED_PREFIX) for effect in selection.found):
+        return selection
+    return replace(selection, fit=selection.base, found=())
 
 
 def may_be_held(name: str) -> bool:

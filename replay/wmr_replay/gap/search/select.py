@@ -58,8 +58,10 @@ def forward_selection(
     stages: list[tuple[FittedCandidate, ...]] = []
     while len(stages) < options.max_effects:
         fitted = fit_candidates(problem, current, terms=False, hints=hints)
-        if not found and shows_rest(problem, extension, current, fitted):
-            base = current = holding(problem, fitted[0])
+        fitted = tuple(gain_as_inertia(one, problem.settings.misfit) for one in fitted)
+        if shows_rest(problem, extension, current, fitted):
+            current = holding(problem, fitted[0])
+            base = holding_too(problem, base, current) if found else current
             continue
         stage = next_stage(problem, base, current, found, fitted, terms=terms)
         stages.append(stage)
@@ -70,6 +72,25 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
+
+
+def gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> FittedCandidate:
+    """A drive gain g beside a payload p as what is exactly the same: the payload (1 + p)/(1 + g) − 1 and the
+    yaw inertia 1/(1 + g) − 1, where that is a rest of the base model. Else the candidate.
+
+    Beside a payload, a gain says of turning alone. Held as a gain, a rest would change the payload.
+    """
+    extension = candidate.fit.extension
+    if candidate.name != "drive_gain" or "payload" not in extension.effects:
+        return candidate
+    gain = 1 + extension.effects["drive_gain"]["ratio"]
+    load = {"mass_ratio": (1 + extension.effects["payload"]["mass_ratio"]) / gain - 1}
+    inertia = {"ratio": 1 / gain - 1}
+    same = extension.without("drive_gain").with_effect("payload", load).with_effect("yaw_inertia", inertia)
+    if not is_rest("yaw_inertia", same, own):
+        return candidate
+    scored = replace(candidate.scored, name="yaw_inertia", parameters=inertia)
+    return replace(candidate, scored=scored, fit=replace(candidate.fit, extension=same))
 
 
 def shows_rest(
@@ -110,6 +131,12 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
         for name in calm:
             current = fit_without(problem, base, current, name)
     return Selection(base, base, (), stages, refused)
+
+
+def holding_too(problem: Problem, base: Fit, current: Fit) -> Fit:
+    """The base model with the rests that the current model holds beside its effects."""
+    extension = replace(base.extension, known=current.extension.known)
+    return fit_model(problem, extension, base.noise, problem.settings.budget.without_diffusion)
 
 
 def next_stage(

@@ -74,3 +74,18 @@ class MisfitSettings:
 
     negligible_m: float = 0.02
     """The same for lengths, m. Judgement: where a pose was measured by hand it is off by as much."""
+
+    window_s: float = 1.0
+    """Windows in which a log's speeds are taken, s. Statistics: a mean speed is known to .07 m/s at 5 cm."""
+
+    least_speed_mps: float = 0.1
+    """From this mean speed on a robot moves, m/s. Statistics: 1.4 standard deviations of 5 cm noise; slower
+    windows weigh little in sums over a drive."""
+
+    most_in_form_mps2: float = 0.06
+    """Largest held resistance whose form is in doubt, m/s². Judgement: twice ``negligible_mps2``. Swivel
+    casters leave .045 on the engine's robots; what brakes more was found with its form."""
+
+    same_disturbance: float = 1.25
+    """Densities of a disturbance on two logs that differ by less, a factor, are the same. Statistics: on 90 s
+    one with a correlation time of 1 s is known to 9 %; two standard deviations of a ratio are a quarter."""

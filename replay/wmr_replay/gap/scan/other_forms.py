@@ -1,0 +1,108 @@
+"""The forms that a base model's held resistances may have on another drive.
+
+A calibration log shows how much a robot is braked there. Where the points lie that brake it, and how the
+resistance grows with the speed, one drive hardly shows: a skid plate is a dry friction of the wheels in
+``stop-go``. So the resistance that the base model holds is known in size, not in form. On the drive of
+another log each other form is as large as the least squares of the held one say.
+
+A point that slides at a distance a from the axle with the friction F acts against its velocity,
+(v, a·yaw_rate):
+
+    l·dyaw_rate/dt = −(l a²/I) F·yaw_rate/√(v² + a²·yaw_rate²)
+
+With a ≈ l, F = m c and α_yaw/α = l² m/I this is −(α_yaw/α) c·l·yaw_rate/√(v² + l²·yaw_rate²), a yaw damping.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.model.extension import Extension, Parameters
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.arrays import F64, NS_PER_S
+from wmr_schemas.signals import PoseTrack
+
+POWERS = {
+    "rolling_resistance": 0,
+    "wheel_coulomb": 0,
+    "viscous_drag": 1,
+    "wheel_viscous": 1,
+    "aerodynamic_drag": 2,
+}
+"""With which power of the speed a resistance ahead grows."""
+
+
+class Speeds(NamedTuple):
+    """Mean speeds (n,) over short windows of a log in which the robot moves: m/s, back below 0, and rad/s."""
+
+    ahead_mps: F64
+    yaw_rate_radps: F64
+
+
+def with_other_forms(extension: Extension, pose: PoseTrack, own: MisfitSettings) -> Extension:
+    """The extension, its misfit widened by the other forms of the held resistances on the log of ``pose``.
+
+    Unchanged where the base model has no misfit: a model that was not calibrated on a log.
+    """
+    speeds = speeds_of(pose, own)
+    if not extension.misfit or not len(speeds.ahead_mps):
+        return extension
+    found = dict(other_forms(extension, speeds, own))
+    wider = {name: max(size, found.get(name, 0.0)) for name, size in extension.misfit.items()}
+    return replace(extension, misfit=wider)
+
+
+def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> Iterator[tuple[str, float]]:
+    """Sizes of the resistances ahead, of a bias and of a yaw damping that do on this drive what the held
+    resistances do, as far as they can.
+    """
+    v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
+    held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
+    for name, power in POWERS.items():
+        yield name, slope(v**power, held) / unit_mps2(name, extension)
+    yield "torque_bias_common", abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
+    turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
+    damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
+    yield "yaw_damping", base.alpha_yaw / base.alpha * slope(turning, damping)
+
+
+def held_mps2(extension: Extension, speed_mps: F64) -> F64:
+    """What the base model's resistances brake at the speeds (n,), in m/s²."""
+    held = [(name, size_of(parameters)) for name, parameters in extension.known if name in POWERS]
+    each = (size * unit_mps2(name, extension) * speed_mps ** POWERS[name] for name, size in held)
+    return np.asarray(sum(each, np.zeros_like(speed_mps)))
+
+
+def size_of(parameters: Parameters) -> float:
+    """The only parameter of a resistance."""
+    (size,) = parameters.values()
+    return size
+
+
+def unit_mps2(name: str, extension: Extension) -> float:
+    """The deceleration of a resistance of size 1 at 1 m/s."""
+    if not name.startswith("wheel_"):
+        return 1.0
+    per_nm = 2 * extension.base.alpha
+    return per_nm / extension.wheel_radius_m if POWERS[name] else per_nm
+
+
+def speeds_of(pose: PoseTrack, own: MisfitSettings) -> Speeds:
+    """Mean speeds over windows of the log, of those in which the robot moves."""
+    step = own.window_s * NS_PER_S
+    rows = np.searchsorted(pose.t_ns, np.arange(pose.t_ns[0], pose.t_ns[-1], step))
+    rows = np.unique(rows)
+    elapsed_s = np.diff(pose.t_ns[rows]) / NS_PER_S
+    yaw_rad = np.unwrap(pose.yaw_rad)
+    heading = (yaw_rad[rows[1:]] + yaw_rad[rows[:-1]]) / 2
+    moved = np.diff(pose.x_m[rows]) * np.cos(heading) + np.diff(pose.y_m[rows]) * np.sin(heading)
+    ahead, turned = moved / elapsed_s, np.diff(yaw_rad[rows]) / elapsed_s
+    moves = np.abs(ahead) > own.least_speed_mps
+    return Speeds(ahead[moves], turned[moves])
+
+
+def slope(x: F64, y: F64) -> float:
+    """The y = k x of least squares; 0 where x is 0 throughout."""
+    return float(x @ y / max(float(x @ x), np.finfo(float).tiny))

@@ -1,0 +1,167 @@
+"""A held resistance is known in size, not in form: what it may look like on another drive."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.misfit import is_rest, negligible, with_parameters, withholds_a_rest
+from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search import fit_candidates
+from wmr_replay.gap.search.rests import without_rests_of_base
+from wmr_replay.gap.search.select import Selection, gain_as_inertia
+from wmr_replay.gap.settings import GateSettings
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.model_file import Model, NoiseModel
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import PoseTrack
+
+OWN = MisfitSettings()
+ROBOT = RobotParameters(wheel_radius_m=0.125, half_track_m=0.21, alpha=0.266, alpha_yaw=0.475)
+NONE = dict.fromkeys(("rolling_resistance", "viscous_drag", "torque_bias_common", "yaw_damping"), 1e-3)
+PLATES = Extension(base_of(ROBOT), {}, 0.125, known=(("wheel_coulomb", {"torque_nm": 0.0427}),), misfit=NONE)
+"""A robot on skid plates, that ``fit`` gave a dry friction of .0227 m/s²."""
+
+
+def circle(v_mps, yaw_rate_radps, there_and_back=False):
+    """Poses at 50 Hz of 40 s on a circle; with ``there_and_back`` half of it in reverse."""
+    t = np.arange(0.0, 40.0, 0.02)
+    v = np.where(there_and_back & (t > 20.0), -v_mps, v_mps)
+    yaw = yaw_rate_radps * t
+    x, y = (np.cumsum(v * part) * 0.02 for part in (np.cos(yaw), np.sin(yaw)))
+    return PoseTrack(np.rint(t * 1e9).astype(np.int64), x, y, yaw)
+
+
+def test_mean_speeds_of_a_log_have_a_sign_and_leave_halts_out():
+    speeds = speeds_of(circle(0.3, 0.5, there_and_back=True), OWN)
+    assert np.abs(speeds.ahead_mps) == pytest.approx(0.3, rel=0.02)
+    assert (speeds.ahead_mps[2], speeds.ahead_mps[-2]) == pytest.approx((0.3, -0.3), rel=0.02)
+    assert speeds.yaw_rate_radps == pytest.approx(0.5)
+    assert len(speeds_of(circle(0.05, 0.5), OWN).ahead_mps) == 0
+
+
+def test_what_slides_along_brakes_turns_while_the_robot_moves():
+    """By the statics of a plate at a = l: (α_yaw/α) c l q/√(v² + l² q²), 11 % of l q at .3 m/s."""
+    v, q, length = 0.3, 0.5, 0.21
+    brakes = 0.475 / 0.266 * (2 * 0.266 * 0.0427) / np.hypot(v, length * q)
+    wider = with_other_forms(PLATES, circle(v, q), OWN)
+    assert wider.misfit["yaw_damping"] == pytest.approx(brakes, rel=0.02)
+    seen_by_engine = {"d1_per_s": 0.12}
+    assert not is_rest("yaw_damping", PLATES.with_effect("yaw_damping", seen_by_engine), OWN)
+    assert is_rest("yaw_damping", wider.with_effect("yaw_damping", seen_by_engine), OWN)
+    fast = with_other_forms(PLATES, circle(1.2, q), OWN)
+    assert fast.misfit["yaw_damping"] < brakes / 3
+
+
+def test_a_held_friction_may_be_a_drag_or_a_bias_of_its_size_on_another_drive():
+    wider = with_other_forms(PLATES, circle(0.5, 0.1), OWN).misfit
+    held_mps2 = 2 * 0.266 * 0.0427
+    assert wider["rolling_resistance"] == pytest.approx(held_mps2, rel=0.01)
+    assert wider["viscous_drag"] == pytest.approx(held_mps2 / 0.5, rel=0.02)
+    assert wider["torque_bias_common"] == pytest.approx(0.0427, rel=0.01)
+    back = with_other_forms(PLATES, circle(0.5, 0.1, there_and_back=True), OWN).misfit
+    assert back["torque_bias_common"] < 0.005
+
+
+def test_a_large_resistance_is_known_in_its_form_and_an_uncalibrated_base_in_all():
+    large = replace(PLATES, known=(("rolling_resistance", {"c0_mps2": 0.3}),))
+    wider = with_other_forms(large, circle(0.5, 0.1), OWN).misfit
+    assert wider["rolling_resistance"] == pytest.approx(OWN.most_in_form_mps2, rel=0.01)
+    bare = replace(PLATES, misfit={})
+    assert with_other_forms(bare, circle(0.5, 0.1), OWN) is bare
+    nothing_held = with_other_forms(replace(PLATES, known=()), circle(0.5, 0.1), OWN)
+    assert nothing_held.misfit == NONE
+
+
+def test_a_gain_is_open_by_what_a_controller_hides():
+    model = Model(robot=ROBOT, robot_sd={"alpha": 0.00266, "alpha_yaw": 0.00475})
+    found = with_parameters({}, model, (10.0, 2.0), OWN)
+    assert found["payload"] == found["drive_gain"] == pytest.approx(OWN.in_sd * 0.01 + 0.01)
+    assert found["yaw_inertia"] == pytest.approx(OWN.in_sd * 0.01 + 0.25)
+
+
+def test_a_torque_that_turns_is_negligible_by_what_it_turns():
+    for name, alpha in (("torque_bias_common", 0.266), ("torque_bias_differential", 0.475)):
+        assert negligible(name, PLATES, OWN) == pytest.approx(OWN.negligible_mps2 / (2 * alpha))
+
+
+@pytest.mark.parametrize(("limit_nm", "rest"), [(1.9, True), (1.0, False)])
+def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limit_nm, rest):
+    """Torques up to 2.2 N·m: a limit of 1.9 N·m holds back 3 % of them, one of 1 N·m 40 %; a gain is known
+    to 4 % at best.
+    """
+    peaks = 2.0 * np.sin(np.linspace(0.0, 40.0, 800)) + 0.2 * np.sin(np.linspace(0.0, 9.0, 800))
+    asked = np.stack([peaks, peaks])
+    problem = SimpleNamespace(binned=None)
+
+    def holds_back(base):
+        return SimpleNamespace(
+            without=lambda _: SimpleNamespace(mean_torques=lambda _: asked),
+            mean_torques=lambda _: np.clip(asked, -limit_nm, limit_nm),
+            misfit=base.misfit,
+            acting=base.acting,
+            base=base.base,
+            wheel_radius_m=base.wheel_radius_m,
+        )
+
+    assert withholds_a_rest("torque_saturation", problem, holds_back(PLATES), OWN) is rest
+    assert not withholds_a_rest("slope", problem, holds_back(PLATES), OWN)
+    uncalibrated = replace(PLATES, misfit={})
+    assert not withholds_a_rest("torque_saturation", problem, holds_back(uncalibrated), OWN)
+
+
+def chosen(noise, *names):
+    """A selection of the effects ``names`` on a log on which the base model leaves ``noise``."""
+    found = tuple(SimpleNamespace(name=name) for name in names)
+    base = SimpleNamespace(noise=noise)
+    return Selection(base, SimpleNamespace(noise=noise), found, ())
+
+
+def test_no_formula_is_looked_for_where_the_base_leaves_no_more_than_on_its_own_log():
+    own_log = NoiseModel(disturbance_longitudinal_mps2_rthz=0.05, disturbance_yaw_mps2_rthz=0.03)
+    calm = Diffusion(0.04, 0.5, 0.03, 0.5, 0.001, 0.2)  # .04 and .03 m/s²/√Hz
+    term = chosen(calm, "unnamed:longitudinal:effort_sum")
+    kept = without_rests_of_base(term, own_log, OWN)
+    assert kept is not None
+    assert (kept.found, kept.fit) == ((), term.base)
+    named = chosen(calm, "viscous_drag")
+    assert without_rests_of_base(named, own_log, OWN) is named
+    louder = calm._replace(yaw_sd_mps2=0.05)
+    assert without_rests_of_base(chosen(louder), own_log, OWN) is None
+    assert without_rests_of_base(term, NoiseModel(), OWN) is None
+
+
+def test_rivals_about_as_good_are_all_fitted_in_full(monkeypatch):
+    """Of three that cost the same, two in full and one roughly would not be a draw."""
+    monkeypatch.setattr(fit_candidates, "price_of", lambda *_: 0.0)
+    problem = SimpleNamespace(settings=GateSettings())
+
+    def fully(*deviances):
+        rough = [(None, SimpleNamespace(deviance=one)) for one in deviances]
+        return fit_candidates.how_many_fully(problem, rough)
+
+    assert fully(0.0) == 1
+    assert fully(0.0, 300.0, 400.0) == 2
+    assert fully(0.0, 300.0, 300.0, 310.0, 400.0) == 4
+
+
+@pytest.mark.parametrize(("open_to", "name"), [(2.0, "yaw_inertia"), (0.1, "drive_gain")])
+def test_a_gain_beside_a_payload_is_a_yaw_inertia_where_that_is_open(open_to, name):
+    """(1 + g)/(1 + p) ahead and 1 + g in yaw, either way."""
+    effects = {"payload": {"mass_ratio": 1.5}, "drive_gain": {"ratio": 1.0}}
+    extension = replace(PLATES, effects=effects, misfit={"yaw_inertia": open_to})
+    scored = ScoredCandidate("drive_gain", {"ratio": 1.0}, 100.0, 1)
+    fit = Fit(None, extension, None, 0.0, None, None)
+    said = gain_as_inertia(fit_candidates.FittedCandidate(scored, fit, 100.0, 90.0, 0.0), OWN)
+    assert said.name == name
+    if name == "yaw_inertia":
+        assert said.fit.extension.effects == {
+            "payload": {"mass_ratio": pytest.approx(0.25)},
+            "yaw_inertia": {"ratio": -0.5},
+        }
