@@ -19,6 +19,7 @@ from wmr_replay.gap.result.undecided import as_said
 from wmr_replay.gap.search.slip_test import (
     Doubt,
     as_losses,
+    in_place_of_slipping,
     may_be_slipping,
     slips_as_modelled,
     unlike_slipping,
@@ -117,6 +118,41 @@ def test_a_loss_is_told_from_slipping_by_its_size(loss, like):
     assert may_be_slipping(ideal, fit, "slip_interval") is like
     given = Problem.of(bin_log(log, GateSettings(), log.mode))
     assert not may_be_slipping(given, fit, "slip_interval")
+
+
+@pytest.mark.parametrize(("loss", "like"), [(0.6, False), (0.68, True)])
+def test_a_loss_near_slipping_s_is_told_from_it_where_the_log_slips_elsewhere(loss, like):
+    """The model's slipping loses .75 ahead and .69 in turning, and the log slips so twice."""
+    lost = {"start_s": 55.0, "end_s": 70.0, "loss": loss}
+    hide = ["slip_interval:" + ",".join(f"{key}={value}" for key, value in lost.items())]
+    log, _ = hidden_log("patrol", seed=90_106, hide=hide, noise="rtk")
+    problem, extension = exact(log)
+    model = 1 - np.array([extension.base.slip_share, extension.base.slip_share_yaw])
+    assert np.any(np.abs(loss - model) < problem.settings.slip.least_apart)
+    fit = fit_model(problem, extension.with_effect("slip_interval", lost))
+    assert may_be_slipping(problem, fit, "slip_interval") is like
+
+
+def test_a_loss_beside_slipping_is_found_where_both_are_called_slipping():
+    """The log slips from 38.4 to 42.8 s; a loss that follows at once is called one interval with it."""
+    hide = ["slip_interval:start_s=42.8,end_s=51,loss=0.4"]
+    log, _ = hidden_log("patrol", seed=90_106, hide=hide, noise="rtk")
+    problem, extension = exact(relabelled(log, 42.8, 51.0, ContactMode.SLIPPING))
+    base, t_s = fit_model(problem, extension), problem.binned.t_s
+    (both, *_) = unlike_slipping(problem, base)
+    assert t_s[both.first] == pytest.approx(38.4, abs=0.2)
+    ((rows, ((name, found), *_)), *_) = in_place_of_slipping(problem, base)
+    assert name == "slip_interval"
+    assert found["loss"] == pytest.approx(0.4, abs=0.05)
+    own = problem.binned.slips & ~rows
+    assert np.mean(own[(t_s > 38.5) & (t_s < 41.0)]) > 0.9
+    assert np.mean(rows[(t_s > 43.5) & (t_s < 50.0)]) > 0.9
+
+
+def test_slipping_that_follows_the_model_is_no_loss_in_a_place():
+    log, _ = hidden_log("patrol", seed=90_106, noise="rtk")
+    problem, extension = exact(log)
+    assert in_place_of_slipping(problem, fit_model(problem, extension)) == []
 
 
 def longest_slip(problem: Problem) -> dict[str, float]:

@@ -20,18 +20,24 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
 from wmr_replay.gap.search.selections import Selections
-from wmr_replay.gap.search.slip_test import as_losses, may_be_slipping, missed_slipping, unlike_slipping
+from wmr_replay.gap.search.slip_test import (
+    as_losses,
+    in_place_of_slipping,
+    may_be_slipping,
+    missed_slipping,
+    unlike_slipping,
+)
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
 
 class Labelling(NamedTuple):
-    """A problem with contact modes to start from; whether a local loss of traction can be told from slipping
-    there; losses at which a fit may start; and whether it is tried beside a labelling that gives models.
+    """A problem with contact modes to start from; whether what is found there may be the answer itself;
+    losses at which a fit may start; and whether it is tried beside a labelling that gives models.
     """
 
     problem: Problem
-    local: bool = True
+    may_be_answer: bool = True
     hints: Hints = ()
     further: bool = False
 
@@ -61,13 +67,13 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
     )
     models: list[Extension] = []
     seen_in: tuple[Problem, Selection] | None = None
-    for problem, local, hints, further in tried:
+    for problem, may_be_answer, hints, further in tried:
         if models and not further:
             break
         selection = selections.of(problem, terms=problem is first, hints=hints)
-        found = models_from(problem, selections.extension, selection, local=local)
+        found = models_from(problem, selections.extension, selection)
         if found and seen_in is None:
-            seen_in = (problem, selection) if local else (first, selections.of(first))
+            seen_in = (problem, selection) if may_be_answer else (first, selections.of(first))
             found += models_without_skid(log, problem, selections, found)
         models += found
     return PreliminaryModels(models, seen_in or (first, selections.of(first)))
@@ -98,16 +104,22 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
-    """Slipping replaced by ideal in an interval that loses clearly more or less than the model's slipping.
+    """Slipping replaced by ideal where one loss in a time or place explains more than slipping does, and in
+    an interval elsewhere that loses clearly more or less than the model's slipping.
 
-    The farthest ones one at a time: one may be slipping on a patch, and only the other the patch alone.
+    The farthest intervals one at a time: one may be slipping on a patch, and only the other the patch alone.
     """
     fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    for k, doubt in enumerate(unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]):
-        rows = np.zeros(len(problem.binned), bool)
+    binned, found = problem.binned, in_place_of_slipping(problem, fit)
+    explained = np.any([rows for rows, _ in found], axis=0) if found else np.zeros(len(binned), bool)
+    for doubt in unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]:
+        rows = np.zeros(len(binned), bool)
         rows[doubt.first : doubt.last] = True
-        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
+        if not np.any(rows & explained):
+            found.append((rows, as_losses(binned, doubt)))
+    for k, (rows, hints) in enumerate(found):
+        track = with_mode_at(binned, rows, ContactMode.IDEAL)
+        yield Labelling(problem.relabelled(track), hints=hints, further=k > 0)
 
 
 def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:
@@ -121,23 +133,22 @@ def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:
 
 
 def no_slip(problem: Problem) -> Iterator[Labelling]:
-    """Much slipping replaced by ideal; a local loss of traction there may be slipping."""
+    """Much slipping replaced by ideal. What is found there is a model to identify the modes with, and no
+    answer.
+    """
     slips = problem.binned.slips
     if np.mean(slips) > problem.settings.modes.much_slip:
         track = with_mode_at(problem.binned, slips, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), local=False)
+        yield Labelling(problem.relabelled(track), may_be_answer=False)
 
 
-def models_from(
-    problem: Problem, extension: Extension, selection: Selection, *, local: bool = True
-) -> list[Extension]:
+def models_from(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
     """The significant effects of a selection as one model, and the near rivals of its first effect as others.
 
     Wrong modes favour wrong effects, so what explains nearly as much is considered too.
-    ``local`` says whether a local loss of traction can be told from slipping.
     """
     own = problem.settings.modes
-    model = significant_model(problem, extension, selection, local=local)
+    model = significant_model(problem, extension, selection)
     found = [model] if model.effects else []
     if model.effects:
         first, *others = selection.stages[0][: own.most_rivals]
@@ -147,16 +158,14 @@ def models_from(
     return found
 
 
-def significant_model(
-    problem: Problem, extension: Extension, selection: Selection, *, local: bool
-) -> Extension:
+def significant_model(problem: Problem, extension: Extension, selection: Selection) -> Extension:
     """The significant effects of a selection that have a name.
 
     Left out are losses of traction that may be slipping, and an undeclared skid beside something that
     explains more.
     """
-    fit, known = selection.fit, [name for name in BY_NAME if local or name not in LOCAL]
-    named = {k: v for k, v in fit.extension.effects.items() if k in known}
+    fit = selection.fit
+    named = {k: v for k, v in fit.extension.effects.items() if k in BY_NAME}
     effects = {k: v for k, v in named.items() if not may_be_slipping(problem, fit, k)}
     level = problem.settings.significance.level
     for stage in selection.stages:

@@ -10,6 +10,7 @@ asked:
   stretch best (:mod:`.slipping_history`).
 """
 
+from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -25,6 +26,9 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import weight
+from wmr_replay.gap.scan.local_effects import time_cells
+from wmr_replay.gap.scan.loss_for_slipping import Scores, losses_for_slipping
+from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
 from wmr_replay.gap.settings.search import SlipSettings
@@ -83,6 +87,59 @@ def as_losses(binned: BinnedLog, doubt: Doubt) -> Hints:
     place = {"x_m": float(centre[0]), "y_m": float(centre[1]), "radius_m": reach}
     loss = {"loss": doubt.loss}
     return (("slip_interval", time | loss), ("low_friction_patch", place | loss))
+
+
+def in_place_of_slipping(problem: Problem, fit: Fit) -> list[tuple[Bool, Hints]]:
+    """The interval and the patch that explain clearly more than the slipping in them, the better one first:
+    the slipping rows (n,) that they replace, and where a fit may start.
+
+    An identifier calls a loss in a part of an interval slipping, and one at all crossings of a patch.
+    """
+    binned, own = problem.binned, problem.settings.slip
+    if not np.any(binned.slips):
+        return []
+    price, found = problem.settings.scan, losses_for_slipping(binned, scores_of_cells(problem, fit))
+    clear = [
+        one
+        for one in found
+        if penalised_gain(one, price) > own.separate
+        and not slips_alike(fit.extension.base, one.parameters["loss"], own)
+    ]
+    places: dict[bytes, tuple[Bool, Hints]] = {}
+    for one in sorted(clear, key=lambda one: -one.gain):
+        rows = binned.slips & (weight(one.name, one.parameters, binned) > 0)
+        _, hints = places.get(rows.tobytes(), (rows, ()))
+        places[rows.tobytes()] = rows, (*hints, *both_forms(binned, one))
+    return list(places.values())
+
+
+def both_forms(binned: BinnedLog, one: ScoredCandidate) -> Hints:
+    """A loss in a time or place, and as the other of both where it acts once: rivals start alike."""
+    acts = weight(one.name, one.parameters, binned) > binned.settings.slip.half
+    runs = np.flatnonzero(np.diff(acts, prepend=False, append=False)).reshape(-1, 2).tolist()
+    same: Hints = ((one.name, one.parameters),)
+    if len(runs) != 1:
+        return same
+    ((first, last),) = runs
+    forms = as_losses(binned, Doubt(first, last, one.parameters["loss"], np.inf))
+    return (*same, *(form for form in forms if form[0] != one.name))
+
+
+def scores_of_cells(problem: Problem, fit: Fit) -> Scores:
+    """Scores of all traction lost, and of traction left, in each cell of time.
+
+    Innovations count in units of their usual size where that is more than 1.
+    """
+    binned, base = problem.binned, fit.extension.base
+    cells, n_cells = time_cells(binned)
+    e, by_piece, piece = losses_by_piece(problem, fit, fit.noise, 2 * cells + binned.slips)
+    first = np.flatnonzero(np.diff(piece, prepend=-1))
+    share = np.array([[base.slip_share], [base.slip_share_yaw]])
+    share = np.where(binned.slips[first], share, 1.0)
+    of_cell = (cells[first, None] == np.arange(n_cells)).astype(np.float64)
+    unit = max(float(np.sqrt(np.mean(np.square(e)))), 1.0)
+    lost, left = by_piece.sum(axis=1) @ of_cell, (by_piece / share).sum(axis=1) @ of_cell
+    return Scores.of(e / unit, lost / unit, left / unit)
 
 
 def slips_as_modelled(problem: Problem, fit: Fit) -> bool:
@@ -160,30 +217,56 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     acts = weight(name, fit.extension.effects[name], problem.binned) > problem.settings.slip.half
     if problem.binned.step_s[acts].sum() < problem.settings.scan.shortest_interval_s:
         return True
+    return slipping_rival(problem, fit, name).excess < least_excess(problem, fit, name)
+
+
+def least_excess(problem: Problem, fit: Fit, name: str) -> float:
+    """What a loss of traction must explain beyond slipping: the margin, and its own price."""
     n = len(problem.binned)
     price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
-    return slipping_rival(problem, fit, name).excess < problem.settings.slip.separate + price
+    return problem.settings.slip.separate + price
 
 
 def slips_alike(base: Base, loss: float, settings: SlipSettings) -> bool:
-    """Whether a loss is near that of the model's slipping, ahead or in turning."""
+    """Whether a loss is near that of the model's slipping, ahead and in turning."""
     left = np.array([base.slip_share, base.slip_share_yaw])
-    return bool(np.any(np.abs(1.0 - left - loss) < settings.least_apart))
+    return bool(np.all(np.abs(1.0 - left - loss) < settings.least_apart))
 
 
 @lru_cache(maxsize=16)
 def slipping_rival(problem: Problem, fit: Fit, name: str) -> Rival:
-    """The model's own slipping in the place of an effect, in the history that explains most."""
-    binned, parameters = problem.binned, fit.extension.effects[name]
-    acts = weight(name, parameters, binned)
-    near = close_to(acts > problem.settings.slip.half, binned)
+    """Slipping in the place of an effect: the model's own, or, where that is clearly less likely, slipping
+    that in the whole log is as near to the effect's loss as the model may be wrong, if that explains more.
+    """
+    base, binned, parameters = fit.extension.base, problem.binned, fit.extension.effects[name]
+    near = close_to(weight(name, parameters, binned) > problem.settings.slip.half, binned)
     if not np.any(near):
         return Rival(problem, near, 0.0)
-    slips = nearest_history(problem, fit, acts * parameters["loss"], near)
-    rival = problem.relabelled(with_slipping(binned, slips))
-    without = fit_model(
-        rival, fit.extension.without(name), fit.noise, problem.settings.budget.ranked_diffusion
+    own = rival_of(problem, fit, name, near, base)
+    if own.excess < least_excess(problem, fit, name):
+        return own
+    moved = rival_of(problem, fit, name, near, towards(base, parameters["loss"], problem.settings.slip))
+    return min(own, moved, key=lambda rival: rival.excess)
+
+
+def towards(base: Base, loss: float, settings: SlipSettings) -> Base:
+    """The model with slipping that loses as nearly ``loss`` as its own may be wrong."""
+    near = (
+        float(np.clip(1.0 - loss, share - settings.least_apart, share + settings.least_apart))
+        for share in (base.slip_share, base.slip_share_yaw)
     )
+    share, share_yaw = (max(one, 1e-3) for one in near)
+    return base._replace(slip_share=share, slip_share_yaw=share_yaw)
+
+
+def rival_of(problem: Problem, fit: Fit, name: str, near: Bool, base: Base) -> Rival:
+    """Slipping as ``base`` says in place of an effect, in the likeliest history over the rows ``near``."""
+    binned, parameters = problem.binned, fit.extension.effects[name]
+    loss = weight(name, parameters, binned) * parameters["loss"]
+    slips = nearest_history(problem, fit, loss, near, base)
+    rival = problem.relabelled(with_slipping(binned, slips))
+    extension = replace(fit.extension.without(name), base=base)
+    without = fit_model(rival, extension, fit.noise, problem.settings.budget.ranked_diffusion)
     return Rival(rival, near, cost_of(without) - cost_of(fit))
 
 
@@ -197,14 +280,17 @@ def close_to(rows: Bool, binned: BinnedLog) -> Bool:
     return np.asarray(apart < binned.settings.slip.close_s)
 
 
-def nearest_history(problem: Problem, fit: Fit, loss: F64, near: Bool) -> Bool:
-    """Where the log slips (n,) if the effect's ``loss`` (n,) is slipping; unchanged outside of ``near``."""
-    binned, own, base = problem.binned, problem.settings.slip, fit.extension.base
+def nearest_history(problem: Problem, fit: Fit, loss: F64, near: Bool, base: Base) -> Bool:
+    """Where the log slips (n,) as ``base`` says, if the effect's ``loss`` (n,) is slipping; unchanged outside
+    of ``near``.
+    """
+    binned, own, seen = problem.binned, problem.settings.slip, fit.extension.base
     piece_s = max(own.piece_s, float(binned.step_s[near].sum()) / own.most_pieces)
     kind = np.where(near, (binned.t_s / piece_s).astype(np.int64), -1)
     e, by_piece, piece = losses_by_piece(problem, fit, fit.noise, kind)
     share = np.array([[base.slip_share], [base.slip_share_yaw]])
-    kept = (1.0 - loss) * np.where(binned.slips, share, 1.0)
+    seen_share = np.array([[seen.slip_share], [seen.slip_share_yaw]])
+    kept = (1.0 - loss) * np.where(binned.slips, seen_share, 1.0)
     counts = np.bincount(piece)
     mean = np.stack([np.bincount(piece, channel) / counts for channel in kept])
     mean = np.maximum(mean, own.least_information)

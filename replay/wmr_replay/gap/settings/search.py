@@ -184,9 +184,10 @@ class SlipSettings:
     """Most such pieces. Numerics: the cost grows with their square."""
 
     least_apart: float = 0.1
-    """Difference of a loss from the model's slipping, in ahead or in turning, below which it may be slipping,
-    however precise. Physics: what slipping leaves depends on loads and tyres that the model knows to some
-    tenths; a payload of a sixth moves it by .03."""
+    """By how much the model may be wrong about what slipping loses. A loss nearer to it than this, both ahead
+    and in turning, may be slipping, however precise; another one is held against slipping that is moved
+    towards it by as much in the whole log, too. Physics: what slipping leaves depends on loads and tyres that
+    the model knows to some tenths; a payload of a sixth moves it by .03."""
 
     separate: float = 30.0
     """What a loss of traction must explain beyond slipping in its likeliest history and beyond its price, in
