@@ -138,17 +138,22 @@ def test_no_formula_is_looked_for_where_the_base_leaves_no_more_than_on_its_own_
 
 
 def test_rivals_about_as_good_are_all_fitted_in_full(monkeypatch):
-    """Of three that cost the same, two in full and one roughly would not be a draw."""
+    """Of three that cost the same, two in full and one roughly would not be a draw; a loss of traction in a
+    time or place waits its turn.
+    """
     monkeypatch.setattr(fit_candidates, "price_of", lambda *_: 0.0)
     problem = SimpleNamespace(settings=GateSettings())
 
-    def fully(*deviances):
-        rough = [(None, SimpleNamespace(deviance=one)) for one in deviances]
-        return fit_candidates.how_many_fully(problem, rough)
+    def fully(*deviances, local=()):
+        names = ["slip_interval" if i in local else "slope" for i in range(len(deviances))]
+        scored = [ScoredCandidate(name, {}, 0.0, 1) for name in names]
+        fits = [SimpleNamespace(deviance=one) for one in deviances]
+        return fit_candidates.fitted_in_full(problem, list(zip(scored, fits, strict=True)))
 
-    assert fully(0.0) == 1
-    assert fully(0.0, 300.0, 400.0) == 2
-    assert fully(0.0, 300.0, 300.0, 310.0, 400.0) == 4
+    assert fully(0.0) == [True]
+    assert fully(0.0, 300.0, 400.0) == [True, True, False]
+    assert fully(0.0, 300.0, 300.0, 310.0, 400.0) == [True, True, True, True, False]
+    assert fully(0.0, 300.0, 300.0, 310.0, 400.0, local=(1, 2)) == [True, True, False, True, False]
 
 
 @pytest.mark.parametrize(("open_to", "name"), [(2.0, "yaw_inertia"), (0.1, "drive_gain")])

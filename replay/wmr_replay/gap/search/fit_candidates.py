@@ -101,9 +101,9 @@ def ranked_and_fitted(
     ]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
-    out, n_fully = [], how_many_fully(problem, rough)
-    for i, (one, fit) in enumerate(rough):
-        if i < n_fully:
+    out = []
+    for (one, fit), in_full in zip(rough, fitted_in_full(problem, rough), strict=True):
+        if in_full:
             edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
@@ -111,15 +111,16 @@ def ranked_and_fitted(
     return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
 
 
-def how_many_fully(problem: Problem, rough: list[tuple[ScoredCandidate, Fit]]) -> int:
-    """How many of the roughly fitted candidates, the best first, are fitted in full: a few, and those that
-    are about as good as the last of them. On a drive that never reverses a bias and a dry friction are the
-    same, and only fits of one kind show it.
+def fitted_in_full(problem: Problem, rough: list[tuple[ScoredCandidate, Fit]]) -> list[bool]:
+    """Which of the roughly fitted candidates, the best first, are fitted in full: a few, and lasting ones
+    that are about as good as the last of them. On a drive that never reverses a bias and a dry friction are
+    the same, and only fits of one kind show it.
     """
     settings = problem.settings
     costs = [fit.deviance + price_of(problem, one, fit) for one, fit in rough]
-    last = costs[min(settings.budget.fully_fitted, len(costs)) - 1]
-    return sum(cost <= last + settings.candidates.close for cost in costs)
+    few = min(settings.budget.fully_fitted, len(costs))
+    close = [cost <= costs[few - 1] + settings.candidates.close for cost in costs]
+    return [i < few or (close[i] and one.name not in LOCAL) for i, (one, _) in enumerate(rough)]
 
 
 def nearer(fit: Fit, other: Fit, name: str) -> Fit:

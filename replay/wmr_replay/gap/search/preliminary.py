@@ -56,12 +56,14 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
 
     ``first`` has the modes of the base model. Labellings are tried in this order: without skidding where a
     robot is said to skid most of the time; without slipping that loses more or less traction than the
-    model's; as they are; with slipping where that was missed; without slipping where it is said to slip much.
+    model's; as they are; without slipping that one loss explains better; with slipping where that was missed;
+    without slipping where it is said to slip much.
     """
     tried = chain(
         less_skid(log, first),
         less_slip(first, selections.extension),
         [Labelling(first)],
+        one_loss(first, selections.extension),
         more_slip(first, selections),
         no_slip(first),
     )
@@ -72,11 +74,21 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
             break
         selection = selections.of(problem, terms=problem is first, hints=hints)
         found = models_from(problem, selections.extension, selection)
+        if not may_be_answer:
+            found = [lasting_or_alone(model) for model in found]
         if found and seen_in is None:
             seen_in = (problem, selection) if may_be_answer else (first, selections.of(first))
             found += models_without_skid(log, problem, selections, found)
         models += found
     return PreliminaryModels(models, seen_in or (first, selections.of(first)))
+
+
+def lasting_or_alone(model: Extension) -> Extension:
+    """The model without losses of traction that stand beside a lasting effect: with all slipping left out,
+    they are what a wrong form of that leaves.
+    """
+    lasting = {name: p for name, p in model.effects.items() if name not in LOCAL}
+    return replace(model, effects=lasting or model.effects)
 
 
 def models_without_skid(
@@ -104,22 +116,27 @@ def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
 
 
 def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
-    """Slipping replaced by ideal where one loss in a time or place explains more than slipping does, and in
-    an interval elsewhere that loses clearly more or less than the model's slipping.
+    """Slipping replaced by ideal in an interval that loses clearly more or less than the model's slipping.
 
-    The farthest intervals one at a time: one may be slipping on a patch, and only the other the patch alone.
+    The farthest ones one at a time: one may be slipping on a patch, and only the other the patch alone.
     """
     fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    binned, found = problem.binned, in_place_of_slipping(problem, fit)
-    explained = np.any([rows for rows, _ in found], axis=0) if found else np.zeros(len(binned), bool)
-    for doubt in unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]:
-        rows = np.zeros(len(binned), bool)
+    for k, doubt in enumerate(unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]):
+        rows = np.zeros(len(problem.binned), bool)
         rows[doubt.first : doubt.last] = True
-        if not np.any(rows & explained):
-            found.append((rows, as_losses(binned, doubt)))
-    for k, (rows, hints) in enumerate(found):
-        track = with_mode_at(binned, rows, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), hints=hints, further=k > 0)
+        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
+        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
+
+
+def one_loss(problem: Problem, extension: Extension) -> Iterator[Labelling]:
+    """Slipping replaced by ideal where one loss in a time or place explains more than the slipping there.
+
+    Tried beside what other labellings show: a lasting effect that is missing makes slipping look like it.
+    """
+    fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
+    for rows, hints in in_place_of_slipping(problem, fit)[: problem.settings.slip.most_doubts]:
+        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
+        yield Labelling(problem.relabelled(track), hints=hints, further=True)
 
 
 def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:

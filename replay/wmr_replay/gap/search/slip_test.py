@@ -212,7 +212,8 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
         return False
     if problem.binned.log.robot.slip_shares is None:
         return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
-    if slips_alike(fit.extension.base, fit.extension.effects[name]["loss"], problem.settings.slip):
+    loss, alone = fit.extension.effects[name]["loss"], len(fit.extension.effects) == 1
+    if slips_alike(fit.extension.base, loss, problem.settings.slip, alone=alone):
         return True
     acts = weight(name, fit.extension.effects[name], problem.binned) > problem.settings.slip.half
     if problem.binned.step_s[acts].sum() < problem.settings.scan.shortest_interval_s:
@@ -227,10 +228,13 @@ def least_excess(problem: Problem, fit: Fit, name: str) -> float:
     return problem.settings.slip.separate + price
 
 
-def slips_alike(base: Base, loss: float, settings: SlipSettings) -> bool:
-    """Whether a loss is near that of the model's slipping, ahead and in turning."""
+def slips_alike(base: Base, loss: float, settings: SlipSettings, *, alone: bool = True) -> bool:
+    """Whether a loss is near that of the model's slipping, ahead and in turning; in one of them where it is
+    not ``alone``: what the wrong form of another effect leaves makes up for the other one.
+    """
     left = np.array([base.slip_share, base.slip_share_yaw])
-    return bool(np.all(np.abs(1.0 - left - loss) < settings.least_apart))
+    near = np.abs(1.0 - left - loss) < settings.least_apart
+    return bool(np.all(near) if alone else np.any(near))
 
 
 @lru_cache(maxsize=16)
