@@ -5,7 +5,7 @@ for every pair of modes (before, now). After each pose the pairs with one mode n
 of their mean and covariance (GPB2):
 
     −2 ln p(y_k | y_1..k−1) = −2 ln Σ_jm p_k−1(j) T_jm exp(−D_jm/2)
-    p_k(m) ∝ Σ_j p_k−1(j) T_jm exp(−D_jm/2)
+    p_k(m) = c Σ_j p_k−1(j) T_jm exp(−D_jm/2), c such that their sum is 1
 
 with D_jm the −2 log likelihood of the pose in the pair's filter, and T the chain of the identifier's
 switches. A smoothed mode knows what follows it, and takes for slip or skid what a model lacks; this score
