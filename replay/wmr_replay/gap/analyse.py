@@ -12,7 +12,7 @@ from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
-from wmr_replay.gap.search.rests import with_rests, without_rests_of_base
+from wmr_replay.gap.search.rests import leaves_no_more, with_rests, without_formula
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -37,12 +37,10 @@ def analyse(
     extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
-    own = options.gates.misfit
-    plain = without_rests_of_base(selection, model.noise, own) if model.misfit else None
-    if plain is None:
-        problem, selection = with_formula(log, problem, selection, extension, options)
+    if model.misfit and leaves_no_more(selection, model.noise, options.gates.misfit):
+        selection = without_formula(selection)
     else:
-        selection = plain
+        problem, selection = with_formula(log, problem, selection, extension, options)
     tell("proving", 0.8)
     return assemble(problem, selection, model, options)
 

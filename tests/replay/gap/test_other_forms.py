@@ -14,7 +14,7 @@ from wmr_replay.gap.scan.misfit import is_rest, negligible, with_parameters, wit
 from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates
-from wmr_replay.gap.search.rests import without_rests_of_base
+from wmr_replay.gap.search.rests import leaves_no_more, without_formula
 from wmr_replay.gap.search.select import Selection, gain_as_inertia
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
@@ -127,14 +127,13 @@ def test_no_formula_is_looked_for_where_the_base_leaves_no_more_than_on_its_own_
     own_log = NoiseModel(disturbance_longitudinal_mps2_rthz=0.05, disturbance_yaw_mps2_rthz=0.03)
     calm = Diffusion(0.04, 0.5, 0.03, 0.5, 0.001, 0.2)  # .04 and .03 m/s²/√Hz
     term = chosen(calm, "unnamed:longitudinal:effort_sum")
-    kept = without_rests_of_base(term, own_log, OWN)
-    assert kept is not None
-    assert (kept.found, kept.fit) == ((), term.base)
+    assert leaves_no_more(term, own_log, OWN)
+    assert not leaves_no_more(chosen(calm._replace(yaw_sd_mps2=0.05)), own_log, OWN)
+    assert not leaves_no_more(term, NoiseModel(), OWN)
+    plain = without_formula(term)
+    assert (plain.found, plain.fit) == ((), term.base)
     named = chosen(calm, "viscous_drag")
-    assert without_rests_of_base(named, own_log, OWN) is named
-    louder = calm._replace(yaw_sd_mps2=0.05)
-    assert without_rests_of_base(chosen(louder), own_log, OWN) is None
-    assert without_rests_of_base(term, NoiseModel(), OWN) is None
+    assert without_formula(named) is named
 
 
 def test_rivals_about_as_good_are_all_fitted_in_full(monkeypatch):

@@ -7,6 +7,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from tests.replay.gap.plain_loop import BASE
 
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
@@ -15,12 +16,15 @@ from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.formula.modes import rolling_starts
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.undecided import as_said
+from wmr_replay.gap.search.preliminary import lasting_or_alone
 from wmr_replay.gap.search.slip_test import (
     Doubt,
     as_losses,
     in_place_of_slipping,
     may_be_slipping,
+    slips_alike,
     slips_as_modelled,
     unlike_slipping,
 )
@@ -131,6 +135,23 @@ def test_a_loss_near_slipping_s_is_told_from_it_where_the_log_slips_elsewhere(lo
     assert np.any(np.abs(loss - model) < problem.settings.slip.least_apart)
     fit = fit_model(problem, extension.with_effect("slip_interval", lost))
     assert may_be_slipping(problem, fit, "slip_interval") is like
+
+
+@pytest.mark.parametrize(
+    ("loss", "alone", "beside"), [(0.6, False, True), (0.7, True, True), (0.4, False, False)]
+)
+def test_beside_another_effect_a_loss_may_be_slipping_by_one_channel(loss, alone, beside):
+    """Slipping loses .75 ahead and .65 in turning; the model may be wrong by .1."""
+    base = BASE._replace(slip_share=0.25, slip_share_yaw=0.35)
+    settings = GateSettings().slip
+    assert slips_alike(base, loss, settings) is alone
+    assert slips_alike(base, loss, settings, alone=False) is beside
+
+
+def test_with_all_slipping_left_out_a_loss_is_a_hint_alone():
+    loss, drag = {"slip_interval": {"loss": 0.5}}, {"viscous_drag": {"c1_per_s": 0.1}}
+    assert lasting_or_alone(Extension(BASE, loss | drag)).effects == drag
+    assert lasting_or_alone(Extension(BASE, loss)).effects == loss
 
 
 def test_a_loss_beside_slipping_is_found_where_both_are_called_slipping():

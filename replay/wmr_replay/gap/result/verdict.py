@@ -63,12 +63,12 @@ def slipping_note(problem: Problem) -> tuple[str, ...]:
 
 
 def answered_note(selection: Selection) -> str:
-    """That a lag explains something, but no more than an answer to the disturbance; empty where none does."""
+    """That a lag or a gain explains no more than an answer to the disturbance; empty where none does."""
     for one in chain.from_iterable(selection.stages):
         if one.failed == ANSWERED:
             return (
                 f"{one.name} would explain part of it, but a controller that answers the disturbance makes "
-                "as much of it where nothing lags"
+                "as much of it where nothing is missing"
             )
     return ""
 

@@ -61,11 +61,11 @@ def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
     held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
     for name, power in POWERS.items():
-        yield name, slope(v**power, held) / unit_mps2(name, extension)
+        yield name, least_squares(v**power, held) / unit_mps2(name, extension)
     yield "torque_bias_common", abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
     turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
     damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
-    yield "yaw_damping", base.alpha_yaw / base.alpha * slope(turning, damping)
+    yield "yaw_damping", base.alpha_yaw / base.alpha * least_squares(turning, damping)
 
 
 def held_mps2(extension: Extension, speed_mps: F64) -> F64:
@@ -103,6 +103,6 @@ def speeds_of(pose: PoseTrack, own: MisfitSettings) -> Speeds:
     return Speeds(ahead[moves], turned[moves])
 
 
-def slope(x: F64, y: F64) -> float:
+def least_squares(x: F64, y: F64) -> float:
     """The y = k x of least squares; 0 where x is 0 throughout."""
     return float(x @ y / max(float(x @ x), np.finfo(float).tiny))

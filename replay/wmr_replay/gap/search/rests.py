@@ -46,19 +46,23 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     return calibration._replace(model=model, fit=beside)
 
 
-def without_rests_of_base(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> Selection | None:
-    """The selection without terms of a dictionary, where the base model leaves no more on this log, in
-    either channel, than ``noise``: what it leaves on its own calibration log. Else None.
+def leaves_no_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> bool:
+    """Whether the base model leaves no more on this log, in either channel, than ``noise``: what it leaves on
+    its own calibration log. Never where that is not known.
 
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
     before = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
     now = selection.base.noise.densities_mps2_rthz
-    if any(
-        left is None or more > own.same_disturbance * left for more, left in zip(now, before, strict=True)
-    ):
-        return None
+    return all(
+        left is not None and more <= own.same_disturbance * left
+        for more, left in zip(now, before, strict=True)
+    )
+
+
+def without_formula(selection: Selection) -> Selection:
+    """The selection, or that of the base model where it found nothing but a formula."""
     if any(not effect.name.startswith(UNNAMED_PREFIX) for effect in selection.found):
         return selection
     return replace(selection, fit=selection.base, found=())

@@ -1,0 +1,62 @@
+"""A plain loop that drives a robot, and fits with constructed innovations: what tests of the gates share."""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dynamics import Base
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+
+SETTINGS = GateSettings()
+ROBOT = RobotParameters(alpha=0.28, alpha_yaw=0.34, half_track_m=0.25)
+BASE = Base(0.28, 0.34, 0.25, 8.0, 0.0, 0.5, 0.5, 0.0, 5.0)
+NOISE = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
+SD = (0.004, 0.004, 0.003)
+DISTURBANCE_MPS2, KEPT = 0.015, float(np.exp(-0.01 / 0.4))
+
+
+def made_log(seed: int, *, drag_per_s: float = 0.0, seconds: float = 40.0, lively: bool = True) -> Log:
+    """A drive of a plain loop at 100 Hz with a viscous drag: speeds held for 1.5 s under a disturbance, or a
+    constant torque straight ahead.
+    """
+    rng = np.random.default_rng(seed)
+    n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
+    wanted = np.repeat(rng.uniform(-1.5, 1.5, (n // 150 + 1, 2)), 150, axis=0)[:n] * [1.0, 0.15]
+    z, d, path, sent = np.zeros(5), np.zeros(2), np.zeros((n, 3)), np.zeros((n, 2))
+    for k in range(n):
+        path[k] = z[:3]
+        total, difference = 2 * (wanted[k] - z[3:]) / [BASE.alpha, BASE.alpha_yaw] if lively else (0.5, 0.0)
+        sent[k] = (total - difference) / 2, (total + difference) / 2
+        acc = np.array([BASE.alpha * total - drag_per_s * z[3], BASE.alpha_yaw * difference]) + d
+        d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
+        v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2
+        z += dt * np.array([v * np.cos(yaw), v * np.sin(yaw), (z[4] + acc[1] * dt / 2) / l, *acc])
+    t_ns = np.arange(n, dtype=np.int64) * 10_000_000
+    pose = path + rng.normal(size=(n, 3)) * SD
+    torque = TorqueTrack(t_ns, *sent.T.copy(), *np.full((2, n), np.nan))
+    return Log(PoseTrack(t_ns, *pose.T.copy()), torque, None, ROBOT)
+
+
+def problem_of(log: Log, *, margin_s: float | None = None) -> Problem:
+    return Problem.of(bin_log(log, SETTINGS, margin_s=margin_s))
+
+
+def with_drag() -> tuple[Problem, Fit, Fit]:
+    """40 s of the base model with a drag of 0.1 1/s; the model without it and the model with it."""
+    problem = problem_of(made_log(1, drag_per_s=0.1))
+    without = fit_model(problem, Extension(BASE))
+    with_it = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.0}}), without.noise)
+    return problem, without, with_it
+
+
+def made_fit(problem: Problem, extension: Extension, e, psi=None) -> Fit:
+    """A fit with constructed innovations (n, 3) and sensitivities (n, 3, q)."""
+    fit = Fit(problem, extension, NOISE, float((e[problem.train] ** 2).sum()), e, (e**2).sum(axis=1))
+    if psi is not None:
+        vars(fit)["psi"] = psi
+    return fit

@@ -1,0 +1,139 @@
+"""The hold-out gate on constructed gaps and innovations, and on short logs of a plain loop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from scipy.stats import binom
+from tests.replay.gap.plain_loop import BASE, NOISE, SETTINGS, made_fit, made_log, problem_of, with_drag
+
+from wmr_replay.gap.estimation.path_error import WindowErrors
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import evaluate, fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at
+from wmr_replay.gap.evidence.holdout import (
+    Fold,
+    GapChange,
+    blocks_p,
+    clearly_larger,
+    gap_change,
+    held_out_deviance,
+    is_placed,
+    path_change,
+    prove,
+)
+from wmr_replay.gap.model.extension import Extension
+from wmr_schemas.modes import ContactMode
+
+HOLD_OUT = SETTINGS.hold_out
+
+
+def gaps(position_m, floor_m=0.0, n=9) -> WindowErrors:
+    """Windows with the same gap in position and, scaled, in yaw."""
+    position, floor = np.full(n, float(position_m)), np.full(n, float(floor_m))
+    return WindowErrors(position, 0.1 * position, floor, 0.1 * floor, np.arange(float(n)))
+
+
+@given(st.floats(0.0, 0.95))
+def test_the_reduction_of_the_gap_is_known(reduction):
+    assume(abs(reduction - HOLD_OUT.least_change) > 1e-9)
+    change = gap_change(gaps(1.0), gaps(1.0 - reduction), HOLD_OUT)
+    if reduction <= HOLD_OUT.least_change:
+        assert change is None
+        return
+    assert change.reduction == pytest.approx(reduction, abs=1e-9)
+    assert change.larger_p == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("reduction", "larger_p", "larger"),
+    [(0.02, 0.04, False), (-0.02, 0.06, False), (-0.02, 0.04, True), (-0.5, 0.4, False)],
+)
+def test_a_gap_is_clearly_larger_over_all_and_in_most_windows(reduction, larger_p, larger):
+    assert clearly_larger(GapChange(reduction, larger_p), HOLD_OUT) is larger
+
+
+def test_a_gap_that_grows_in_every_window_is_clearly_larger():
+    assert clearly_larger(gap_change(gaps(1.0), gaps(1.1), HOLD_OUT), HOLD_OUT)
+
+
+def test_a_loss_in_an_interval_is_placed_and_a_drag_is_not():
+    drive = problem_of(made_log(1, seconds=20.0))
+    e = np.zeros((len(drive.binned), 3))
+    base = made_fit(drive, Extension(BASE), e)
+    drag = made_fit(drive, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}), e)
+    slip = {"slip_interval": {"start_s": 10.0, "end_s": 20.0, "loss": 0.5}}
+    assert not is_placed(base, drag)
+    assert is_placed(base, made_fit(drive, Extension(BASE, slip), e))
+    assert not is_placed(made_fit(drive, Extension(BASE, slip), e), made_fit(drive, Extension(BASE, slip), e))
+
+
+def folds_of(problem: Problem, gains) -> list[Fold]:
+    """Two models whose deviances differ by ``gains`` (n,), and whose innovations differ everywhere."""
+    e = np.zeros((len(problem.binned), 3))
+    without = replace(made_fit(problem, Extension(BASE), e + 1), row_deviance=gains)
+    return [Fold(problem, without, made_fit(problem, Extension(BASE), e))]
+
+
+@pytest.fixture(scope="module")
+def long_drive():
+    """Five minutes at the noise of the others, for statistics over blocks."""
+    return problem_of(made_log(6, seconds=300.0))
+
+
+def test_equal_models_are_told_apart_no_more_often_than_the_level(long_drive):
+    rng, draws = np.random.default_rng(7), 400
+    p = [blocks_p(folds_of(long_drive, rng.normal(size=len(long_drive.binned)))) for _ in range(draws)]
+    least, most = binom.ppf([0.001, 0.999], draws, 0.05)
+    assert least <= np.sum(np.array(p) < 0.05) <= most
+
+
+def test_a_better_prediction_is_seen_and_a_worse_one_is_not(long_drive):
+    noise = np.random.default_rng(8).normal(size=len(long_drive.binned))
+    assert blocks_p(folds_of(long_drive, noise + 0.3)) < 1e-4
+    assert blocks_p(folds_of(long_drive, noise - 0.3)) > 0.999
+
+
+def test_models_that_never_differ_prove_nothing(long_drive):
+    (fold,) = folds_of(long_drive, np.ones(len(long_drive.binned)))
+    same = replace(fold.without, row_deviance=np.zeros(len(long_drive.binned)))
+    assert blocks_p([fold._replace(with_it=same)]) == 1
+
+
+def test_what_hindsight_says_of_held_out_blocks_does_not_count():
+    """An identifier that calls every held-out row slipping changes the likelihood, and not the proof."""
+    problem = problem_of(made_log(1, drag_per_s=0.1), margin_s=0.3).fold(0)
+    held_out = ~problem.train
+    slips = problem.relabelled(with_mode_at(problem.binned, held_out, ContactMode.SLIPPING))
+    rolls, slipped = (evaluate(part, Extension(BASE), NOISE) for part in (problem, slips))
+    assert np.abs(rolls.row_deviance - slipped.row_deviance)[held_out].sum() > 100
+    causal = [held_out_deviance(*pair)[held_out] for pair in ((problem, rolls), (slips, slipped))]
+    assert causal[1] == pytest.approx(causal[0], abs=0.5)
+
+
+def test_a_drag_is_proven_and_an_effect_that_is_not_there_is_not():
+    problem, without, with_it = with_drag()
+    assert with_it.values[0] == pytest.approx(0.1, rel=0.1)
+    proof = prove(problem, without, with_it)
+    assert proof.holds
+    assert proof.p_value < 1e-3
+    assert np.mean(proof.after.position_m) < np.mean(proof.before.position_m) / 3
+    beside = fit_model(problem, with_it.extension.with_effect("payload", {"mass_ratio": 0.0}), with_it.noise)
+    assert not prove(problem, with_it, beside).holds
+    assert not prove(problem, with_it, with_it).holds
+
+
+@pytest.mark.parametrize("gain", [-0.2, 0.1])
+def test_an_effect_moves_the_path_by_what_kinematics_say(gain):
+    """A change Δa of the acceleration on a straight drive, each path fitted by a line: what is left of
+    ½ Δa t² over T has the root mean square |Δa| T²/(2 √180).
+    """
+    problem = problem_of(made_log(9, seconds=20.0, lively=False))
+    without = evaluate(problem, Extension(BASE), NOISE)
+    with_it = evaluate(problem, Extension(BASE, {"drive_gain": {"ratio": gain}}), NOISE)
+    for seconds in (2.0, 4.0):
+        expected = abs(gain) * BASE.alpha * 0.5 * seconds**2 / (2 * np.sqrt(180))
+        assert path_change(problem, without, with_it, seconds) == pytest.approx(expected, rel=0.08)
+    assert path_change(problem, without, without, 4.0) == 0
