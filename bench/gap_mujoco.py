@@ -124,17 +124,12 @@ def analysed(case: Case, found: Logged, base: Model | None = None) -> Row:
             spent = time.process_time() - begun
     except Exception as error:  # a crash of the analysis is a result of the benchmark
         return {"error": f"{type(error).__name__}: {error}"}
-    effects = [
-        {
-            "name": effect.name,
-            "class": list(effect.confound_class),
-            "alternatives": {other.name: other.delta_bic for other in effect.alternatives},
-            "parameters": {key: [e.value, *e.ci95] for key, e in effect.parameters.items()},
-        }
-        for effect in answer.document.effects
-    ]
     words = {"verdict": answer.verdict, "sentence": answer.sentence, "notes": list(answer.document.notes)}
-    return words | {"effects": effects, "cpu_s": spent, "model": answer.model}
+    return words | {
+        "effects": runs.effects_said(answer.document.effects),
+        "cpu_s": spent,
+        "model": answer.model,
+    }
 
 
 def main() -> None:

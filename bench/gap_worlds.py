@@ -15,6 +15,7 @@ import json
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,7 @@ from worlds.simulate import SAME_FORM, simulated  # noqa: E402
 from worlds.split import part  # noqa: E402
 
 from wmr_replay.gap import GapOptions, analyse  # noqa: E402
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack  # noqa: E402
 from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 
 Row = dict[str, Any]
@@ -75,9 +77,10 @@ def effect_of(lap: int, cell: int, choice: str) -> str:
     return EFFECTS[(place * (NOTHING_EVERY - 1) + rest + 5 * cell) % len(EFFECTS)]
 
 
-def row_of(case: Case, *, held_out: bool = False) -> Row:
+def row_of(case: Case, *, held_out: bool = False, thinned: tuple[int, int] = (1, 1)) -> Row:
     """One log simulated, judged by the oracle, analysed and scored. The analysis gets the log alone.
 
+    Of the log, every so many poses and torques are kept, as ``thinned`` says; the oracle sees all of them.
     With ``held_out``, the held-out predictive scores of the base, the named and the true model are among it.
     """
     row: Row = {"key": case.key, **vars(case), "inseparable": [], "own": 0.0, "holds": {}}
@@ -87,13 +90,23 @@ def row_of(case: Case, *, held_out: bool = False) -> Row:
     except RanAway as error:
         return row | {"outcome": "not driven", "error": str(error)}
     judgement = judged(world) if case.effect else None
+    seen = replace(world, log=thin(world.log, *thinned))
     if judgement is not None:
         row |= {"inseparable": sorted(judgement.inseparable), "own": judgement.own}
         row |= {"may_refuse": judgement.may_refuse, "rivals": judgement.rivals}
-    row |= world.facts() | {"fitted": fitted_sizes(world)} | analysed(world)
+    row |= world.facts() | {"fitted": fitted_sizes(world, SAME_FORM[case.plant])} | analysed(seen)
     if held_out and "error" not in row:
         row |= held_out_scores(world, row)
     return row | {"outcome": outcome(row, judgement), "holds": holds(row)}
+
+
+def thin(log: Log, every_pose: int, every_torque: int) -> Log:
+    """The log with every so many poses and torques, as a recorder slower than the robot keeps them."""
+    pose, torque = log.pose, log.torque
+    assert torque is not None
+    columns = (getattr(pose, field.name)[::every_pose] for field in fields(pose))
+    kept = (getattr(torque, field.name)[::every_torque] for field in fields(torque))
+    return replace(log, pose=PoseTrack(*columns), torque=TorqueTrack(*kept))
 
 
 def analysed(world: World) -> Row:
@@ -104,17 +117,8 @@ def analysed(world: World) -> Row:
     except Exception as error:  # a crash of the analysis is a result of the benchmark
         return {"error": f"{type(error).__name__}: {error}"}
     spent = time.process_time() - begun
-    effects = [
-        {
-            "name": effect.name,
-            "class": list(effect.confound_class),
-            "alternatives": {other.name: other.delta_bic for other in effect.alternatives},
-            "parameters": {key: [e.value, *e.ci95] for key, e in effect.parameters.items()},
-        }
-        for effect in result.effects
-    ]
     words = {"verdict": result.verdict, "sentence": result.sentence, "notes": list(result.notes)}
-    return words | {"effects": effects, "cpu_s": spent}
+    return words | {"effects": runs.effects_said(result.effects), "cpu_s": spent}
 
 
 def main() -> None:
@@ -130,6 +134,14 @@ def main() -> None:
     parser.add_argument("--plant", type=int, choices=(1, 2, 3))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
     parser.add_argument("--mixed", action="store_true", help="in an order that may be stopped anywhere")
+    parser.add_argument(
+        "--thinned",
+        type=int,
+        nargs=2,
+        default=(1, 1),
+        metavar=("POSES", "TORQUES"),
+        help="keep every so many",
+    )
     parser.add_argument("--held-out", action="store_true", help="held-out scores too, some 3 s a log more")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)
@@ -139,7 +151,12 @@ def main() -> None:
     out = options.out or RESULTS / f"gap_worlds.{options.split}.jsonl"
     if options.fresh:
         out.unlink(missing_ok=True)
-    rows = runs.run(partial(row_of, held_out=options.held_out), cases(options), out, options.jobs)
+    rows = runs.run(
+        partial(row_of, held_out=options.held_out, thinned=tuple(options.thinned)),
+        cases(options),
+        out,
+        options.jobs,
+    )
     print("\n".join(map(json.dumps, rows)) if options.json else tables.report(rows))
 
 

@@ -1,52 +1,93 @@
-"""The size of the declared form that comes closest to what another plant hides, without noise.
+"""The sizes of the declared form that comes closest to what a plant hides in another form, without noise.
 
-An interval for a hidden effect of another form is asked to hold this size, not the drawn one. The distance is
-that of the oracle: innovations in units of their standard deviation.
+An interval for a hidden effect of another form is asked to hold these sizes, not the drawn ones. The distance
+is that of the oracle: innovations in units of their standard deviation. The least distance is found by
+Gauss and Newton from the drawn sizes, along what the log shows of them; a time of a load is scanned first.
 """
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from wmr_schemas.arrays import F64
 from worlds.case import World
-from worlds.oracle_filter import steps_of, whitened
+from worlds.oracle_filter import Steps, steps_of, whitened
 from worlds.oracle_forms import Signals, Trace, signals_of, trace
-from worlds.plant_two import equations as eq
-from worlds.plant_two.effects import SAME_FORM, SIZES, hidden_of
-from worlds.plant_two.world import equations_of, plant_robot
+from worlds.plant_forms import plant_trace
 
-RATIOS = np.linspace(0.7, 1.4, 15)
-WITH_MEMORY = ("actuator_lag", "input_delay", "yaw_drift")
-"""Forms that are no function of the present state; their drawn sizes stand."""
-
-
-def plant_trace(world: World, s: Signals) -> Trace:
-    """What the plant's form adds to the accelerations along the true motion."""
-    robot, hidden, none = plant_robot(world.robot), hidden_of(world.case.effect, world.sizes), eq.Hidden()
-    states = np.stack([s.x, s.y, s.yaw, s.v, s.w, s.q, s.left, s.right, s.slips.astype(float)], axis=1)
-    calm, out, plant = np.zeros(3), np.zeros((3, len(states))), equations_of(world.case)
-    for k, (state, t_s) in enumerate(zip(states, s.t_s, strict=True)):
-        with_it = plant.accelerations(state, t_s, calm, robot, hidden)
-        out[::2, k] = np.subtract(with_it, plant.accelerations(state, t_s, calm, robot, none))
-    return Trace(out, np.zeros_like(out))
+Sizes = dict[str, float]
+STEP_SHARE = 0.02
+STEPS = {"t0_s": 0.1, "start_s": 0.1, "end_s": 0.1, "x_m": 0.05, "y_m": 0.05, "radius_m": 0.05, "loss": 0.02}
+"""How far a parameter is moved for its derivative; others by 2 %. A lag's memory is a share of itself."""
+SCANNED = {"t0_s": np.linspace(-1.0, 1.0, 21)}
+FRICTIONS, DRY_SPEEDS_MPS = ("rolling_resistance", "scrub_torque", "wheel_coulomb"), (0.005, 0.01, 0.02, 0.04)
+"""The speed over which a friction changes its sign is no size of it, and left to the log."""
+ROUNDS, SHARES = 6, (1.0, 0.5, 0.25, 0.1)
+LEAST_SEEN = 1e-3
+"""Directions seen this much worse than the best one stay as drawn."""
+LARGEST_STEPS = 5.0
+"""A round moves no parameter by more than so many of its steps."""
+CLOSE = 1e-4
 
 
-def least_at(at: F64, values: F64) -> float:
-    """Where a parabola through the least value and its neighbours is least."""
-    k = int(np.clip(np.argmin(values), 1, len(at) - 2))
-    before, here, behind = values[k - 1 : k + 2]
-    bend = before - 2 * here + behind
-    shift = 0.5 * (before - behind) / bend if bend > 0 else 0.0
-    return float(at[k] + np.clip(shift, -1.0, 1.0) * (at[1] - at[0]))
-
-
-def fitted_sizes(world: World) -> dict[str, float]:
+def fitted_sizes(world: World, same_form: frozenset[str]) -> Sizes:
     """Sizes that an interval should hold: the best fit for another form, else those that were drawn."""
     name = world.case.effect
-    if world.case.plant == 1 or name not in SIZES or name in SAME_FORM or name in WITH_MEMORY:
+    if not name or name in same_form:
         return world.sizes
-    s, parameter = signals_of(world), SIZES[name].parameter
-    declared = [trace(name, {parameter: ratio * world.sizes[parameter]}, s) for ratio in RATIOS]
-    steps = steps_of(s, world.conditions, world.case.noise_sd)
-    columns = whitened(steps, [plant_trace(world, s), *declared])
-    left = ((columns[:, 1:] - columns[:, :1]) ** 2).sum(axis=0)
-    return {parameter: least_at(RATIOS, left) * world.sizes[parameter]}
+    s = signals_of(world)
+    steps, of_plant = steps_of(s, world.conditions, world.case.noise_sd), plant_trace(world, s)
+    speeds = DRY_SPEEDS_MPS if name in FRICTIONS else (s.dry_mps,)
+    searches = [Search(name, replace(s, dry_mps=speed), steps, of_plant) for speed in speeds]
+    found = [search.least(search.scanned(world.sizes)) for search in searches]
+    left = [float((search.left([sizes]) ** 2).sum()) for search, sizes in zip(searches, found, strict=True)]
+    return found[int(np.argmin(left))]
+
+
+class Search:
+    """Distances between the plant's trace and declared ones."""
+
+    def __init__(self, name: str, s: Signals, steps: Steps, of_plant: Trace) -> None:
+        self.name, self.s, self.steps, self.of_plant = name, s, steps, of_plant
+
+    def left(self, tried: Sequence[Sizes]) -> F64:
+        """What each choice of sizes leaves of the plant's innovations (3·n, choices)."""
+        declared = [self.declared(sizes) for sizes in tried]
+        columns = whitened(self.steps, [self.of_plant, *declared])
+        return columns[:, :1] - columns[:, 1:]
+
+    def declared(self, sizes: Sizes) -> Trace:
+        """The declared trace, without the tyres' side force, which the plant's trace has not either."""
+        found = trace(self.name, sizes, self.s)
+        if self.name == "low_friction_patch":
+            found = replace(found, acceleration=found.acceleration * [[1.0], [0.0], [1.0]])
+        return found
+
+    def scanned(self, sizes: Sizes) -> Sizes:
+        """The sizes, with the times of ``SCANNED`` put where the least is left."""
+        for key in SCANNED.keys() & sizes.keys():
+            tried = [sizes | {key: sizes[key] + shift} for shift in SCANNED[key].tolist()]
+            sizes = tried[int(np.argmin((self.left(tried) ** 2).sum(axis=0)))]
+        return sizes
+
+    def least(self, sizes: Sizes) -> Sizes:
+        """Where Gauss and Newton end."""
+        for _ in range(ROUNDS):
+            step = {key: STEPS.get(key, STEP_SHARE * abs(value)) for key, value in sizes.items()}
+            left = self.left([sizes, *(sizes | {key: sizes[key] + step[key]} for key in sizes)])
+            moves = np.linalg.lstsq(left[:, :1] - left[:, 1:], left[:, 0], rcond=LEAST_SEEN)[0]
+            moves *= min(1.0, LARGEST_STEPS / max(float(np.abs(moves).max()), 1e-12))
+            tried = [
+                {
+                    key: value + share * move * step[key]
+                    for (key, value), move in zip(sizes.items(), moves, strict=True)
+                }
+                for share in SHARES
+            ]
+            costs = (self.left(tried) ** 2).sum(axis=0)
+            here = float(left[:, 0] @ left[:, 0])
+            if costs.min() > (1 - CLOSE) * here:
+                break
+            sizes = tried[int(np.argmin(costs))]
+        return {key: float(value) for key, value in sizes.items()}

@@ -1,4 +1,4 @@
-"""Twenty-two driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Twenty-six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -15,8 +15,9 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
+from worlds import late_paths
+from worlds.parts import Rng, in_parts
 
-Rng = np.random.Generator
 SQUARE_WAVE_SPEED_MPS = 1.2
 
 
@@ -101,9 +102,7 @@ def lawn_mower(duration_s: float, rng: Rng) -> Waypoints:
         else:
             parts.append((np.pi / rate + 0.5, rng.uniform(0.2, 0.4), side * rate))
         side = -side
-    lengths, speed, turning = np.array(parts).T
-    rates = np.full(len(parts), rng.uniform(0.5, 1.2)), np.full(len(parts), rng.uniform(1.0, 2.0))
-    return ramped(lengths, (speed, turning), rates)
+    return in_parts(parts, rng, (0.5, 1.2), (1.0, 2.0))
 
 
 def joystick(duration_s: float, rng: Rng) -> Waypoints:
@@ -210,9 +209,7 @@ def dash(duration_s: float, rng: Rng) -> Waypoints:
         bend = float(rng.choice((-1.0, 0.0, 1.0))) * rng.uniform(0.1, 0.4)
         parts.append((rng.uniform(1.5, 4.0), top * rng.uniform(0.7, 1.0), bend))
         parts.append((rng.uniform(0.8, 2.0), rng.uniform(0.0, 0.3), rng.uniform(-0.9, 0.9)))
-    lengths, speed, turning = np.array(parts).T
-    rates = np.full(len(parts), rng.uniform(1.2, 2.0)), np.full(len(parts), rng.uniform(1.5, 3.0))
-    return ramped(lengths, (speed, turning), rates)
+    return in_parts(parts, rng, (1.2, 2.0), (1.5, 3.0))
 
 
 def parking(duration_s: float, rng: Rng) -> Waypoints:
@@ -227,75 +224,6 @@ def parking(duration_s: float, rng: Rng) -> Waypoints:
         if rng.uniform() < 0.3:
             parts.append((rng.uniform(1.0, 3.0), 0.0, 0.0))
     return in_parts(parts, rng)
-
-
-def sweeper(duration_s: float, rng: Rng) -> Waypoints:
-    """Slowly along edges with small corrections, corners on the spot; at times a tight spiral outwards."""
-    side, parts = float(rng.choice((-1.0, 1.0))), []
-    while sum(length for length, *_ in parts) < duration_s:
-        pace, rate = rng.uniform(0.3, 0.7), rng.uniform(0.5, 1.0)
-        sways = rng.uniform(-0.12, 0.12, int(rng.integers(3, 7)))
-        parts += [(rng.uniform(1.0, 2.5), pace, sway) for sway in sways]
-        if rng.uniform() < 0.3:
-            parts += [(1.5, 0.7 * pace, side * turning) for turning in np.linspace(1.0, 0.3, 8)]
-        parts += [(0.6, 0.0, 0.0), (0.5 * np.pi / rate + 0.4, 0.0, side * rate)]
-    return in_parts(parts, rng)
-
-
-def tug(duration_s: float, rng: Rng) -> Waypoints:
-    """A train in tow: slow ramps to a high speed, long wide curves both ways, gentle stops, a little back."""
-    parts = []
-    while sum(length for length, *_ in parts) < duration_s:
-        top = rng.uniform(1.1, 1.8)
-        for _ in range(int(rng.integers(2, 5))):
-            speed, radius = top * rng.uniform(0.85, 1.0), rng.uniform(4.0, 15.0)
-            parts.append((rng.uniform(4.0, 9.0), speed, float(rng.choice((-1.0, 1.0))) * speed / radius))
-        parts.append((rng.uniform(5.0, 8.0), 0.0, 0.0))
-        if rng.uniform() < 0.7:
-            parts.append((rng.uniform(2.0, 4.0), -rng.uniform(0.15, 0.35), 0.0))
-            parts.append((rng.uniform(1.5, 3.0), 0.0, 0.0))
-    lengths, speed, turning = np.array(parts).T
-    rates = np.full(len(parts), rng.uniform(0.2, 0.45)), np.full(len(parts), rng.uniform(0.1, 0.3))
-    return ramped(lengths, (speed, turning), rates)
-
-
-def guard(duration_s: float, rng: Rng) -> Waypoints:
-    """Long straight beats, each at a constant speed of its own; a stop, a full or a half turn, a wait."""
-    parts = []
-    while sum(length for length, *_ in parts) < duration_s:
-        rate = rng.uniform(0.6, 1.0)
-        turn = rng.choice((np.pi, 2 * np.pi)) + rng.uniform(-0.3, 0.3)
-        parts += [
-            (rng.uniform(5.0, 12.0), rng.uniform(0.5, 1.5), 0.0),
-            (rng.uniform(1.0, 2.5), 0.0, 0.0),
-            (turn / rate, 0.0, float(rng.choice((-1.0, 1.0))) * rate),
-            (rng.uniform(0.8, 4.0), 0.0, 0.0),
-        ]
-    return in_parts(parts, rng)
-
-
-def chase(duration_s: float, rng: Rng) -> Waypoints:
-    """Sprints in a zig-zag of hard turns to alternating sides, sudden stops, at times a short reversal."""
-    side, parts = float(rng.choice((-1.0, 1.0))), []
-    while sum(length for length, *_ in parts) < duration_s:
-        sprint = rng.uniform(1.0, 1.8)
-        for _ in range(int(rng.integers(2, 7))):
-            speed, turning = sprint * rng.uniform(0.8, 1.0), side * rng.uniform(0.4, 1.0)
-            parts.append((rng.uniform(0.8, 2.2), speed, turning))
-            side = -side
-        parts.append((rng.uniform(0.9, 2.0), 0.0, 0.0))
-        if rng.uniform() < 0.5:
-            parts.append((rng.uniform(0.8, 1.8), -rng.uniform(0.4, 0.9), rng.uniform(-0.4, 0.4)))
-    lengths, speeds, rates_of_turn = np.array(parts).T
-    rates = np.full(len(parts), rng.uniform(1.2, 2.0)), np.full(len(parts), rng.uniform(1.5, 3.0))
-    return ramped(lengths, (speeds, rates_of_turn), rates)
-
-
-def in_parts(parts: list[tuple[float, float, float]], rng: Rng) -> Waypoints:
-    """Lengths in s, speeds in m/s and yaw rates in rad/s, with ramps drawn once."""
-    lengths, speed, turning = np.array(parts).T
-    rates = np.full(len(parts), rng.uniform(0.5, 1.3)), np.full(len(parts), rng.uniform(0.8, 2.2))
-    return ramped(lengths, (speed, turning), rates)
 
 
 def path_of(family: Callable[..., object]) -> Callable[[float, Rng], Waypoints]:
@@ -329,10 +257,14 @@ FAMILIES = {
     "follower": Family(follower, (2.0, 20.0), (0.5, 4.0)),
     "dash": Family(dash, (1.0, 12.0), (0.5, 3.0)),
     "parking": Family(parking, (2.0, 25.0), (0.5, 4.0)),
-    "sweeper": Family(sweeper, (4.0, 30.0), (0.5, 3.0)),
-    "tug": Family(tug, (5.0, 40.0), (0.5, 4.0)),
-    "guard": Family(guard, (4.0, 40.0), (0.5, 4.0)),
-    "chase": Family(chase, (1.0, 10.0), (0.5, 3.0)),
+    "sweeper": Family(late_paths.sweeper, (4.0, 30.0), (0.5, 3.0)),
+    "tug": Family(late_paths.tug, (5.0, 40.0), (0.5, 4.0)),
+    "guard": Family(late_paths.guard, (4.0, 40.0), (0.5, 4.0)),
+    "chase": Family(late_paths.chase, (1.0, 10.0), (0.5, 3.0)),
+    "convoy": Family(late_paths.convoy, (2.0, 25.0), (0.5, 4.0)),
+    "sweeps": Family(late_paths.sweeps, (3.0, 30.0), (0.5, 4.0)),
+    "backwards": Family(late_paths.backwards, (3.0, 25.0), (0.5, 4.0)),
+    "stations": Family(late_paths.stations, (4.0, 35.0), (0.5, 3.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -26,7 +26,7 @@ class Signals:
     """The true motion on the grid, and what the robot's parameters make of it.
 
     ``long`` and ``turn`` turn torques into dv_long/dt and l·yaw_acc, slipping included; ``skid_rate`` is c/V
-    while skidding, and 0 elsewhere.
+    while skidding, and 0 elsewhere. Frictions change their sign over ``dry_mps``.
     """
 
     t_s: F64
@@ -47,6 +47,7 @@ class Signals:
     half_track_m: float
     wheel_radius_m: float
     mass_over_yaw_inertia: float
+    dry_mps: float = DRY_MPS
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,9 +117,9 @@ def seen(s: Signals, x: Column = 0.0, y: Column = 0.0, yaw: Column = 0.0) -> Tra
     return Trace(np.zeros((3, n)), np.stack([np.broadcast_to(part, n) for part in (x, y, yaw)]))
 
 
-def sign(speed: F64) -> F64:
+def sign(speed: F64, s: Signals) -> F64:
     """A sign that is smooth about 0."""
-    return np.tanh(speed / DRY_MPS)
+    return np.tanh(speed / s.dry_mps)
 
 
 def losing(s: Signals, share: F64, tyres: Column = 0.0) -> Trace:
@@ -148,13 +149,13 @@ def body(name: str, p: dict[str, float], s: Signals) -> Trace | None:  # noqa: P
     l, turning = s.half_track_m, s.half_track_m * s.q
     match name:
         case "rolling_resistance":
-            return accelerating(s, -p["c0_mps2"] * sign(s.v))
+            return accelerating(s, -p["c0_mps2"] * sign(s.v, s))
         case "viscous_drag":
             return accelerating(s, -p["c1_per_s"] * s.v)
         case "aerodynamic_drag":
             return accelerating(s, -p["c2_per_m"] * s.v * np.abs(s.v))
         case "scrub_torque":
-            return accelerating(s, turn=-p["d0_mps2"] * sign(turning))
+            return accelerating(s, turn=-p["d0_mps2"] * sign(turning, s))
         case "yaw_damping":
             return accelerating(s, turn=-p["d1_per_s"] * turning)
         case "slope":
@@ -173,7 +174,7 @@ def torques(name: str, p: dict[str, float], s: Signals) -> Trace | None:  # noqa
     left_mps, right_mps = s.v - l * s.q, s.v + l * s.q
     match name:
         case "wheel_coulomb":
-            return by_torques(s, -p["torque_nm"] * sign(left_mps), -p["torque_nm"] * sign(right_mps))
+            return by_torques(s, -p["torque_nm"] * sign(left_mps, s), -p["torque_nm"] * sign(right_mps, s))
         case "wheel_viscous":
             return by_torques(s, -p["nm_per_radps"] * left_mps / r, -p["nm_per_radps"] * right_mps / r)
         case "torque_imbalance":
@@ -197,10 +198,11 @@ def torques(name: str, p: dict[str, float], s: Signals) -> Trace | None:  # noqa
 
 
 def lagged(torque: F64, time_constant_s: float) -> F64:
-    """The torque behind a first-order lag that starts settled."""
+    """The mean over each step of the torque behind a first-order lag that starts settled."""
     kept = np.exp(-STEP_S / time_constant_s)
-    out, _ = lfilter([1 - kept], [1, -kept], torque, zi=[kept * torque[0]])
-    return out
+    ends, _ = lfilter([1 - kept], [1, -kept], torque, zi=[kept * torque[0]])
+    starts = np.concatenate([torque[:1], ends[:-1]])
+    return torque + (starts - torque) * (1 - kept) * time_constant_s / STEP_S  # type: ignore[no-any-return]
 
 
 def measured(name: str, p: dict[str, float], s: Signals) -> Trace | None:

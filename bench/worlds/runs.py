@@ -24,6 +24,19 @@ def read_rows(path: Path) -> list[Row]:
     return rows
 
 
+def effects_said(effects: Iterable[Any]) -> list[Row]:
+    """The effects of an answer: names, exact classes, what alternatives lack, parameters with intervals."""
+    return [
+        {
+            "name": effect.name,
+            "class": list(effect.confound_class),
+            "alternatives": {other.name: other.delta_bic for other in effect.alternatives},
+            "parameters": {key: [e.value, *e.ci95] for key, e in effect.parameters.items()},
+        }
+        for effect in effects
+    ]
+
+
 def run(work: Callable[[Case], Row], cases: Iterable[Case], path: Path, jobs: int) -> list[Row]:
     """The rows of all cases: those of the file, and the others computed and appended."""
     path.parent.mkdir(parents=True, exist_ok=True)

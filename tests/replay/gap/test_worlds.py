@@ -65,7 +65,7 @@ def test_no_log_is_in_both_parts_of_the_split(worlds):
     assert {plant for plant, _ in report.cells} >= {plant for plant, _ in develop.cells}
     assert develop.last_seed < report.first_seed
     with pytest.raises(ValueError, match="seed 3"):
-        report.check(2, "sweeper", 3)
+        report.check(2, "convoy", 3)
 
 
 def test_without_compliance_ideal_rolling_has_no_sideslip(worlds, eq):
@@ -367,15 +367,44 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
     assert {case.effect for case in cases} == {"", *worlds("plant_two.effects").EFFECTS}
 
 
-def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds):
-    fit, simulated = worlds("best_fit"), worlds("simulate").simulated
-    for effect in ("rolling_resistance", "payload", "torque_deadzone"):
-        world = simulated(case_of(worlds, effect=effect))
-        (drawn,), (fitted,) = world.sizes.values(), fit.fitted_sizes(world).values()
-        assert fitted == pytest.approx(drawn, rel=0.25), effect
-    same = simulated(case_of(worlds, effect="yaw_damping"))
-    assert fit.fitted_sizes(same) == same.sizes
-    assert fit.least_at(np.array([0.0, 1.0, 2.0, 3.0]), np.array([4.0, 1.0, 0.0, 1.0])) == pytest.approx(2.0)
+def fitted(worlds, plant, effect):
+    simulate = worlds("simulate")
+    world = simulate.simulated(case_of(worlds, plant=plant, effect=effect))
+    return world.sizes, worlds("best_fit").fitted_sizes(world, simulate.SAME_FORM[plant])
+
+
+@pytest.mark.parametrize("plant", [1, 2, 3])
+def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds, plant):
+    for effect in ("rolling_resistance", "torque_deadzone", "slope", "actuator_lag", "slip_interval"):
+        drawn, found = fitted(worlds, plant, effect)
+        assert found.keys() == drawn.keys()
+        largest = max(abs(size) for size in drawn.values())
+        for key, size in drawn.items():
+            assert found[key] == pytest.approx(size, abs=0.25 * largest), (effect, key)
+    drawn, found = fitted(worlds, plant, "yaw_damping")
+    assert found == drawn
+
+
+def test_a_load_that_comes_late_is_fitted_late(worlds):
+    """On plant 3 a load settles with a time constant of .15 s: the nearest step is as late."""
+    drawn, found = fitted(worlds, 3, "load_step")
+    assert 0.03 < found["t0_s"] - drawn["t0_s"] < 0.3
+    assert found["mass_ratio"] == pytest.approx(drawn["mass_ratio"], rel=0.03)
+
+
+@pytest.mark.parametrize("plant", [1, 2, 3])
+def test_a_form_that_a_plant_has_as_declared_leaves_the_declared_trace(worlds, plant):
+    """The plant's own equations against the formulas that were written from the texts."""
+    simulate, forms, plants = worlds("simulate"), worlds("oracle_forms"), worlds("plant_forms")
+    compared = {"drive_gain", "yaw_inertia", "yaw_damping", "wheel_viscous", "torque_imbalance"} | {
+        *("torque_bias_common", "torque_bias_differential", "com_offset", "viscous_drag", "payload"),
+    }
+    for effect in sorted(compared & simulate.SAME_FORM[plant]):
+        world = simulate.simulated(case_of(worlds, plant=plant, effect=effect))
+        s = forms.signals_of(world)
+        declared, own = forms.trace(effect, world.sizes, s), plants.plant_trace(world, s)
+        size = np.abs(declared.acceleration).max()
+        np.testing.assert_allclose(own.acceleration[::2], declared.acceleration[::2], atol=1e-3 * size)
 
 
 def test_the_third_plants_skid_settles_where_the_models_does(worlds):
