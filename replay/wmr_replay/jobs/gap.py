@@ -10,6 +10,7 @@ import msgspec
 import polars as pl
 
 from wmr_replay.gap import GapOptions, GapResult, analyse, calibrate
+from wmr_replay.gap.scan.turning_in_doubt import doubts
 from wmr_replay.gap.search.rests import that_matter
 from wmr_replay.ingest import Between, LogPath
 from wmr_replay.ingest.tracks import Progress, WholeLog, read_whole
@@ -180,7 +181,8 @@ def calibrate_log(
     }
     origin = Provenance(whole.sha256, __version__, command, json.dumps(asked, ensure_ascii=False))
     model = replace(model, provenance=origin)
-    notes = (HELD.format(name=name) for name in that_matter(model, options.gates.misfit))
+    own = options.gates.misfit
+    notes = (*(HELD.format(name=name) for name in that_matter(model, own)), *doubts(model.misfit, own))
     return FitRun(model, whole.log, path, (*whole.notes, *notes), findings)
 
 

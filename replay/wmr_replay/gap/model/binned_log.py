@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -21,6 +22,9 @@ OF_COMPONENT = [0, 0, 1]
 """Of x, y and yaw, whether it is a position or the yaw."""
 PASSES_BYTES, INPUTS_BYTES = 16_000_000, 6_000_000
 """What a binned log keeps of the last passes and of their inputs: about a hundred passes of a log of 90 s."""
+
+KNOWN_COLOURS: WeakKeyDictionary[PoseTrack, WholeColour] = WeakKeyDictionary()
+"""The colours of the logs that are analysed: an analysis bins a log dozens of times."""
 
 
 def recent_passes() -> Recent[Any]:
@@ -120,8 +124,10 @@ class BinnedLog:
 
     def relabelled(self, track: ModeTrack) -> "BinnedLog":
         """The same bins with other contact modes, known as well as these."""
-        margin_s = self.margin * self.settings.bins.bin_s
-        return bin_log(self.log, self.settings, track, margin_s=margin_s, names_skid=self.names_skid)
+        bins = self.settings.bins
+        return replace(
+            self, mode=mode_at(track, self.t_s, self.start_ns, bins.bin_s, bins.label_s), track=track
+        )
 
 
 def bin_log(
@@ -158,7 +164,7 @@ def bin_log(
         mode=mode_at(mode, means[:, 0], start_ns, bin_s, bins.label_s),
         torque=TorqueHistory.of(log.torque, start_ns),
         noise_sd=noise_of(pose, measured, bins),
-        colour=whole_colour(t_s, measured.T),
+        colour=colour_of(pose, t_s, measured),
         log=log,
         track=mode,
         margin=round(margin_s / bin_s),
@@ -177,6 +183,13 @@ def noise_of(pose: PoseTrack, measured: F64, bins: BinSettings) -> F64:
     x, y, yaw = (robust_sigma(pose.t_ns, measured[:, k]) for k in range(3))
     position = max(float(np.sqrt((x**2 + y**2) / 2)), bins.least_position_sd_m)
     return np.array([position, position, max(yaw, bins.least_yaw_sd_rad)])
+
+
+def colour_of(pose: PoseTrack, t_s: F64, measured: F64) -> WholeColour:
+    """The colour of the poses' noise, estimated once for all bins and labels of a log."""
+    if pose not in KNOWN_COLOURS:
+        KNOWN_COLOURS[pose] = whole_colour(t_s, measured.T)
+    return KNOWN_COLOURS[pose]
 
 
 def mode_at(track: ModeTrack | None, t_s: F64, start_ns: int, bin_s: float, label_s: float) -> F64:

@@ -20,6 +20,7 @@ from wmr_replay.gap.result.undecided import skidding_note, slip_or_loss
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.result.verdict import slipping_note, verdict_of, what_to_drive
 from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.scan.turning_in_doubt import doubts
 from wmr_replay.gap.search.select import Selection
 
 
@@ -65,7 +66,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         minimum_detectable=detectable,
         model=extended_model(model, effects, fit.noise, binned),
         seed=options.seed,
-        notes=(*notes, *what_to_drive(verdict)),
+        notes=(*notes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),
         traces=traces,
         candidates=scores_of(selection),
         formulas=formulas_of(effects, problem.binned),

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
 from wmr_replay.gap.estimation.path_error import WindowErrors, simulated_path, window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
@@ -60,6 +61,7 @@ def elsewhere(log: Log, known: tuple[Effect, ...], extended: Model, options: Gap
     model, left_out = without_times(extended)
     log = replace(log, robot=model.robot)
     models = [BaseModel(model.robot, effects, "").extension for effects in (known, model.effects)]
+    log, _ = with_likelier_torques(log, models[1], options)
     binned = binned_with_modes(log, models[1], options)
     windows = windows_of(binned, np.ones(len(binned), bool))
     counted = windows_within(Problem.of(binned), np.ones(len(binned), bool))

@@ -32,6 +32,26 @@ class BinSettings:
 
 
 @dataclass(frozen=True)
+class TorqueSettings:
+    """Torques between their stamps: held, or joined by lines."""
+
+    slow_s: float = 0.02
+    """Period from which on they may be lines, s. Physics: held ones lag half of it; less than 10 ms is no
+    delay that robots are built to."""
+
+    least_gain: float = 20.0
+    """By how much −2 log likelihood must fall for lines. Judgement: on worlds for development with a stamp
+    every 50 ms, one of 25 logs with held torques gains 13 and none more; of 24 that keep every fifth torque
+    of a controller, 15 gain 19 to 490."""
+
+    parts: int = 5
+    """Held pieces that stand for a line. Numerics: of 50 ms, pieces as long as the steps of a 100 Hz log."""
+
+    longest_periods: float = 3.0
+    """Across a hole of more periods there is no line. Judgement: a controller may have stopped there."""
+
+
+@dataclass(frozen=True)
 class SplitSettings:
     """The held-out part of a log."""
 
