@@ -17,15 +17,22 @@ Four = tuple[float, float, float, float]
 
 
 @lean
-def sign(speed: float) -> float:
-    """sgn(speed) as tanh(speed/.02), speed in m/s: friction changes its sign over 2 cm/s."""
-    return float(math.tanh(speed / SOFT_SIGN))
+def sign(speed: float, over: float = SOFT_SIGN) -> float:
+    """sgn(speed) as tanh(speed/over), both in m/s: friction changes its sign over 2 cm/s as a rule."""
+    return float(math.tanh(speed / over))
 
 
 @lean
-def steepness(speed: float) -> float:
+def steepness(speed: float, over: float) -> float:
     """Slope of :func:`sign`, in 1/(m/s)."""
-    return float((1.0 - sign(speed) ** 2) / SOFT_SIGN)
+    return float((1.0 - sign(speed, over) ** 2) / over)
+
+
+@lean
+def friction_speed(theta: F64) -> float:
+    """The speed in m/s over which the friction in θ changes its sign."""
+    own = theta[Theta.FRICTION_SPEED]
+    return float(own) if own > 0.0 else SOFT_SIGN
 
 
 @lean
@@ -33,8 +40,9 @@ def wheel_losses(right: float, left: float, theta: F64) -> Pair:
     """Torque in N·m lost at the right and the left wheel, of ground speeds in m/s: τ sgn(s) + c s."""
     if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
         return 0.0, 0.0
-    lost_right = theta[Theta.WHEEL_COULOMB] * sign(right) + theta[Theta.WHEEL_VISCOUS] * right
-    lost_left = theta[Theta.WHEEL_COULOMB] * sign(left) + theta[Theta.WHEEL_VISCOUS] * left
+    over = friction_speed(theta)
+    lost_right = theta[Theta.WHEEL_COULOMB] * sign(right, over) + theta[Theta.WHEEL_VISCOUS] * right
+    lost_left = theta[Theta.WHEEL_COULOMB] * sign(left, over) + theta[Theta.WHEEL_VISCOUS] * left
     return lost_right, lost_left
 
 
@@ -43,8 +51,9 @@ def wheel_slopes(right: float, left: float, theta: F64) -> Pair:
     """Slopes of :func:`wheel_losses`, each by its own wheel's speed, in N·m/(m/s)."""
     if theta[Theta.WHEEL_COULOMB] == 0.0 and theta[Theta.WHEEL_VISCOUS] == 0.0:
         return 0.0, 0.0
-    by_right = theta[Theta.WHEEL_COULOMB] * steepness(right) + theta[Theta.WHEEL_VISCOUS]
-    by_left = theta[Theta.WHEEL_COULOMB] * steepness(left) + theta[Theta.WHEEL_VISCOUS]
+    over = friction_speed(theta)
+    by_right = theta[Theta.WHEEL_COULOMB] * steepness(right, over) + theta[Theta.WHEEL_VISCOUS]
+    by_left = theta[Theta.WHEEL_COULOMB] * steepness(left, over) + theta[Theta.WHEEL_VISCOUS]
     return by_right, by_left
 
 
@@ -61,9 +70,9 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     dw -= theta[Theta.YAW_DAMPING] * w
     dw -= com_yaw * theta[Theta.COM_OFFSET] * v * yaw_rate
     if theta[Theta.ROLLING] != 0.0:
-        dv -= theta[Theta.ROLLING] * sign(v)
+        dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
-        dw -= theta[Theta.SCRUB] * sign(w)
+        dw -= theta[Theta.SCRUB] * sign(w, friction_speed(theta))
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * math.cos(yaw) + theta[Theta.GRADE_Y] * math.sin(yaw)
     return dv, dw
@@ -79,9 +88,9 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, 
     w_v += -com * yaw_rate
     w_w += -theta[Theta.YAW_DAMPING] - com * v / l
     if theta[Theta.ROLLING] != 0.0:
-        v_v -= theta[Theta.ROLLING] * steepness(v)
+        v_v -= theta[Theta.ROLLING] * steepness(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
-        w_w -= theta[Theta.SCRUB] * steepness(w)
+        w_w -= theta[Theta.SCRUB] * steepness(w, friction_speed(theta))
     return v_v, v_w, w_v, w_w
 
 

@@ -12,7 +12,9 @@ Values = Mapping[str, float]
 
 
 class Theta(IntEnum):
-    """Places in θ; all 0 is the base model."""
+    """Places in θ; all 0 is the base model. ``FRICTION_SPEED`` is the speed in m/s over which friction
+    changes its sign, 0 for the usual one.
+    """
 
     MASS_RATIO = 0
     YAW_INERTIA = 1
@@ -38,6 +40,7 @@ class Theta(IntEnum):
     EXTRA_LONG = 21
     EXTRA_YAW = 22
     YAW_DRIFT = 23
+    FRICTION_SPEED = 24
 
 
 N_THETA = len(Theta)
@@ -79,7 +82,7 @@ REPLACED = (Theta.UNDECLARED,)
 
 
 def theta_of(effects: Iterable[tuple[str, Values]], wheel_radius_m: float) -> F64:
-    """θ (24,) of effects by name and parameters."""
+    """θ (25,) of effects by name and parameters."""
     theta = np.zeros(N_THETA)
     for name, values in effects:
         for key, value in values.items():

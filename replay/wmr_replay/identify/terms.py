@@ -18,7 +18,7 @@ NO_PRODUCTS = np.zeros((0, N_FACTORS + 2))
 
 
 class Terms(NamedTuple):
-    """The effects on acceleration: θ (24,) of :class:`~wmr_replay.effects.theta.Theta`, 0 without an effect.
+    """The effects on acceleration: θ (25,) of :class:`~wmr_replay.effects.theta.Theta`, 0 without an effect.
 
     ``com_yaw_per_m`` is l m/I, 0 where unknown. ``products`` (k, 17) are terms of the dictionary: channel, as
     a position in ``CHANNELS``, coefficient, and the power of each of ``FACTORS``.

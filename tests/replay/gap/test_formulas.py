@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.replay.gap.plain_loop import BASE, made_fit, made_log, problem_of
 
 from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.estimation.problem import Problem
@@ -23,14 +24,18 @@ from wmr_replay.gap.formula.groups import (
     visits_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import grow, is_sound
-from wmr_replay.gap.formula.search import is_the_same
+from wmr_replay.gap.formula.grow import Formula, grow, is_sound
+from wmr_replay.gap.formula.search import explains_more, is_the_same
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.formulas import parity_of, text_of
 from wmr_replay.gap.result.result import Estimate, FoundEffect
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.verdict import verdict_of
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
@@ -206,3 +211,27 @@ def test_a_formula_of_a_named_effects_own_term_is_that_effect(named, terms, same
     selection = SimpleNamespace(found=[SimpleNamespace(name=name) for name in named])
     groups = [SimpleNamespace(names=(UNNAMED_PREFIX + term,)) for term in terms]
     assert is_the_same(SimpleNamespace(groups=groups), selection) is same
+
+
+@pytest.mark.parametrize(("unseen", "takes_its_place"), [(5.0, True), (-5.0, False)])
+def test_a_named_effect_stays_where_unseen_rows_speak_against_a_formula(unseen, takes_its_place):
+    """On the fitted rows the formula explains 500 units of deviance more than the effect does."""
+    problem = problem_of(made_log(1))
+    base, named, better = (
+        with_deviance(problem, fitted, held)
+        for fitted, held in ((0.0, 0.0), (-400.0, 0.0), (-900.0, -unseen))
+    )
+    named = replace(named, extension=Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}))
+    scored = ScoredCandidate("viscous_drag", {"c1_per_s": 0.1}, 400.0, 1)
+    effect = FittedCandidate(scored, named, 400.0, 390.0, 0.0)
+    formula = Formula(base, better, (Group(PRODUCT, (parse_term("unnamed:longitudinal:v*t"),)),))
+    selection = Selection(base, named, (effect,), ((effect,),))
+    assert explains_more(problem, selection, formula) is takes_its_place
+
+
+def with_deviance(problem, fitted, held_out):
+    """A fit whose fitted and held-out rows add up to these −2 log likelihoods."""
+    train = problem.train
+    rows = np.where(train, fitted / train.sum(), held_out / (~train).sum())
+    fit = made_fit(problem, Extension(BASE), np.zeros((len(train), 3)))
+    return replace(fit, deviance=fitted, row_deviance=rows)

@@ -22,6 +22,7 @@ from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 SPEEDS_MPS = (0.0, 0.7)
 LARGEST = {Theta.ROLLING: 0.3, Theta.SCRUB: 0.3, Theta.WHEEL_COULOMB: 0.3, Theta.UNDECLARED: 2.0}
 POSITIVE = {Theta.UNDECLARED}
+LEAST = {Theta.FRICTION_SPEED: 0.01}
 
 
 def numbers(n, largest):
@@ -35,7 +36,8 @@ def thetas(draw):
     theta = np.zeros(N_THETA)
     for place in draw(st.lists(st.sampled_from(Theta), max_size=4, unique=True)):
         size = LARGEST.get(place, 0.4)
-        theta[place] = draw(st.floats(0.0 if place in POSITIVE else -size, size))
+        least = LEAST.get(place, 0.0 if place in POSITIVE else -size)
+        theta[place] = draw(st.floats(least, size))
     return theta
 
 

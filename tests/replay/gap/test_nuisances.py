@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import pytest
 
 from wmr_replay.gap import GapOptions
-from wmr_replay.gap.search.preliminary import more_slip
+from wmr_replay.gap.search.labellings import more_slip
 from wmr_replay.gap.search.select import Selection, confirm
 
 SELECT = import_module("wmr_replay.gap.search.select")
-PRELIMINARY = import_module("wmr_replay.gap.search.preliminary")
+LABELLINGS = import_module("wmr_replay.gap.search.labellings")
 
 
 @pytest.fixture
@@ -52,8 +52,8 @@ def test_what_only_answers_the_disturbance_is_refused_with_the_reason():
 def test_missed_slipping_is_a_labelling_only_where_there_is_some(monkeypatch):
     seen, slipping = object(), object()
     selections = SimpleNamespace(of=lambda problem: SimpleNamespace(fit=None))
-    monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: slipping)
+    monkeypatch.setattr(LABELLINGS, "missed_slipping", lambda problem, fit: slipping)
     (labelling,) = more_slip(seen, selections)
     assert labelling.problem is slipping
-    monkeypatch.setattr(PRELIMINARY, "missed_slipping", lambda problem, fit: problem)
+    monkeypatch.setattr(LABELLINGS, "missed_slipping", lambda problem, fit: problem)
     assert not list(more_slip(seen, selections))

@@ -18,7 +18,7 @@ from wmr_replay.gap.formula.modes import rolling_starts
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.undecided import as_said
-from wmr_replay.gap.search.preliminary import lasting_or_alone
+from wmr_replay.gap.search.preliminary import doubted_slip, lasting_or_alone, no_slip
 from wmr_replay.gap.search.slip_test import (
     Doubt,
     as_losses,
@@ -152,6 +152,23 @@ def test_with_all_slipping_left_out_a_loss_is_a_hint_alone():
     loss, drag = {"slip_interval": {"loss": 0.5}}, {"viscous_drag": {"c1_per_s": 0.1}}
     assert lasting_or_alone(Extension(BASE, loss | drag)).effects == drag
     assert lasting_or_alone(Extension(BASE, loss)).effects == loss
+
+
+@pytest.mark.parametrize(("seconds", "doubted"), [(30.0, True), (5.0, False)])
+def test_slipping_for_much_of_a_log_is_left_out_beside_what_else_is_found(seconds, doubted):
+    log, _ = hidden_log("patrol", seed=90_106, noise="rtk")
+    log = relabelled(replace(log, mode=rolling(log)), 10.0, 10.0 + seconds, ContactMode.SLIPPING)
+    problem, _ = exact(log)
+    in_any_case, where_nothing_is_found = list(doubted_slip(problem)), list(no_slip(problem))
+    assert (len(in_any_case), len(where_nothing_is_found)) == ((1, 0) if doubted else (0, 1))
+    (labelling,) = (*in_any_case, *where_nothing_is_found)
+    assert not np.any(labelling.problem.binned.slips)
+    assert not labelling.may_be_answer
+
+
+def rolling(log: Log) -> ModeTrack:
+    """Ideal rolling throughout."""
+    return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))
 
 
 def test_a_loss_beside_slipping_is_found_where_both_are_called_slipping():

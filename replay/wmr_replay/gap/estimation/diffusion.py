@@ -65,11 +65,10 @@ def search(problem: Problem, extension: Extension, starts: list[F64], iterations
 
     tried_first = ((x, evaluated(x)) for x in starts)
     logs, (at, cost) = min(tried_first, key=lambda pair: pair[1][1])
-    damping = own.first_damping
+    damping, slopes = own.first_damping, None
     for _ in range(iterations):
-        gradient, curvature = slopes_of(problem, extension, logs, at)
-        gradient += 2 * (logs - own.start_log) / own.prior_sd**2
-        curvature += np.eye(len(logs)) / own.prior_sd**2
+        slopes = slopes or with_prior(slopes_of(problem, extension, logs, at), logs, own)
+        gradient, curvature = slopes
         step = -np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), gradient / 2)
         tried = np.clip(logs + np.clip(step, -own.longest_step, own.longest_step), *own.bounds_log)
         new, new_cost = evaluated(tried)
@@ -79,6 +78,7 @@ def search(problem: Problem, extension: Extension, starts: list[F64], iterations
                 break
             continue
         gained, logs, at, cost, damping = cost - new_cost, tried, new, new_cost, damping / own.damping_down
+        slopes = None
         if gained < own.enough:
             break
     return logs
@@ -99,6 +99,13 @@ def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutpu
         spread[:, j] = ((new.log_variances - at.log_variances)[train] / size).ravel()
         errors[:, j] = ((new.innovations - at.innovations)[train] / size).ravel()
     return gradient, np.asarray(0.5 * spread.T @ spread + errors.T @ errors)
+
+
+def with_prior(slopes: tuple[F64, F64], logs: F64, own: DiffusionSettings) -> tuple[F64, F64]:
+    """Gradient and half the curvature of the deviance, and of the prior's −2 log besides."""
+    gradient, curvature = slopes
+    gradient = gradient + 2 * (logs - own.start_log) / own.prior_sd**2
+    return gradient, curvature + np.eye(len(logs)) / own.prior_sd**2
 
 
 def starting_points(start: Diffusion | None, settings: DiffusionSettings) -> list[F64]:

@@ -123,7 +123,7 @@ def identity_of(extension: Extension) -> Hashable:
 
     known = tuple(of(*effect) for effect in extension.known)
     new = tuple(of(*effect) for effect in extension.effects.items())
-    return extension.base, extension.wheel_radius_m, known, new
+    return extension.base, extension.wheel_radius_m, extension.friction_speed_mps, known, new
 
 
 def first_state(binned: BinnedLog) -> F64:

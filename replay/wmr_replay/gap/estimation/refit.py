@@ -83,34 +83,52 @@ def gauss_newton(
 ) -> Fit:
     """Up to ``steps`` damped steps of the effects' parameters at the diffusion ``noise``.
 
-    Without ``places``, the parameters that say when and where an effect acts stay fixed.
+    Without ``places``, the parameters that say when and where an effect acts stay fixed. After a step that
+    lowers the deviance as much as it promises, innovations are linear there: the next step has the same Ψ.
+    In times and places they never are: what a step promises there says little of a part of it.
     """
-    own, train = problem.settings.refit, problem.train
-    keys = keys_of(extension, places=places)
-    output = problem.filtered(extension, noise)
-    deviance = float(output.deviance[train].sum())
-    for _ in range(steps if keys and np.isfinite(deviance) else 0):
-        psi = sensitivities(problem, extension, noise, keys, output.innovations)
-        step = newton_step(psi[train], output.innovations[train], own)
-        values = np.array([extension.effects[name][key] for name, key in keys])
-        for damping in own.dampings:
-            tried = with_values(extension, keys, values + damping * step)
-            new = problem.filtered(tried, noise)
-            new_deviance = float(new.deviance[train].sum())
-            if new_deviance < deviance:
-                break
-        else:
+    own, keys = problem.settings.refit, keys_of(extension, places=places)
+    smooth = not any(is_place(*key) for key in keys)
+    at, psi = evaluate(problem, extension, noise), None
+    for _ in range(steps if keys and np.isfinite(at.deviance) else 0):
+        held = psi is not None
+        if psi is None:
+            psi = sensitivities(problem, at.extension, noise, keys, at.innovations)[problem.train]
+        step = newton_step(psi, at.innovations[problem.train], own)
+        promised = float(np.square(psi.reshape(-1, len(keys)) @ step).sum())
+        if smooth and promised < own.nothing:
             break
-        gained, extension, output, deviance = deviance - new_deviance, tried, new, new_deviance
+        dampings = own.dampings[:1] if held else own.dampings
+        damping, tried = first_lower(at, keys, step, dampings)
+        if tried is None and held:
+            psi = None
+            continue
+        if tried is None:
+            break
+        gained, at = at.deviance - tried.deviance, tried
         if gained < own.enough:
             break
-    deviance = deviance if np.isfinite(deviance) else np.inf
-    return Fit(problem, extension, noise, deviance, output.innovations, output.deviance)
+        linear = damping == 1.0 and abs(gained - promised) <= own.linear * promised
+        psi = psi if smooth and linear else None
+    return at
+
+
+def first_lower(at: Fit, keys: Keys, step: F64, dampings: tuple[float, ...]) -> tuple[float, Fit | None]:
+    """The first share of a step that lowers the deviance, and the model there; None where none does."""
+    values = np.array([at.extension.effects[name][key] for name, key in keys])
+    for damping in dampings:
+        tried = evaluate(at.problem, with_values(at.extension, keys, values + damping * step), at.noise)
+        if tried.deviance < at.deviance:
+            return damping, tried
+    return 0.0, None
 
 
 def evaluate(problem: Problem, extension: Extension, noise: Diffusion) -> Fit:
     """The model as it is, without a step."""
-    return gauss_newton(problem, extension, noise, 0)
+    output = problem.filtered(extension, noise)
+    deviance = float(output.deviance[problem.train].sum())
+    deviance = deviance if np.isfinite(deviance) else np.inf
+    return Fit(problem, extension, noise, deviance, output.innovations, output.deviance)
 
 
 def fit_model(

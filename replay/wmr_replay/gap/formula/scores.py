@@ -49,11 +49,13 @@ def equations_of(problem: Problem, at: Fit, efforts: F64) -> NormalEquations:
 def chunked(groups: Sequence[Group], most: int) -> Iterator[list[Group]]:
     """The groups in parts of about ``most`` columns."""
     part: list[Group] = []
+    n_columns = 0
     for group in groups:
         part.append(group)
-        if sum(len(one.terms) for one in part) >= most:
+        n_columns += len(group.terms)
+        if n_columns >= most:
             yield part
-            part = []
+            part, n_columns = [], 0
     if part:
         yield part
 

@@ -127,7 +127,8 @@ def fit_of_library(problem: Problem, selection: Selection, library: tuple[Fitted
     """The fit of the base model with the library's effects alone."""
     if len(library) == len(selection.found):
         return selection.fit
-    extension = selection.base.extension
+    speed_mps = selection.fit.extension.friction_speed_mps
+    extension = replace(selection.base.extension, friction_speed_mps=speed_mps)
     for effect in library:
         extension = extension.with_effect(effect.name, selection.fit.extension.effects[effect.name])
     return fit_model(problem, extension, selection.fit.noise) if library else selection.base
@@ -142,7 +143,8 @@ def library_price(problem: Problem, formula: Formula, library: tuple[FittedCandi
 def explains_more(problem: Problem, selection: Selection, formula: Formula) -> bool:
     """Whether a formula is better than the selection by what the wrong form of its effects may leave.
 
-    In the place of named effects, the rows that were not fitted count too.
+    What was named for good reasons gives way, or gets a formula beside it, only where the rows that were not
+    fitted are no less likely; in its place they count too.
     """
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
@@ -153,11 +155,13 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     excess = selection.fit.deviance + prices - mine
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
+    unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
+    if unseen < 0:
+        return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
     simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
-    unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
 
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.friction_speed import FRICTIONS
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.answer import answer_p
@@ -46,6 +47,8 @@ def fitted_in_place_of(
 ) -> FittedCandidate:
     """The rival fitted in place of an effect of the current model."""
     rest = current.extension.without(effect.name)
+    if rival.name in FRICTIONS:
+        rest = replace(rest, friction_speed_mps=rival.fit.extension.friction_speed_mps)
     extension = rest.with_effect(rival.name, rival.fit.extension.effects[rival.name])
     fit = fit_model(problem, extension, current.noise, problem.settings.budget.ranked_diffusion)
     return replace(rival, fit=fit)

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
+from wmr_replay.gap.estimation.friction_speed import FRICTIONS, has_own_speed, with_friction_speed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
@@ -108,7 +109,25 @@ def ranked_and_fitted(
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
-    return compare_in_fine_bins(problem, tuple(sorted(out, key=lambda a: -a.score)))
+    out = with_friction_speeds(problem, current, sorted(out, key=lambda a: -a.score), n_names)
+    return compare_in_fine_bins(problem, tuple(out))
+
+
+def with_friction_speeds(
+    problem: Problem, current: Fit, ranked: list[FittedCandidate], n_names: int
+) -> list[FittedCandidate]:
+    """Where a friction is the best candidate, every friction at its likeliest speed of sign change, the best
+    first. Other effects have no such freedom: against them, a friction has the usual speed.
+    """
+    if not ranked or ranked[0].name not in FRICTIONS or ranked[0].fit.deviance >= current.deviance:
+        return ranked
+    again = (
+        assessed(problem, current, one.scored, with_friction_speed(one.fit, one.name), n_names)
+        if one.name in FRICTIONS
+        else one
+        for one in ranked
+    )
+    return sorted(again, key=lambda a: -a.score)
 
 
 def fitted_in_full(problem: Problem, rough: list[tuple[ScoredCandidate, Fit]]) -> list[bool]:
@@ -273,7 +292,7 @@ def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:
 
 def price_of(problem: Problem, scored: ScoredCandidate, fit: Fit) -> float:
     """BIC's price ln n of each parameter, and 2 ln of the times and places where it was looked for."""
-    n = seen_parameters(problem, scored, fit)
+    n = seen_parameters(problem, scored, fit) + has_own_speed(fit, scored.name)
     return float(n * np.log(3 * problem.train.sum()) + 2 * np.log(scored.n_tried))
 
 

@@ -1,7 +1,8 @@
 """The missing effects together with the contact modes that they are found with."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,8 @@ from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
-from wmr_replay.gap.search.preliminary import less_slip, preliminary_models
+from wmr_replay.gap.search.labellings import less_slip
+from wmr_replay.gap.search.preliminary import preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
@@ -94,15 +96,14 @@ def find_modes_and_effects(
     for model in preliminary.models:
         least = min((one.cost for one in solutions), default=np.inf)
         solutions += solve_with(model, log, selections, least)
+    nothing = cost_of(selections.base(first))
+    likely = by_cost(solutions, nothing)
     if preliminary.models and preliminary.seen_in[0] is not first:
         seen = Solution(*preliminary.seen_in, preliminary.models[0])
-        solutions.append(with_missed_slipping(seen, selections))
-    plain = selections.of(first)
-    nothing = cost_of(plain.base)
-    likely = sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost)
+        likely = with_seen(solutions, seen, nothing, selections)
     tell("naming", 0.7)
     confirmed = []
-    for solution in [*likely, Solution(first, plain, extension)]:
+    for solution in chain(likely, plain_solution(first, selections)):
         selection = confirm(solution.problem, solution.selection, options)
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:
@@ -110,8 +111,31 @@ def find_modes_and_effects(
     refused = (solution for solution in confirmed if solution.selection.refused)
     best = confirmed[-1] if confirmed[-1].holds else next(refused, confirmed[-1])
     if best.is_skidding:  # a mode, and no effect
-        return first, confirm(first, plain, options)
+        return first, confirm(first, selections.of(first), options)
     return best.problem, best.selection
+
+
+def by_cost(solutions: Iterable[Solution], nothing: float) -> Iterator[Solution]:
+    """The solutions that cost less than ``nothing``, that of no missing effect, the likeliest first."""
+    return iter(sorted((s for s in solutions if s.cost < nothing), key=lambda s: s.cost))
+
+
+def with_seen(
+    solutions: list[Solution], seen: Solution, nothing: float, selections: Selections
+) -> Iterator[Solution]:
+    """:func:`by_cost`, with the selection ``seen`` that the preliminary models come from among them.
+
+    It is made again with its losses as slipping where nothing that is clearly likelier holds.
+    """
+    least = seen.cost - selections.options.gates.modes.far_behind
+    yield from by_cost((s for s in solutions if s.cost < least), nothing)
+    others = [s for s in solutions if s.cost >= least]
+    yield from by_cost([*others, with_missed_slipping(seen, selections)], nothing)
+
+
+def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]:
+    """That of the base model's modes, made where it is asked for: a likelier one that holds needs it not."""
+    yield Solution(first, selections.of(first), selections.extension)
 
 
 def solve_with(model: Extension, log: Log, selections: Selections, least: float) -> list[Solution]:
@@ -146,7 +170,8 @@ def with_missed_slipping(solution: Solution, selections: Selections) -> Solution
     problem = missed_slipping(solution.problem, solution.selection.fit)
     if problem is solution.problem:
         return with_settled_losses(solution)
-    for other, _, hints, _ in less_slip(problem, selections.extension):
+    doubted = less_slip(problem, selections.extension)
+    for other, _, hints, _ in islice(doubted, problem.settings.slip.most_doubts):
         again = selections.of(other, hints=hints)
         if again.found and missed_slipping(other, again.fit) is other:
             return with_settled_losses(solution._replace(problem=other, selection=again))

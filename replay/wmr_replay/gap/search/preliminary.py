@@ -4,42 +4,31 @@ An identifier takes a missing effect for slip or skid. The modes are identified 
 model (:mod:`.modes_and_effects`).
 """
 
-from collections.abc import Iterator
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, takewhile
 from typing import NamedTuple
 
 import numpy as np
 
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
+from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
-from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.search.fit_candidates import Hints
+from wmr_replay.gap.model.extension import Extension, weight
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.labellings import (
+    Labelling,
+    doubted_slip,
+    less_skid,
+    less_slip,
+    more_slip,
+    no_slip,
+    one_loss,
+)
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
 from wmr_replay.gap.search.selections import Selections
-from wmr_replay.gap.search.slip_test import (
-    as_losses,
-    in_place_of_slipping,
-    may_be_slipping,
-    missed_slipping,
-    unlike_slipping,
-)
-from wmr_schemas.modes import ContactMode
+from wmr_replay.gap.search.slip_test import close_to, may_be_slipping
 from wmr_schemas.signals import Log
-
-
-class Labelling(NamedTuple):
-    """A problem with contact modes to start from; whether what is found there may be the answer itself;
-    losses at which a fit may start; and whether it is tried beside a labelling that gives models.
-    """
-
-    problem: Problem
-    may_be_answer: bool = True
-    hints: Hints = ()
-    further: bool = False
 
 
 class PreliminaryModels(NamedTuple):
@@ -57,7 +46,8 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
     ``first`` has the modes of the base model. Labellings are tried in this order: without skidding where a
     robot is said to skid most of the time; without slipping that loses more or less traction than the
     model's; as they are; without slipping that one loss explains better; with slipping where that was missed;
-    without slipping where it is said to slip much.
+    without slipping where it is said to slip much. Where it is said to slip so much that slipping is doubted,
+    the last one is tried in any case.
     """
     tried = chain(
         less_skid(log, first),
@@ -69,9 +59,8 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
     )
     models: list[Extension] = []
     seen_in: tuple[Problem, Selection] | None = None
-    for problem, may_be_answer, hints, further in tried:
-        if models and not further:
-            break
+    until_found = takewhile(lambda one: one.further or not models, tried)
+    for problem, may_be_answer, hints, _ in chain(until_found, doubted_slip(first)):
         selection = selections.of(problem, terms=problem is first, hints=hints)
         found = models_from(problem, selections.extension, selection)
         if not may_be_answer:
@@ -107,58 +96,6 @@ def models_without_skid(
     return [model for model in others if model.effects.keys() != found[0].effects.keys()]
 
 
-def less_skid(log: Log, problem: Problem) -> Iterator[Labelling]:
-    """Skidding replaced by ideal where it is said most of the time."""
-    binned, settings = problem.binned, problem.settings
-    if binned.track is not None and np.mean(binned.skids) > settings.modes.much_skid:
-        rolling = bin_identified(log, without_skid(binned.track), settings, names_skid=True)
-        yield Labelling(Problem.of(rolling).all_fitted())
-
-
-def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
-    """Slipping replaced by ideal in an interval that loses clearly more or less than the model's slipping.
-
-    The farthest ones one at a time: one may be slipping on a patch, and only the other the patch alone.
-    """
-    fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    for k, doubt in enumerate(unlike_slipping(problem, fit)[: problem.settings.slip.most_doubts]):
-        rows = np.zeros(len(problem.binned), bool)
-        rows[doubt.first : doubt.last] = True
-        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), hints=as_losses(problem.binned, doubt), further=k > 0)
-
-
-def one_loss(problem: Problem, extension: Extension) -> Iterator[Labelling]:
-    """Slipping replaced by ideal where one loss in a time or place explains more than the slipping there.
-
-    Tried beside what other labellings show: a lasting effect that is missing makes slipping look like it.
-    """
-    fit = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
-    for rows, hints in in_place_of_slipping(problem, fit)[: problem.settings.slip.most_doubts]:
-        track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), hints=hints, further=True)
-
-
-def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:
-    """Slipping where a loss of traction that cannot be told from it was found.
-
-    The disturbance that makes up for slipping that an identifier missed hides every lasting effect.
-    """
-    slipping = missed_slipping(problem, selections.of(problem).fit)
-    if slipping is not problem:
-        yield Labelling(slipping)
-
-
-def no_slip(problem: Problem) -> Iterator[Labelling]:
-    """Much slipping replaced by ideal. What is found there is a model to identify the modes with, and no
-    answer.
-    """
-    slips = problem.binned.slips
-    if np.mean(slips) > problem.settings.modes.much_slip:
-        track = with_mode_at(problem.binned, slips, ContactMode.IDEAL)
-        yield Labelling(problem.relabelled(track), may_be_answer=False)
-
-
 def models_from(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
     """The significant effects of a selection as one model, and the near rivals of its first effect as others.
 
@@ -167,12 +104,33 @@ def models_from(problem: Problem, extension: Extension, selection: Selection) ->
     own = problem.settings.modes
     model = significant_model(problem, extension, selection)
     found = [model] if model.effects else []
+    found += either_loss(problem, extension, selection)
     if model.effects:
         first, *others = selection.stages[0][: own.most_rivals]
         near = [c for c in others if c.score > own.rival_share * first.score > 0 and c.name not in LOCAL]
-        named = [(c.name, c.fit.extension.effects[c.name]) for c in near if c.name in BY_NAME]
-        found += [extension.with_effect(*one) for one in named if {one[0]} != set(model.effects)]
+        alone = [one_effect(extension, c) for c in near if c.name in BY_NAME]
+        found += [one for one in alone if set(one.effects) != set(model.effects)]
     return found
+
+
+def one_effect(extension: Extension, candidate: FittedCandidate) -> Extension:
+    """The model with a fitted candidate alone."""
+    there = candidate.fit.extension
+    with_speed = replace(extension, friction_speed_mps=there.friction_speed_mps)
+    return with_speed.with_effect(candidate.name, there.effects[candidate.name])
+
+
+def either_loss(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
+    """Of two losses of traction that meet in time, each alone, where nothing else is found: where one is,
+    wheels slip more easily, and the other one may be that.
+    """
+    effects, binned = selection.fit.extension.effects, problem.binned
+    if set(effects) != set(LOCAL):
+        return []
+    first, second = (weight(*one, binned) > problem.settings.slip.half for one in effects.items())
+    if not np.any(close_to(first, binned) & second):
+        return []
+    return [extension.with_effect(*one) for one in effects.items()]
 
 
 def significant_model(problem: Problem, extension: Extension, selection: Selection) -> Extension:
@@ -194,4 +152,4 @@ def significant_model(problem: Problem, extension: Extension, selection: Selecti
             effects[best.name] = best.fit.extension.effects[best.name]
     if next(iter(effects), SKID) != SKID:
         effects.pop(SKID, None)
-    return replace(extension, effects=effects)
+    return replace(extension, effects=effects, friction_speed_mps=fit.extension.friction_speed_mps)

@@ -15,6 +15,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest, negligible
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
+from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import built_in
@@ -53,7 +54,7 @@ def forward_selection(
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
     are losses of traction at which a fit may start.
     """
-    base = current = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
+    base = current = base_fit(problem, extension)
     found: list[FittedCandidate] = []
     stages: list[tuple[FittedCandidate, ...]] = []
     while len(stages) < options.max_effects:
@@ -72,6 +73,11 @@ def forward_selection(
         found.append(replace(best, alternatives=others))
         current = best.fit
     return Selection(base, current, tuple(found), tuple(stages))
+
+
+def base_fit(problem: Problem, extension: Extension) -> Fit:
+    """The base model with its diffusion, which starts at the prior."""
+    return fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
 
 
 def gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> FittedCandidate:
@@ -125,7 +131,8 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
         fit, kept = eliminate(problem, base, current, found, options)
         calm = {f.name: reason for f in kept if (reason := too_calm_for(f.name, problem, fit))}
         if kept and not calm:
-            return Selection(base, fit, tuple(kept), stages)
+            fit, both = with_both_forms(problem, fit, tuple(kept))
+            return Selection(base, fit, both, stages)
         refused = refused or next(iter(calm.values()), "")
         found = [f for f in found if f.name not in calm] if calm else []
         for name in calm:

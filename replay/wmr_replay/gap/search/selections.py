@@ -8,10 +8,11 @@ from collections.abc import Hashable
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import Hints
-from wmr_replay.gap.search.select import Selection, forward_selection
+from wmr_replay.gap.search.select import Selection, base_fit, forward_selection
 
 
 class Selections:
@@ -34,6 +35,14 @@ class Selections:
             same = self.known(problem)
             self._made[key] = forward_selection(same, self.extension, self.options, terms=terms, hints=hints)
         return self._made[key]
+
+    def base(self, problem: Problem) -> Fit:
+        """The fit of the base model that a selection begins with; with the rests that the selection holds
+        where the base model's misfit is known.
+        """
+        if self.extension.misfit:
+            return self.of(problem).base
+        return base_fit(self.known(problem), self.extension)
 
 
 def labels_of(problem: Problem) -> Hashable:

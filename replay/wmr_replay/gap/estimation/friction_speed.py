@@ -1,0 +1,36 @@
+"""The speed over which dry friction changes its sign, as a log shows it.
+
+Friction is c₀ tanh(v/v₀). A robot that creeps, waits or turns on the spot balances its torques against a
+part of c₀ that v₀ decides: with another v₀ the estimate of c₀ is off, and a bias or a lever arm seems to be
+missing beside it. So v₀ is a nuisance parameter: where a friction is fitted, it is the likeliest of a few.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+
+FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
+"""Effects whose sign changes over that speed."""
+
+
+def has_own_speed(fit: Fit, name: str) -> bool:
+    """Whether the effect is a friction that changes its sign over another speed than the usual one."""
+    return name in FRICTIONS and fit.extension.friction_speed_mps > 0.0
+
+
+def with_friction_speed(fit: Fit, name: str) -> Fit:
+    """The fit at the likeliest speed, where the friction ``name`` was fitted and another speed is worth a
+    parameter, ln n of the deviance. The fit itself for other effects.
+    """
+    if name not in FRICTIONS:
+        return fit
+    problem, budget, extension = fit.problem, fit.problem.settings.budget, fit.extension
+    others = [replace(extension, friction_speed_mps=v) for v in problem.settings.refit.friction_speeds_mps]
+    tried = [gauss_newton(problem, one, fit.noise, 1) for one in others]
+    best = min(tried, key=lambda one: one.deviance)
+    if best.deviance >= fit.deviance:
+        return fit
+    again = fit_model(problem, best.extension, fit.noise, budget.ranked_diffusion, budget.ranked_steps)
+    return again if again.deviance < fit.deviance - np.log(3 * problem.train.sum()) else fit
