@@ -3,14 +3,17 @@
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
+from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.search import with_formula
-from wmr_replay.gap.model.base import BaseModel
+from wmr_replay.gap.model.base import BaseModel, base_of
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
 from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
+from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_replay.gap.search.rests import leaves_no_more, with_rests, without_formula
 from wmr_schemas.model_file import Model
@@ -31,10 +34,11 @@ def analyse(
     """
     options, tell = options or GapOptions(), progress or (lambda _stage, _share: None)
     tell("base model", 0.0)
-    model = base_model(log, base, options)
+    log, model, note = with_base_model(log, base, options)
     tell("naming", 0.1)
     log = replace(log, robot=model.robot)
     extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
+    extension = with_turning_in_doubt(extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
     if model.misfit and leaves_no_more(selection, model.noise, options.gates.misfit):
@@ -42,7 +46,18 @@ def analyse(
     else:
         problem, selection = with_formula(log, problem, selection, extension, options)
     tell("proving", 0.8)
-    return assemble(problem, selection, model, options)
+    result = assemble(problem, selection, model, options)
+    return replace(result, notes=(*result.notes, note)) if note else result
+
+
+def with_base_model(log: Log, base: Model | None, options: GapOptions) -> tuple[Log, BaseModel, str]:
+    """The log with its torques as they act between two stamps, its base model, and a note on the torques."""
+    model = base_model(log, base, options)
+    seen, note = with_likelier_torques(replace(log, robot=model.robot), model.extension, options)
+    if not note:
+        return log, model, ""
+    log = replace(log, torque=seen.torque)
+    return log, base_model(log, base, options), note
 
 
 def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
@@ -73,7 +88,13 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     without ``half_track_m``.
     """
     options = options or GapOptions()
-    model, problem, fit, _ = with_rests(calibrate_on_log(replace(log, robot=robot), options), options)
+    log = replace(log, robot=robot)
+    found = calibrate_on_log(log, options)
+    robot = found.model.robot
+    lines, note = with_likelier_torques(replace(log, robot=robot), Extension(base_of(robot)), options)
+    if note:
+        found = calibrate_on_log(replace(log, torque=lines.torque), options)
+    model, problem, fit, _ = with_rests(found, options)
     ratios = excitation_ratios(problem, fit.extension, fit.noise)
     own = problem.settings.misfit
     return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, ratios, own))

@@ -47,6 +47,8 @@ class Extension:
     """Effects that the base model has already, by name and parameters; they act, and are not fitted."""
     misfit: Mapping[str, float] = field(default_factory=dict)
     """By effect, the size that the base model leaves on its own calibration log."""
+    friction_speed_mps: float = 0.0
+    """Speed over which friction changes its sign; 0 for the usual one. The log's own, and no finding."""
 
     def with_effect(self, name: str, parameters: Parameters) -> "Extension":
         """One effect more, or other parameters for one that is there."""
@@ -71,6 +73,7 @@ class Extension:
     def theta(self) -> F64:
         """θ of :mod:`~wmr_replay.gap.model.dynamics`."""
         theta = theta_of(self.acting, self.wheel_radius_m)
+        theta[Theta.FRICTION_SPEED] = self.friction_speed_mps
         theta[[LOCAL_PLACES[name] for name, _ in self.acting if name in LOCAL_PLACES]] = 1.0
         return theta
 
@@ -97,19 +100,18 @@ class Extension:
 
         ``mode`` (n,) are other contact modes than those of the log.
         """
-        mode = binned.mode if mode is None else mode
-        rows = np.zeros((len(binned), N_ROW))
-        rows[:, Row.DT] = binned.step_s
-        rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
         undeclared = any(
             name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting
         )
-        rows[:, Row.LOOSE] = LOOSE_MPS * binned.unsure(
-            (mode % 2 == 1) | (undeclared & (mode == ContactMode.IDEAL))
-        )
-        rows[:, [Row.LEFT, Row.RIGHT]] = self.mean_torques(binned).T
-        for name, column in WEIGHTS.items():
-            rows[:, column] = change_by(name, self.acting, binned)
+        if mode is None:
+            mode, kind = binned.mode, ("rows", undeclared)
+            rows = binned.inputs.get(kind, lambda: empty_rows(binned, binned.mode, undeclared)).copy()
+        else:
+            rows = empty_rows(binned, mode, undeclared)
+        rows[:, Row.LEFT], rows[:, Row.RIGHT] = self.mean_torques(binned)
+        names = {name for name, _ in self.acting}
+        for name in names & WEIGHTS.keys():
+            rows[:, WEIGHTS[name]] = change_by(name, self.acting, binned)
         for name, parameters in self.acting:
             if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term = parse_term(name)
@@ -124,6 +126,16 @@ class Extension:
         share = self.base.slip_share if term.channel == "longitudinal" else self.base.slip_share_yaw
         slips = (mode >= ContactMode.SLIPPING) & any(column.startswith("effort") for column in term.columns)
         return np.where(slips, share, 1.0)
+
+
+def empty_rows(binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
+    """Input rows (n, 11) without torques and effects; ``undeclared`` where the rows that are ideal skid."""
+    rows = np.zeros((len(binned), N_ROW))
+    rows[:, Row.DT] = binned.step_s
+    rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
+    skids = (mode % 2 == 1) | (undeclared & (mode == ContactMode.IDEAL))
+    rows[:, Row.LOOSE] = LOOSE_MPS * binned.unsure(skids)
+    return rows
 
 
 def change_by(name: str, acting: list[tuple[str, Parameters]], binned: BinnedLog) -> F64:

@@ -37,9 +37,10 @@ class NormalEquations:
     def gain(self, columns: list[int]) -> tuple[float, F64]:
         """λ and δ of a group of columns; 0 where one of them is not seen."""
         G, s = self.G[np.ix_(columns, columns)], self.s[columns]
-        if np.any(np.diag(G) <= 1e-9):
+        seen = G.diagonal()
+        if seen.min() <= 1e-9:
             return 0.0, np.zeros(len(columns))
-        delta = np.linalg.solve(G + 1e-12 * np.diag(np.diag(G)), s)
+        delta = np.linalg.solve(G + 1e-12 * np.diag(seen), s)
         return float(s @ delta), np.asarray(delta)
 
 

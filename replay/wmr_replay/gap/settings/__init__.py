@@ -24,7 +24,7 @@ from wmr_replay.gap.settings.filter import (
     SideslipSettings,
 )
 from wmr_replay.gap.settings.formula import FormulaSettings
-from wmr_replay.gap.settings.log import BinSettings, SplitSettings, WindowSettings
+from wmr_replay.gap.settings.log import BinSettings, SplitSettings, TorqueSettings, WindowSettings
 from wmr_replay.gap.settings.result import (
     DetectableSettings,
     LocateSettings,
@@ -41,6 +41,7 @@ class GateSettings:
     """All settings by the part of the analysis that reads them; ``GapOptions.gates`` carries them."""
 
     bins: BinSettings = field(default_factory=BinSettings)
+    torque: TorqueSettings = field(default_factory=TorqueSettings)
     split: SplitSettings = field(default_factory=SplitSettings)
     windows: WindowSettings = field(default_factory=WindowSettings)
     filter: FilterSettings = field(default_factory=FilterSettings)

@@ -127,8 +127,21 @@ class RefitSettings:
     enough: float = 0.1
     """A fit ends where a step lowers the deviance by less. Statistics: far below any threshold on gains."""
 
+    nothing: float = 0.001
+    """A step that promises to lower the deviance by less is not taken. Statistics: it is a thirtieth of a
+    standard deviation."""
+
+    linear: float = 0.1
+    """Largest difference of what a step gains from what it promises, a share of that, after which the next
+    step has the same sensitivities. Numerics: a slope is then off by a tenth at most, and with it a step that
+    follows a far longer one."""
+
     dampings: tuple[float, ...] = (1.0, 0.4, 0.1)
     """Shares of a Gauss–Newton step that are tried in turn. Numerics."""
+
+    friction_speeds_mps: tuple[float, ...] = (0.005, 0.01, 0.04)
+    """Speeds over which friction may change its sign beside the usual 0.02, m/s. Physics: dry contacts creep
+    by mm/s before they slide, greased ones by cm/s. Bins of 0.04 s do not follow a smaller one."""
 
 
 @dataclass(frozen=True)

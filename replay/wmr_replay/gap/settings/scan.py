@@ -28,6 +28,10 @@ class ScanSettings:
     radii_m: tuple[float, ...] = (0.5, 1.0, 1.5, 2.5)
     """Radii of the patches that are tried, m. Patrol benchmark; a fit refines them."""
 
+    disc_steps_m: tuple[float, ...] = (0.4, 0.2, 0.1, 0.05)
+    """Steps in which the disc is found that is nearest to an interval, m. Numerics: from the spacing of the
+    radii down to a third of the softened edge's width, 0.15 (``model.extension``)."""
+
     step_margin: int = 10
     """A load step is looked for outside the first and last 1/10 of the cells. Judgement: nearer to an end
     the log shows one side only, as of a payload."""
@@ -85,6 +89,11 @@ class MisfitSettings:
     most_in_form_mps2: float = 0.06
     """Largest held resistance whose form is in doubt, m/s². Judgement: twice ``negligible_mps2``. Swivel
     casters leave .045 on the engine's robots; what brakes more was found with its form."""
+
+    doubted_share: float = 0.5
+    """From this error of α_yaw on, ``fit`` and ``gap`` say that a calibration log hardly shows it. Judgement:
+    what else turns the robot is then .7 times as large as what the torques ask for; swivel casters under load
+    leave .3 to 15, plates, balls and light casters .03."""
 
     same_disturbance: float = 1.25
     """Densities of a disturbance on two logs that differ by less, a factor, are the same. Statistics: on 90 s

@@ -97,6 +97,10 @@ class ModeSettings:
     """Share of the log called slipping from which slipping is doubted. Judgement: two seconds of ninety. What
     is found without slipping must be more likely than the slipping."""
 
+    doubted_slip: float = 0.15
+    """Share of the log called slipping from which it is doubted even where something is found beside it.
+    Judgement: a drag or a damping is called slipping wherever it acts, and leaves a small rest of itself."""
+
     most_slip: float = 0.5
     """Share of the log called slipping from which all of it is held against rolling. Judgement: as
     ``much_skid``."""
@@ -115,6 +119,11 @@ class ModeSettings:
     hopeless: float = 30.0
     """A rival that costs so much more than another solution, with modes of its own, is not selected from.
     Statistics: three times "very strong" after Kass and Raftery (1995), since effects beside it gain, too."""
+
+    far_behind: float = 120.0
+    """A solution that holds and costs so much less than a selection with the labels of a preliminary model is
+    the answer, before that selection is made again with slipping in place of its losses. Statistics: four
+    times ``hopeless``, since one more loss is looked for in their place."""
 
     change_cost: float = 9.4
     """−2 ln of the probability that a mode changes in .06 s. Statistics: at .15 changes a second, the rate

@@ -27,6 +27,8 @@ KINDS: tuple[tuple[str, int, int | None], ...] = (
     *(("in yaw", 2, None), ("in yaw", 2, 2)),
 )
 """Direction in words, channel, and the speed to which the velocity is in proportion, if any."""
+YAW = 2
+"""The channel of the yaw rate."""
 
 
 class Disagreement(NamedTuple):
@@ -83,13 +85,26 @@ def in_time(problem: Problem, current: Fit) -> Disagreement | None:
     energy = problem.bins.flat(view.errors(current.values)) ** 2
     share = gain / max(float(np.nansum(energy[KINDS[number][1]][inside])), 1e-12)
     what, channel, factor = KINDS[number]
-    if share < own.least_share or abs(size) < (own.least_push if factor is None else own.least_slip):
+    if share < own.least_share or abs(size) < least_size(problem, KINDS[number]):
         return None
     unit = ("m/s" if channel < 2 else "rad/s") if factor is None else "of the speed"
     text = (
         f"from {begin_s:.0f} to {end_s:.0f} s it moves {what} by {size:.2g} {unit} more than the model says"
     )
     return Disagreement((Interval(begin_s, end_s, min(share, 1.0)),), (), p, text)
+
+
+def least_size(problem: Problem, kind: tuple[str, int, int | None]) -> float:
+    """The least velocity of a kind in an interval that is a disagreement. A share of the yaw rate is a track
+    of the interval's own, and none where the calibration leaves as much open.
+    """
+    own, gates, (_, channel, factor) = problem.settings.disagreement, problem.settings.gates, kind
+    if factor is None:
+        return own.least_push
+    if channel != YAW:
+        return own.least_slip
+    track_sd = problem.base_sd.get("effective_track", {}).get("ratio", 0.0)
+    return max(own.least_slip, gates.calibration_sd * gates.between_logs * track_sd)
 
 
 def nuisance(problem: Problem, view: View, current: Fit) -> F64:

@@ -160,8 +160,10 @@ def shrinks(before: F64, after: F64, floor: F64, own: GateSettingsWheelSpeed) ->
 
 
 def moves_path(problem: Problem, before: Values, after: Values) -> bool:
-    """Whether an effect moves the simulated path by more than the tolerance somewhere."""
-    own = problem.settings.gates
+    """Whether an effect moves the simulated path by more than the tolerance somewhere: with the moments of
+    slip, without which a log may have no window that is long enough.
+    """
+    own, problem = problem.settings.gates, problem.with_slip
     windows = windows_of(problem, own.tolerance_s)
     paths = [rolled(windows, problem.predicted_at_poses(values)) for values in (before, after)]
     apart = np.where(windows.inside, np.hypot(*(paths[1] - paths[0])[:2]), 0.0)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from wmr_replay.gap.model.confounds import confound_class
+from wmr_replay.gap.wheel_speed.beside_calibration import is_of_calibration
 from wmr_replay.gap.wheel_speed.candidates import (
     PLACES,
     absent,
@@ -234,8 +235,7 @@ def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
 
 def gate(problem: Problem, before: Fit, after: Fit, name: str, p: float) -> str:
     """The gate that an effect does not pass; empty where it passes all."""
-    known = within_calibration(problem.base_sd, after, name, problem.settings.gates)
-    if known or hardly_turns(problem, name):
+    if is_of_calibration(problem, after, name) or hardly_turns(problem, name):
         return "calibration"
     if p > problem.settings.gates.level:
         return "significance"

@@ -4,14 +4,16 @@ from types import SimpleNamespace
 
 import pytest
 
-from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed
+from wmr_replay.gap.settings.wheel_speed import GateSettingsWheelSpeed, WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.base import base_of
+from wmr_replay.gap.wheel_speed.disagreement import KINDS, least_size
 from wmr_replay.gap.wheel_speed.evidence import within_calibration
 from wmr_replay.gap.wheel_speed.predict import Parameter
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.robot import RobotParameters
 
 OWN = GateSettingsWheelSpeed()
+OWN_TIME = WheelSpeedSettings().disagreement
 ROBOT = RobotParameters(wheel_radius_m=0.1, half_track_m=0.25)
 
 
@@ -27,6 +29,15 @@ def test_a_track_differs_from_its_calibration_beyond_both_deviations(ratio, with
     base_sd = {"effective_track": {"ratio": 0.02}}
     assert within_calibration(base_sd, fitted(ratio, 0.025), "effective_track", OWN) is within
     assert not within_calibration({}, fitted(ratio, 0.025), "effective_track", OWN)
+
+
+@pytest.mark.parametrize(("kind", "least"), [(4, OWN_TIME.least_push), (1, OWN_TIME.least_slip), (5, 0.39)])
+def test_a_track_of_an_interval_s_own_differs_by_more_than_the_calibration_leaves_open(kind, least):
+    """2.6 · 1.5 · .1 = .39 of the yaw rate."""
+    settings = WheelSpeedSettings()
+    problem = SimpleNamespace(settings=settings, base_sd={"effective_track": {"ratio": 0.1}})
+    assert least_size(problem, KINDS[kind]) == pytest.approx(least)
+    assert least_size(SimpleNamespace(settings=settings, base_sd={}), KINDS[5]) == OWN_TIME.least_slip
 
 
 def test_deviations_are_those_of_the_model_file():

@@ -1,0 +1,71 @@
+"""What a calibration that hardly shows α_yaw leaves of the effects in turning.
+
+Swivel casters that swing round, or a wheel that lifts, turn a robot by as much as its torques do. Under a
+controller the torques answer them, and the calibration log shows α_yaw to a share s alone: the misfit of
+``yaw_inertia``. An error of that share leaves, on another drive,
+
+    s α_yaw (u_right − u_left)
+
+of l·dyaw_rate/dt. In a steady turn the torques hold what brakes it, so that this is like an effect in
+proportion to the yaw rate. Such an effect is a rest up to the size at which it turns the robot as much, root
+mean square. A scrub is told from it by its jump where the turn reverses.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
+from wmr_replay.gap.settings.scan import MisfitSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.signals import Log
+
+IN_DOUBT = (
+    "the calibration log hardly shows how the torques turn the robot, and alpha_yaw may be off by a factor "
+    "of {factor:.1f}: something else turns it as much, such as swivel casters that swing round or a wheel "
+    "that lifts. `gap` names no yaw damping or moved centre of mass that turns it no more than this error "
+    "does. Calibrate on a drive as calm as the one to be analysed"
+)
+
+
+def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
+    """What is to be said of a base model with this misfit."""
+    share = misfit.get("yaw_inertia", 0.0)
+    return (IN_DOUBT.format(factor=1 + share),) if share >= own.doubted_share else ()
+
+
+def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings) -> Extension:
+    """The extension, its misfit widened by what an error of α_yaw leaves on the log.
+
+    Unchanged where the base model has no misfit: a model that was not calibrated on a log. Raises
+    InvalidSignal where the log has no torques or is too short.
+    """
+    share = extension.misfit.get("yaw_inertia", 0.0)
+    if share <= 0:
+        return extension
+    binned = bin_log(log, settings)
+    left_mps2 = share * extension.base.alpha_yaw * root_mean_square(columns_of(binned)["effort_diff"])
+    turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
+    found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
+    wider = {name: max(size, found.get(name, 0.0)) for name, size in extension.misfit.items()}
+    return replace(extension, misfit=wider)
+
+
+def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:
+    """The effects in proportion to the yaw rate, with l·dyaw_rate/dt (n,) in m/s² per size on the log.
+
+    For a centre of mass it is (l m/I) v·yaw_rate, with l m/I = α_yaw/(α l), which needs no masses.
+    """
+    columns, base = columns_of(binned), extension.base
+    arm_per_m = base.alpha_yaw / (base.alpha * base.half_track_m)
+    yield "yaw_damping", base.half_track_m * columns["yaw_rate"]
+    yield "com_offset", arm_per_m * columns["v"] * columns["yaw_rate"]
+
+
+def root_mean_square(x: F64) -> float:
+    """√(mean x²) of x (n,)."""
+    return float(np.sqrt(np.mean(x * x)))

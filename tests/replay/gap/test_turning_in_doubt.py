@@ -1,0 +1,78 @@
+"""What an α_yaw that a calibration log hardly shows leaves on another drive."""
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.misfit import is_rest
+from wmr_replay.gap.scan.turning_in_doubt import doubts, with_turning_in_doubt
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+
+SETTINGS = GateSettings()
+L, ALPHA, ALPHA_YAW = 0.24, 0.14, 0.13
+ROBOT = RobotParameters(wheel_radius_m=0.11, half_track_m=L, alpha=ALPHA, alpha_yaw=ALPHA_YAW)
+V, YAW_RATE, APART_NM = 0.5, 0.3, 0.4
+"""A circle at .5 m/s and .3 rad/s, which takes .4 N·m between the wheels."""
+
+
+def base(share):
+    """A calibrated base model with α_yaw known to a share."""
+    misfit = {"yaw_inertia": share, "yaw_damping": 0.1, "scrub_torque": 0.02, "com_offset": 0.01}
+    return Extension(base_of(ROBOT), {}, 0.11, misfit=misfit | {"viscous_drag": 0.01})
+
+
+def circle():
+    """40 s of the circle, at 100 Hz."""
+    t = np.arange(0.0, 40.0, 0.01)
+    t_ns, yaw = np.rint(t * 1e9).astype(np.int64), YAW_RATE * t
+    radius = V / YAW_RATE
+    pose = PoseTrack(t_ns, radius * np.sin(yaw), radius * (1 - np.cos(yaw)), yaw)
+    unknown, one = np.full(len(t), np.nan), np.ones(len(t))
+    return Log(pose, TorqueTrack(t_ns, 1 - APART_NM / 2 * one, 1 + APART_NM / 2 * one, unknown, unknown))
+
+
+def test_an_effect_is_a_rest_up_to_what_the_error_of_alpha_yaw_turns():
+    """By hand: s α_yaw Δu over what one unit turns; with m, I of these α: l m/I = α_yaw/(α l)."""
+    share = 2.0
+    wider, left_mps2 = with_turning_in_doubt(base(share), circle(), SETTINGS), share * ALPHA_YAW * APART_NM
+    mass_kg = 1 / (0.11 * ALPHA)
+    inertia_kgm2 = L**2 / (0.11 * ALPHA_YAW)
+    assert wider.misfit["yaw_damping"] == pytest.approx(left_mps2 / (L * YAW_RATE), rel=0.01)
+    assert wider.misfit["scrub_torque"] == 0.02
+    by_centre_mps2 = L * mass_kg / inertia_kgm2 * V * YAW_RATE
+    assert wider.misfit["com_offset"] == pytest.approx(left_mps2 / by_centre_mps2, rel=0.01)
+    assert wider.misfit["viscous_drag"] == 0.01
+
+
+@pytest.mark.parametrize(("share", "rest"), [(2.0, True), (0.03, False)])
+def test_on_swivel_casters_a_small_yaw_damping_is_no_finding_and_on_balls_it_is(share, rest):
+    seen = with_turning_in_doubt(base(share), circle(), SETTINGS).with_effect(
+        "yaw_damping", {"d1_per_s": 0.5}
+    )
+    assert is_rest("yaw_damping", seen, SETTINGS.misfit) is rest
+
+
+def test_what_is_well_known_is_left_alone():
+    known = base(0.03)
+    assert with_turning_in_doubt(known, circle(), SETTINGS).misfit == known.misfit
+    uncalibrated = Extension(base_of(ROBOT))
+    assert with_turning_in_doubt(uncalibrated, circle(), SETTINGS) is uncalibrated
+
+
+def test_a_drive_that_does_not_turn_widens_no_effect_of_turning_beyond_bounds():
+    straight = circle()
+    t_s = np.arange(len(straight.pose.t_ns)) * 0.01
+    pose = PoseTrack(straight.pose.t_ns, V * t_s, 0 * t_s, 0 * t_s)
+    wider = with_turning_in_doubt(base(2.0), Log(pose, straight.torque), SETTINGS)
+    assert wider.misfit["com_offset"] == 0.01
+
+
+def test_it_is_said_of_a_base_model_that_hardly_shows_how_torques_turn_it():
+    (said,) = doubts({"yaw_inertia": 2.1}, SETTINGS.misfit)
+    assert "a factor of 3.1" in said
+    assert "swivel casters" in said
+    assert doubts({"yaw_inertia": 0.03}, SETTINGS.misfit) == ()
+    assert doubts({}, SETTINGS.misfit) == ()
