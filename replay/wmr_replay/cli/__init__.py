@@ -58,7 +58,6 @@ def main() -> None:
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     prepare_streams()
-    speak_normally()
     say_when_compiling()
     try:
         with reader_watched():
@@ -67,6 +66,8 @@ def main() -> None:
     except ReaderLeft:
         drop_output()
         code = EXIT_READER_LEFT
+    finally:
+        speak_normally()
     if code:
         sys.exit(code)
 

@@ -29,7 +29,7 @@ def speak(level: Level) -> None:
 
 
 def speak_normally() -> None:
-    """Back to the normal level, at the begin of a call."""
+    """Back to the normal level, at the end of a call: what comes next in the process is heard."""
     speak(Level.NORMAL)
 
 

@@ -4,7 +4,9 @@ import json
 
 import polars as pl
 import pytest
+from click.testing import CliRunner
 
+from wmr_replay.cli import info
 from wmr_replay.cli.config.files import project_file
 from wmr_schemas.mapping_file import read_mapping
 
@@ -121,6 +123,12 @@ def test_quiet_says_nothing_but_errors_and_json(command, command_line, log, tmp_
     done = command_line("info", tmp_path / "none.mcap", "-q")
     assert (done.code, done.stdout) == (3, "")
     assert done.stderr.startswith("error: ")
+
+
+def test_after_a_quiet_call_what_comes_next_in_the_process_is_heard(command_line, log, tmp_path):
+    assert command_line("info", tmp_path / "none.mcap", "-q").code == 3
+    said = CliRunner().invoke(info.command, [str(log)], catch_exceptions=False).output
+    assert said.startswith(str(log))
 
 
 def test_verbose_names_the_files_that_options_come_from(command, log, tmp_path, monkeypatch):
