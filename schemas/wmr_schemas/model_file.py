@@ -1,14 +1,14 @@
 """``model.toml``: a robot, its noise, the effects beyond the base model, and the model's provenance."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from wmr_schemas.effects import UNNAMED_PREFIX, catalogue
+from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, catalogue
 from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
 from wmr_schemas.slip_terms import is_slip_term, parse_slip_term
@@ -50,12 +50,17 @@ class NoiseModel:
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect with its parameters, and their standard deviations where they were fitted."""
+    """One effect with its parameters, and their standard deviations where they were fitted.
+
+    A friction c tanh(v/v₀) may have a ``sign_change_mps`` v₀ of its own, at which it has three quarters of
+    its size; None for 2 cm/s.
+    """
 
     name: str
     parameters: dict[str, float]
     sd: dict[str, float] = field(default_factory=dict)
     formula: str = ""
+    sign_change_mps: float | None = None
 
 
 @dataclass(frozen=True)
@@ -127,16 +132,14 @@ def read_model(path: Path) -> Model:
     check_keys(path, "[noise]", noise, (f.name for f in fields(NoiseModel)))
     provenance = expect_table(path, "[provenance]", tables.get("provenance", {}))
     check_keys(path, "[provenance]", provenance, (f.name for f in fields(Provenance)))
-    effects = tables.get("effects", [])
-    if not isinstance(effects, list):
-        raise InvalidFile(path, "effects", "expected [[effects]], an array of tables")
+    effects = parse_effects(path, tables.get("effects", []))
     return Model(
         robot=RobotParameters.from_values(robot, str(path)),
         robot_sd=robot_sd,
         noise=NoiseModel(
             **{key: non_negative(path, f"[noise] {key}", value) for key, value in noise.items()}
         ),
-        effects=tuple(parse_effect(path, index, entry) for index, entry in enumerate(effects)),
+        effects=effects,
         provenance=Provenance(
             **{key: expect_text(path, f"[provenance] {key}", value) for key, value in provenance.items()}
         ),
@@ -164,6 +167,21 @@ def parse_odometry(path: Path, entry: object) -> Odometry | None:
     return Odometry(**{key: non_negative(path, f"[odometry] {key}", table[key]) for key in wanted})
 
 
+def parse_effects(path: Path, entries: object) -> tuple[Effect, ...]:
+    """The ``[[effects]]``; frictions that change their sign over different speeds are no model."""
+    if not isinstance(entries, list):
+        raise InvalidFile(path, "effects", "expected [[effects]], an array of tables")
+    effects = tuple(parse_effect(path, index, entry) for index, entry in enumerate(entries))
+    if len({effect.sign_change_mps for effect in effects if effect.name in FRICTIONS}) > 1:
+        raise InvalidFile(path, "[[effects]] sign_change_mps", "one speed serves all frictions of a model")
+    return effects
+
+
+def friction_speed_mps(effects: Iterable[Effect]) -> float:
+    """The speed over which the frictions among the effects change their sign; 0 for the usual one."""
+    return next((effect.sign_change_mps for effect in effects if effect.sign_change_mps is not None), 0.0)
+
+
 def parse_effect(path: Path, index: int, entry: object) -> Effect:
     """One ``[[effects]]`` table against the catalogue."""
     place = f"[[effects]] #{index + 1}"
@@ -173,15 +191,26 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
         known = ", ".join(catalogue())
         raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {known}")
     formula = expect_text(path, f"{place} formula", table.pop("formula", ""))
+    sign_change_mps = parse_sign_change(path, f"{place} ({name})", name, table)
     values, sd = split_sd(path, place, table)
     wanted = parameters_of(path, place, name)
     check_keys(path, f"{place} ({name})", values, wanted)
     missing = [key for key in wanted if key not in values]
     if missing:
         raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
-    return Effect(
-        name, {key: number(path, f"{place} {key}", value) for key, value in values.items()}, sd, formula
-    )
+    sizes = {key: number(path, f"{place} {key}", value) for key, value in values.items()}
+    return Effect(name, sizes, sd, formula, sign_change_mps)
+
+
+def parse_sign_change(path: Path, place: str, name: str, table: dict[str, Any]) -> float | None:
+    """The ``sign_change_mps`` of a friction, taken out of its table."""
+    if name not in FRICTIONS or "sign_change_mps" not in table:
+        return None
+    key = f"{place} sign_change_mps"
+    over_mps = number(path, key, table.pop("sign_change_mps"))
+    if over_mps <= 0:
+        raise InvalidFile(path, key, f"expected a speed above 0 in m/s, found {over_mps!r}")
+    return over_mps
 
 
 def parameters_of(path: Path, place: str, name: str) -> tuple[str, ...]:
@@ -251,5 +280,10 @@ def with_sd(values: Mapping[str, float | str], sd: Mapping[str, float]) -> dict[
 
 def effect_table(effect: Effect) -> dict[str, float | str]:
     """One ``[[effects]]`` table."""
-    formula = {"formula": effect.formula} if effect.formula else {}
-    return {"name": effect.name, **formula, **with_sd(effect.parameters, effect.sd)}
+    table: dict[str, float | str] = {"name": effect.name}
+    if effect.formula:
+        table["formula"] = effect.formula
+    table |= with_sd(effect.parameters, effect.sd)
+    if effect.sign_change_mps is not None:
+        table["sign_change_mps"] = effect.sign_change_mps
+    return table

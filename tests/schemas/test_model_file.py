@@ -11,7 +11,15 @@ from hypothesis import strategies as st
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.effects import EFFECTS
 from wmr_schemas.errors import InvalidFile
-from wmr_schemas.model_file import Effect, Model, NoiseModel, Provenance, model_to_toml, read_model
+from wmr_schemas.model_file import (
+    Effect,
+    Model,
+    NoiseModel,
+    Provenance,
+    friction_speed_mps,
+    model_to_toml,
+    read_model,
+)
 from wmr_schemas.robot import AUTO, SENSIBLE
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -118,6 +126,35 @@ def test_a_file_that_is_not_utf8_is_no_toml(tmp_path: Path) -> None:
     (tmp_path / "model.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(InvalidFile, match=r"is not TOML: "):
         read_model(tmp_path / "model.toml")
+
+
+def friction(name: str, size: str, more: str) -> str:
+    return f'[[effects]]\nname = "{name}"\n{size} = 0.1\n{more}\n'
+
+
+def test_a_friction_keeps_the_speed_over_which_it_changes_its_sign(tmp_path: Path) -> None:
+    model = read_text(tmp_path, friction("wheel_coulomb", "torque_nm", "sign_change_mps = 0.005"))
+    assert model.effects == (Effect("wheel_coulomb", {"torque_nm": 0.1}, sign_change_mps=0.005),)
+    assert read_text(tmp_path, model_to_toml(model)) == model
+    assert friction_speed_mps(model.effects) == 0.005
+    assert friction_speed_mps([Effect("wheel_coulomb", {"torque_nm": 0.1})]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (friction("viscous_drag", "c1_per_s", "sign_change_mps = 0.005"), "sign_change_mps"),
+        (friction("wheel_coulomb", "torque_nm", "sign_change_mps = 0"), "above 0 in m/s"),
+        (
+            friction("wheel_coulomb", "torque_nm", "sign_change_mps = 0.005")
+            + friction("scrub_torque", "d0_mps2", ""),
+            "one speed serves all frictions",
+        ),
+    ],
+)
+def test_a_speed_that_no_model_can_have_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(InvalidFile, match=message):
+        read_text(tmp_path, text)
 
 
 def test_a_misfit_is_a_size_by_effect(tmp_path):

@@ -14,7 +14,7 @@ from wmr_replay.effects.measurement import to_axle
 from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.effects.own import acting, own_accelerations, own_efforts, without_own_errors
 from wmr_replay.effects.response import NO_WEIGHTS, response, with_stiffness
-from wmr_replay.effects.theta import Values, theta_of
+from wmr_replay.effects.theta import Theta, Values, theta_of
 from wmr_replay.identify.terms import Terms, extra_along
 from wmr_replay.identify.wheel_bank.states import PARAMETER_OF
 from wmr_replay.pipeline.known_slip import is_known_slip
@@ -23,7 +23,7 @@ from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
 from wmr_schemas.effects.own import Columns
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.model_file import Effect, Model
+from wmr_schemas.model_file import Effect, Model, friction_speed_mps
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import CHANNELS, COEFFICIENT, Term, parse_term
@@ -223,9 +223,9 @@ def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
         for term in [parse_term(effect.name)]
         if not term.is_placed
     ]
-    terms = Terms(
-        theta_of(named, robot.wheel_radius_m or 1.0), robot.half_track_m or 0.0, com_yaw_per_m(robot)
-    )
+    theta = theta_of(named, robot.wheel_radius_m or 1.0)
+    theta[Theta.FRICTION_SPEED] = friction_speed_mps(e for e in effects if acts_as_term(e.name))
+    terms = Terms(theta, robot.half_track_m or 0.0, com_yaw_per_m(robot))
     return terms._replace(products=np.array(products, float)) if products else terms
 
 

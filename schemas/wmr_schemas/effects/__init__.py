@@ -35,6 +35,7 @@ __all__ = [
     "BEYOND",
     "BUILT_IN",
     "EFFECTS",
+    "FRICTIONS",
     "UNNAMED_PREFIX",
     "BaseModel",
     "EffectDeclaration",
@@ -75,6 +76,10 @@ EFFECTS: dict[str, EffectDeclaration] = by_number(BUILT_IN)
 """The built-in effects of every base model."""
 BEYOND: dict[str, EffectDeclaration] = by_number(simulator_only.EFFECTS)
 """Effects that only the simulator has: no candidate names them, no model file holds them."""
+
+
+FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
+"""Effects that change their sign over a speed, 2 cm/s unless a model file says another one."""
 
 
 def effects_of(base: BaseModel) -> dict[str, EffectDeclaration]:

@@ -2,16 +2,22 @@
 drives and creeps.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 
 from wmr_replay.effects.motion import sign
+from wmr_replay.effects.theta import Theta
 from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
+from wmr_replay.gap.estimation.modes import lasting_effects
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
+from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
 C0_MPS2, CREEP_MPS, STEP_S, DISTURBANCE_MPS2 = 0.2, 0.008, 0.002, 0.003
@@ -49,6 +55,17 @@ def test_the_size_of_a_friction_comes_with_its_speed(over_mps, own):
     assert fit.values[0] == pytest.approx(C0_MPS2, rel=0.05)
     if own:
         assert abs(usual.values[0] - C0_MPS2) > 2 * abs(fit.values[0] - C0_MPS2)
+
+
+def test_the_speed_goes_into_the_model_and_comes_back_with_it():
+    found = replace(Extension(BASE, {NAME: {"c0_mps2": 0.2}}), friction_speed_mps=0.005)
+    effects = found.with_friction_speed(
+        (Effect(NAME, {"c0_mps2": 0.2}), Effect("yaw_damping", {"d1_per_s": 0.1}))
+    )
+    assert [effect.sign_change_mps for effect in effects] == [0.005, None]
+    base = BaseModel(ROBOT, effects, "model file")
+    assert base.extension.friction_speed_mps == base.extension.theta()[Theta.FRICTION_SPEED] == 0.005
+    assert lasting_effects(base.extension)[0].sign_change_mps == 0.005
 
 
 def test_another_effect_keeps_its_fit():

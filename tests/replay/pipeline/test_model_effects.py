@@ -103,6 +103,15 @@ def test_a_known_effect_is_taken_out_of_c_d(name):
     assert residual < 0.4 * before
 
 
+@pytest.mark.parametrize(("over_mps", "share"), [(0.005, np.tanh(1.0)), (None, np.tanh(0.25))])
+def test_a_friction_changes_its_sign_over_the_speed_of_the_file(over_mps, share):
+    friction = Effect("rolling_resistance", {"c0_mps2": 0.2}, sign_change_mps=over_mps)
+    terms = replay_model(Model(effects=(friction,)), ROBOT).terms
+    creeping = Moving(*(0.005 if name == "v" else 0.0 for name in COLUMNS))
+    ahead, _, _ = extra_accelerations(creeping, 1.0, 1.0, terms)
+    assert ahead == pytest.approx(-0.2 * share)
+
+
 def test_products_are_what_the_dictionary_says():
     rng = np.random.default_rng(0)
     names = [

@@ -10,9 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
-
-FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
-"""Effects whose sign changes over that speed."""
+from wmr_schemas.effects import FRICTIONS
 
 
 def has_own_speed(fit: Fit, name: str) -> bool:

@@ -14,7 +14,8 @@ from wmr_replay.gap.model.dictionary import columns_of, own_columns_of
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import UNNAMED_PREFIX, own_effects
+from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, own_effects
+from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
@@ -48,7 +49,7 @@ class Extension:
     misfit: Mapping[str, float] = field(default_factory=dict)
     """By effect, the size that the base model leaves on its own calibration log."""
     friction_speed_mps: float = 0.0
-    """Speed over which friction changes its sign; 0 for the usual one. The log's own, and no finding."""
+    """Speed over which friction changes its sign; 0 for the usual one. The log's own, or the base model's."""
 
     def with_effect(self, name: str, parameters: Parameters) -> "Extension":
         """One effect more, or other parameters for one that is there."""
@@ -69,6 +70,11 @@ class Extension:
         """Those of them that users added."""
         known = own_effects()
         return [(name, parameters) for name, parameters in self.acting if name in known]
+
+    def with_friction_speed(self, effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+        """Effects as a file holds them, the frictions with the speed over which they change their sign."""
+        speed_mps = self.friction_speed_mps or None
+        return tuple(replace(e, sign_change_mps=speed_mps) if e.name in FRICTIONS else e for e in effects)
 
     def theta(self) -> F64:
         """θ of :mod:`~wmr_replay.gap.model.dynamics`."""

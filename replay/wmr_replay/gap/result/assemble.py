@@ -64,7 +64,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         base=model.source,
         unnameable=model.unnameable,
         minimum_detectable=detectable,
-        model=extended_model(model, effects, fit.noise, binned),
+        model=extended_model(model, effects, fit, binned),
         seed=options.seed,
         notes=(*notes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),
         traces=traces,

@@ -9,7 +9,7 @@ from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
@@ -88,9 +88,7 @@ def place_variance(name: str, key: str, settings: ReportSettings) -> float:
     return (settings.edge_sd_s if key.endswith("_s") else settings.edge_sd_m) ** 2
 
 
-def extended_model(
-    model: BaseModel, effects: tuple[FoundEffect, ...], noise: Diffusion, binned: BinnedLog
-) -> Model:
+def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], fit: Fit, binned: BinnedLog) -> Model:
     """The base model with the effects found, as a file holds it."""
     in_sd = binned.settings.report.interval_in_sd
     new = tuple(
@@ -104,8 +102,8 @@ def extended_model(
     )
     return Model(
         robot=model.robot,
-        noise=noise_model(binned, noise),
-        effects=merged_effects(model.effects, new),
+        noise=noise_model(binned, fit.noise),
+        effects=fit.extension.with_friction_speed(merged_effects(model.effects, new)),
         misfit=dict(model.misfit),
     )
 

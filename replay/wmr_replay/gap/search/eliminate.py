@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.friction_speed import FRICTIONS
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.answer import answer_p
@@ -17,6 +16,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest, withholds_a_rest
 from wmr_replay.gap.search.fit_candidates import ANSWERED, FittedCandidate, fine_costs, price_of
 from wmr_replay.gap.search.slip_test import may_be_slipping
+from wmr_schemas.effects import FRICTIONS
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 

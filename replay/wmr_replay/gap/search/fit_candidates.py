@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
-from wmr_replay.gap.estimation.friction_speed import FRICTIONS, has_own_speed, with_friction_speed
+from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
@@ -20,6 +20,7 @@ from wmr_replay.gap.model.extension import Extension, Parameters, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.starts import best_start, search_edges
+from wmr_schemas.effects import FRICTIONS
 
 Hints = tuple[tuple[str, Parameters], ...]
 """Effects by name and parameters."""
