@@ -12,6 +12,7 @@ import quality_logs
 from encoders.drivers import FAMILIES as TURNING_FAMILIES
 from worlds.drivers import path_of, slow_square_wave
 
+from wmr_schemas.arrays import F64
 from wmr_synth.driving.drivers import Profile
 from wmr_synth.driving.patrol import stop_go_reverse_turn
 from wmr_synth.sensors import NOISE_LEVELS
@@ -27,6 +28,9 @@ FAMILIES: dict[str, Draw] = {
     "spin-and-go": TURNING_FAMILIES["spin-and-go"],
     "aisles": TURNING_FAMILIES["aisles"],
 }
+
+PACE = {"beetle": 0.5}
+"""The share of a family's speeds that a robot with small wheels drives."""
 
 
 @dataclass(frozen=True)
@@ -60,4 +64,11 @@ class Case:
 
     def references(self) -> Profile:
         """Speed and yaw rate that the controller follows."""
-        return FAMILIES[self.family](self.duration_s, self.stream("drive"))
+        pace = PACE.get(self.robot, 1.0)
+        profile = FAMILIES[self.family](self.duration_s, self.stream("drive"))
+
+        def paced(t_s: F64) -> tuple[F64, F64]:
+            v_mps, yaw_rate_radps = profile(t_s)
+            return pace * v_mps, yaw_rate_radps
+
+        return paced

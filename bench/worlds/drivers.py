@@ -1,4 +1,4 @@
-"""Twenty-six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Thirty driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -265,6 +265,10 @@ FAMILIES = {
     "sweeps": Family(late_paths.sweeps, (3.0, 30.0), (0.5, 4.0)),
     "backwards": Family(late_paths.backwards, (3.0, 25.0), (0.5, 4.0)),
     "stations": Family(late_paths.stations, (4.0, 35.0), (0.5, 3.0)),
+    "crowd": Family(late_paths.crowd, (2.0, 20.0), (0.5, 3.0)),
+    "figures": Family(late_paths.figures, (3.0, 30.0), (0.5, 4.0)),
+    "shunting": Family(late_paths.shunting, (4.0, 35.0), (0.5, 4.0)),
+    "ladder": Family(late_paths.ladder, (5.0, 40.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

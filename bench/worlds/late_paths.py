@@ -1,9 +1,12 @@
-"""Paths of the driver families that the last two reports held out."""
+"""Paths of the driver families that the last two reports held out, and of those that the next one does."""
 
 import numpy as np
 
 from wmr_synth.driving.drivers import Waypoints
 from worlds.parts import Rng, in_parts
+
+MOST_RADPS = 0.9
+"""What a figure's tightest bends come near."""
 
 
 def sweeper(duration_s: float, rng: Rng) -> Waypoints:
@@ -125,3 +128,68 @@ def stations(duration_s: float, rng: Rng) -> Waypoints:
             parts += [(np.pi / turn, 0.0, side * turn), (0.8, 0.0, 0.0)]
             side = -side
     return in_parts(parts, rng)
+
+
+def crowd(duration_s: float, rng: Rng) -> Waypoints:
+    """Through people: Ornstein-Uhlenbeck speed reflected at zero, swerves that come back, short halts."""
+    step_s, mean, spread = 0.2, rng.uniform(0.5, 0.9), rng.uniform(0.25, 0.4)
+    keep = np.exp(-step_s / rng.uniform(1.5, 4.0))
+    n = int(duration_s / step_s) + 2
+    wish, heading, halt_s, pace, turning = mean, 0.0, 0.0, np.zeros(n), np.zeros(n)
+    for k in range(1, n):
+        wish = abs(mean + keep * (wish - mean) + spread * np.sqrt(1 - keep**2) * rng.normal())
+        halt_s = rng.uniform(0.6, 2.0) if rng.uniform() < step_s / 9.0 else halt_s - step_s
+        heading = rng.uniform(-1.5, 1.5) if rng.uniform() < step_s / 12.0 else heading
+        walks = halt_s <= 0
+        pace[k] = pace[k - 1] + np.clip(walks * wish - pace[k - 1], -0.24, 0.2)
+        turning[k] = 0.85 * turning[k - 1] + walks * (0.13 * rng.normal() - 0.08 * heading)
+        heading += step_s * turning[k]
+    t_s = step_s * np.arange(n)
+    return Waypoints(tuple(t_s.tolist()), tuple(pace.tolist()), tuple(turning.tolist()))
+
+
+def figures(duration_s: float, rng: Rng) -> Waypoints:
+    """Round a Lissajous curve without a cusp, slower where it bends; its pace swells, it never stops."""
+    a, b = ((1, 2), (2, 1), (2, 3), (3, 2))[int(rng.integers(4))]
+    phase = 0.5 * np.pi / b * (b - a + 1 + rng.uniform(-0.25, 0.25))
+    width, aspect, way = rng.uniform(2.5, 5.0), rng.uniform(0.75, 1.33), float(rng.choice((-1.0, 1.0)))
+    height, pace, swell_s = width * aspect, rng.uniform(0.6, 1.3), rng.uniform(15.0, 40.0)
+    step_s, u, speed, turning = 0.05, rng.uniform(0.0, 2 * np.pi), [], []
+    while step_s * len(speed) <= duration_s:
+        on, up = a * u + phase, b * u
+        dx, dy = width * a * np.cos(on), height * b * np.cos(up)
+        ddx, ddy = -width * a**2 * np.sin(on), -height * b**2 * np.sin(up)
+        along, curvature = np.hypot(dx, dy), (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
+        now = pace * (1 + 0.25 * np.sin(2 * np.pi * step_s * len(speed) / swell_s))
+        speed.append(now / np.hypot(1.0, curvature * now / MOST_RADPS))
+        turning.append(way * curvature * speed[-1])
+        u += step_s * speed[-1] / along
+    t_s = step_s * np.arange(len(speed))
+    return Waypoints(tuple(t_s.tolist()), tuple(map(float, speed)), tuple(map(float, turning)))
+
+
+def shunting(duration_s: float, rng: Rng) -> Waypoints:
+    """Back and forth, nearly straight, at any speed, with long pauses; at times over to another track."""
+    way, parts = 1.0, []
+    while sum(length for length, *_ in parts) < duration_s:
+        for _ in range(int(rng.integers(2, 6))):
+            speed = way * rng.uniform(0.25, 1.4)
+            parts.append((rng.uniform(2.0, 6.0), speed, rng.uniform(-0.03, 0.03)))
+            parts.append((rng.uniform(1.5, 5.0), 0.0, 0.0))
+            way = -way
+        points, side = rng.uniform(0.4, 0.8), float(rng.choice((-1.0, 1.0))) * rng.uniform(0.2, 0.5)
+        parts += [(2.0, way * points, side), (2.0, way * points, -side), (rng.uniform(1.5, 5.0), 0.0, 0.0)]
+        way = -way
+    return in_parts(parts, rng, (0.3, 0.9))
+
+
+def ladder(duration_s: float, rng: Rng) -> Waypoints:
+    """A tester's speeds in steps, up and down again, each held along a long gentle curve; some in reverse."""
+    parts = []
+    while sum(length for length, *_ in parts) < duration_s:
+        way, top = (-1.0, rng.uniform(0.5, 1.0)) if rng.uniform() < 0.35 else (1.0, rng.uniform(0.9, 1.8))
+        up = np.linspace(rng.uniform(0.1, 0.3), top, int(rng.integers(3, 6)))
+        radius, held_s = float(rng.choice((-1.0, 1.0))) * rng.uniform(4.0, 15.0), rng.uniform(2.5, 5.0)
+        parts += [(held_s, way * speed, way * speed / radius) for speed in (*up, *up[-2::-1])]
+        parts.append((1.0, 0.0, 0.0))
+    return in_parts(parts, rng, (0.3, 0.8))
