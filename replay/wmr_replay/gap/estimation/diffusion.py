@@ -24,9 +24,9 @@ def diffusion_of(logs: F64, settings: DiffusionSettings) -> Diffusion:
     """From logarithms (5,) of sd and time ahead, sd and time in yaw, and the lateral sd; of seven numbers the
     last two are those of a swing, which are the settings' else.
     """
-    numbers = np.exp(np.clip(logs, *settings.bounds_log)).tolist()
-    long, yaw = numbers[N_FREE:] or settings.swings
-    return Diffusion(*numbers[:N_FREE], settings.lateral_tau_s, long, yaw)
+    a, b, c, d, e, *free = np.exp(np.clip(logs, *settings.bounds_log)).tolist()
+    long, yaw = free or settings.swings
+    return Diffusion(a, b, c, d, e, settings.lateral_tau_s, long, yaw)
 
 
 def logs_of(noise: Diffusion, settings: DiffusionSettings) -> F64:
