@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
-from wmr_replay.gap.estimation.swing_disturbance import with_known_swings
+from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
@@ -97,6 +97,6 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
     model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))
-    ratios = excitation_ratios(problem, fit.extension, fit.noise)
+    ratios = excitation_ratios(problem, fit.extension, with_swings_in(problem, fit))
     own = problem.settings.misfit
     return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, ratios, own))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from wmr_replay.gap import GapOptions
+from wmr_replay.gap import GapOptions, calibrate
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.swing_disturbance import with_known_swings
 from wmr_replay.gap.model.binned_log import bin_log
@@ -22,7 +22,7 @@ BASE = Base(ALPHA, ALPHA, HALF_TRACK_M, 5.0, 0.0, 0.5, 0.5, 0.0, 5.0)
 REVERSAL_S, PUSHED_S, PUSH_MPS2 = 4.0, 0.4, 0.25
 
 
-def back_and_forth(push_mps2: float) -> Log:
+def back_and_forth(push_mps2: float, friction_mps2: float = 0.0) -> Log:
     """A robot that reverses every 4 s under a controller, and is pushed aside after each reversal."""
     rng, noise = np.random.default_rng(3), np.random.default_rng(4)
     v, w, pose, push = 0.0, 0.0, np.zeros(3), 0.0
@@ -37,7 +37,8 @@ def back_and_forth(push_mps2: float) -> Log:
         at = pose[2] + w / HALF_TRACK_M * STEP_S / 2
         pose = pose + STEP_S * np.array([v * np.cos(at), v * np.sin(at), w / HALF_TRACK_M])
         pushed = push if 0.3 < phase < 0.3 + PUSHED_S and turn else 0.0
-        v, w = v + STEP_S * ALPHA * asked[0], w + STEP_S * (ALPHA * asked[1] + pushed)
+        braked = friction_mps2 * np.tanh(v / 0.02)
+        v, w = v + STEP_S * (ALPHA * asked[0] - braked), w + STEP_S * (ALPHA * asked[1] + pushed)
     poses += np.array([[1e-3], [1e-3], [2e-3]]) * noise.normal(size=(3, N))
     none, t_ns = np.full(N, np.nan), np.arange(N, dtype=np.int64) * 10_000_000
     robot = RobotParameters(half_track_m=HALF_TRACK_M, wheel_radius_m=0.1)
@@ -86,8 +87,15 @@ def test_a_calibration_finds_the_swings_and_alpha_yaw_behind_them(pushed):
     assert without.robot.alpha_yaw < 0.5 * ALPHA
 
 
-def test_a_robot_that_nothing_pushes_has_no_swings():
-    noise = calibrate_on_log(back_and_forth(0.0), GapOptions()).model.noise
+def test_what_the_torques_answer_of_swings_stays_a_doubt_of_alpha_yaw(pushed):
+    """Pushes that are no swings, on another drive, are answered likewise."""
+    assert calibrate(pushed, pushed.robot).misfit["yaw_inertia"] > 0.5
+
+
+@pytest.mark.parametrize("friction_mps2", [0.0, 0.1])
+def test_a_robot_that_nothing_pushes_has_no_swings(friction_mps2):
+    """Dry friction jumps at each reversal, and is no swing."""
+    noise = calibrate_on_log(back_and_forth(0.0, friction_mps2), GapOptions()).model.noise
     assert noise.swing_longitudinal_mps2_rthz is None
     assert noise.swing_yaw_mps2_rthz is None
 

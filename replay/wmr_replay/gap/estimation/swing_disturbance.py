@@ -11,6 +11,8 @@ from dataclasses import replace
 
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import NoiseModel
@@ -29,6 +31,15 @@ def with_swings(problem: Problem, extension: Extension) -> GateSettings:
     if gain < own.least_gain:
         return calm.settings
     return replace(settings, diffusion=settings.diffusion.with_swings(noise.swings_mps2_rthz))
+
+
+def with_swings_in(problem: Problem, fit: Fit) -> Diffusion:
+    """The diffusion of a fit with one level for the whole log, swings and all: what its torques answer."""
+    settings = problem.settings
+    if not any(settings.diffusion.swings):
+        return fit.noise
+    one_level = problem.under(replace(settings, diffusion=settings.diffusion.with_swings((0.0, 0.0))))
+    return fit_diffusion(one_level, fit.extension, iterations=settings.budget.base_diffusion)
 
 
 def with_known_swings(settings: GateSettings, noise: NoiseModel) -> GateSettings:
