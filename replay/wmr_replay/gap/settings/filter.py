@@ -98,7 +98,8 @@ class DiffusionSettings:
     less than a thousandth."""
 
     swings: tuple[float, float] = (0.0, 0.0)
-    """Root densities ahead and in yaw while casters swing, (m/s²)/√Hz: those of the base model."""
+    """Root densities ahead and in yaw while casters swing, (m/s²)/√Hz. Physics: none, unless the base
+    model has any (``estimation.swing_disturbance``)."""
 
     def with_swings(self, swings: tuple[float, float]) -> "DiffusionSettings":
         """With other densities of a swing."""
