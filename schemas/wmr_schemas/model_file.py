@@ -36,6 +36,13 @@ class NoiseModel:
     disturbance_yaw_mps2_rthz: float | None = field(
         default=None, metadata=described("(m/s²)/√Hz", "white disturbance on half_track_m·d(yaw_rate)/dt")
     )
+    swing_longitudinal_mps2_rthz: float | None = field(
+        default=None,
+        metadata=described("(m/s²)/√Hz", "white disturbance on dv_long/dt while swivel casters swing round"),
+    )
+    swing_yaw_mps2_rthz: float | None = field(
+        default=None, metadata=described("(m/s²)/√Hz", "the same on half_track_m·d(yaw_rate)/dt")
+    )
     slip_longitudinal_mps_rthz: float | None = field(
         default=None,
         metadata=described("(m/s)/√Hz", "slip velocity ahead, where wheel speeds drive the model"),

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
+from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
@@ -37,6 +38,7 @@ def analyse(
     log, model, note = with_base_model(log, base, options)
     tell("naming", 0.1)
     log = replace(log, robot=model.robot)
+    options = replace(options, gates=with_known_swings(options.gates, model.noise))
     extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
     extension = with_turning_in_doubt(extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
@@ -76,7 +78,7 @@ def base_model(log: Log, base: Model | None, options: GapOptions) -> BaseModel:
         return BaseModel(log.robot, (), "metadata record")
     fitted = calibrate_on_log(log, options).model
     effects = base.effects if base is not None else ()
-    return BaseModel(fitted.robot, effects, "calibrated on the log", SELF_CALIBRATED)
+    return BaseModel(fitted.robot, effects, "calibrated on the log", SELF_CALIBRATED, noise=fitted.noise)
 
 
 def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = None) -> Model:
@@ -94,7 +96,7 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     lines, note = with_likelier_torques(replace(log, robot=robot), Extension(base_of(robot)), options)
     if note:
         found = calibrate_on_log(replace(log, torque=lines.torque), options)
-    model, problem, fit, _ = with_rests(found, options)
-    ratios = excitation_ratios(problem, fit.extension, fit.noise)
+    model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))
+    ratios = excitation_ratios(problem, fit.extension, with_swings_in(problem, fit))
     own = problem.settings.misfit
     return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, ratios, own))

@@ -11,6 +11,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, gauss_newton
+from wmr_replay.gap.estimation.swing_disturbance import with_swings
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
@@ -56,8 +57,11 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
     noise, start = None, robot
     for _ in range(settings.calibration.rounds):
         track = modes_for(log, robot, options)
-        problem = Problem.of(bin_log(log, settings, track)).all_fitted()
-        noise, fit = fit_parameters(problem, to_calibrate(problem, robot), noise)
+        problem = Problem.of(bin_log(log, options.gates, track)).all_fitted()
+        unfitted = to_calibrate(problem, robot)
+        options = replace(options, gates=with_swings(problem, unfitted))
+        problem = problem.under(options.gates)
+        noise, fit = fit_parameters(problem, unfitted, noise)
         start = robot
         robot, sd = calibrated(start, problem, fit)
     model = Model(robot=robot, robot_sd=sd, noise=noise_model(problem.binned, fit.noise))

@@ -1,6 +1,7 @@
 """The disturbances' diffusion at the greatest likelihood, with a wide prior.
 
-Fisher's scoring on the logarithms of the five parameters: with slopes of the innovations e and of their log
+Fisher's scoring on the logarithms of the five parameters, or of seven where those of a caster's swing are
+fitted too (``DiffusionSettings.with_free_swings``): with slopes of the innovations e and of their log
 variances by differences, the gradient of the deviance is exact, and ½ Σ (∂log s)² + Σ (∂e)² is its expected
 curvature. Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225.
 """
@@ -20,20 +21,33 @@ N_FREE = 5
 
 
 def diffusion_of(logs: F64, settings: DiffusionSettings) -> Diffusion:
-    """From logarithms (5,) of sd and time ahead, sd and time in yaw, and the lateral sd."""
-    a, b, c, d, e = np.exp(np.clip(logs, *settings.bounds_log))
-    return Diffusion(float(a), float(b), float(c), float(d), float(e), settings.lateral_tau_s)
+    """From logarithms (5,) of sd and time ahead, sd and time in yaw, and the lateral sd; of seven numbers the
+    last two are those of a swing, which are the settings' else.
+    """
+    a, b, c, d, e, *free = np.exp(np.clip(logs, *settings.bounds_log)).tolist()
+    long, yaw = free or settings.swings
+    return Diffusion(a, b, c, d, e, settings.lateral_tau_s, long, yaw)
 
 
-def logs_of(noise: Diffusion) -> F64:
-    """The inverse of :func:`diffusion_of`."""
-    return np.asarray(np.log(noise[:N_FREE]))
+def logs_of(noise: Diffusion, settings: DiffusionSettings) -> F64:
+    """The inverse of :func:`diffusion_of`: as many logarithms as the settings have numbers."""
+    free = (*noise[:N_FREE], *noise.swings_mps2_rthz)
+    return np.asarray(np.log(free[: len(settings.start)]))
 
 
 def noise_model(binned: BinnedLog, noise: Diffusion) -> NoiseModel:
     """Pose noise and disturbances as a model file holds them; the one ahead acts sideways too."""
     long, yaw = noise.densities_mps2_rthz
-    return NoiseModel(float(binned.noise_sd[0]), float(binned.noise_sd[2]), long, long, yaw)
+    ahead, turning = (q or None for q in noise.swings_mps2_rthz)
+    return NoiseModel(
+        float(binned.noise_sd[0]),
+        float(binned.noise_sd[2]),
+        long,
+        long,
+        yaw,
+        swing_longitudinal_mps2_rthz=ahead,
+        swing_yaw_mps2_rthz=turning,
+    )
 
 
 def fit_diffusion(
@@ -112,7 +126,7 @@ def starting_points(start: Diffusion | None, settings: DiffusionSettings) -> lis
     """Logarithms (5,) at which a search for the diffusion may start."""
     if start is None:
         return [settings.start_log]
-    logs = logs_of(start)
+    logs = logs_of(start, settings)
     calm = np.minimum(logs, settings.calm_log)
     calm_ahead = np.concatenate([calm[:2], logs[2:]])
     calm_in_yaw = np.concatenate([logs[:2], calm[2:4], logs[4:]])
@@ -125,7 +139,7 @@ def calmed(noise: Diffusion, settings: DiffusionSettings, large: float | None = 
     Large is a density at low frequency, s² τ, of ``large`` times the calm one's (default: the settings').
     """
     large = large or settings.large
-    long_sd, long_tau, yaw_sd, yaw_tau, _ = np.exp(settings.calm_log)
+    long_sd, long_tau, yaw_sd, yaw_tau = np.exp(settings.calm_log[:4])
     long = noise.long_sd_mps2**2 * noise.long_tau_s > large * long_sd**2 * long_tau
     yaw = noise.yaw_sd_mps2**2 * noise.yaw_tau_s > large * yaw_sd**2 * yaw_tau
     if long:
@@ -142,4 +156,4 @@ def calm_or_same(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
 
 def with_calm_lateral(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
     """The diffusion with a calm lateral velocity."""
-    return noise._replace(lat_sd_mps=float(np.exp(settings.calm_log[-1])))
+    return noise._replace(lat_sd_mps=float(np.exp(settings.calm_log[N_FREE - 1])))

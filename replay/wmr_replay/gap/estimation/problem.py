@@ -64,6 +64,10 @@ class Problem:
         """The same log with every row fitted."""
         return replace(self, train=np.ones(len(self.binned), bool))
 
+    def under(self, settings: GateSettings) -> "Problem":
+        """The same rows with other settings of the filter."""
+        return replace(self, binned=replace(self.binned, settings=settings))
+
     def middle(self, n: int) -> "Problem":
         """The ``n`` rows in the middle of the log, fitted and held out as here."""
         rows = slice((len(self.binned) - n) // 2, (len(self.binned) + n) // 2)

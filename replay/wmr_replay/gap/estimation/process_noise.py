@@ -29,7 +29,9 @@ from wmr_schemas.compiled.lean import lean
 
 
 class Diffusion(NamedTuple):
-    """Standard deviation and correlation time of each disturbance; the lateral one is a velocity."""
+    """Standard deviation and correlation time of each disturbance; the lateral one is a velocity. Root
+    densities of the white disturbances ahead and in yaw while swivel casters swing round.
+    """
 
     long_sd_mps2: float
     long_tau_s: float
@@ -37,6 +39,8 @@ class Diffusion(NamedTuple):
     yaw_tau_s: float
     lat_sd_mps: float
     lat_tau_s: float
+    swing_long_mps2_rthz: float = 0.0
+    swing_yaw_mps2_rthz: float = 0.0
 
     @property
     def densities_mps2_rthz(self) -> tuple[float, float]:
@@ -44,6 +48,16 @@ class Diffusion(NamedTuple):
         long = self.long_sd_mps2 * np.sqrt(2 * self.long_tau_s)
         yaw = self.yaw_sd_mps2 * np.sqrt(2 * self.yaw_tau_s)
         return float(long), float(yaw)
+
+    @property
+    def swings_mps2_rthz(self) -> tuple[float, float]:
+        """Root density ahead and in yaw while casters swing."""
+        return self.swing_long_mps2_rthz, self.swing_yaw_mps2_rthz
+
+    def with_swings(self, mps2_rthz: tuple[float, float]) -> "Diffusion":
+        """With other root densities while casters swing."""
+        long, yaw = mps2_rthz
+        return self._replace(swing_long_mps2_rthz=long, swing_yaw_mps2_rthz=yaw)
 
 
 @lean
@@ -77,6 +91,10 @@ def add_noise(
         moved = (row[Row.LOOSE] * dt) ** 2 / 3
         P[X, X] += moved
         P[Y, Y] += moved
+    if row[Row.SWING] > 0.0:
+        swinging = row[Row.SWING] ** 2 * dt
+        P[V, V] += swinging * noise.swing_long_mps2_rthz**2
+        P[W, W] += swinging * noise.swing_yaw_mps2_rthz**2
     if is_slipping(mode):
         slipped = settings.slip_disturbance_mps2_rthz**2 * dt
         P[V, V] += slipped

@@ -91,9 +91,7 @@ def smoothed_slopes(x: F64, step_s: float) -> F64:
     """Slopes (n, k) of signals (n, k) every ``step_s``: of a polynomial through the bins about each one, at
     the ends through the first or last ones (Savitzky and Golay, 1964; scipy.signal takes a second to import).
     """
-    half = SMOOTHED_BINS // 2
-    powers = np.arange(-half, half + 1)[:, None] ** np.arange(DEGREE + 1.0)
-    fit = np.linalg.pinv(powers)
+    half, fit = SMOOTHED_BINS // 2, smoothing()
     slopes = np.empty_like(x)
     slopes[half:-half] = np.einsum("nkw,w->nk", sliding_window_view(x, SMOOTHED_BINS, axis=0), fit[1])
     orders = np.arange(1, DEGREE + 1)
@@ -101,6 +99,18 @@ def smoothed_slopes(x: F64, step_s: float) -> F64:
         ends = x[:SMOOTHED_BINS] if at[0] < 0 else x[-SMOOTHED_BINS:]
         slopes[rows] = (orders * at[:, None] ** (orders - 1.0)) @ (fit[1:] @ ends)
     return slopes / step_s
+
+
+def smoothing() -> F64:
+    """The polynomial's coefficients (4, 19) by the bins about one; the second row gives its slope per bin."""
+    half = SMOOTHED_BINS // 2
+    powers = np.arange(-half, half + 1)[:, None] ** np.arange(DEGREE + 1.0)
+    return np.asarray(np.linalg.pinv(powers))
+
+
+def slope_sd(step_s: float) -> float:
+    """Standard deviation of :func:`smoothed_slopes` of white noise of 1."""
+    return float(np.linalg.norm(smoothing()[1])) / step_s
 
 
 KNOWN_COLUMNS: WeakKeyDictionary[BinnedLog, dict[str, F64]] = WeakKeyDictionary()

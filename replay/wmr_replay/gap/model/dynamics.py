@@ -34,7 +34,8 @@ do not skid (:mod:`wmr_replay.gap.estimation.sideslip`).
 
 class Row(IntEnum):
     """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space,
-    how loosely v_lat is held [m/s] about a change of mode, and seconds since the log's first pose.
+    how loosely v_lat is held [m/s] about a change of mode, seconds since the log's first pose, and how much
+    of a caster's swing may act.
     """
 
     DT = 0
@@ -48,6 +49,7 @@ class Row(IntEnum):
     EXTRA_YAW = 8
     LOOSE = 9
     AGE = 10
+    SWING = 11
 
 
 N_ROW = len(Row)

@@ -10,6 +10,7 @@ from wmr_replay.effects.local import local_weight
 from wmr_replay.effects.own import own_accelerations, own_efforts, without_own_errors
 from wmr_replay.effects.theta import Theta, theta_of
 from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.caster_swings import swings
 from wmr_replay.gap.model.dictionary import columns_of, own_columns_of
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
@@ -102,7 +103,7 @@ class Extension:
         return np.ascontiguousarray(without_own_errors(self.own, binned.t_s, binned.pose.T).T)
 
     def rows(self, binned: BinnedLog, mode: F64 | None = None) -> F64:
-        """Input rows (n, 11) of :class:`~wmr_replay.gap.model.dynamics.Row`.
+        """Input rows (n, 12) of :class:`~wmr_replay.gap.model.dynamics.Row`.
 
         ``mode`` (n,) are other contact modes than those of the log.
         """
@@ -114,6 +115,9 @@ class Extension:
             rows = binned.inputs.get(kind, lambda: empty_rows(binned, binned.mode, undeclared)).copy()
         else:
             rows = empty_rows(binned, mode, undeclared)
+        if any(binned.settings.diffusion.swings):
+            half = self.base.half_track_m
+            rows[:, Row.SWING] = binned.inputs.get(("swings", half), lambda: swings(binned, half))
         rows[:, Row.LEFT], rows[:, Row.RIGHT] = self.mean_torques(binned)
         names = {name for name, _ in self.acting}
         for name in names & WEIGHTS.keys():
@@ -135,7 +139,7 @@ class Extension:
 
 
 def empty_rows(binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
-    """Input rows (n, 11) without torques and effects; ``undeclared`` where the rows that are ideal skid."""
+    """Input rows (n, 12) without torques and effects; ``undeclared`` where the rows that are ideal skid."""
     rows = np.zeros((len(binned), N_ROW))
     rows[:, Row.DT] = binned.step_s
     rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s

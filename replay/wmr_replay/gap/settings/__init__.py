@@ -22,6 +22,7 @@ from wmr_replay.gap.settings.filter import (
     FilterSettings,
     RefitSettings,
     SideslipSettings,
+    SwingSettings,
 )
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_replay.gap.settings.log import BinSettings, SplitSettings, TorqueSettings, WindowSettings
@@ -46,6 +47,7 @@ class GateSettings:
     windows: WindowSettings = field(default_factory=WindowSettings)
     filter: FilterSettings = field(default_factory=FilterSettings)
     diffusion: DiffusionSettings = field(default_factory=DiffusionSettings)
+    swing: SwingSettings = field(default_factory=SwingSettings)
     refit: RefitSettings = field(default_factory=RefitSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)

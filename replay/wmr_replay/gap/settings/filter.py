@@ -1,6 +1,6 @@
 """Settings of the likelihood: filter, disturbances, refit, calibration."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -97,6 +97,21 @@ class DiffusionSettings:
     """Iterations on the whole of a long log. Numerics: from some per cent off, one step of Newton's leaves
     less than a thousandth."""
 
+    swings: tuple[float, float] = (0.0, 0.0)
+    """Root densities ahead and in yaw while casters swing, (m/s²)/√Hz. Physics: none, unless the base
+    model has any (``estimation.swing_disturbance``)."""
+
+    def with_swings(self, swings: tuple[float, float]) -> "DiffusionSettings":
+        """With other densities of a swing."""
+        return replace(self, swings=swings)
+
+    def with_free_swings(self, own: "SwingSettings") -> "DiffusionSettings":
+        """With the densities of a swing fitted too: seven numbers each, the last two those of a swing."""
+        two = (own.start_mps2_rthz,) * 2
+        least, most = (own.least_mps2_rthz,) * 2, (own.most_mps2_rthz,) * 2
+        numbers = {"start": two, "calm": most, "least": least, "most": most}
+        return replace(self, swings=two, **{key: getattr(self, key) + more for key, more in numbers.items()})
+
     @cached_property
     def start_log(self) -> F64:
         """Logarithms (5,) of ``start``."""
@@ -111,6 +126,39 @@ class DiffusionSettings:
     def bounds_log(self) -> tuple[F64, F64]:
         """Logarithms of ``least`` and ``most``, (5,) each."""
         return np.asarray(np.log(self.least)), np.asarray(np.log(self.most))
+
+
+@dataclass(frozen=True)
+class SwingSettings:
+    """Where swivel casters may be swinging round, and how hard they push meanwhile."""
+
+    length_m: float = 0.1
+    """Distance in which a caster follows the motion but for 1/e, m. Physics: two to four trails of casters of
+    robots. On four robots of the engine, .05, .1 and .2 m gain within a fifth of the same likelihood."""
+
+    full: float = 0.2
+    """Share of a half turn still to swing from which on all of the disturbance may act. Statistics: on
+    these robots a step at half of it, or no bound, gains up to a tenth less."""
+
+    least_speed_mps: float = 0.02
+    """Speed from which on a robot moves, m/s. Physics: slower, a caster swings by less than its trail in a
+    second."""
+
+    seen_sd: float = 3.0
+    """The same in standard deviations of the speed that poses show. Statistics: noise shows no direction."""
+
+    start_mps2_rthz: float = 0.1
+    """Median of the prior. Physics: .15 m/s² for .2 s at a time."""
+
+    least_mps2_rthz: float = 1e-3
+    """Lower bound. Numerics: poses of 1 mm do not show less."""
+
+    most_mps2_rthz: float = 5.0
+    """Upper bound. Physics: half of gravity for half a second."""
+
+    least_gain: float = 20.0
+    """Least drop of the deviance. Statistics: twice "very strong" after Kass and Raftery (1995), as
+    ``SideslipSettings.least_gain``."""
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,51 @@
+"""The disturbance while swivel casters may be swinging round, as a calibration log shows it.
+
+A caster that swings pushes the robot aside for some tenths of a second, by as much as the torques turn it.
+One level of disturbance for the whole drive would drown what the torques do everywhere else, and the torques
+of a controller answer the pushes, so that α_yaw is found too small. So v_long and w walk at random in those
+steps by q w m/s per √s, w the share of :mod:`wmr_replay.gap.model.caster_swings`, q one number ahead and one
+in yaw. They belong to the robot: a log that is analysed has those of its base model.
+"""
+
+from dataclasses import replace
+
+from wmr_replay.gap.estimation.diffusion import fit_diffusion
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.model_file import NoiseModel
+
+
+def with_swings(problem: Problem, extension: Extension) -> GateSettings:
+    """The problem's settings with the q of the greatest likelihood; with 0 where that gains too little."""
+    settings, own = problem.settings, problem.settings.swing
+    calm = problem.under(replace(settings, diffusion=settings.diffusion.with_swings((0.0, 0.0))))
+    free = problem.under(replace(settings, diffusion=settings.diffusion.with_free_swings(own)))
+    iterations = settings.budget.base_diffusion
+    calm_noise = fit_diffusion(calm, extension, iterations=iterations)
+    start = calm_noise.with_swings(free.settings.diffusion.swings)
+    noise = fit_diffusion(free, extension, start, iterations)
+    gain = calm.deviance(extension, calm_noise) - free.deviance(extension, noise)
+    if gain < own.least_gain:
+        return calm.settings
+    return replace(settings, diffusion=settings.diffusion.with_swings(noise.swings_mps2_rthz))
+
+
+def with_swings_in(problem: Problem, fit: Fit) -> Diffusion:
+    """The diffusion of a fit with one level for the whole log, swings and all: what its torques answer."""
+    settings = problem.settings
+    if not any(settings.diffusion.swings):
+        return fit.noise
+    one_level = problem.under(replace(settings, diffusion=settings.diffusion.with_swings((0.0, 0.0))))
+    return fit_diffusion(one_level, fit.extension, iterations=settings.budget.base_diffusion)
+
+
+def with_known_swings(settings: GateSettings, noise: NoiseModel) -> GateSettings:
+    """The settings with the q that a model file holds; the same where it has none."""
+    ahead, turning = noise.swing_longitudinal_mps2_rthz, noise.swing_yaw_mps2_rthz
+    if not ahead and not turning:
+        return settings
+    known = settings.diffusion.with_swings((ahead or 0.0, turning or 0.0))
+    return replace(settings, diffusion=known)
