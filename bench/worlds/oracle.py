@@ -229,7 +229,7 @@ def own_modes(world: World, s: Signals, steps: Steps, g: F64) -> dict[str, float
 def losses_beyond_the_grid(
     world: World, s: Signals, steps: Steps, g: F64, patch: dict[str, float]
 ) -> dict[str, float]:
-    """What losses of traction whose ends lie on no grid leave of ``g``; ``patch`` is the nearest one of it."""
+    """What losses of traction whose ends lie on no grid leave of ``g``; ``patch`` is its nearest one."""
     if world.case.effect == "slip_interval":
         return {"low_friction_patch": left_of_patch(s, steps, g, patch)}
     if world.case.effect == "low_friction_patch":

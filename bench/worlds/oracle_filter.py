@@ -31,7 +31,7 @@ START_SD = np.array([1.0, 1.0, 0.5, 1.0, 0.3, 1.0])
 class Steps:
     """The linear model bin by bin: transitions (n, 12, 12), inputs (n, 12, 3), noises (12, 12), (3, 3).
 
-    ``unsure`` (3·n, m) are directions u of the innovations of which the share |u|² is lost in what is unknown.
+    ``unsure`` (3·n, m) are directions u of the innovations whose share |u|² is lost in what is unknown.
     """
 
     transition: F64
