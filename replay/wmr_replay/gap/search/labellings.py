@@ -58,7 +58,7 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
 
 
 def same_place(problem: Problem, doubts: list[Doubt]) -> Iterator[Labelling]:
-    """All slipping replaced by ideal in the place of a doubtful interval, where the robot slips there at other
+    """All slipping replaced by ideal in the place of a doubtful interval, where the robot slips at other
     times as well: one patch may be crossed several times, and a short crossing is not doubted by itself.
     """
     binned, half = problem.binned, problem.settings.slip.half
