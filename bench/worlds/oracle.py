@@ -4,7 +4,8 @@ The hidden effect's trace and those of all rivals are seen through noise and dis
 Two numbers decide, both expected differences of twice the log-likelihood:
 
     own     of the hidden effect against nothing: |g|²
-    left    of the hidden effect against a rival with its best size, time or place: min over θ of |g − R θ|²
+    left    of the hidden effect against a rival with its best size, time or place: min over θ of |g − R θ|²,
+            beside what a tool that identifies modes cannot know of them (``oracle_modes.shifts_of_modes``)
 
 Such a difference of mean λ has the standard deviation 2√λ where both models are given. A tool that holds a
 margin of 10 (its rivals within 10 of BIC are alternatives) sees the margin kept in 97.5 % of the logs from
@@ -29,7 +30,7 @@ import numpy as np
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.effects import effects_of
 from worlds.case import World
-from worlds.oracle_filter import Steps, moved_m, steps_of, whitened
+from worlds.oracle_filter import Steps, beside_the_unsure, moved_m, steps_of, unsure_of, whitened
 from worlds.oracle_forms import STEP_S, Signals, Trace, losing, signals_of, trace
 from worlds.oracle_local import left_of_patch, pieces_by_block
 from worlds.oracle_modes import (
@@ -37,6 +38,7 @@ from worlds.oracle_modes import (
     nearest_skidding,
     nearest_slipping,
     pieces_about,
+    shifts_of_modes,
     shifts_of_skids,
     toggled,
 )
@@ -192,6 +194,8 @@ def judged(world: World) -> Judgement:
     traces = [hidden, *(trace(block.name, p, s) for block in others for p in block.parameters)]
     pieces, steps = stretches(s, every_s), steps_of(s, world.conditions, world.case.noise_sd)
     columns = whitened(steps, [*traces, *pieces])
+    own, unsure = columns[:, 0], unsure_of(steps, shifts_of_modes(s))
+    columns = beside_the_unsure(unsure, columns)
     g, rivals, place, patch = columns[:, 0], dict[str, float](), 1, dict[str, float]()
     for block in others:
         width = len(block.parameters)
@@ -205,29 +209,30 @@ def judged(world: World) -> Judgement:
     if (world.case.plant, name) in BETWEEN_FORMS:
         rivals[BETWEEN_FORMS[world.case.plant, name]] = 0.0
     rivals |= dict.fromkeys(exact_class(name) & set(effects_of("torque")), 0.0)
-    for other, left in rivals_beyond_the_grid(world, s, steps, g, patch).items():
+    others_beyond = own_modes(world, s, steps, own) | losses_beyond_the_grid(world, s, unsure, g, patch)
+    for other, left in others_beyond.items():
         rivals[other] = min(left, rivals.get(other, np.inf))
-    return Judgement(float(g @ g), moved_m(steps, hidden, TOLERANCE_S), rivals)
+    return Judgement(float(own @ own), moved_m(steps, hidden, TOLERANCE_S), rivals)
 
 
-def rivals_beyond_the_grid(
+def own_modes(world: World, s: Signals, steps: Steps, g: F64) -> dict[str, float]:
+    """What the model's own modes leave of ``g``."""
+    if world.case.effect in LOCAL_LOSS:
+        spans = pieces_about(s, where_lost(s, world.case.effect, world.sizes))
+        toggles = whitened(steps, [toggled(s, span) for span in spans])
+        return {SLIPPING: nearest_slipping(g, toggles, Histories(spans, s.slips))}
+    if world.case.effect == "cornering_stiffness" and (shifts := shifts_of_skids(s)):
+        return {SKIDDING: nearest_skidding(g, whitened(steps, shifts))}
+    return {}
+
+
+def losses_beyond_the_grid(
     world: World, s: Signals, steps: Steps, g: F64, patch: dict[str, float]
 ) -> dict[str, float]:
-    """What the model's own modes leave of ``g``, and losses of traction whose ends lie on no grid.
-
-    ``patch`` is the nearest one of the grid.
-    """
-    name, found = world.case.effect, {}
-    if name in LOCAL_LOSS:
-        lost = where_lost(s, name, world.sizes)
-        spans = pieces_about(s, lost)
-        own_modes = whitened(steps, [toggled(s, span) for span in spans])
-        found[SLIPPING] = nearest_slipping(g, own_modes, Histories(spans, s.slips))
-        if name == "slip_interval":
-            found["low_friction_patch"] = left_of_patch(s, steps, g, patch)
-        else:
-            parts = pieces_by_block(s, steps, lost)
-            found["slip_interval"] = min(nearest_interval(g, part) for part in parts)
-    elif name == "cornering_stiffness" and (shifts := shifts_of_skids(s)):
-        found[SKIDDING] = nearest_skidding(g, whitened(steps, shifts))
-    return found
+    """What losses of traction whose ends lie on no grid leave of ``g``; ``patch`` is its nearest one."""
+    if world.case.effect == "slip_interval":
+        return {"low_friction_patch": left_of_patch(s, steps, g, patch)}
+    if world.case.effect == "low_friction_patch":
+        parts = pieces_by_block(s, steps, where_lost(s, world.case.effect, world.sizes))
+        return {"slip_interval": min(nearest_interval(g, part) for part in parts)}
+    return {}

@@ -4,9 +4,12 @@ State: errors of x, y, yaw, v, w, q; three coloured disturbances; three wobbles 
 accelerations moves the state, a trace of poses adds to the measurement. The innovations that a trace causes,
 each divided by its standard deviation, are independent under noise alone: their inner products are the
 information that the log has on the effects, whatever the disturbance and the initial state may be.
+
+What a tool does not know beside is part of that noise: traces c δ with δ of standard deviation 1 give the
+innovations C the covariance I + C Cᵀ (:func:`unsure_of`).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,13 +29,17 @@ START_SD = np.array([1.0, 1.0, 0.5, 1.0, 0.3, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """The linear model bin by bin: transitions (n, 12, 12), inputs (n, 12, 3), noises (12, 12), (3, 3)."""
+    """The linear model bin by bin: transitions (n, 12, 12), inputs (n, 12, 3), noises (12, 12), (3, 3).
+
+    ``unsure`` (3·n, m) are directions u of the innovations whose share |u|² is lost in what is unknown.
+    """
 
     transition: F64
     inputs: F64
     process: F64
     start: F64
     measurement: F64
+    unsure: F64 | None = None
 
 
 def binned(columns: F64) -> F64:
@@ -114,7 +121,22 @@ def whitened(steps: Steps, traces: list[Trace]) -> F64:
         error -= gain @ innovation
         covariance -= gain @ across.T
         covariance = 0.5 * (covariance + covariance.T)
-    return out.reshape(3 * n, p)
+    return beside_the_unsure(steps, out.reshape(3 * n, p))
+
+
+def unsure_of(steps: Steps, traces: list[Trace]) -> Steps:
+    """The model in which each of ``traces`` is there with an unknown size of standard deviation 1."""
+    if not traces:
+        return steps
+    directions, sizes, _ = np.linalg.svd(whitened(steps, traces), full_matrices=False)
+    return replace(steps, unsure=directions * np.sqrt(1 - 1 / np.sqrt(1 + sizes**2)))
+
+
+def beside_the_unsure(steps: Steps, columns: F64) -> F64:
+    """(I + C Cᵀ)^(−1/2) times the columns: what the unknown traces C leave of them."""
+    if steps.unsure is None:
+        return columns
+    return columns - steps.unsure @ (steps.unsure.T @ columns)
 
 
 def moved_m(steps: Steps, trace: Trace, window_s: float) -> float:

@@ -13,6 +13,11 @@ another mode history. Two such rivals are weighed, each at its best:
 
 Both are expected differences of twice the log-likelihood, as for the other rivals. The hidden effect's own
 price, three or four fitted numbers, is not held against it.
+
+Between two names, the modes are unknown as well (``shifts_of_modes``): each beginning and end of a skid or a
+slip by .3 s, and the traction that slipping leaves by .1. Where the robot never reverses, a friction of the
+wheels differs from one of the body only in what slipping takes from it. A log of a coarse pose shows neither
+when a slip began nor what it left to the accuracy that telling these two asks for.
 """
 
 import numpy as np
@@ -23,6 +28,8 @@ from worlds.oracle_forms import STEP_S, Signals, Trace, accelerating, own_slippi
 PIECE_S, ABOUT_S = 0.1, 1.0
 CHANGE_COST = 9.4
 SHIFT_SD_S = 0.3
+SHARE_SD = 0.1
+"""Of the traction of rolling that slipping leaves: it depends on loads and tyres."""
 KICK_S = 0.05
 
 
@@ -139,6 +146,34 @@ def shifts_of_skids(s: Signals) -> list[Trace]:
             w, yaw, after = s.w[last - 1], s.yaw[last - 1], np.arange(len(s.t_s)) >= last
             found.append(seen(s, -w * np.sin(yaw) * after, w * np.cos(yaw) * after))
     return found
+
+
+def shifts_of_modes(s: Signals) -> list[Trace]:
+    """What the modes' unknowns change the motion by, each by one standard deviation."""
+    shifted = [times(SHIFT_SD_S, one) for one in (*shifts_of_skids(s), *shifts_of_slips(s))]
+    return shifted + [times(SHARE_SD, one) for one in other_slipping(s)]
+
+
+def shifts_of_slips(s: Signals) -> list[Trace]:
+    """Per second of a later beginning or an earlier end of each slip, what the model's motion changes by."""
+    inner = np.flatnonzero(np.diff(s.slips)) + 1
+    kicks = ((s.t_s >= s.t_s[k]) & (s.t_s < s.t_s[k] + KICK_S) for k in inner)
+    return [times(1 / KICK_S, toggled(s, kick)) for kick in kicks]
+
+
+def other_slipping(s: Signals) -> list[Trace]:
+    """Per unit of traction that slipping leaves more, ahead and in turning, what the motion changes by."""
+    if not np.any(s.slips):
+        return []
+    share_long, share_turn = s.left_by_slip
+    ahead = accelerating(s, s.slips * s.long / share_long * (s.right + s.left))
+    turning = accelerating(s, turn=s.slips * s.turn / share_turn * (s.right - s.left))
+    return [ahead, turning]
+
+
+def times(size: float, one: Trace) -> Trace:
+    """A trace of another size."""
+    return Trace(size * one.acceleration, size * one.pose)
 
 
 def nearest_skidding(g: F64, columns: F64) -> float:

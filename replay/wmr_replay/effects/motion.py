@@ -15,6 +15,13 @@ from wmr_schemas.terms import SOFT_SIGN
 Pair = tuple[float, float]
 Four = tuple[float, float, float, float]
 
+LEAST_FRICTION = 1e-4
+"""m/s² or N·m: a smaller friction changes no speed that a pose shows."""
+NEARLY_SLIDING = 6.0
+"""At so many v₀, friction is within 1e-5 of its whole size."""
+WITHIN_A_STEP_MPS = 0.03
+"""What a step of 50 ms may change a speed by, half-way, at 1 m/s²."""
+
 
 @lean
 def sign(speed: float, over: float = SOFT_SIGN) -> float:
@@ -33,6 +40,16 @@ def friction_speed(theta: F64) -> float:
     """The speed in m/s over which the friction in θ changes its sign."""
     own = theta[Theta.FRICTION_SPEED]
     return float(own) if own > 0.0 else SOFT_SIGN
+
+
+@lean
+def is_held(v: float, w: float, theta: F64) -> bool:
+    """Whether a dry friction may change within a step: the body or a wheel is near standstill."""
+    near = NEARLY_SLIDING * friction_speed(theta) + WITHIN_A_STEP_MPS
+    rolling = theta[Theta.ROLLING] > LEAST_FRICTION and abs(v) < near
+    turning = theta[Theta.SCRUB] > LEAST_FRICTION and abs(w) < near
+    wheels = theta[Theta.WHEEL_COULOMB] > LEAST_FRICTION and abs(abs(v) - abs(w)) < near
+    return bool(rolling or turning or wheels)
 
 
 @lean

@@ -9,13 +9,14 @@ import pytest
 from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 
 from wmr_replay.effects.motion import sign
-from wmr_replay.effects.theta import Theta
+from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
 from wmr_replay.gap.estimation.modes import lasting_effects
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Row, V, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.model_file import Effect
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -78,3 +79,21 @@ def test_another_effect_keeps_its_fit():
 def test_at_its_speed_friction_has_three_quarters_of_its_size(over_mps):
     assert sign(over_mps, over_mps) == pytest.approx(np.tanh(1.0))
     assert sign(-10 * over_mps, over_mps) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize(("place", "share"), [(Theta.ROLLING, 1.0), (Theta.WHEEL_COULOMB, 2 * BASE.alpha)])
+@pytest.mark.parametrize("over_mps", [0.005, 0.02])
+@pytest.mark.parametrize("pushed", [0.6, 1.4])
+def test_a_step_of_a_bin_follows_friction_about_standstill(place, share, over_mps, pushed):
+    """Torques that friction holds, and such as set the robot going; the oracle takes steps of .1 ms."""
+    size, row, theta = 0.3, np.zeros(N_ROW), np.zeros(N_THETA)
+    theta[place], theta[Theta.FRICTION_SPEED] = size / share, over_mps
+    row[[Row.LEFT, Row.RIGHT]] = pushed * size / (2 * BASE.alpha)
+    row[Row.DT] = 0.05
+    z, moved, v = np.zeros(N_STATE), np.zeros(N_STATE), 0.0
+    for _ in range(20):
+        step(z, row, theta, BASE, moved)
+        z[:] = moved
+        for _ in range(500):
+            v += 1e-4 * size * (pushed - np.tanh(v / over_mps))
+        assert z[V] == pytest.approx(v, abs=0.2 * over_mps)

@@ -1,9 +1,12 @@
 """The closed-form Jacobians of the gap analysis's step and measurement against finite differences."""
 
+from itertools import product
+
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from wmr_replay.effects.motion import is_held
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.model.dynamics import (
     N_ROW,
@@ -80,6 +83,8 @@ def test_the_jacobian_is_the_slope_of_a_step(z, row, theta, speed_mps, skid_deca
     for v_lat in (z[5], 0.0):  # away from where the decay's speed stops being held at its least
         assume(abs(np.sqrt(mean[V] ** 2 + v_lat**2 + mean[W] ** 2) - 0.3) > 1e-3)
     assume(abs(z[V]) > 1e-3 and abs(mean[V]) > 1e-3)
+    corners = product((-1e-3, 0.0, 1e-3), repeat=2)  # away from where friction begins to hold
+    assume(len({is_held(z[V] + by, z[W] + turn, theta) for by, turn in corners}) == 1)
     gains = responses(row, theta, base)
     halfway(z, gains, row, theta, base, middle)
     jacobian(z, gains, row, theta, base, moved, middle, F)

@@ -7,17 +7,19 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE
+from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import cost_of, fit_model
+from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.formula.modes import rolling_starts
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.undecided import as_said
+from wmr_replay.gap.search.labellings import same_place
 from wmr_replay.gap.search.preliminary import doubted_slip, lasting_or_alone, no_slip
 from wmr_replay.gap.search.slip_test import (
     Doubt,
@@ -36,7 +38,7 @@ from wmr_replay.gap.search.slipping_history import (
 )
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode
-from wmr_schemas.signals import Log, ModeTrack
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack
 from wmr_synth import hidden_log
 
 GIVEN = GapOptions(modes="given")
@@ -279,3 +281,20 @@ def slipping_span(problem: Problem) -> tuple[int, int]:
     """First and last row that is called slipping."""
     rows = np.flatnonzero(problem.binned.slips)
     return int(rows[0]), int(rows[-1])
+
+
+@pytest.mark.parametrize("again_s", [(30.0, 30.3), (20.0, 20.3)])
+def test_a_short_slip_in_the_place_of_a_doubtful_one_may_be_the_same_patch(again_s):
+    """There and back: the robot is in the place at 10 and at 30 s, and elsewhere at 20 s."""
+    log = made_log(3)
+    t_s = (log.pose.t_ns - log.pose.t_ns[0]) / 1e9
+    path = PoseTrack(log.pose.t_ns, np.where(t_s < 20.0, t_s, 40.0 - t_s), 0 * t_s, 0 * t_s)
+    problem = problem_of(replace(log, pose=path)).all_fitted()
+    binned = problem.binned
+    slips = (abs(binned.t_s - 10.0) < 1.0) | ((binned.t_s > again_s[0]) & (binned.t_s < again_s[1]))
+    slipping = problem.relabelled(with_mode_at(binned, slips, ContactMode.SLIPPING))
+    first, last = np.flatnonzero(abs(binned.t_s - 10.0) < 1.0)[[0, -1]]
+    found = list(same_place(slipping, [Doubt(int(first), int(last) + 1, 0.5, 100.0)]))
+    assert [bool(np.any(one.problem.binned.slips)) for one in found] == (
+        [False] if again_s[0] == 30.0 else []
+    )

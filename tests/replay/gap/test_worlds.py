@@ -307,6 +307,37 @@ def test_slipping_in_its_nearest_history_is_the_best_of_all(worlds):
         assert min(costs) - 1e-9 <= found <= min(costs) + 0.05 * g @ g
 
 
+def test_what_is_unknown_is_part_of_the_noise(worlds):
+    seen, rng = worlds("oracle_filter"), np.random.default_rng(4)
+    world = worlds("simulate").simulated(case_of(worlds))
+    s = worlds("oracle_forms").signals_of(world)
+    steps = seen.steps_of(s, world.conditions, (0.01, 0.005))
+    unknown = worlds("oracle_modes").shifts_of_modes(s)
+    known, columns = seen.whitened(steps, unknown), rng.normal(size=(len(steps.transition) * 3, 2))
+    left = seen.beside_the_unsure(seen.unsure_of(steps, unknown), columns)
+    covariance = np.eye(len(columns)) + known @ known.T
+    np.testing.assert_allclose(left.T @ left, columns.T @ np.linalg.solve(covariance, columns), rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("rival", "sizes", "alike"),
+    [("wheel_coulomb", {"torque_nm": 0.03}, True), ("viscous_drag", {"c1_per_s": 0.03}, False)],
+)
+def test_slipping_alone_does_not_tell_a_wheels_friction_from_the_bodys(worlds, rival, sizes, alike):
+    """On a drive that never stops nor reverses; a drag is another matter."""
+    modes, forms, seen = worlds("oracle_modes"), worlds("oracle_forms"), worlds("oracle_filter")
+    case, oracle = worlds("case").Case(2, "sweeps", "poor", "rolling_resistance", 1_400_077), worlds("oracle")
+    world = worlds("simulate").simulated(case)
+    s = forms.signals_of(world)
+    traces = [forms.trace("rolling_resistance", {"c0_mps2": 0.03}, s), forms.trace(rival, sizes, s)]
+    sure = seen.steps_of(s, world.conditions, case.noise_sd)
+    unsure = seen.unsure_of(sure, modes.shifts_of_modes(s))
+    columns = [seen.whitened(steps, traces) for steps in (sure, unsure)]
+    left = [oracle.left_over(two[:, 0], two[:, 1:], oracle.NONNEGATIVE) for two in columns]
+    assert left[0] > oracle.SEPARATED
+    assert (left[1] < oracle.SEPARATED) is alike
+
+
 def test_a_patch_that_is_crossed_once_is_an_interval(worlds):
     """No grid of half seconds keeps them apart."""
     oracle, local, forms = worlds("oracle"), worlds("oracle_local"), worlds("oracle_forms")

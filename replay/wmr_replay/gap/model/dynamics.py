@@ -11,7 +11,14 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from wmr_replay.effects.measurement import moved, yaw_error
-from wmr_replay.effects.motion import downhill_left, wheel_losses, with_body_effects
+from wmr_replay.effects.motion import (
+    downhill_left,
+    is_held,
+    wheel_losses,
+    wheel_slopes,
+    with_body_effects,
+    with_body_slopes,
+)
 from wmr_replay.effects.response import Weights, response, with_stiffness
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
@@ -26,6 +33,8 @@ LEAST_SPEED_MPS = 0.3
 """Floor of v̄ in assumption 4, as in the simulator: at standstill the decay rate would be infinite."""
 DIFFERENCE = 1e-6
 """Step of every difference quotient."""
+MOST_ITERATIONS, SETTLED_MPS = 20, 1e-13
+"""Of Newton's method for the speeds half-way, which dry friction holds back."""
 LEAST_UNDECLARED = 0.1
 """Below it, an undeclared skid moves v_lat by its first-order term alone: tyres that are so stiff creep, and
 do not skid (:mod:`wmr_replay.gap.estimation.sideslip`).
@@ -53,6 +62,7 @@ class Row(IntEnum):
 
 
 N_ROW = len(Row)
+Six = tuple[float, float, float, float, float, float]
 
 
 class Base(NamedTuple):
@@ -160,14 +170,68 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
 
 
 @lean
-def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
-    """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later."""
+def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
+    """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
+    (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
+    right, left = wheel_slopes(v + w, v - w, theta)
+    by_wheels = -ahead * (right + left), -ahead * (right - left), -turning * (right - left)
+    given = (*by_wheels, -turning * (right + left))
+    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
+    v_yaw, v_lateral = downhill_left(z[YAW], theta)[0], 0.0
+    if skids(row[Row.MODE], theta):
+        v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
+    return v_yaw, v_v, v_w, v_lateral, w_v, w_w
+
+
+@lean
+def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
+    """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
+    return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
+
+
+@lean
+def held_back(a: Six, half: float, v: float, w: float) -> tuple[float, float]:
+    """(1 − h A)⁻¹ (v, w), A the slopes of the accelerations by (v_long, w) and h half a step."""
+    determinant = (1.0 - half * a[1]) * (1.0 - half * a[5]) - half * half * a[2] * a[4]
+    ahead = (1.0 - half * a[5]) * v + half * a[2] * w
+    turning = (1.0 - half * a[1]) * w + half * a[4] * v
+    return ahead / determinant, turning / determinant
+
+
+@lean
+def settle(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
+    """``out`` ← its v_long and w half a step after ``z`` with the accelerations that act there.
+
+    Dry friction is steep about standstill, c/v₀ up to 100/s: a step that begins with the friction of its
+    start throws the robot back and forth. Newton's method from standstill, where the slope is steepest and a
+    step never leads beyond the solution.
+    """
     half = row[Row.DT] / 2
-    dv, dw = accelerations(z, gains, row, theta, base)
+    out[V] = out[W] = 0.0
+    for _ in range(MOST_ITERATIONS):
+        dv, dw = accelerations(out, gains, row, theta, base)
+        slopes = slopes_of_accelerations(out, gains, row, theta, base)
+        v, w = held_back(slopes, half, z[V] + dv * half - out[V], z[W] + dw * half - out[W])
+        out[V] += v
+        out[W] += w
+        if abs(v) + abs(w) < SETTLED_MPS:
+            break
+
+
+@lean
+def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
+    """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later; implicitly where
+    dry friction holds the robot.
+    """
+    half = row[Row.DT] / 2
     for i in range(N_STATE):
         out[i] = z[i]
-    out[V] = z[V] + dv * half
-    out[W] = z[W] + dw * half
+    if is_held(z[V], z[W], theta):
+        settle(z, gains, row, theta, base, out)
+    else:
+        dv, dw = accelerations(z, gains, row, theta, base)
+        out[V] = z[V] + dv * half
+        out[W] = z[W] + dw * half
     out[YAW] = z[YAW] + (z[W] + out[W]) / 2 / base.half_track_m * half
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from wmr_replay.effects.measurement import arm_slopes
-from wmr_replay.effects.motion import downhill_left, wheel_slopes, with_body_slopes
+from wmr_replay.effects.motion import downhill_left, is_held
 from wmr_replay.gap.model.dynamics import (
     D_LAT,
     D_LONG,
@@ -20,33 +20,21 @@ from wmr_replay.gap.model.dynamics import (
     W,
     X,
     Y,
+    held_back,
     kept_lateral,
     skid_rate,
     skids,
     skids_unseen,
+    slopes_of_accelerations,
+    through,
 )
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
-Six = tuple[float, float, float, float, float, float]
 Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
 MOVING = (YAW, V, W, V_LAT, D_LONG, D_YAW)
 """The states that act on more than v_lat and, by that, the place."""
-
-
-@lean
-def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
-    """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
-    (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
-    right, left = wheel_slopes(v + w, v - w, theta)
-    by_wheels = -ahead * (right + left), -ahead * (right - left), -turning * (right - left)
-    given = (*by_wheels, -turning * (right + left))
-    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
-    v_yaw, v_lateral = downhill_left(z[YAW], theta)[0], 0.0
-    if skids(row[Row.MODE], theta):
-        v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
-    return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
 @lean
@@ -77,12 +65,6 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
 
 
 @lean
-def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
-    """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
-    return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
-
-
-@lean
 def jacobian(
     z: F64,
     gains: tuple[float, float],
@@ -97,7 +79,7 @@ def jacobian(
 
     ``gains`` are the responses to the efforts.
     """
-    dt, half = row[Row.DT], row[Row.DT] / 2
+    dt, half, held = row[Row.DT], row[Row.DT] / 2, is_held(z[V], z[W], theta)
     turn, half_turn = dt / base.half_track_m, half / base.half_track_m / 2
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
@@ -110,8 +92,13 @@ def jacobian(
     for j in MOVING:
         e = UNIT[j]
         yaw, v, w, v_lat = e[YAW], e[V], e[W], e[V_LAT]
-        dv, dw = through(first, yaw, v, w, v_lat)
+        if held:
+            dv, dw = first[0] * yaw + second[3] * v_lat, 0.0
+        else:
+            dv, dw = through(first, yaw, v, w, v_lat)
         v_1, w_1 = v + (dv + e[D_LONG]) * half, w + (dw + e[D_YAW]) * half
+        if held:
+            v_1, w_1 = held_back(second, half, v_1, w_1)
         yaw_1 = yaw + (w + w_1) * half_turn
         dv, dw = through(second, yaw_1, v_1, w_1, v_lat)
         dv, dw = dv + e[D_LONG], dw + e[D_YAW]

@@ -58,14 +58,14 @@ def less_slip(problem: Problem, extension: Extension) -> Iterator[Labelling]:
 
 
 def same_place(problem: Problem, doubts: list[Doubt]) -> Iterator[Labelling]:
-    """All slipping replaced by ideal in the place of a doubtful interval, where another one is there as well:
-    one patch may be crossed several times.
+    """All slipping replaced by ideal in the place of a doubtful interval, where the robot slips at other
+    times as well: one patch may be crossed several times, and a short crossing is not doubted by itself.
     """
     binned, half = problem.binned, problem.settings.slip.half
     for doubt in doubts[: problem.settings.slip.most_doubts]:
         place = as_losses(binned, doubt)[1:]
         rows = binned.slips & (weight(*place[0], binned) > half)
-        if any(rows[other.first : other.last].any() for other in doubts if other is not doubt):
+        if rows[: doubt.first].any() or rows[doubt.last :].any():
             rows[doubt.first : doubt.last] = True
             track = with_mode_at(binned, rows, ContactMode.IDEAL)
             yield Labelling(problem.relabelled(track), hints=place, further=True)
