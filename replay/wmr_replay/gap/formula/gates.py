@@ -96,9 +96,9 @@ def only_answers(problem: Problem, formula: Formula) -> bool:
     return p >= problem.settings.excitation.level
 
 
-def explains_manoeuvres(named: Fit, fit: Fit) -> bool:
+def explains_manoeuvres(named: Fit, fit: Fit, price: float) -> bool:
     """Whether a model with terms of efforts explains more than ``named``, the library's effects alone, where
-    the torques ask for a manoeuvre.
+    the torques ask for a manoeuvre; by more than its terms cost beyond those effects, ``price``.
 
     Smaller efforts may only answer the disturbance: terms that take them away make it seem to vanish, and
     leave the manoeuvres as they are (:mod:`wmr_replay.gap.evidence.excitation`).
@@ -106,7 +106,9 @@ def explains_manoeuvres(named: Fit, fit: Fit) -> bool:
     gained = named.row_deviance - fit.row_deviance
     terms = (name for name in fit.extension.effects if name.startswith(UNNAMED_PREFIX))
     channels = {torques_of(name) for name in terms} - {"both"}
-    return all(gained[manoeuvres(fit.problem, named, channel)].sum() > 0 for channel in channels)
+    return all(
+        gained[manoeuvres(fit.problem, named, channel)].sum() > max(price, 0.0) for channel in channels
+    )
 
 
 def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:

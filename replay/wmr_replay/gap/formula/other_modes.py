@@ -85,10 +85,11 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     if not selection.found:
         return True
     other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
-    excess, own = other.deviance + prices - start.fit.deviance - start.price, problem.settings.formula
+    price, own = start.price - prices, problem.settings.formula
+    excess = other.deviance - start.fit.deviance - price
     if len(library_of(selection)) < len(selection.found):
         return excess > 0
-    if not explains_manoeuvres(other, start.fit):
+    if not explains_manoeuvres(other, start.fit, price):
         return False
     base = fit_model(start.problem, selection.base.extension, selection.base.noise)
     return excess > max(own.margin, own.beyond_library * (base.deviance - other.deviance))

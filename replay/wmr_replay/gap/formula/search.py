@@ -153,12 +153,12 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
         return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
-    mine = formula.fit.deviance + formula.price(problem) + library_price(problem, formula, library)
-    excess = selection.fit.deviance + prices - mine
+    price = formula.price(problem) + library_price(problem, formula, library) - prices
+    excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0 or not explains_manoeuvres(selection.fit, formula.fit):
+    if unseen < 0 or not explains_manoeuvres(selection.fit, formula.fit, price):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
