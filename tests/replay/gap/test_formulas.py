@@ -15,6 +15,7 @@ from tests.replay.gap.plain_loop import BASE, made_fit, made_log, problem_of
 from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.evidence.excitation import manoeuvres
 from wmr_replay.gap.formula.groups import (
     CURVE,
     PRODUCT,
@@ -25,6 +26,7 @@ from wmr_replay.gap.formula.groups import (
     without_twins,
 )
 from wmr_replay.gap.formula.grow import Formula, grow, is_sound
+from wmr_replay.gap.formula.proven import proven
 from wmr_replay.gap.formula.search import explains_more, is_the_same
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
@@ -227,6 +229,41 @@ def test_a_named_effect_stays_where_unseen_rows_speak_against_a_formula(unseen, 
     formula = Formula(base, better, (Group(PRODUCT, (parse_term("unnamed:longitudinal:v*t"),)),))
     selection = Selection(base, named, (effect,), ((effect,),))
     assert explains_more(problem, selection, formula) is takes_its_place
+
+
+@pytest.mark.parametrize(("in_manoeuvres", "takes_its_place"), [(True, True), (False, False)])
+def test_a_formula_of_efforts_takes_an_effects_place_where_manoeuvres_show_it(in_manoeuvres, takes_its_place):
+    """The formula explains 500 units of deviance more than the effect, in manoeuvres or where the torques may
+    only answer the disturbance.
+    """
+    problem = problem_of(made_log(1))
+    base, named, better = (with_deviance(problem, fitted, 0.0) for fitted in (0.0, -400.0, -900.0))
+    named = replace(named, extension=Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}))
+    names = [f"unnamed:longitudinal:{product}" for product in ("effort_sum", "effort_sum*abs(effort_sum)")]
+    large = manoeuvres(problem, named, "longitudinal")
+    rows = large if in_manoeuvres else problem.train & ~large
+    deviance = named.row_deviance - 500.0 * rows / rows.sum()
+    extension = Extension(BASE, {name: {"coefficient": 0.1} for name in names})
+    better = replace(better, extension=extension, row_deviance=deviance)
+    scored = ScoredCandidate("viscous_drag", {"c1_per_s": 0.1}, 400.0, 1)
+    effect = FittedCandidate(scored, named, 400.0, 390.0, 0.0)
+    formula = Formula(base, better, tuple(Group(PRODUCT, (parse_term(name),)) for name in names))
+    selection = Selection(base, named, (effect,), ((effect,),))
+    assert explains_more(problem, selection, formula) is takes_its_place
+
+
+def test_what_a_formula_explains_ahead_proves_nothing_of_turning():
+    problem = problem_of(made_log(1, drag_per_s=0.1))
+    base = fit_model(problem, Extension(BASE))
+    groups = tuple(
+        Group(PRODUCT, (parse_term(f"unnamed:{term}"),)) for term in ("longitudinal:v", "yaw:effort_diff")
+    )
+    extension = base.extension.with_effect(*groups[0].names, {"coefficient": -0.1})
+    extension = extension.with_effect(*groups[1].names, {"coefficient": -0.01})
+    formula = Formula(base, fit_model(problem, extension, base.noise), groups)
+    found = proven(problem, base, formula, groups, GapOptions(modes="given"))
+    assert found.formula.names == ("unnamed:longitudinal:v",)
+    assert tuple(found.formula.fit.extension.effects) == found.formula.names
 
 
 def with_deviance(problem, fitted, held_out):

@@ -137,3 +137,15 @@ def test_an_effect_moves_the_path_by_what_kinematics_say(gain):
         expected = abs(gain) * BASE.alpha * 0.5 * seconds**2 / (2 * np.sqrt(180))
         assert path_change(problem, without, with_it, seconds) == pytest.approx(expected, rel=0.08)
     assert path_change(problem, without, without, 4.0) == 0
+
+
+def test_the_time_of_a_load_comes_from_all_rows():
+    """It comes at 10 s, where 8 to 12 s are held out."""
+    problem = problem_of(made_log(1, load=(0.5, 10.0)))
+    start = Extension(BASE, {"load_step": {"mass_ratio": 0.4, "t0_s": 9.6}})
+    fit, whole = (
+        fit_model(part, start).extension.effects["load_step"] for part in (problem, problem.all_fitted())
+    )
+    assert not problem.train[np.searchsorted(problem.binned.t_s, 10.0)]
+    assert fit["t0_s"] == whole["t0_s"] == pytest.approx(10.0, abs=0.3)
+    assert fit["mass_ratio"] == pytest.approx(0.5, abs=0.1)

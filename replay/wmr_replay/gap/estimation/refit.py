@@ -8,7 +8,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.model.candidates import LOCAL, candidate_of, is_place
+from wmr_replay.gap.model.candidates import candidate_of, is_place
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings.filter import RefitSettings
 from wmr_schemas.arrays import F64
@@ -140,14 +140,15 @@ def fit_model(
 ) -> Fit:
     """Effects and diffusion at the greatest likelihood, in turns.
 
-    When and where traction is lost comes from all rows: an end of it may lie among those that are held out.
+    When and where an effect acts comes from all rows: an end of it may lie among those that are held out.
     ``noise`` is where the diffusion starts (default: the prior's median), ``iterations`` its budget and
     ``steps`` that of the effects before the diffusion is fitted again (defaults: the settings').
     """
     budget = problem.settings.budget
-    if any(name in LOCAL for name in extension.effects) and not np.all(problem.train):
+    if any(is_place(*key) for key in keys_of(extension)) and not np.all(problem.train):
         whole = fit_model(problem.all_fitted(), extension, noise, iterations, steps)
-        return gauss_newton(problem, whole.extension, whole.noise, budget.last_steps, places=False)
+        noise = fit_diffusion(problem, whole.extension, whole.noise, iterations)
+        return gauss_newton(problem, whole.extension, noise, budget.last_steps, places=False)
     if not extension.effects:
         return evaluate(problem, extension, fit_diffusion(problem, extension, noise, iterations))
     if noise is None:

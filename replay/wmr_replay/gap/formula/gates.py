@@ -7,8 +7,8 @@ from scipy.special import chdtrc, fdtrc
 
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate
-from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
+from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model
+from wmr_replay.gap.evidence.excitation import manoeuvres, p_in_manoeuvres, torques_of
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
 from wmr_replay.gap.formula.groups import CURVE, Group
@@ -18,6 +18,7 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
 from wmr_schemas.arrays import F64
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import COEFFICIENT, parse_term
 
 
@@ -33,6 +34,37 @@ def p_value_of(problem: Problem, formula: Formula) -> float:
     by_ratio = float(chdtrc(len(columns), max(formula.gain, 0.0)))
     n_tried = sum(group.n_tried for group in formula.groups)
     return min(max(by_wald, by_ratio) * n_tried, 1.0)
+
+
+def by_channel(problem: Problem, formula: Formula) -> list[Formula]:
+    """The terms of each channel on top of the model with all others, the weakest first.
+
+    That model has its own disturbances, which are larger where terms explained them.
+    """
+    parts, budget = [], problem.settings.budget
+    for channel in formula.channels:
+        mine = tuple(group for group in formula.groups if group.terms[0].channel == channel)
+        rest = formula.fit.extension
+        for name in (name for group in mine for name in group.names):
+            rest = rest.without(name)
+        fit = fit_model(problem, rest, formula.rest.noise, budget.base_diffusion, budget.last_steps)
+        parts.append(Formula(fit, formula.fit, mine))
+    return sorted(parts, key=lambda part: part.gain)
+
+
+def of_proven_channels(
+    problem: Problem, formula: Formula, groups: Sequence[Group], options: GapOptions
+) -> Formula:
+    """The formula without the weakest channel whose terms do not pass the gates beside the others.
+
+    Accelerations ahead and in turning are two statements: what one of them explains says nothing of the
+    other.
+    """
+    for part in by_channel(problem, formula) if len(formula.channels) > 1 else ():
+        if why_not(problem, part, groups, options)[0]:
+            left = tuple(group for group in formula.groups if group not in part.groups)
+            return Formula(formula.rest, part.rest, left)
+    return formula
 
 
 def why_not(
@@ -62,6 +94,21 @@ def only_answers(problem: Problem, formula: Formula) -> bool:
         return False
     p = p_in_manoeuvres(problem, formula.fit, *formula.names)
     return p >= problem.settings.excitation.level
+
+
+def explains_manoeuvres(named: Fit, fit: Fit, price: float) -> bool:
+    """Whether a model with terms of efforts explains more than ``named``, the library's effects alone, where
+    the torques ask for a manoeuvre; by more than its terms cost beyond those effects, ``price``.
+
+    Smaller efforts may only answer the disturbance: terms that take them away make it seem to vanish, and
+    leave the manoeuvres as they are (:mod:`wmr_replay.gap.evidence.excitation`).
+    """
+    gained = named.row_deviance - fit.row_deviance
+    terms = (name for name in fit.extension.effects if name.startswith(UNNAMED_PREFIX))
+    channels = {torques_of(name) for name in terms} - {"both"}
+    return all(
+        gained[manoeuvres(fit.problem, named, channel)].sum() > max(price, 0.0) for channel in channels
+    )
 
 
 def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:

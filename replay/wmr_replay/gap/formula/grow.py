@@ -30,6 +30,11 @@ class Formula:
         return tuple(name for group in self.groups for name in group.names)
 
     @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that have terms."""
+        return tuple(dict.fromkeys(term.channel for group in self.groups for term in group.terms))
+
+    @property
     def gain(self) -> float:
         """What the terms lower the deviance by."""
         return self.rest.deviance - self.fit.deviance

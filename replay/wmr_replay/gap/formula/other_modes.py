@@ -6,7 +6,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula.gates import why_not
+from wmr_replay.gap.formula.gates import explains_manoeuvres
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.modes import (
@@ -21,7 +21,7 @@ from wmr_replay.gap.formula.modes import (
     sees_the_same,
     whole_cost,
 )
-from wmr_replay.gap.formula.proven import Proven, library_of
+from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
@@ -85,9 +85,12 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     if not selection.found:
         return True
     other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
-    excess, own = other.deviance + prices - start.fit.deviance - start.price, problem.settings.formula
+    price, own = start.price - prices, problem.settings.formula
+    excess = other.deviance - start.fit.deviance - price
     if len(library_of(selection)) < len(selection.found):
         return excess > 0
+    if not explains_manoeuvres(other, start.fit, price):
+        return False
     base = fit_model(start.problem, selection.base.extension, selection.base.noise)
     return excess > max(own.margin, own.beyond_library * (base.deviance - other.deviance))
 
@@ -114,5 +117,4 @@ def proven_with(log: Log, start: Start, extension: Extension, options: GapOption
     again = grow(problem, rest, without_twins(groups, rest.extension.effects))
     if not again.groups:
         return None
-    failed, proof = why_not(problem, again, groups, options)
-    return Proven(problem, base, again, proof) if not failed and proof is not None else None
+    return proven(problem, base, again, groups, options)

@@ -8,12 +8,12 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.significance import correlation
-from wmr_replay.gap.formula.gates import p_value_of, why_not
+from wmr_replay.gap.formula.gates import explains_manoeuvres, p_value_of
 from wmr_replay.gap.formula.groups import TWINS, groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.modes import may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
-from wmr_replay.gap.formula.proven import Proven, library_of
+from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
@@ -106,9 +106,11 @@ def best_formula(
     ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
-        failed, proof = why_not(problem, formula, groups, options)
-        if not failed and proof is not None:
-            return Proven(problem, selection.base, formula, proof)
+        found = proven(problem, selection.base, formula, groups, options)
+        if found is None:
+            continue
+        if found.formula is formula or explains_more(problem, selection, found.formula):
+            return found
     return None
 
 
@@ -144,19 +146,19 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     """Whether a formula is better than the selection by what the wrong form of its effects may leave.
 
     What was named for good reasons gives way, or gets a formula beside it, only where the rows that were not
-    fitted are no less likely; in its place they count too.
+    fitted are no less likely, in its place they count too, and where manoeuvres are likelier.
     """
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
         return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
-    mine = formula.fit.deviance + formula.price(problem) + library_price(problem, formula, library)
-    excess = selection.fit.deviance + prices - mine
+    price = formula.price(problem) + library_price(problem, formula, library) - prices
+    excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0:
+    if unseen < 0 or not explains_manoeuvres(selection.fit, formula.fit, price):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
