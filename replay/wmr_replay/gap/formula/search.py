@@ -7,6 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.excitation import hides_from_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of, why_not
 from wmr_replay.gap.formula.groups import TWINS, groups_of, plain_groups, without_twins
@@ -148,6 +149,8 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     """
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
+        return False
+    if hides_from_manoeuvres(problem, selection.fit, formula.fit, *formula.names):
         return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
