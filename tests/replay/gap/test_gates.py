@@ -26,6 +26,8 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import (
     answers_disturbance,
     excitation_ratios,
+    hides_from_manoeuvres,
+    manoeuvres,
     too_calm_for,
     torques_of,
 )
@@ -140,6 +142,23 @@ def test_a_candidate_is_significant_by_level_and_score(drive, p, score):
     stage = (candidate("viscous_drag", 50.0, score=score, p=p, fit=fit),)
     (tested,) = first_tested(drive, fit, fit, stage, [])
     assert (tested.failed == "") == (p <= 0.01 and score > 0)
+
+
+@pytest.mark.parametrize(
+    ("term", "in_manoeuvres", "fails"),
+    [("effort_diff*abs(effort_diff)", -0.1, True), ("effort_diff", 0.1, False), ("v*yaw_rate", -0.1, False)],
+)
+def test_a_term_of_efforts_must_not_make_manoeuvres_less_likely(drive, term, in_manoeuvres, fails):
+    """It explains 1 a row where efforts are small, and a tenth of it, or less than nothing, elsewhere."""
+    name, e = f"unnamed:yaw:{term}", np.zeros((len(drive.binned), 3))
+    before = made_fit(drive, Extension(BASE), e)
+    large = manoeuvres(drive, before, "yaw" if "effort" in term else "both")
+    assert 50 < large.sum() < len(large) - 50
+    after = made_fit(drive, Extension(BASE, {name: {"coefficient": 0.1}}), e)
+    after = replace(after, row_deviance=np.where(large, -in_manoeuvres, -1.0))
+    assert hides_from_manoeuvres(drive, before, after, name) is fails
+    (tested,) = first_tested(drive, before, before, (candidate(name, 50.0, fit=after),), [])
+    assert bool(tested.failed) is fails
 
 
 @pytest.mark.parametrize(

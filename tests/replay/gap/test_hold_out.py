@@ -21,6 +21,7 @@ from wmr_replay.gap.evidence.holdout import (
     gap_change,
     held_out_deviance,
     is_placed,
+    is_proven,
     path_change,
     prove,
 )
@@ -32,14 +33,14 @@ HOLD_OUT = SETTINGS.hold_out
 
 def gaps(position_m, floor_m=0.0, n=9) -> WindowErrors:
     """Windows with the same gap in position and, scaled, in yaw."""
-    position, floor = np.full(n, float(position_m)), np.full(n, float(floor_m))
+    position, floor = np.full(n, position_m, np.float64), np.full(n, float(floor_m))
     return WindowErrors(position, 0.1 * position, floor, 0.1 * floor, np.arange(float(n)))
 
 
 @given(st.floats(0.0, 0.95))
 def test_the_reduction_of_the_gap_is_known(reduction):
     assume(abs(reduction - HOLD_OUT.least_change) > 1e-9)
-    change = gap_change(gaps(1.0), gaps(1.0 - reduction), HOLD_OUT)
+    change = gap_change(gaps(1.0), gaps(1.0 - reduction), gaps(reduction), HOLD_OUT)
     if reduction <= HOLD_OUT.least_change:
         assert change is None
         return
@@ -56,7 +57,36 @@ def test_a_gap_is_clearly_larger_over_all_and_in_most_windows(reduction, larger_
 
 
 def test_a_gap_that_grows_in_every_window_is_clearly_larger():
-    assert clearly_larger(gap_change(gaps(1.0), gaps(1.1), HOLD_OUT), HOLD_OUT)
+    assert clearly_larger(gap_change(gaps(1.0), gaps(1.1), gaps(0.1), HOLD_OUT), HOLD_OUT)
+
+
+@pytest.mark.parametrize("left", [0.0, 2.0])
+def test_what_an_effect_promises_is_what_the_simulations_are_apart(left):
+    """Gaps b with the effect and, at right angles to them, d between the simulations: a² = b² + d²."""
+    apart, n = 0.5, 9
+    change = gap_change(gaps(np.hypot(left, apart)), gaps(left), gaps(apart), HOLD_OUT)
+    assert change.promised == pytest.approx(change.reduction)
+    scattered = gaps(np.hypot(left, apart) + 0.4 * (-1.0) ** np.arange(n), n=n)
+    unsure = gap_change(scattered, gaps(left), gaps(apart), HOLD_OUT)
+    assert unsure.promised < change.promised
+
+
+@pytest.mark.parametrize(
+    ("promised", "p_value", "placed", "proven"),
+    [
+        (0.02, 1e-5, False, True),
+        (0.02, 1e-3, False, False),
+        (0.02, 1e-5, True, False),
+        (0.2, 1e-5, False, False),
+    ],
+)
+def test_a_gap_that_the_true_effect_may_leave_as_it_is_leaves_the_word_to_the_prediction(
+    promised, p_value, placed, proven
+):
+    change = GapChange(reduction=-0.01, larger_p=0.7, noise_share=0.1, promised=promised)
+    assert is_proven(p_value, change, 15, HOLD_OUT, placed=placed) is proven
+    assert is_proven(p_value, change._replace(reduction=0.12), 15, HOLD_OUT, placed=placed)
+    assert not is_proven(p_value, change._replace(larger_p=0.01), 15, HOLD_OUT, placed=placed)
 
 
 def test_a_loss_in_an_interval_is_placed_and_a_drag_is_not():

@@ -7,17 +7,20 @@ import pytest
 
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import analyse, base_model
+from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import identified_modes, lasting_effects, with_acting_torques
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.dynamics import N_STATE, V_LAT, Row, V, W, step
+from wmr_replay.gap.model.extension import Extension, skid_speed
 from wmr_replay.gap.search.slip_test import may_be_slipping
 from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log, ModeTrack
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 from wmr_synth import hidden_log
 
 GIVEN = GapOptions(modes="given")
@@ -43,6 +46,49 @@ def relabelled(log: Log, start_s: float, end_s: float, mode: int) -> Log:
 def test_modes_without_skid_keep_slipping():
     track = ModeTrack(np.arange(4, dtype=np.int64), np.array([0, 1, 2, 3], np.int8))
     assert without_skid(track).mode.tolist() == [0, 0, 2, 2]
+
+
+@pytest.mark.parametrize("seed", [90_107, 90_120])
+def test_skids_that_a_precise_pose_shows_are_kept(seed):
+    """Two dozen seconds of skids by centimetres, with poses to a millimetre."""
+    log, _ = hidden_log("patrol", seed=seed, noise="mocap")
+    extension = Extension(base_of(log.robot))
+    true, seen = (
+        bin_log(log, SETTINGS, track) for track in (log.mode, likely_modes(log, extension, SETTINGS))
+    )
+    skids_s = true.step_s[true.skids].sum()
+    assert skids_s > 20
+    assert true.step_s[true.skids & seen.skids].sum() > 0.8 * skids_s
+
+
+def test_a_skid_is_held_as_loosely_as_it_moves():
+    """A circle at a constant speed: the model's own skid settles at the speed that is given to its ends."""
+    n, v_mps, yaw_rate = 1000, 0.8, 0.4
+    t_s = np.arange(n) * 0.01
+    yaw = yaw_rate * t_s
+    circle = PoseTrack(
+        np.arange(n, dtype=np.int64) * 10_000_000,
+        v_mps / yaw_rate * np.sin(yaw),
+        v_mps / yaw_rate * (1 - np.cos(yaw)),
+        yaw,
+    )
+    torque = TorqueTrack(circle.t_ns, *np.zeros((2, n)), *np.full((2, n), np.nan))
+    modes = ModeTrack(
+        np.array([0, 5_000_000_000]), np.array([ContactMode.IDEAL, ContactMode.SKIDDING], np.int8)
+    )
+    base = base_of(RobotParameters(alpha=0.3, alpha_yaw=0.3, half_track_m=0.25))
+    binned = bin_log(Log(circle, torque, None, RobotParameters()), SETTINGS, modes, margin_s=SWITCH_S)
+    row, z = Extension(base).rows(binned)[-1], np.zeros(N_STATE)
+    assert row[Row.LOOSE] == 0
+    row[[Row.LEFT, Row.RIGHT]] = 0.0
+    for _ in range(200):
+        z[V], z[W] = v_mps, yaw_rate * base.half_track_m
+        step(z, row, Extension(base).theta(), base, z)
+    loose = Extension(base).rows(binned)[:, Row.LOOSE]
+    middle = np.argmax(binned.skids)
+    assert skid_speed(binned, base)[middle] == pytest.approx(abs(z[V_LAT]), rel=0.1)
+    assert loose[middle] == pytest.approx(abs(z[V_LAT]), rel=0.1)
+    assert not loose[: middle // 2].any()
 
 
 def test_a_loss_beside_the_path_may_be_anything():

@@ -38,11 +38,13 @@ def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Exten
     """``seen`` with the modes of ``other`` wherever its own are less likely, interval by interval.
 
     ``rows`` (n,) are those in which the two differ. Each labelling has the diffusion that it needs. An
-    interval is judged by the sum of −2 log likelihood over its rows and those next to its ends.
+    interval is judged by the sum of −2 log likelihood over its rows and those next to its ends. What is left
+    must make the whole log likelier: a skid that is taken back needs a lateral disturbance everywhere.
     """
     if not np.any(rows):
         return seen
-    excess = deviances(seen, extension) - deviances(other.all_fitted(), extension)
+    own = deviances(seen, extension)
+    excess = own - deviances(other.all_fitted(), extension)
     edges = np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
     margin, least = seen.binned.margin, seen.settings.modes.least_doubt
     unlikely = np.zeros(len(rows), bool)
@@ -50,11 +52,11 @@ def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Exten
         unlikely[start:end] = excess[max(start - margin, 0) : end + margin].sum() > least
     if not np.any(unlikely):
         return seen
-    mode = np.where(unlikely, other.binned.mode, seen.binned.mode)
+    mode, rest = np.where(unlikely, other.binned.mode, seen.binned.mode), seen
     for kind in np.unique(mode[unlikely]):
-        track = with_mode_at(seen.binned, unlikely & (mode == kind), ContactMode(int(kind)))
-        seen = seen.relabelled(track).all_fitted()
-    return seen
+        track = with_mode_at(rest.binned, unlikely & (mode == kind), ContactMode(int(kind)))
+        rest = rest.relabelled(track).all_fitted()
+    return rest if deviances(rest, extension).sum() < own.sum() else seen
 
 
 def deviances(problem: Problem, extension: Extension) -> F64:

@@ -4,7 +4,7 @@ Each window is simulated without a disturbance from its own initial motion (x, y
 which is fitted to the window's poses by least squares. The residual is the gap.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ from wmr_schemas.modes import ContactMode
 
 Windows = list[tuple[int, int]]
 """Rows [a, b) of each window."""
+WindowResidual = tuple[tuple[int, int], F64, F64]
+"""A window's rows, measured − simulated (m, 3) in m and rad, and the poses' sd (m, 3)."""
 
 
 class WindowErrors(NamedTuple):
@@ -135,15 +137,20 @@ def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) ->
 
 def window_errors(binned: BinnedLog, extension: Extension, windows: Windows) -> WindowErrors:
     """The gap of every window. The scatter of the binned log weighs the poses and gives the floor."""
-    position, yaw, floor, floor_yaw = [], [], [], []
-    for (a, b), left, sd in window_residuals(binned, extension, windows):
+    return summed(binned, window_residuals(binned, extension, windows))
+
+
+def summed(binned: BinnedLog, residuals: Iterable[WindowResidual]) -> WindowErrors:
+    """Root mean squares of the residuals of each window."""
+    position, yaw, floor, floor_yaw, starts = [], [], [], [], []
+    for (a, b), left, sd in residuals:
+        starts.append(binned.t_s[a])
         position.append(np.sqrt(np.mean(left[:, 0] ** 2 + left[:, 1] ** 2)))
         yaw.append(np.sqrt(np.mean(left[:, 2] ** 2)))
         kept = 1 - 5 / (3 * (b - a))
         floor.append(np.sqrt(kept * np.mean(2 * sd[:, 0] ** 2)))
         floor_yaw.append(np.sqrt(kept * np.mean(sd[:, 2] ** 2)))
-    starts = np.array([binned.t_s[a] for a, _ in windows])
-    return WindowErrors(np.array(position), np.array(yaw), np.array(floor), np.array(floor_yaw), starts)
+    return WindowErrors(*map(np.array, (position, yaw, floor, floor_yaw, starts)))
 
 
 def simulated_path(binned: BinnedLog, extension: Extension, windows: Windows) -> F64:
@@ -154,10 +161,8 @@ def simulated_path(binned: BinnedLog, extension: Extension, windows: Windows) ->
     return path
 
 
-def window_residuals(
-    binned: BinnedLog, extension: Extension, windows: Windows
-) -> Iterator[tuple[tuple[int, int], F64, F64]]:
-    """By window: its rows, measured − simulated (m, 3) in m and rad, and the poses' sd (m, 3)."""
+def window_residuals(binned: BinnedLog, extension: Extension, windows: Windows) -> Iterator[WindowResidual]:
+    """The residuals of each window, simulated from its own fitted start."""
     rows, theta, base = extension.rows(binned), extension.theta(), extension.base
     poses, sd, own = extension.poses(binned), np.sqrt(binned.scatter), binned.settings.windows
     for a, b in windows:

@@ -62,8 +62,7 @@ def torques_of(name: str) -> str:
 
 def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
     """P value of the Wald test that the effects' sizes are 0, from manoeuvres alone, robust over blocks."""
-    channels = {torques_of(name) for name in names}
-    rows = manoeuvres(problem, fit, channels.pop() if len(channels) == 1 else "both")
+    rows = manoeuvres(problem, fit, channel_of(*names))
     size = [j for name in names for j in size_columns(fit, name)]
     block_s, clip_sd = problem.settings.significance.block_s, problem.settings.significance.clip_sd
     block = np.unique(problem.binned.t_s[rows] // block_s, return_inverse=True)[1]
@@ -76,6 +75,26 @@ def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
     values = (fit.values + step)[size]
     wald = float(values @ np.linalg.pinv(V[np.ix_(size, size)], rcond=1e-10) @ values) / len(size)
     return float(fdtrc(len(size), n_blocks - len(size), wald))
+
+
+def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
+    """What terms that read efforts, which ``after`` has beyond ``before``, lower the deviance by in manoeuvres,
+    in the channel where they do so least; infinite where there are no such terms.
+
+    What answers the disturbance moves nothing. So efforts seem to act less where they are small, which a
+    curve of them explains, and leaves the manoeuvres as they are or makes them less likely.
+    """
+    new = after.extension.effects.keys() - before.extension.effects.keys()
+    channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX) and EFFORT in name}
+    gained = before.row_deviance - after.row_deviance
+    gains = (gained[manoeuvres(before.problem, before, channel)].sum() for channel in channels)
+    return min(map(float, gains), default=float("inf"))
+
+
+def channel_of(*names: str) -> str:
+    """The channel of the torques that all of the effects act by, ``both`` where they differ."""
+    channels = {torques_of(name) for name in names}
+    return channels.pop() if len(channels) == 1 else "both"
 
 
 def answers_disturbance(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> bool:

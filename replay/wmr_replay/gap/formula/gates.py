@@ -8,7 +8,7 @@ from scipy.special import chdtrc, fdtrc
 from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import manoeuvres, p_in_manoeuvres, torques_of
+from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
 from wmr_replay.gap.formula.groups import CURVE, Group
@@ -94,21 +94,6 @@ def only_answers(problem: Problem, formula: Formula) -> bool:
         return False
     p = p_in_manoeuvres(problem, formula.fit, *formula.names)
     return p >= problem.settings.excitation.level
-
-
-def explains_manoeuvres(named: Fit, fit: Fit, price: float) -> bool:
-    """Whether a model with terms of efforts explains more than ``named``, the library's effects alone, where
-    the torques ask for a manoeuvre; by more than its terms cost beyond those effects, ``price``.
-
-    Smaller efforts may only answer the disturbance: terms that take them away make it seem to vanish, and
-    leave the manoeuvres as they are (:mod:`wmr_replay.gap.evidence.excitation`).
-    """
-    gained = named.row_deviance - fit.row_deviance
-    terms = (name for name in fit.extension.effects if name.startswith(UNNAMED_PREFIX))
-    channels = {torques_of(name) for name in terms} - {"both"}
-    return all(
-        gained[manoeuvres(fit.problem, named, channel)].sum() > max(price, 0.0) for channel in channels
-    )
 
 
 def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:

@@ -6,7 +6,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula.gates import explains_manoeuvres
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.modes import (
@@ -89,7 +89,7 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     excess = other.deviance - start.fit.deviance - price
     if len(library_of(selection)) < len(selection.found):
         return excess > 0
-    if not explains_manoeuvres(other, start.fit, price):
+    if gain_in_manoeuvres(other, start.fit) <= max(price, 0.0):
         return False
     base = fit_model(start.problem, selection.base.extension, selection.base.noise)
     return excess > max(own.margin, own.beyond_library * (base.deviance - other.deviance))

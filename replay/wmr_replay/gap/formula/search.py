@@ -7,8 +7,9 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
-from wmr_replay.gap.formula.gates import explains_manoeuvres, p_value_of
+from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import TWINS, groups_of, plain_groups, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.modes import may_slip_less
@@ -151,6 +152,9 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
         return False
+    in_manoeuvres = gain_in_manoeuvres(selection.fit, formula.fit)
+    if in_manoeuvres < 0:
+        return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
     price = formula.price(problem) + library_price(problem, formula, library) - prices
@@ -158,7 +162,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0 or not explains_manoeuvres(selection.fit, formula.fit, price):
+    if unseen < 0 or in_manoeuvres <= max(price, 0.0):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:

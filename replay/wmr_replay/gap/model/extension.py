@@ -12,7 +12,7 @@ from wmr_replay.effects.theta import Theta, theta_of
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.caster_swings import swings
 from wmr_replay.gap.model.dictionary import columns_of, own_columns_of
-from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
+from wmr_replay.gap.model.dynamics import LEAST_SPEED_MPS, N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, own_effects
@@ -25,7 +25,9 @@ Parameters = Mapping[str, float]
 STIFFEST = 10.0
 """From this stiffness ratio on, an undeclared skid is an elastic sideslip, 1/``LEAST_UNDECLARED``."""
 LOOSE_MPS = 0.2
-"""Standard deviation given to v_lat at a change of skidding: as much as builds up before a label follows."""
+"""Largest standard deviation of v_lat at a change of skidding: what builds up before a label follows."""
+LEAST_LOOSE_MPS = 0.002
+"""Least one: a calm lateral velocity (``DiffusionSettings.calm``)."""
 TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
 """Where the rows hold what the effects in time or space do: their sizes too, since a model may have several
@@ -111,10 +113,10 @@ class Extension:
             name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting
         )
         if mode is None:
-            mode, kind = binned.mode, ("rows", undeclared)
-            rows = binned.inputs.get(kind, lambda: empty_rows(binned, binned.mode, undeclared)).copy()
+            mode, kind = binned.mode, ("rows", self.base, undeclared)
+            rows = binned.inputs.get(kind, lambda: self.empty_rows(binned, binned.mode, undeclared)).copy()
         else:
-            rows = empty_rows(binned, mode, undeclared)
+            rows = self.empty_rows(binned, mode, undeclared)
         if any(binned.settings.diffusion.swings):
             half = self.base.half_track_m
             rows[:, Row.SWING] = binned.inputs.get(("swings", half), lambda: swings(binned, half))
@@ -131,6 +133,17 @@ class Extension:
             rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
         return rows
 
+    def empty_rows(self, binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
+        """Input rows (n, 12) without torques and effects; ``undeclared`` where those that are ideal skid."""
+        rows = np.zeros((len(binned), N_ROW))
+        rows[:, Row.DT] = binned.step_s
+        rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
+        skids = (mode % 2 == 1) | (undeclared & (mode == ContactMode.IDEAL))
+        if np.any(skids):
+            loose = np.clip(skid_speed(binned, self.base), LEAST_LOOSE_MPS, LOOSE_MPS)
+            rows[:, Row.LOOSE] = loose * binned.unsure(skids)
+        return rows
+
     def passed_on(self, term: Term, mode: F64) -> F64:
         """The share of a term (n,) that acts: slipping wheels pass on a share of what efforts do."""
         share = self.base.slip_share if term.channel == "longitudinal" else self.base.slip_share_yaw
@@ -138,14 +151,16 @@ class Extension:
         return np.where(slips, share, 1.0)
 
 
-def empty_rows(binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
-    """Input rows (n, 12) without torques and effects; ``undeclared`` where the rows that are ideal skid."""
-    rows = np.zeros((len(binned), N_ROW))
-    rows[:, Row.DT] = binned.step_s
-    rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
-    skids = (mode % 2 == 1) | (undeclared & (mode == ContactMode.IDEAL))
-    rows[:, Row.LOOSE] = LOOSE_MPS * binned.unsure(skids)
-    return rows
+def skid_speed(binned: BinnedLog, base: Base) -> F64:
+    """How fast (n,) a skid moves sideways once it has settled, |v·yaw_rate| over its decay rate, m/s.
+
+    Next to a change of skidding, v_lat is this or nothing. A larger freedom costs likelihood in every such
+    row, so that with precise poses any skid would seem less likely than none.
+    """
+    columns = columns_of(binned)
+    v, yaw_rate = np.abs(columns["v"]), np.abs(columns["yaw_rate"])
+    speed = base.speed_mps or np.maximum(np.hypot(v, base.half_track_m * yaw_rate), LEAST_SPEED_MPS)
+    return np.asarray(v * yaw_rate * speed / max(base.skid_decay_mps2, 1e-9))
 
 
 def change_by(name: str, acting: list[tuple[str, Parameters]], binned: BinnedLog) -> F64:

@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.evidence.excitation import too_calm_for
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
@@ -195,6 +195,8 @@ def first_tested(
     first = replace(first, correlation=correlation(problem, first.fit, first.name))
     if found and first.gain < remainder(problem, base, current, first, found):
         first = replace(first, failed="a remainder of what is found already")
+    if gain_in_manoeuvres(current, first.fit) < 0:
+        first = replace(first, failed="makes manoeuvres less likely")
     return (first, *stage[1:])
 
 

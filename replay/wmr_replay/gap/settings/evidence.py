@@ -53,6 +53,10 @@ class HoldOutSettings:
     """The same where the prediction leaves no doubt, and for an effect in a time or place where the gap is
     mostly noise. Patrol benchmark."""
 
+    sure_sd: float = 1.96
+    """Standard deviations by which the gap may shrink less than an effect that is there makes it, before the
+    gap is asked. Statistics: that effect then passes in 97.5 % of the logs."""
+
     block_s: float = 2.0
     """Length of a block, s. As ``SignificanceSettings.block_s``."""
 
