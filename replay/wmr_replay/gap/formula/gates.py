@@ -18,7 +18,6 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import COEFFICIENT, parse_term
 
 
