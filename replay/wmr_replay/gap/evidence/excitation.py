@@ -78,7 +78,7 @@ def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
 
 
 def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
-    """What terms of efforts, which ``after`` has beyond ``before``, lower the deviance by in manoeuvres, in the
+    """What terms of efforts, which only ``after`` has, lower the deviance by in manoeuvres, in the
     channel where they do so least; infinite where there are no such terms.
 
     What answers the disturbance moves nothing. So efforts seem to act less where they are small, which a
