@@ -207,12 +207,14 @@ def test_a_place_counts_once_a_visit(bench):
         (["scrub_torque"], ["yaw:sgn(yaw_rate)", "yaw:yaw_rate"], False),
         (["yaw_damping"], ["yaw:sgn(yaw_rate)"], False),
         ([], ["yaw:sgn(yaw_rate)"], False),
+        (["slope"], ["longitudinal:sin(yaw)"], True),
+        (["slope"], ["longitudinal:cos(yaw)", "longitudinal:sin(yaw)"], True),
     ],
 )
 def test_a_formula_of_a_named_effects_own_term_is_that_effect(named, terms, same):
     selection = SimpleNamespace(found=[SimpleNamespace(name=name) for name in named])
-    groups = [SimpleNamespace(names=(UNNAMED_PREFIX + term,)) for term in terms]
-    assert is_the_same(SimpleNamespace(groups=groups), selection) is same
+    names = tuple(UNNAMED_PREFIX + term for term in terms)
+    assert is_the_same(SimpleNamespace(names=names), selection) is same
 
 
 @pytest.mark.parametrize(("unseen", "takes_its_place"), [(5.0, True), (-5.0, False)])

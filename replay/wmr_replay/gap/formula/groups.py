@@ -86,25 +86,31 @@ class Group:
 
 
 TWINS = {
-    "viscous_drag": "longitudinal:v",
-    "aerodynamic_drag": "longitudinal:v*abs(v)",
-    "rolling_resistance": "longitudinal:sgn(v)",
-    "payload": "longitudinal:effort_sum",
-    "drive_gain": "longitudinal:effort_sum",
-    "torque_bias_common": "longitudinal:1",
-    "com_offset": "longitudinal:yaw_rate*yaw_rate",
-    "yaw_inertia": "yaw:effort_diff",
-    "yaw_damping": "yaw:yaw_rate",
-    "scrub_torque": "yaw:sgn(yaw_rate)",
-    "torque_imbalance": "yaw:effort_sum",
-    "torque_bias_differential": "yaw:1",
+    "viscous_drag": ("longitudinal:v",),
+    "aerodynamic_drag": ("longitudinal:v*abs(v)",),
+    "rolling_resistance": ("longitudinal:sgn(v)",),
+    "payload": ("longitudinal:effort_sum",),
+    "drive_gain": ("longitudinal:effort_sum",),
+    "torque_bias_common": ("longitudinal:1",),
+    "slope": ("longitudinal:cos(yaw)", "longitudinal:sin(yaw)"),
+    "com_offset": ("longitudinal:yaw_rate*yaw_rate",),
+    "yaw_inertia": ("yaw:effort_diff",),
+    "yaw_damping": ("yaw:yaw_rate",),
+    "scrub_torque": ("yaw:sgn(yaw_rate)",),
+    "torque_imbalance": ("yaw:effort_sum",),
+    "torque_bias_differential": ("yaw:1",),
 }
-"""Effects of the library that are a term of the dictionary: beside one of them its term is not tried."""
+"""Effects of the library that are terms of the dictionary: beside one of them its terms are not tried."""
+
+
+def twins_of(effects: Iterable[str]) -> set[str]:
+    """The names of the terms that are a form of the effects."""
+    return {UNNAMED_PREFIX + term for name in effects for term in TWINS.get(name, ())}
 
 
 def without_twins(groups: Iterable[Group], effects: Iterable[str]) -> tuple[Group, ...]:
     """The groups that are no form of the effects."""
-    return without_terms(groups, {UNNAMED_PREFIX + TWINS[name] for name in effects if name in TWINS})
+    return without_terms(groups, twins_of(effects))
 
 
 def without_terms(groups: Iterable[Group], names: Container[str]) -> tuple[Group, ...]:

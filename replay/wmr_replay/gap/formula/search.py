@@ -10,7 +10,7 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
-from wmr_replay.gap.formula.groups import TWINS, groups_of, plain_groups, without_twins
+from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.modes import may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
@@ -173,8 +173,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:
     """Whether a formula only writes as terms what the library has a name for, and the selection says."""
-    twins = {UNNAMED_PREFIX + TWINS[effect.name] for effect in selection.found if effect.name in TWINS}
-    return {name for group in formula.groups for name in group.names} <= twins
+    return {*formula.names} <= twins_of(effect.name for effect in selection.found)
 
 
 def n_numbers(formula: Formula) -> int:
