@@ -26,8 +26,8 @@ from wmr_replay.gap.formula.groups import (
     without_twins,
 )
 from wmr_replay.gap.formula.grow import Formula, grow, is_sound
-from wmr_replay.gap.formula.proven import proven
-from wmr_replay.gap.formula.search import explains_more, is_the_same
+from wmr_replay.gap.formula.proven import Proven, proven
+from wmr_replay.gap.formula.search import explains_more, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
@@ -266,6 +266,28 @@ def test_what_a_formula_explains_ahead_proves_nothing_of_turning():
     found = proven(problem, base, formula, groups, GapOptions(modes="given"))
     assert found.formula.names == ("unnamed:longitudinal:v",)
     assert tuple(found.formula.fit.extension.effects) == found.formula.names
+
+
+@pytest.mark.parametrize("terms", [("v",), ("v", "sgn(v)")])
+def test_a_formula_of_the_effects_own_terms_says_which_of_them_stand(terms):
+    problem = problem_of(made_log(1, drag_per_s=0.1))
+    base = fit_model(problem, Extension(BASE))
+    found = {"viscous_drag": {"c1_per_s": 0.05}, "rolling_resistance": {"c0_mps2": 0.05}}
+    fit = made_fit(problem, Extension(BASE, found), np.zeros((len(problem.train), 3)))
+    effects = tuple(
+        FittedCandidate(ScoredCandidate(name, size, 40.0, 1), fit, 40.0, 30.0, 0.0)
+        for name, size in found.items()
+    )
+    formula = Formula(
+        base, base, tuple(Group(PRODUCT, (parse_term(f"unnamed:longitudinal:{t}"),)) for t in terms)
+    )
+    selection = Selection(base, fit, effects, (effects,))
+    stated = stated_by(Proven(problem, base, formula, None), problem, selection)[1]
+    if len(terms) == 2:
+        assert stated is selection
+        return
+    assert [effect.name for effect in stated.found] == ["viscous_drag"]
+    assert stated.fit.extension.effects["viscous_drag"]["c1_per_s"] == pytest.approx(0.1, rel=0.2)
 
 
 def with_deviance(problem, fitted, held_out):

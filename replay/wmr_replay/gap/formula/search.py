@@ -44,8 +44,10 @@ def with_formula(
     hidden = not selection.found and may_slip_less(problem)
     if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
-    if found is None or is_the_same(found.formula, selection):
+    if found is None:
         return whole
+    if is_the_same(found.formula, selection):
+        return stated_by(found, *whole)
     kept = library if found.formula.rest.extension.effects else ()
     return found.problem, selection_of(found, kept, selection)
 
@@ -174,6 +176,22 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
 def is_the_same(formula: Formula, selection: Selection) -> bool:
     """Whether a formula only writes as terms what the library has a name for, and the selection says."""
     return {*formula.names} <= twins_of(effect.name for effect in selection.found)
+
+
+def stated_by(found: Proven, problem: Problem, selection: Selection) -> tuple[Problem, Selection]:
+    """The selection without effects that a formula of the others' own terms does without."""
+    names = {*found.formula.names}
+    needed = [effect for effect in selection.found if twins_of([effect.name]) & names]
+    if len(needed) == len(selection.found):
+        return problem, selection
+    problem, extension = replace(found.problem, train=problem.train), found.base.extension
+    for effect in needed:
+        extension = extension.with_effect(effect.name, selection.fit.extension.effects[effect.name])
+    fit = fit_model(problem, extension, found.formula.fit.noise)
+    base = fit_model(problem, found.base.extension, found.base.noise)
+    return problem, replace(
+        selection, base=base, fit=fit, found=tuple(replace(effect, fit=fit) for effect in needed)
+    )
 
 
 def n_numbers(formula: Formula) -> int:
