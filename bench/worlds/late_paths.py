@@ -1,4 +1,4 @@
-"""Paths of the driver families that the last two reports held out, and of those that the next one does."""
+"""Paths of the driver families that the fifth, the sixth and the seventh report held out."""
 
 import numpy as np
 
