@@ -1,0 +1,14 @@
+"""The modules of the benchmark worlds, which lie outside the packages."""
+
+import importlib
+
+import pytest
+from tests.replay.gap.bench_worlds import BENCH
+
+
+@pytest.fixture(scope="module")
+def worlds():
+    """``worlds(name)``: a module of bench/worlds."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        yield lambda name: importlib.import_module(f"worlds.{name}")
