@@ -149,6 +149,17 @@ def calmed(noise: Diffusion, settings: DiffusionSettings, large: float | None = 
     return noise if long or yaw else None
 
 
+def no_more_than_calm(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
+    """The diffusion with each disturbance of the speeds no larger and no slower than a calm one."""
+    calm = diffusion_of(settings.calm_log, settings)
+    return noise._replace(
+        long_sd_mps2=min(noise.long_sd_mps2, calm.long_sd_mps2),
+        long_tau_s=min(noise.long_tau_s, calm.long_tau_s),
+        yaw_sd_mps2=min(noise.yaw_sd_mps2, calm.yaw_sd_mps2),
+        yaw_tau_s=min(noise.yaw_tau_s, calm.yaw_tau_s),
+    )
+
+
 def calm_or_same(noise: Diffusion, settings: DiffusionSettings) -> Diffusion:
     """:func:`calmed`, or ``noise`` itself where it is calm already."""
     return calmed(noise, settings) or noise

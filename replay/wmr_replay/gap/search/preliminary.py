@@ -28,6 +28,7 @@ from wmr_replay.gap.search.labellings import (
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import close_to, may_be_slipping
+from wmr_replay.gap.search.whatever_modes import likeliest_models
 from wmr_schemas.signals import Log
 
 
@@ -47,7 +48,7 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
     robot is said to skid most of the time; without slipping that loses more or less traction than the
     model's; as they are; without slipping that one loss explains better; with slipping where that was missed;
     without slipping where it is said to slip much. Where it is said to slip so much that slipping is doubted,
-    the last one is tried in any case.
+    the last one is tried in any case. What is likeliest whatever the modes comes last.
     """
     tried = chain(
         less_skid(log, first),
@@ -69,6 +70,9 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
             seen_in = (problem, selection) if may_be_answer else (first, selections.of(first))
             found += models_without_skid(log, problem, selections, found)
         models += found
+    known = [set(model.effects) for model in models]
+    unlabelled = likeliest_models(first, selections.base(first))
+    models += [model for model in unlabelled if set(model.effects) not in known]
     return PreliminaryModels(models, seen_in or (first, selections.of(first)))
 
 

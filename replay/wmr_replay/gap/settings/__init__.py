@@ -33,7 +33,13 @@ from wmr_replay.gap.settings.result import (
     ShownSettings,
 )
 from wmr_replay.gap.settings.scan import MisfitSettings, ScanSettings
-from wmr_replay.gap.settings.search import CandidateFitSettings, ModeSettings, SelectionSettings, SlipSettings
+from wmr_replay.gap.settings.search import (
+    CandidateFitSettings,
+    ModeSettings,
+    SelectionSettings,
+    SlipSettings,
+    UnlabelledSettings,
+)
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 
 
@@ -57,6 +63,7 @@ class GateSettings:
     candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
     modes: ModeSettings = field(default_factory=ModeSettings)
+    unlabelled: UnlabelledSettings = field(default_factory=UnlabelledSettings)
     slip: SlipSettings = field(default_factory=SlipSettings)
     significance: SignificanceSettings = field(default_factory=SignificanceSettings)
     hold_out: HoldOutSettings = field(default_factory=HoldOutSettings)

@@ -135,6 +135,34 @@ class ModeSettings:
 
 
 @dataclass(frozen=True)
+class UnlabelledSettings:
+    """The search for effects where no row of the log has a contact mode."""
+
+    coarse: float = 2.0
+    """Length of a bin in units of the usual one. Numerics: it is a search, and half the passes' cost."""
+
+    most_climbed: int = 6
+    """Effects that are brought to their likeliest sizes. Physics: the six of the library that resist a drive
+    straight ahead look alike at first."""
+
+    most_models: int = 2
+    """Most effects that are models to identify the modes with. Numerics: each costs a run of the identifier
+    and a selection."""
+
+    most_steps: int = 4
+    """Most steps of an effect's sizes. Numerics: two mostly suffice."""
+
+    enough: float = 4.0
+    """Gain in −2 log likelihood below which sizes are likely enough. Numerics: a fit follows."""
+
+    factor: float = 2.5
+    """Factor between two shares of a step. Numerics."""
+
+    least_share: float = 0.1
+    """Least share of a step, and inverse of the largest. Numerics: what needs less moves nothing."""
+
+
+@dataclass(frozen=True)
 class SlipSettings:
     """The test of a loss of traction against the base model's own slipping."""
 

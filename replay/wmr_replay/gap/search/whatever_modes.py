@@ -1,0 +1,149 @@
+"""Lasting effects that a log asks for whatever its contact modes are.
+
+An identifier that does not know an effect calls what it does slipping, and with those labels another effect
+explains the rest. Here no row has a label: the likelihood of :mod:`..estimation.unknown_modes` sums over the
+modes of the whole log, for every lasting effect at its likeliest size. What it shows is a model to identify
+the modes with, and no answer.
+
+The likelihood sums over modes, so that it has no innovations: its curvature in θ is that of the rows' scores,
+
+    ∂²L/∂θ² ≈ Σ_k g_k g_kᵀ / 2,   g_k = ∂D_k/∂θ
+
+with D_k the −2 log likelihood of row k and L its sum. Source: Berndt, Hall, Hall, Hausman, Estimation and
+Inference in Nonlinear Structural Models, Annals of Economic and Social Measurement 3/4 (1974).
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from wmr_replay.gap.estimation.diffusion import no_more_than_calm
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.unknown_modes import causal_deviance
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import LIBRARY, SKID, Candidate
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.settings.search import UnlabelledSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.modes import ContactMode
+
+Deviance = Callable[[Extension], F64]
+"""−2 log likelihood of each row (n,)."""
+
+
+class Point(NamedTuple):
+    """A model with one ``candidate``, and −2 log likelihood (n,) of the rows."""
+
+    candidate: Candidate
+    extension: Extension
+    rows: F64
+
+    @property
+    def cost(self) -> float:
+        """−2 log likelihood of the log, and the price of the candidate's sizes; infinite where it fails."""
+        cost = float(self.rows.sum() + len(self.candidate.free) * np.log(3 * len(self.rows)))
+        return cost if np.isfinite(cost) else np.inf
+
+    def moved(self, step: F64, deviance: Deviance) -> "Point":
+        """The candidate's sizes changed by ``step`` (p,), within their bounds."""
+        name, bounds = self.candidate.name, self.candidate.bounds
+        sizes = zip(self.extension.effects[name].items(), step.tolist(), strict=True)
+        moved = {key: float(np.clip(value + by, *bounds[key])) for (key, value), by in sizes}
+        extension = self.extension.with_effect(name, moved)
+        return self._replace(extension=extension, rows=deviance(extension))
+
+
+def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
+    """The base model with one lasting effect: the likeliest whatever the modes, and what is nearly as likely.
+
+    None that is not clearly likelier than the base model, and none where the identifier sees the robot roll.
+    Disturbances are calm, so that they do not explain what is missing.
+    """
+    own, settings = problem.settings.unlabelled, problem.settings
+    if np.mean(problem.binned.mode != ContactMode.IDEAL) <= settings.modes.much_slip:
+        return []
+    binned = bin_log(problem.binned.log, settings, None, own.coarse * settings.bins.bin_s)
+    unlabelled = replace(Problem.of(binned), train=np.zeros(len(binned), bool))
+    noise = no_more_than_calm(base.noise, settings.diffusion)
+
+    def deviance(extension: Extension) -> F64:
+        return causal_deviance(unlabelled, extension, noise)
+
+    nothing = deviance(base.extension)
+    found = likeliest_points(base.extension, nothing, deviance, own)
+    most = min(nothing.sum() - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
+    return [one.extension for one in found[: own.most_models] if one.cost < most]
+
+
+def likeliest_points(
+    base: Extension, nothing: F64, deviance: Deviance, own: UnlabelledSettings
+) -> list[Point]:
+    """Of the lasting effects that promise most, each at its likeliest sizes, the likeliest first."""
+    starts = [
+        Point(candidate, base.with_effect(candidate.name, dict.fromkeys(candidate.free, 0.0)), nothing)
+        for candidate in LIBRARY
+        if is_lasting(candidate) and candidate.name not in base.effects
+    ]
+    sloped = [(start, slopes_of(start, deviance)) for start in starts]
+    sloped.sort(key=lambda pair: -promised(pair[1]))
+    return sorted((climbed(*pair, deviance, own) for pair in sloped[: own.most_climbed]), key=cost_of_point)
+
+
+def is_lasting(candidate: Candidate) -> bool:
+    """Whether an effect acts at all times, in proportion to its sizes, and is no mode."""
+    declaration = candidate.declaration
+    return declaration.extent == "always" and candidate.name != SKID and not candidate.grid
+
+
+def cost_of_point(point: Point) -> float:
+    """:attr:`Point.cost`."""
+    return point.cost
+
+
+def slopes_of(point: Point, deviance: Deviance) -> F64:
+    """∂D_k/∂θ (n, p) of the candidate's sizes, by differences."""
+    steps = np.diag(list(point.candidate.steps.values()))
+    moved = [point.moved(step, deviance).rows - point.rows for step in steps]
+    return np.asarray(np.column_stack(moved) / np.diag(steps))
+
+
+def newton_step(slopes: F64) -> F64:
+    """The step (p,) to the least cost by its slopes (n, p) and their curvature; 0 along what acts nowhere."""
+    scale = np.sqrt(np.maximum(np.square(slopes).sum(axis=0), 1e-300))
+    scaled = slopes / scale
+    step, *_ = np.linalg.lstsq(scaled.T @ scaled, -2 * scaled.sum(axis=0), rcond=1e-9)
+    return np.asarray(step / scale)
+
+
+def promised(slopes: F64) -> float:
+    """By how much that step lowers the cost, to second order."""
+    return float(-newton_step(slopes) @ slopes.sum(axis=0) / 2)
+
+
+def climbed(point: Point, slopes: F64, deviance: Deviance, own: UnlabelledSettings) -> Point:
+    """The candidate at its likeliest sizes, in a few steps."""
+    for _ in range(own.most_steps):
+        before, point = point, furthest(point, newton_step(slopes), deviance, own)
+        if before.cost - point.cost < own.enough:
+            break
+        slopes = slopes_of(point, deviance)
+    return point
+
+
+def furthest(point: Point, step: F64, deviance: Deviance, own: UnlabelledSettings) -> Point:
+    """The likeliest point along a step, of which ever more is taken while that pays, or less where it does
+    not: far from the likeliest sizes, rows that slip with them and roll without have the steepest slopes.
+    """
+    best, share = point, 1.0
+    while own.least_share < share < 1 / own.least_share:
+        tried = point.moved(share * step, deviance)
+        if tried.cost < best.cost:
+            best, share = tried, share * own.factor
+        elif best is point and share <= 1:
+            share /= own.factor
+        else:
+            break
+    return best
