@@ -13,19 +13,22 @@ with D_k the −2 log likelihood of row k and L its sum. Source: Berndt, Hall, H
 Inference in Nonlinear Structural Models, Annals of Economic and Social Measurement 3/4 (1974).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.diffusion import no_more_than_calm
+from wmr_replay.gap.estimation.diffusion import diffusion_of, no_more_than_calm
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.unknown_modes import causal_deviance
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import LIBRARY, SKID, Candidate
+from wmr_replay.gap.model.candidates import SKID, Candidate, candidate_of
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings.search import UnlabelledSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
@@ -65,31 +68,36 @@ def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
     own, settings = problem.settings.unlabelled, problem.settings
     if np.mean(problem.binned.mode != ContactMode.IDEAL) <= settings.modes.much_slip:
         return []
-    binned = bin_log(problem.binned.log, settings, None, own.coarse * settings.bins.bin_s)
-    unlabelled = replace(Problem.of(binned), train=np.zeros(len(binned), bool))
+    rolling = Problem.of(bin_log(problem.binned.log, settings, None, own.coarse * settings.bins.bin_s))
+    unlabelled = replace(rolling, train=np.zeros(len(rolling.binned), bool))
     noise = no_more_than_calm(base.noise, settings.diffusion)
 
     def deviance(extension: Extension) -> F64:
         return causal_deviance(unlabelled, extension, noise)
 
-    nothing = deviance(base.extension)
-    found = likeliest_points(base.extension, nothing, deviance, own)
-    most = min(nothing.sum() - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
+    noises = (noise, diffusion_of(settings.diffusion.start_log, settings.diffusion))
+    found = likeliest_points(rolling.all_fitted(), base.extension, deviance, noises)
+    nothing = float(deviance(base.extension).sum())
+    most = min(nothing - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
     return [one.extension for one in found[: own.most_models] if one.cost < most]
 
 
 def likeliest_points(
-    base: Extension, nothing: F64, deviance: Deviance, own: UnlabelledSettings
+    rolling: Problem, base: Extension, deviance: Deviance, noises: Iterable[Diffusion]
 ) -> list[Point]:
-    """Of the lasting effects that promise most, each at its likeliest sizes, the likeliest first."""
-    starts = [
-        Point(candidate, base.with_effect(candidate.name, dict.fromkeys(candidate.free, 0.0)), nothing)
-        for candidate in LIBRARY
-        if is_lasting(candidate) and candidate.name not in base.effects
-    ]
-    sloped = [(start, slopes_of(start, deviance)) for start in starts]
-    sloped.sort(key=lambda pair: -promised(pair[1]))
-    return sorted((climbed(*pair, deviance, own) for pair in sloped[: own.most_climbed]), key=cost_of_point)
+    """Of the lasting effects that promise most, each at its likeliest sizes, the likeliest first.
+
+    Sizes start where a scan puts them that takes the robot to be ``rolling``, at each of the ``noises``: at
+    no size, the rows that show an effect most are called slipping, and do not see its slope.
+    """
+    own, points = rolling.settings.unlabelled, {}
+    for scored in chain.from_iterable(scan(rolling, base, noise).scored for noise in noises):
+        if is_lasting(candidate_of(scored.name)):
+            extension = base.with_effect(scored.name, scored.parameters)
+            point = Point(candidate_of(scored.name), extension, deviance(extension))
+            points[scored.name] = min(point, points.get(scored.name, point), key=cost_of_point)
+    best = sorted(points.values(), key=cost_of_point)[: own.most_climbed]
+    return sorted((climbed(point, deviance, own) for point in best), key=cost_of_point)
 
 
 def is_lasting(candidate: Candidate) -> bool:
@@ -118,18 +126,13 @@ def newton_step(slopes: F64) -> F64:
     return np.asarray(step / scale)
 
 
-def promised(slopes: F64) -> float:
-    """By how much that step lowers the cost, to second order."""
-    return float(-newton_step(slopes) @ slopes.sum(axis=0) / 2)
-
-
-def climbed(point: Point, slopes: F64, deviance: Deviance, own: UnlabelledSettings) -> Point:
+def climbed(point: Point, deviance: Deviance, own: UnlabelledSettings) -> Point:
     """The candidate at its likeliest sizes, in a few steps."""
     for _ in range(own.most_steps):
-        before, point = point, furthest(point, newton_step(slopes), deviance, own)
+        before, step = point, newton_step(slopes_of(point, deviance))
+        point = furthest(point, step, deviance, own)
         if before.cost - point.cost < own.enough:
             break
-        slopes = slopes_of(point, deviance)
     return point
 
 

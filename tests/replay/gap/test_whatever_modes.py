@@ -1,0 +1,82 @@
+"""Effects that a log asks for whatever its contact modes are."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.estimation.diffusion import diffusion_of
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import evaluate
+from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import BY_NAME
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.search.whatever_modes import Point, climbed, likeliest_models
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log, ModeTrack
+from wmr_synth import hidden_log
+
+SETTINGS = GateSettings()
+DRAG_PER_M = 0.15
+
+
+def labelled(log: Log, mode: int | None):
+    """The base model's fit to a log, all of it in one mode or with its own."""
+    track = log.mode if mode is None else ModeTrack(log.pose.t_ns[:1], np.array([mode], np.int8))
+    problem = Problem.of(bin_log(log, SETTINGS, track)).all_fitted()
+    return problem, Extension(base_of(log.robot))
+
+
+def models(log: Log, mode: int | None) -> list[dict]:
+    """What is likeliest, found from labels of one mode."""
+    problem, extension = labelled(log, mode)
+    noise = diffusion_of(SETTINGS.diffusion.start_log, SETTINGS.diffusion)
+    return [one.effects for one in likeliest_models(problem, evaluate(problem, extension, noise))]
+
+
+@pytest.fixture(scope="module")
+def dragged() -> Log:
+    """A patrol on which air holds the robot back, besides skids and slips of its own."""
+    return hidden_log("patrol", seed=90_130, hide=[f"aerodynamic_drag:c2_per_m={DRAG_PER_M}"], noise="rtk")[0]
+
+
+def test_wrong_labels_change_nothing(dragged):
+    slipping, own = (models(dragged, mode) for mode in (ContactMode.SLIPPING, None))
+    assert slipping == own
+    assert list(slipping[0]) == ["aerodynamic_drag"]
+    assert slipping[0]["aerodynamic_drag"]["c2_per_m"] == pytest.approx(DRAG_PER_M, rel=0.15)
+
+
+def test_nothing_is_looked_for_where_the_robot_rolls(dragged):
+    assert models(dragged, ContactMode.IDEAL) == []
+
+
+def test_nothing_is_found_where_nothing_is_missing():
+    log, _ = hidden_log("patrol", seed=90_131, noise="rtk")
+    assert models(log, ContactMode.SLIPPING) == []
+
+
+class Line:
+    """Rows y_k = θ_k·size with noise of 1: −2 log likelihood is a sum of squares."""
+
+    def __init__(self, size: float, seed: int) -> None:
+        self.slopes, draws = np.random.default_rng(seed).normal(size=(2, 4000))
+        self.y = self.slopes * size + draws
+
+    def __call__(self, extension: Extension) -> np.ndarray:
+        size = extension.effects["aerodynamic_drag"]["c2_per_m"]
+        return np.square(self.y - self.slopes * size)
+
+
+@pytest.mark.parametrize("size", [0.02, 1.5])
+def test_a_climb_ends_at_the_least_squares(size):
+    line, candidate = Line(size, seed=1), BY_NAME["aerodynamic_drag"]
+    robot = RobotParameters(alpha=0.3, alpha_yaw=0.3, half_track_m=0.25)
+    extension = Extension(base_of(robot)).with_effect("aerodynamic_drag", {"c2_per_m": 0.0})
+    start = Point(candidate, extension, line(extension))
+    own = replace(SETTINGS.unlabelled, enough=0.01)
+    best = climbed(start, line, own).extension.effects["aerodynamic_drag"]["c2_per_m"]
+    assert best == pytest.approx(line.slopes @ line.y / (line.slopes @ line.slopes), abs=2e-3)
