@@ -90,7 +90,8 @@ def likeliest_points(
     Sizes start where a scan puts them that takes the robot to be ``rolling``, at each of the ``noises``: at
     no size, the rows that show an effect most are called slipping, and do not see its slope.
     """
-    own, points = rolling.settings.unlabelled, {}
+    own = rolling.settings.unlabelled
+    points: dict[str, Point] = {}
     for scored in chain.from_iterable(scan(rolling, base, noise).scored for noise in noises):
         if is_lasting(candidate_of(scored.name)):
             extension = base.with_effect(scored.name, scored.parameters)
