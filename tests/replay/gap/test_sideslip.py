@@ -60,7 +60,8 @@ def test_a_pose_far_behind_the_axle_is_no_sideslip():
 
 
 @pytest.mark.parametrize(
-    ("compliance_s", "arm_m", "arm_shows"), [(0.004, 0.0, False), (0.0, -0.004, False), (0.0, -0.04, True)]
+    ("compliance_s", "arm_m", "arm_shows"),
+    [(0.004, 0.0, False), (0.0, -0.004, False), (0.0, -0.04, True), (0.0, 0.004, True)],
 )
 def test_an_arm_shows_where_no_sideslip_is_as_large(compliance_s, arm_m, arm_shows):
     """At one speed an arm of 4 mm and tyres that creep by 4 mm/s at 1 m/s² move the pose alike."""

@@ -47,13 +47,18 @@ def creep_slope(problem: Problem, extension: Extension, noise: Diffusion) -> F64
     """−∂e/∂compliance (n, 3) of the innovations e; 0 where the model skids all the time."""
     if any(name == SKID and p["stiffness_ratio"] < STIFFEST for name, p in extension.acting):
         return np.zeros_like(problem.filtered(extension, noise).innovations)
-    held = sum(1 / p["stiffness_ratio"] for name, p in extension.known if name == SKID)
+    held = known_creep(extension)
     small = problem.settings.sideslip.difference / STIFFEST
     small = small if held + small <= 1 / STIFFEST else -small
     e, moved = (
         problem.filtered(one, noise).innovations for one in (extension, creeping(extension, held + small))
     )
     return np.asarray((e - moved) / small)
+
+
+def known_creep(extension: Extension) -> float:
+    """The compliance that the model holds as known, as a share of the skid's."""
+    return float(sum(1 / p["stiffness_ratio"] for name, p in extension.known if name == SKID))
 
 
 def most_compliance(problem: Problem, extension: Extension) -> float:

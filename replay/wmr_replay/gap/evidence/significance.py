@@ -11,7 +11,7 @@ from wmr_replay.gap.estimation.covariance import (
 )
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.estimation.sideslip import creep_slope, most_compliance
+from wmr_replay.gap.estimation.sideslip import creep_slope, known_creep, most_compliance
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, is_place
 from wmr_schemas.arrays import F64, Bool
 
@@ -42,7 +42,7 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
 
     Returns 0 where the size is no distance from the base model, so that the likelihood ratio decides alone.
     A local effect is seen in few blocks; its test is the plain one. A lever arm is tested beside the tyres'
-    sideslip.
+    sideslip, unless it lies ahead of an axle that does not creep: a sideslip moves the pose the other way.
     """
     if not candidate_of(name).declaration.zero_is_absent:
         return 0.0
@@ -51,7 +51,7 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
     V, n_blocks = robust_covariance(problem, fit)
     if name in LOCAL:
         V = inverse_information(fit.psi[problem.train])
-    if name == LEVER_ARM:
+    if name == LEVER_ARM and (fit.values[size[0]] < 0.0 or known_creep(fit.extension) > 0.0):
         moved, V = beside_sideslip(problem, fit)
         values = values + moved[size]
     wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
