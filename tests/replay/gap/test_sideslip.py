@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.sideslip import with_sideslip
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.sideslip import creeping, with_sideslip
+from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
@@ -21,7 +23,7 @@ def integral(values):
     return np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])]) * STEP_S / 2
 
 
-def cornering(compliance_s: float, arm_m: float = 0.0) -> Problem:
+def cornering(compliance_s: float, arm_m: float = 0.0, sd_m: float = 5e-4) -> Problem:
     """A weave at 1 m/s whose tyres creep by ``compliance_s`` times the lateral acceleration; the pose is
     ``arm_m`` ahead of the axle.
     """
@@ -32,7 +34,7 @@ def cornering(compliance_s: float, arm_m: float = 0.0) -> Problem:
     aside = -compliance_s * SPEED_MPS * rate
     x = integral(SPEED_MPS * np.cos(yaw) - aside * np.sin(yaw)) + arm_m * np.cos(yaw)
     y = integral(SPEED_MPS * np.sin(yaw) + aside * np.cos(yaw)) + arm_m * np.sin(yaw)
-    pose = np.stack([x, y, yaw]) + np.array([[5e-4], [5e-4], [1e-3]]) * rng.normal(size=(3, N))
+    pose = np.stack([x, y, yaw]) + np.array([[sd_m], [sd_m], [2 * sd_m]]) * rng.normal(size=(3, N))
     turn = np.gradient(rate, STEP_S) * BASE.half_track_m / BASE.alpha_yaw
     none, t_ns = np.full(N, np.nan), np.arange(N, dtype=np.int64) * 10_000_000
     torque = TorqueTrack(t_ns, -turn / 2, turn / 2, none, none)
@@ -55,3 +57,25 @@ def test_a_pose_far_behind_the_axle_is_no_sideslip():
     """It moves sideways as tyres that creep by 4 cm at 1 m/s² would."""
     bare = Extension(BASE)
     assert with_sideslip(cornering(0.0, arm_m=-0.04), bare) is bare
+
+
+@pytest.mark.parametrize(
+    ("compliance_s", "arm_m", "arm_shows"),
+    [(0.004, 0.0, False), (0.0, -0.004, False), (0.0, -0.04, True), (0.0, 0.004, True)],
+)
+def test_an_arm_shows_where_no_sideslip_is_as_large(compliance_s, arm_m, arm_shows):
+    """At one speed an arm of 4 mm and tyres that creep by 4 mm/s at 1 m/s² move the pose alike."""
+    arm = Extension(BASE, {"pose_lever_arm": {"x_m": 0.0, "y_m": 0.0}})
+    fit = fit_model(cornering(compliance_s, arm_m, 4e-3), arm)
+    x_m = fit.extension.effects["pose_lever_arm"]["x_m"]
+    assert x_m == pytest.approx(arm_m - compliance_s * SPEED_MPS, rel=0.3)
+    assert (wald_p(fit.problem, fit, "pose_lever_arm") < 1e-3) is arm_shows
+
+
+def test_what_is_known_of_the_sideslip_counts_once():
+    """A creep that is known already leaves an arm as it is."""
+    problem = cornering(0.004, -0.04)
+    extension = creeping(Extension(BASE), 0.02).with_effect("pose_lever_arm", {"x_m": 0.0, "y_m": 0.0})
+    fit = fit_model(problem, extension)
+    assert fit.extension.effects["pose_lever_arm"]["x_m"] == pytest.approx(-0.04, rel=0.1)
+    assert wald_p(problem, fit, "pose_lever_arm") < 1e-3

@@ -10,10 +10,12 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import fit_diffusion, with_calm_lateral
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.model.dynamics import LEAST_SPEED_MPS
 from wmr_replay.gap.model.extension import STIFFEST, Extension
+from wmr_schemas.arrays import F64
 
 
 def with_sideslip(problem: Problem, extension: Extension) -> Extension:
@@ -26,21 +28,43 @@ def with_sideslip(problem: Problem, extension: Extension) -> Extension:
         return extension
     noise = fit_diffusion(problem, extension, iterations=own.iterations)
     noise = with_calm_lateral(noise, problem.settings.diffusion)
-    small = own.difference / STIFFEST
-    e, moved = (
-        problem.filtered(one, noise).innovations[problem.train]
-        for one in (extension, creeping(extension, small))
-    )
-    psi = (e - moved) / small
+    e = problem.filtered(extension, noise).innovations[problem.train]
+    psi = creep_slope(problem, extension, noise)[problem.train]
     clipped = np.clip(e, -own.clip_sd, own.clip_sd)
     information = float(np.sum(psi * psi))
     if information <= 0.0:
         return extension
     compliance = float(np.sum(psi * clipped)) / information
-    most = own.most_s * extension.base.skid_decay_mps2 / usual_speed_mps(problem.binned)
-    if not 0.0 < compliance <= most or compliance**2 * information < own.least_gain:
+    if (
+        not 0.0 < compliance <= most_compliance(problem, extension)
+        or compliance**2 * information < own.least_gain
+    ):
         return extension
     return creeping(extension, min(compliance, 1 / STIFFEST))
+
+
+def creep_slope(problem: Problem, extension: Extension, noise: Diffusion) -> F64:
+    """−∂e/∂compliance (n, 3) of the innovations e; 0 where the model skids all the time."""
+    if any(name == SKID and p["stiffness_ratio"] < STIFFEST for name, p in extension.acting):
+        return np.zeros_like(problem.filtered(extension, noise).innovations)
+    held = known_creep(extension)
+    small = problem.settings.sideslip.difference / STIFFEST
+    small = small if held + small <= 1 / STIFFEST else -small
+    e, moved = (
+        problem.filtered(one, noise).innovations for one in (extension, creeping(extension, held + small))
+    )
+    return np.asarray((e - moved) / small)
+
+
+def known_creep(extension: Extension) -> float:
+    """The compliance that the model holds as known, as a share of the skid's."""
+    return float(sum(1 / p["stiffness_ratio"] for name, p in extension.known if name == SKID))
+
+
+def most_compliance(problem: Problem, extension: Extension) -> float:
+    """The largest compliance that is a sideslip, as a share of the skid's."""
+    most_s = problem.settings.sideslip.most_s
+    return most_s * extension.base.skid_decay_mps2 / usual_speed_mps(problem.binned)
 
 
 def usual_speed_mps(binned: BinnedLog) -> float:
@@ -52,5 +76,6 @@ def usual_speed_mps(binned: BinnedLog) -> float:
 
 def creeping(extension: Extension, compliance: float) -> Extension:
     """The extension whose tyres creep by ``compliance`` times what they skid."""
-    known = (*extension.known, (SKID, {"stiffness_ratio": 1 / compliance}))
+    others = (effect for effect in extension.known if effect[0] != SKID)
+    known = (*others, (SKID, {"stiffness_ratio": 1 / compliance}))
     return replace(extension, known=known)

@@ -5,13 +5,15 @@ the poses do, so that any effect on the inputs seems to explain it, and signific
 times the disturbance's size are no answer to it, but a manoeuvre: an effect must be seen in those alone.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.special import fdtrc
 
 from wmr_replay.gap.estimation.covariance import inverse_information, sandwich
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.significance import size_columns
 from wmr_replay.gap.model.candidates import declaration_of
 from wmr_replay.gap.model.dynamics import Row
@@ -109,6 +111,28 @@ def answers_disturbance(name: str, problem: Problem, extension: Extension, noise
     base, least = extension.base, problem.settings.excitation.least_ratio
     ahead, turning = 2 * base.alpha * width_nm, 2 * base.alpha_yaw * width_nm
     return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
+
+
+def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit) -> bool:
+    """Whether a dead zone is no likelier than small efforts that move nothing and large ones that lose
+    nothing.
+
+    A zone holds back as much of the large efforts as of the small ones. Where a controller compensates the
+    disturbance, its answers move nothing, and the disturbance that they cancel is not seen either: a zone
+    that is not there makes it seem small, whatever the answers' size. Manoeuvres then lose nothing.
+    """
+    if name != DEAD_ZONE:
+        return False
+    torque, own = problem.binned.torque, problem.settings.excitation
+    size_nm, width_nm = np.abs(torque.efforts_nm), fit.extension.effects[name]["threshold_nm"]
+    rest, iterations = fit.extension.without(name), problem.settings.budget.ranked_diffusion
+    for widths in own.answers_in_zones:
+        moving = np.where(size_nm < widths * width_nm, 0.0, torque.efforts_nm)
+        binned = replace(problem.binned, torque=replace(torque, efforts_nm=moving))
+        rival = fit_model(replace(problem, binned=binned), rest, fit.noise, iterations)
+        if rival.deviance <= fit.deviance:
+            return True
+    return False
 
 
 def too_calm_for(name: str, problem: Problem, fit: Fit) -> str:

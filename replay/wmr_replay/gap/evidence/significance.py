@@ -3,11 +3,19 @@
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from wmr_replay.gap.estimation.covariance import inverse_information, robust_covariance
+from wmr_replay.gap.estimation.covariance import (
+    inverse_information,
+    robust_covariance,
+    sandwich,
+    time_blocks,
+)
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.sideslip import creep_slope, known_creep, most_compliance
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, is_place
-from wmr_schemas.arrays import Bool
+from wmr_schemas.arrays import F64, Bool
+
+LEVER_ARM = "pose_lever_arm"
 
 
 def size_columns(fit: Fit, name: str) -> list[int]:
@@ -33,7 +41,8 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
     """P value of the Wald test that the effect's size is 0, robust over blocks of 2 s.
 
     Returns 0 where the size is no distance from the base model, so that the likelihood ratio decides alone.
-    A local effect is seen in few blocks; its test is the plain one.
+    A local effect is seen in few blocks; its test is the plain one. A lever arm is tested beside the tyres'
+    sideslip, unless it lies ahead of an axle that does not creep: a sideslip moves the pose the other way.
     """
     if not candidate_of(name).declaration.zero_is_absent:
         return 0.0
@@ -42,10 +51,34 @@ def wald_p(problem: Problem, fit: Fit, name: str) -> float:
     V, n_blocks = robust_covariance(problem, fit)
     if name in LOCAL:
         V = inverse_information(fit.psi[problem.train])
+    if name == LEVER_ARM and (fit.values[size[0]] < 0.0 or known_creep(fit.extension) > 0.0):
+        moved, V = beside_sideslip(problem, fit)
+        values = values + moved[size]
     wald = float(values @ np.linalg.lstsq(V[np.ix_(size, size)], values, rcond=1e-10)[0]) / len(size)
     if name in LOCAL:
         return float(chdtrc(len(size), wald * len(size)))
     return float(fdtrc(len(size), n_blocks - len(size), wald))
+
+
+def beside_sideslip(problem: Problem, fit: Fit) -> tuple[F64, F64]:
+    """How far the parameters move (q,) where the tyres creep sideways by an unknown compliance besides, and
+    their covariance (q, q), robust over blocks.
+
+    Both move the pose sideways in a turn, by x·yaw_rate and by −compliance·v·yaw_rate. A compliance is known
+    to half the largest one that is a sideslip; beyond that an arm is an arm at any speed.
+    """
+    train, own = problem.train, problem.settings.significance
+    slope = creep_slope(problem, fit.extension, fit.noise)[:, :, None]
+    psi = np.concatenate([fit.psi, slope], axis=2)[train]
+    known = np.zeros((1, *psi.shape[1:]))
+    known[0, 0, -1] = 2 / most_compliance(problem, fit.extension)
+    psi = np.concatenate([psi, known])
+    e = np.clip(fit.innovations[train], -own.clip_sd, own.clip_sd)
+    e = np.concatenate([e, np.zeros((1, 3))])
+    block = time_blocks(problem, own.block_s)
+    block = np.append(block, block.max() + 1)
+    step = inverse_information(psi) @ np.einsum("ijk,ij->k", psi, e)
+    return step[:-1], sandwich(psi, e - psi @ step, block)[:-1, :-1]
 
 
 def rows_that_show(problem: Problem, fit: Fit, name: str) -> Bool:

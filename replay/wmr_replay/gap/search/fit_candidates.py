@@ -12,7 +12,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.answer import LATE, answer_p
-from wmr_replay.gap.evidence.excitation import answers_disturbance
+from wmr_replay.gap.evidence.excitation import answers_disturbance, large_ones_lose_nothing
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
@@ -283,7 +283,8 @@ def only_answers(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether a dead zone holds back no efforts but those that answer the disturbance, as any dead zone of a
     controlled robot seems to: nothing that is missing hides behind it.
     """
-    return answers_disturbance(name, problem, fit.extension, fit.noise)
+    by_size = answers_disturbance(name, problem, fit.extension, fit.noise)
+    return by_size or large_ones_lose_nothing(name, problem, fit)
 
 
 def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:

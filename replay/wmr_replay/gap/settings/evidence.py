@@ -105,6 +105,10 @@ class ExcitationSettings:
     afterwards_s: float = 0.5
     """How long a manoeuvre shows, s. Judgement: a pose shows an acceleration after tenths of a second."""
 
+    answers_in_zones: tuple[float, ...] = (2.0, 3.0)
+    """Sizes in widths of a dead zone up to which efforts may only answer the disturbance. Statistics: a zone
+    that is not there is as wide as one or two standard deviations of the answers."""
+
     level: float = 0.01
     """Level of the test in manoeuvres alone. Statistics: as ``SignificanceSettings.level``; the effect is
     significant after the correction for everything scanned already."""
