@@ -17,6 +17,8 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
         return f"The model lacks {said}, or what looks the same on this log: {'; '.join(notes)}."
     if verdict == "unnamed" and not effects:
         return f"Something is missing that no effect of the library explains: {'; '.join(notes)}."
+    if verdict == "unnamed" and notes:
+        return f"The model lacks {said}; {'; '.join(notes)}."
     if verdict == "unnamed":
         unknown = "" if parts else ", for which the library has no name"
         return f"The model lacks {said}{unknown}."
