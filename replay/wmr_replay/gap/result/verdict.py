@@ -44,7 +44,9 @@ def verdict_of(
 
 def forms_note(selection: Selection) -> tuple[str, ...]:
     """Which effects of the library a formula has terms of, and why each is not named."""
-    return tuple(f"a term is the form of {name}, which is not named: {why}" for name, why in selection.not_named)
+    return tuple(
+        f"a term is the form of {name}, which is not named: {why}" for name, why in selection.not_named
+    )
 
 
 def what_to_drive(verdict: Verdict) -> tuple[str, ...]:
