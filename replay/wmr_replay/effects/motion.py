@@ -125,7 +125,14 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
 
 
 def com_yaw_per_m(robot: RobotParameters) -> float:
-    """L m/I in 1/m, by which a centre of mass ahead of the axle turns the robot; 0 where unknown."""
-    if robot.half_track_m is None or robot.mass_kg is None or robot.yaw_inertia_kgm2 is None:
+    """L m/I in 1/m, by which a centre of mass ahead of the axle turns the robot.
+
+    Without masses it is α_yaw/(α l), since α_yaw/α = l² m/I; 0 where that is unknown as well.
+    """
+    if robot.half_track_m is None:
         return 0.0
-    return robot.half_track_m * robot.mass_kg / robot.yaw_inertia_kgm2
+    if robot.mass_kg is not None and robot.yaw_inertia_kgm2 is not None:
+        return robot.half_track_m * robot.mass_kg / robot.yaw_inertia_kgm2
+    if robot.alpha and robot.alpha_yaw is not None:
+        return robot.alpha_yaw / (robot.alpha * robot.half_track_m)
+    return 0.0

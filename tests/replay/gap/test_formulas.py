@@ -128,7 +128,7 @@ def test_an_effect_beside_a_formula_is_named():
     term = estimate("unnamed:longitudinal:v*v*v", -0.1)
     problem = SimpleNamespace(settings=SETTINGS)
     assert verdict_of(problem, (slope, term), None, ())[0] == "named"
-    assert verdict_of(problem, (term,), None, ())[0] == "unnamed"
+    assert verdict_of(problem, (term,), SimpleNamespace(not_named=()), ())[0] == "unnamed"
     assert sentence_of("named", (slope, term), ()) == (
         "The model lacks slope and dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v (odd in v), "
         "for which the library has no name."

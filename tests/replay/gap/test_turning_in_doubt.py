@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import is_rest
@@ -45,6 +46,16 @@ def test_an_effect_is_a_rest_up_to_what_the_error_of_alpha_yaw_turns():
     by_centre_mps2 = L * mass_kg / inertia_kgm2 * V * YAW_RATE
     assert wider.misfit["com_offset"] == pytest.approx(left_mps2 / by_centre_mps2, rel=0.01)
     assert wider.misfit["viscous_drag"] == 0.01
+
+
+def test_a_centre_of_mass_turns_a_robot_of_unknown_masses_as_one_of_known_masses():
+    """By hand: wheels of radius r push the mass m with 1/(m r), and turn the inertia I with l²/(I r)."""
+    mass_kg, inertia_kgm2 = 1 / (0.11 * ALPHA), L**2 / (0.11 * ALPHA_YAW)
+    weighed = ROBOT.overridden_by(RobotParameters(mass_kg=mass_kg, yaw_inertia_kgm2=inertia_kgm2))
+    assert com_yaw_per_m(ROBOT) == pytest.approx(L * mass_kg / inertia_kgm2)
+    assert com_yaw_per_m(weighed) == pytest.approx(L * mass_kg / inertia_kgm2)
+    assert com_yaw_per_m(RobotParameters(half_track_m=L, alpha=ALPHA)) == 0.0
+    assert com_yaw_per_m(RobotParameters(alpha=ALPHA, alpha_yaw=ALPHA_YAW)) == 0.0
 
 
 @pytest.mark.parametrize(("share", "rest"), [(2.0, True), (0.03, False)])

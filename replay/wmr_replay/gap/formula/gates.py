@@ -1,6 +1,6 @@
 """The gates of a formula as a whole: significance, held-out proof, placebo, size, excitation."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
@@ -13,12 +13,13 @@ from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
 from wmr_replay.gap.formula.groups import CURVE, Group
 from wmr_replay.gap.formula.grow import Formula
+from wmr_replay.gap.formula.rests import beyond_rests
 from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
 from wmr_schemas.arrays import F64
-from wmr_schemas.terms import COEFFICIENT, parse_term
+from wmr_schemas.terms import COEFFICIENT, TermChannel, parse_term
 
 
 def p_value_of(problem: Problem, formula: Formula) -> float:
@@ -72,8 +73,8 @@ def why_not(
     """The first gate that a formula does not pass, empty where it passes all; and its held-out proof."""
     settings, rest, fit = problem.settings, formula.rest, formula.fit
     level = settings.significance.level
-    if accelerations(problem, fit, formula.names) < settings.formula.least_mps2:
-        return "too small to matter", None
+    if slight := too_small(problem, formula):
+        return slight, None
     if p_value_of(problem, formula) > level:
         return "not significant", None
     proof = prove(problem, rest, fit)
@@ -87,6 +88,14 @@ def why_not(
     return "", proof
 
 
+def too_small(problem: Problem, formula: Formula) -> str:
+    """Why a formula's size is none that matters; empty where it is one."""
+    least_mps2 = problem.settings.formula.least_mps2
+    if size_of(accelerations(problem, formula.fit, formula.names)) < least_mps2:
+        return "too small to matter"
+    return "no more than the base model leaves" if beyond_base_mps2(problem, formula) < least_mps2 else ""
+
+
 def only_answers(problem: Problem, formula: Formula) -> bool:
     """Whether a formula of speeds and efforts is not seen where the torques ask for a manoeuvre."""
     if all(parse_term(name).is_placed for name in formula.names):
@@ -95,16 +104,27 @@ def only_answers(problem: Problem, formula: Formula) -> bool:
     return p >= problem.settings.excitation.level
 
 
-def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> float:
-    """Root mean square of the terms' acceleration, m/s²; the larger of both channels."""
+def accelerations(problem: Problem, fit: Fit, names: Sequence[str]) -> dict[TermChannel, F64]:
+    """The terms' acceleration (n,) on each channel, m/s²."""
     columns = columns_of(problem.binned)
-    total = {"longitudinal": np.zeros(len(problem.binned)), "yaw": np.zeros(len(problem.binned))}
+    total: dict[TermChannel, F64] = {}
     for name in names:
         term = parse_term(name)
-        total[term.channel] = total[term.channel] + fit.extension.effects[name][COEFFICIENT] * term.evaluate(
-            columns
-        )
-    return max(float(np.sqrt(np.mean(value**2))) for value in total.values())
+        value = fit.extension.effects[name][COEFFICIENT] * term.evaluate(columns)
+        total[term.channel] = total.get(term.channel, np.zeros(len(value))) + value
+    return total
+
+
+def size_of(by_channel: Mapping[TermChannel, F64]) -> float:
+    """Root mean square of accelerations, m/s²; the larger of both channels."""
+    return max(float(np.sqrt(np.mean(value**2))) for value in by_channel.values())
+
+
+def beyond_base_mps2(problem: Problem, formula: Formula) -> float:
+    """The size of what a formula says beyond what the base model leaves on its own calibration log."""
+    extension, own = formula.rest.extension, problem.settings.misfit
+    found = accelerations(problem, formula.fit, formula.names)
+    return size_of({c: beyond_rests(value, c, extension, problem.binned, own) for c, value in found.items()})
 
 
 def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed: int) -> float:

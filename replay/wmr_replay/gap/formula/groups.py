@@ -93,7 +93,7 @@ TWINS = {
     "drive_gain": ("longitudinal:effort_sum",),
     "torque_bias_common": ("longitudinal:1",),
     "slope": ("longitudinal:cos(yaw)", "longitudinal:sin(yaw)"),
-    "com_offset": ("longitudinal:yaw_rate*yaw_rate",),
+    "com_offset": ("longitudinal:yaw_rate*yaw_rate", "yaw:v*yaw_rate"),
     "yaw_inertia": ("yaw:effort_diff",),
     "yaw_damping": ("yaw:yaw_rate",),
     "scrub_torque": ("yaw:sgn(yaw_rate)",),

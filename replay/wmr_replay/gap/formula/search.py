@@ -12,7 +12,8 @@ from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
-from wmr_replay.gap.formula.modes import may_slip_less
+from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
+from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
@@ -49,7 +50,30 @@ def with_formula(
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
     kept = library if found.formula.rest.extension.effects else ()
-    return found.problem, selection_of(found, kept, selection)
+    said = selection_of(found, kept, selection)
+    if library or not effects_meant(found):
+        return found.problem, said
+    again = library_again(found, options)
+    if stands(*again, found, problem, selection):
+        left = not {*found.formula.names} <= twins_of(effects_meant(found))
+        return with_formula(log, *again, extension, options) if left else again
+    return found.problem, replace(said, not_named=why_not_named(found, again[1]))
+
+
+def stands(
+    problem: Problem, selection: Selection, found: Proven, before: Problem, nothing: Selection
+) -> bool:
+    """Whether the library's effects with a formula's modes are likelier than nothing with the modes before,
+    and explain as much as that formula.
+    """
+    if not selection.found or selection.refused:
+        return False
+    part, apart = held_out_apart(problem, selection)
+    prices = sum(price_of(part, effect.scored, apart.fit) for effect in apart.found)
+    named = Start(part, apart.fit, apart.base.extension, prices)
+    if not is_likelier(named, Start(before, nothing.fit, nothing.base.extension)):
+        return False
+    return not explains_more(part, apart, found.formula)
 
 
 def held_out_apart(problem: Problem, selection: Selection) -> tuple[Problem, Selection]:

@@ -18,8 +18,8 @@ def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple
     if verdict == "unnamed" and not effects:
         return f"Something is missing that no effect of the library explains: {'; '.join(notes)}."
     if verdict == "unnamed":
-        unknown = "" if parts else ", for which the library has no name"
-        return f"The model lacks {said}{unknown}."
+        unknown = "; " + "; ".join(notes) if notes else ", for which the library has no name"
+        return f"The model lacks {said}{'' if parts else unknown}."
     if verdict == "not_enough_excitation":
         return f"This log cannot tell: {'; '.join(notes)}."
     return "Nothing is missing that this log could show."

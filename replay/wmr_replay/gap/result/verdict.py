@@ -23,7 +23,7 @@ def verdict_of(
     settings = problem.settings
     named = [effect for effect in effects if not effect.name.startswith(UNNAMED_PREFIX)]
     if effects and not named:
-        return "unnamed", ()
+        return "unnamed", forms_note(selection)
     if named:
         close = [
             f"{e.name} and {a.name} explain the log almost equally well"
@@ -40,6 +40,13 @@ def verdict_of(
     if len(hidden) > settings.detectable.most_unseen:
         return "not_enough_excitation", ("the log would not have shown " + ", ".join(hidden),)
     return "nothing_missing", ()
+
+
+def forms_note(selection: Selection) -> tuple[str, ...]:
+    """Which effects of the library a formula has terms of, and why each is not named."""
+    return tuple(
+        f"a term is the form of {name}, which is not named: {why}" for name, why in selection.not_named
+    )
 
 
 def what_to_drive(verdict: Verdict) -> tuple[str, ...]:

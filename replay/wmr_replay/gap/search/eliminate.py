@@ -71,11 +71,16 @@ def best_in_place(
 
 
 def eliminate(
-    problem: Problem, base: Fit, current: Fit, found: list[FittedCandidate], options: GapOptions
+    problem: Problem,
+    base: Fit,
+    current: Fit,
+    found: list[FittedCandidate],
+    options: GapOptions,
+    dropped: list[FittedCandidate],
 ) -> tuple[Fit, list[FittedCandidate]]:
     """The effects that pass every gate beside the others.
 
-    While some fail, the weakest of those is dropped, and the rest is tested again.
+    While some fail, the weakest of those is dropped, and the rest is tested again; ``dropped`` takes it.
     """
     current, found = with_tyres_of_payload(problem, current, found)
     while found:
@@ -88,6 +93,7 @@ def eliminate(
         if not failed:
             return current, tested
         weakest = min(failed, key=lambda f: f.gain)
+        dropped.append(weakest)
         found = [f for f in found if f.name != weakest.name]
         current = fit_without(problem, base, current, weakest.name)
     return base, []

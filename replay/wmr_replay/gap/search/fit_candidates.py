@@ -58,7 +58,7 @@ def fit_candidates(
 ) -> tuple[FittedCandidate, ...]:
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
-    ``hints`` are losses of traction, seen in other modes, at which a fit may start. Lags and gains that an
+    ``hints`` are effects, seen in other modes, at which a fit may start. Lags and gains that an
     answer to the disturbance makes hide what is missing: the others are ranked again ``without`` them, and
     stand first.
     """
@@ -75,13 +75,16 @@ def fit_candidates(
 def ranked_and_fitted(
     problem: Problem, current: Fit, *, terms: bool, hints: Hints = (), without: tuple[str, ...] = ()
 ) -> tuple[FittedCandidate, ...]:
-    """The best candidates but those ``without``, ranked at the diffusion that the best one leaves."""
+    """The best candidates but those ``without``, ranked at the diffusion that the best one leaves; with a
+    lasting effect among the ``hints``, at what that one leaves.
+    """
     own, budget, price = problem.settings.candidates, problem.settings.budget, problem.settings.scan
-    hinted = [
-        hinted_fit(problem, current, *hint) for hint in hints if hint[0] not in current.extension.effects
-    ]
-    scanned = best_fitted(problem, current, terms=terms, without=without)
-    tried = [*hinted, scanned] if scanned is not None else hinted
+    new = [hint for hint in hints if hint[0] not in (*current.extension.effects, *without)]
+    hinted = [hinted_fit(problem, current, *hint) for hint in new]
+    tried = [pair for pair in hinted if pair[0].name not in LOCAL]
+    if not tried:
+        scanned = best_fitted(problem, current, terms=terms, without=without)
+        tried = [*hinted, scanned] if scanned is not None else hinted
     if not tried:
         return ()
     best, seen = min(tried, key=lambda pair: pair[1].deviance + price_of(problem, *pair))
@@ -163,11 +166,12 @@ def roughly(problem: Problem, extension: Extension, noise: Diffusion, name: str)
 def hinted_fit(
     problem: Problem, current: Fit, name: str, parameters: Parameters
 ) -> tuple[ScoredCandidate, Fit]:
-    """A loss of traction fitted from where it was seen, with calm disturbances: those that its absence asks
-    for would hide it.
+    """An effect fitted from where it was seen, with calm disturbances: those that its absence asks for would
+    hide it.
     """
     settings = problem.settings
-    scored = ScoredCandidate(name, dict(parameters), 0.0, settings.scan.most_cells**2 // 2)
+    n_tried = settings.scan.most_cells**2 // 2 if name in LOCAL else 1
+    scored = ScoredCandidate(name, dict(parameters), 0.0, n_tried)
     calm = calm_or_same(current.noise, settings.diffusion)
     fit = fit_model(problem, with_candidate(current, scored), calm, settings.budget.best_diffusion)
     return replace(scored, gain=current.deviance - fit.deviance), fit

@@ -31,7 +31,8 @@ class Selection:
     """The effects found, in order, and the fitted candidates of every stage.
 
     ``base`` is the base model's fit, ``fit`` that of the extended model; ``refused`` says why the log cannot
-    carry the verdict.
+    carry the verdict, ``dropped`` are effects that failed a gate beside the others. ``not_named`` are the
+    effects that a formula means, each with why it is not named.
     """
 
     base: Fit
@@ -39,6 +40,8 @@ class Selection:
     found: tuple[FittedCandidate, ...]
     stages: tuple[tuple[FittedCandidate, ...], ...]
     refused: str = ""
+    dropped: tuple[FittedCandidate, ...] = ()
+    not_named: tuple[tuple[str, str], ...] = ()
 
 
 def select(problem: Problem, extension: Extension, options: GapOptions) -> Selection:
@@ -52,7 +55,7 @@ def forward_selection(
     """One effect after the other while the best candidate is significant.
 
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
-    are losses of traction at which a fit may start.
+    are effects at which a fit may start.
     """
     base = current = base_fit(problem, extension)
     found: list[FittedCandidate] = []
@@ -126,18 +129,19 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
     of them passes, the log cannot carry a verdict.
     """
     base, stages, refused = selection.base, selection.stages, ""
+    dropped: list[FittedCandidate] = []
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
     while found:
-        fit, kept = eliminate(problem, base, current, found, options)
+        fit, kept = eliminate(problem, base, current, found, options, dropped)
         calm = {f.name: reason for f in kept if (reason := too_calm_for(f.name, problem, fit))}
         if kept and not calm:
             fit, both = with_both_forms(problem, fit, tuple(kept))
-            return Selection(base, fit, both, stages)
+            return Selection(base, fit, both, stages, dropped=tuple(dropped))
         refused = refused or next(iter(calm.values()), "")
         found = [f for f in found if f.name not in calm] if calm else []
         for name in calm:
             current = fit_without(problem, base, current, name)
-    return Selection(base, base, (), stages, refused)
+    return Selection(base, base, (), stages, refused, tuple(dropped))
 
 
 def holding_too(problem: Problem, base: Fit, current: Fit) -> Fit:
