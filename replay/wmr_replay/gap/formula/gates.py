@@ -17,6 +17,7 @@ from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in,
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
+from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT, parse_term
 
@@ -74,6 +75,8 @@ def why_not(
     level = settings.significance.level
     if accelerations(problem, fit, formula.names) < settings.formula.least_mps2:
         return "too small to matter", None
+    if terms_in_doubt(fit.extension, problem.binned, formula.names):
+        return "no more than the error of alpha_yaw", None
     if p_value_of(problem, formula) > level:
         return "not significant", None
     proof = prove(problem, rest, fit)

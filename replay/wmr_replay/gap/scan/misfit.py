@@ -80,6 +80,26 @@ def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     return least > 0 and size_of(extension.effects[name]) <= least
 
 
+def gain_as_inertia(extension: Extension) -> Extension:
+    """A drive gain g beside a payload p as what is exactly the same: the payload (1 + p)/(1 + g) − 1 and the
+    yaw inertia 1/(1 + g) − 1; the extension where it has not both.
+
+    Beside a payload, a gain says of turning alone.
+    """
+    if not {"drive_gain", "payload"} <= extension.effects.keys():
+        return extension
+    gain = 1 + extension.effects["drive_gain"]["ratio"]
+    load = {"mass_ratio": (1 + extension.effects["payload"]["mass_ratio"]) / gain - 1}
+    inertia = {"ratio": 1 / gain - 1}
+    return extension.without("drive_gain").with_effect("payload", load).with_effect("yaw_inertia", inertia)
+
+
+def gain_is_rest(extension: Extension, own: MisfitSettings) -> bool:
+    """Whether a drive gain beside a payload says no more of turning than the base model leaves."""
+    same = gain_as_inertia(extension)
+    return same is not extension and is_rest("yaw_inertia", same, own)
+
+
 def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a dead zone or a saturation holds back no larger share of the log's torques than the base
     model's gain may be off by.
