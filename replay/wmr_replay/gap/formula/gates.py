@@ -73,10 +73,8 @@ def why_not(
     """The first gate that a formula does not pass, empty where it passes all; and its held-out proof."""
     settings, rest, fit = problem.settings, formula.rest, formula.fit
     level = settings.significance.level
-    if accelerations(problem, fit, formula.names) < settings.formula.least_mps2:
-        return "too small to matter", None
-    if terms_in_doubt(fit.extension, problem.binned, formula.names):
-        return "no more than the error of alpha_yaw", None
+    if failed := too_small(problem, formula):
+        return failed, None
     if p_value_of(problem, formula) > level:
         return "not significant", None
     proof = prove(problem, rest, fit)
@@ -88,6 +86,15 @@ def why_not(
     if small or only_answers(problem, formula):
         return "not seen where it would matter", proof
     return "", proof
+
+
+def too_small(problem: Problem, formula: Formula) -> str:
+    """Why a formula is too small to be a finding; empty where it is not."""
+    fit, names = formula.fit, formula.names
+    if accelerations(problem, fit, names) < problem.settings.formula.least_mps2:
+        return "too small to matter"
+    in_doubt = terms_in_doubt(fit.extension, problem.binned, names)
+    return "no more than the error of alpha_yaw" if in_doubt else ""
 
 
 def only_answers(problem: Problem, formula: Formula) -> bool:

@@ -59,19 +59,26 @@ def with_parameters(
 ) -> dict[str, float]:
     """The misfit with that of the calibrated parameters: what their standard deviations leave open, and what
     a controller hides.
+    """
+    robot, found = model.robot, dict(misfit)
+    for key, value, names in (
+        ("alpha", robot.alpha, ("payload", "drive_gain")),
+        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
+    ):
+        if value and key in model.robot_sd:
+            open_to = own.in_sd * model.robot_sd[key] / value
+            found |= {name: open_to + hidden_by_answer(ratios, name) for name in names}
+    return found
+
+
+def hidden_by_answer(ratios: tuple[float, float], name: str) -> float:
+    """The share of α, of ``yaw_inertia`` that of α_yaw, that torques which answer the disturbance hide.
 
     ``ratios`` are the standard deviations of what the torques ask for, ahead and in yaw, over the
     disturbance's. With u = r + w and α w = −n, efforts that answer the disturbance n, least squares of
     α u + n on u are off by −var(n)/var(α u), 1/ratio² of α.
     """
-    robot, found = model.robot, dict(misfit)
-    for key, value, names, ratio in (
-        ("alpha", robot.alpha, ("payload", "drive_gain"), ratios[0]),
-        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",), ratios[1]),
-    ):
-        if value and key in model.robot_sd:
-            found |= dict.fromkeys(names, own.in_sd * model.robot_sd[key] / value + 1 / ratio**2)
-    return found
+    return 1 / ratios[name == "yaw_inertia"] ** 2
 
 
 def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:

@@ -58,7 +58,7 @@ def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings
 
 
 def error_mps2(extension: Extension, binned: BinnedLog) -> float:
-    """s α_yaw (u_right − u_left) on the log, root mean square; 0 where the base model has no misfit."""
+    """The error s α_yaw (u_right − u_left) on the log, root mean square; 0 without a misfit."""
     share = extension.misfit.get("yaw_inertia", 0.0)
     return share * extension.base.alpha_yaw * root_mean_square(columns_of(binned)["effort_diff"])
 
