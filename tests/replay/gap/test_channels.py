@@ -20,11 +20,11 @@ from wmr_replay.gap.evidence.significance import least_size
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.verdict import one_channel_note
+from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.eliminate import may_be_a_rest
-from wmr_replay.gap.search.fit_candidates import ONE_CHANNEL
-from wmr_replay.gap.search.select import select
+from wmr_replay.gap.search.fit_candidates import ONE_CHANNEL, assessed
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -89,12 +89,15 @@ def test_where_turning_is_in_doubt_a_lag_must_be_shown_ahead(share, refused):
     assert seen_in_one_channel(problem, fit, "actuator_lag") is refused
 
 
-def test_a_robot_that_turns_late_is_not_said_to_have_late_torques():
-    problem = Problem.of(bin_log(log_of((0.0, LAG_S)), GateSettings()))
-    selection = select(problem, Extension(BASE), GapOptions(modes="ideal"))
-    assert not {"actuator_lag", "input_delay"} & {one.name for one in selection.found}
-    assert ONE_CHANNEL in [one.failed for stage in selection.stages for one in stage]
-    assert "turning" in one_channel_note(selection)
+@pytest.mark.parametrize(("lags_s", "failed"), [((0.0, LAG_S), ONE_CHANNEL), ((LAG_S, LAG_S), "")])
+def test_a_lag_of_one_channel_is_no_candidate_and_is_said(lags_s, failed):
+    problem, fit = with_lag(log_of(lags_s, steps=(0.04, 0.2)))
+    current = fit_model(problem, Extension(BASE))
+    scored = ScoredCandidate("actuator_lag", {"time_constant_s": 0.1}, 100.0, 1)
+    found = assessed(problem, current, scored, fit, 10)
+    assert found.failed == failed
+    assert (found.p_value == 1.0) is bool(failed)
+    assert ("turn" in one_channel_note(Selection(current, current, (), ((found,),)))) is bool(failed)
 
 
 def test_torques_are_mixed_by_their_sum_and_their_difference():
