@@ -90,7 +90,7 @@ def with_gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> Fit
     if candidate.name != "drive_gain" or not gain_is_rest(extension, own):
         return candidate
     same = gain_as_inertia(extension)
-    scored = replace(candidate.scored, name="yaw_inertia", parameters=same.effects["yaw_inertia"])
+    scored = replace(candidate.scored, name="yaw_inertia", parameters=dict(same.effects["yaw_inertia"]))
     return replace(candidate, scored=scored, fit=replace(candidate.fit, extension=same))
 
 
