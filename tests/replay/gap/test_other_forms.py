@@ -15,7 +15,7 @@ from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates
 from wmr_replay.gap.search.rests import leaves_no_more, without_formula
-from wmr_replay.gap.search.select import Selection, gain_as_inertia
+from wmr_replay.gap.search.select import Selection, with_gain_as_inertia
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.model_file import Model, NoiseModel
@@ -162,7 +162,7 @@ def test_a_gain_beside_a_payload_is_a_yaw_inertia_where_that_is_open(open_to, na
     extension = replace(PLATES, effects=effects, misfit={"yaw_inertia": open_to})
     scored = ScoredCandidate("drive_gain", {"ratio": 1.0}, 100.0, 1)
     fit = Fit(None, extension, None, 0.0, None, None)
-    said = gain_as_inertia(fit_candidates.FittedCandidate(scored, fit, 100.0, 90.0, 0.0), OWN)
+    said = with_gain_as_inertia(fit_candidates.FittedCandidate(scored, fit, 100.0, 90.0, 0.0), OWN)
     assert said.name == name
     if name == "yaw_inertia":
         assert said.fit.extension.effects == {

@@ -1,13 +1,16 @@
 """What an α_yaw that a calibration log hardly shows leaves on another drive."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import is_rest
-from wmr_replay.gap.scan.turning_in_doubt import doubts, with_turning_in_doubt
+from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest
+from wmr_replay.gap.scan.turning_in_doubt import doubts, terms_in_doubt, with_turning_in_doubt
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -87,3 +90,24 @@ def test_it_is_said_of_a_base_model_that_hardly_shows_how_torques_turn_it():
     assert "swivel casters" in said
     assert doubts({"yaw_inertia": 0.03}, SETTINGS.misfit) == ()
     assert doubts({}, SETTINGS.misfit) == ()
+
+
+@pytest.mark.parametrize(("factor", "in_doubt"), [(0.9, True), (1.1, False)])
+def test_a_term_of_turning_is_no_finding_up_to_what_the_error_of_alpha_yaw_turns(factor, in_doubt):
+    share, name = 2.0, "unnamed:yaw:yaw_rate"
+    size = factor * share * ALPHA_YAW * APART_NM / YAW_RATE
+    seen, binned = base(share).with_effect(name, {"coefficient": size}), bin_log(circle(), SETTINGS)
+    assert terms_in_doubt(seen, binned, [name]) is in_doubt
+    ahead = seen.with_effect("unnamed:longitudinal:v", {"coefficient": 0.001})
+    assert not terms_in_doubt(ahead, binned, [name, "unnamed:longitudinal:v"])
+    assert not terms_in_doubt(seen, binned, ["scrub_torque"])
+
+
+def test_a_gain_and_a_load_that_turn_the_robot_within_the_doubt_are_an_inertia():
+    """(1 + p)/(1 + g) = 1 and 1/(1 + g) = 2: α as it was, and half of α_yaw."""
+    both = base(1.2).with_effect("drive_gain", {"ratio": -0.5}).with_effect("payload", {"mass_ratio": -0.5})
+    same = gain_as_inertia(both)
+    assert same.effects == {"payload": {"mass_ratio": 0.0}, "yaw_inertia": {"ratio": 1.0}}
+    assert gain_is_rest(both, SETTINGS.misfit)
+    assert not gain_is_rest(replace(both, misfit={"yaw_inertia": 0.3}), SETTINGS.misfit)
+    assert not gain_is_rest(both.without("payload"), SETTINGS.misfit)

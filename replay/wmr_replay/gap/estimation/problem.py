@@ -107,9 +107,21 @@ class Problem:
         keep: bool = False,
     ) -> FilterOutput:
         """:meth:`filtered` where the pass is not kept."""
+        rows = self.binned.inputs.get(acts, lambda: extension.rows(self.binned))
+        return self._filtered_rows(extension, rows, noise, targets, keep=keep)
+
+    def _filtered_rows(
+        self,
+        extension: Extension,
+        rows: F64,
+        noise: Diffusion,
+        targets: SensitivityTargets = NO_TARGETS,
+        *,
+        keep: bool = False,
+    ) -> FilterOutput:
+        """:meth:`filtered` with other input rows (n, 12) than the extended model's."""
         first = self.first.copy()
         first[W] *= extension.base.half_track_m
-        rows = self.binned.inputs.get(acts, lambda: extension.rows(self.binned))
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
@@ -117,6 +129,10 @@ class Problem:
     def deviance(self, extension: Extension, noise: Diffusion) -> float:
         """−2 log likelihood of the fitted rows."""
         return float(self.filtered(extension, noise).deviance[self.train].sum())
+
+    def innovations_of_rows(self, extension: Extension, rows: F64, noise: Diffusion) -> F64:
+        """Whitened innovations (n, 3) with other input rows (n, 12) than the extended model's."""
+        return self._filtered_rows(extension, rows, noise).innovations
 
 
 def identity_of(extension: Extension) -> Hashable:

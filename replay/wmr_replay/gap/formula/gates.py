@@ -18,6 +18,7 @@ from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in,
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
+from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT, TermChannel, parse_term
 
@@ -73,8 +74,8 @@ def why_not(
     """The first gate that a formula does not pass, empty where it passes all; and its held-out proof."""
     settings, rest, fit = problem.settings, formula.rest, formula.fit
     level = settings.significance.level
-    if slight := too_small(problem, formula):
-        return slight, None
+    if failed := too_small(problem, formula):
+        return failed, None
     if p_value_of(problem, formula) > level:
         return "not significant", None
     proof = prove(problem, rest, fit)
@@ -90,9 +91,11 @@ def why_not(
 
 def too_small(problem: Problem, formula: Formula) -> str:
     """Why a formula's size is none that matters; empty where it is one."""
-    least_mps2 = problem.settings.formula.least_mps2
-    if size_of(accelerations(problem, formula.fit, formula.names)) < least_mps2:
+    least_mps2, fit, names = problem.settings.formula.least_mps2, formula.fit, formula.names
+    if size_of(accelerations(problem, fit, names)) < least_mps2:
         return "too small to matter"
+    if terms_in_doubt(fit.extension, problem.binned, names):
+        return "no more than the error of alpha_yaw"
     return "no more than the base model leaves" if beyond_base_mps2(problem, formula) < least_mps2 else ""
 
 

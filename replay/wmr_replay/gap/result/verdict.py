@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.result.result import FoundEffect, Verdict
-from wmr_replay.gap.search.fit_candidates import ANSWERED
+from wmr_replay.gap.search.fit_candidates import ANSWERED, ONE_CHANNEL
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 
@@ -34,7 +34,7 @@ def verdict_of(
         return ("ambiguous", tuple(close)) if close else ("named", ())
     if selection.refused:
         return "not_enough_excitation", (selection.refused,)
-    calm = calm_note(problem, selection) or answered_note(selection)
+    calm = calm_note(problem, selection) or answered_note(selection) or one_channel_note(selection)
     if calm:
         return "not_enough_excitation", (calm,)
     if len(hidden) > settings.detectable.most_unseen:
@@ -76,6 +76,17 @@ def answered_note(selection: Selection) -> str:
             return (
                 f"{one.name} would explain part of it, but a controller that answers the disturbance makes "
                 "as much of it where nothing is missing"
+            )
+    return ""
+
+
+def one_channel_note(selection: Selection) -> str:
+    """That a lag is seen in one of the channels alone; empty where none is."""
+    for one in chain.from_iterable(selection.stages):
+        if one.failed == ONE_CHANNEL:
+            return (
+                f"{one.name} would explain part of it, but not ahead and in turning alike, as torques that "
+                "act late would: something else is late, such as swivel casters that follow a turn"
             )
     return ""
 

@@ -59,25 +59,52 @@ def with_parameters(
 ) -> dict[str, float]:
     """The misfit with that of the calibrated parameters: what their standard deviations leave open, and what
     a controller hides.
+    """
+    robot, found = model.robot, dict(misfit)
+    for key, value, names in (
+        ("alpha", robot.alpha, ("payload", "drive_gain")),
+        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",)),
+    ):
+        if value and key in model.robot_sd:
+            open_to = own.in_sd * model.robot_sd[key] / value
+            found |= {name: open_to + hidden_by_answer(ratios, name) for name in names}
+    return found
+
+
+def hidden_by_answer(ratios: tuple[float, float], name: str) -> float:
+    """The share of α, of ``yaw_inertia`` that of α_yaw, that torques which answer the disturbance hide.
 
     ``ratios`` are the standard deviations of what the torques ask for, ahead and in yaw, over the
     disturbance's. With u = r + w and α w = −n, efforts that answer the disturbance n, least squares of
     α u + n on u are off by −var(n)/var(α u), 1/ratio² of α.
     """
-    robot, found = model.robot, dict(misfit)
-    for key, value, names, ratio in (
-        ("alpha", robot.alpha, ("payload", "drive_gain"), ratios[0]),
-        ("alpha_yaw", robot.alpha_yaw, ("yaw_inertia",), ratios[1]),
-    ):
-        if value and key in model.robot_sd:
-            found |= dict.fromkeys(names, own.in_sd * model.robot_sd[key] / value + 1 / ratio**2)
-    return found
+    return 1 / ratios[name == "yaw_inertia"] ** 2
 
 
 def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
     least = floor_of(name, extension, own)
     return least > 0 and size_of(extension.effects[name]) <= least
+
+
+def gain_as_inertia(extension: Extension) -> Extension:
+    """A drive gain g beside a payload p as what is exactly the same: the payload (1 + p)/(1 + g) − 1 and the
+    yaw inertia 1/(1 + g) − 1; the extension where it has not both.
+
+    Beside a payload, a gain says of turning alone.
+    """
+    if not {"drive_gain", "payload"} <= extension.effects.keys():
+        return extension
+    gain = 1 + extension.effects["drive_gain"]["ratio"]
+    load = {"mass_ratio": (1 + extension.effects["payload"]["mass_ratio"]) / gain - 1}
+    inertia = {"ratio": 1 / gain - 1}
+    return extension.without("drive_gain").with_effect("payload", load).with_effect("yaw_inertia", inertia)
+
+
+def gain_is_rest(extension: Extension, own: MisfitSettings) -> bool:
+    """Whether a drive gain beside a payload says no more of turning than the base model leaves."""
+    same = gain_as_inertia(extension)
+    return same is not extension and is_rest("yaw_inertia", same, own)
 
 
 def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: MisfitSettings) -> bool:

@@ -11,7 +11,7 @@ proportion to the yaw rate. Such an effect is a rest up to the size at which it 
 mean square. A scrub is told from it by its jump where the turn reverses.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +22,9 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
+from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
+from wmr_schemas.terms import COEFFICIENT, parse_term
 
 IN_DOUBT = (
     "the calibration log hardly shows how the torques turn the robot, and alpha_yaw may be off by a factor "
@@ -48,11 +50,28 @@ def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings
     if share <= 0:
         return extension
     binned = bin_log(log, settings)
-    left_mps2 = share * extension.base.alpha_yaw * root_mean_square(columns_of(binned)["effort_diff"])
+    left_mps2 = error_mps2(extension, binned)
     turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
     wider = {name: max(size, found.get(name, 0.0)) for name, size in extension.misfit.items()}
     return replace(extension, misfit=wider)
+
+
+def error_mps2(extension: Extension, binned: BinnedLog) -> float:
+    """The error s α_yaw (u_right − u_left) on the log, root mean square; 0 without a misfit."""
+    share = extension.misfit.get("yaw_inertia", 0.0)
+    return share * extension.base.alpha_yaw * root_mean_square(columns_of(binned)["effort_diff"])
+
+
+def terms_in_doubt(extension: Extension, binned: BinnedLog, names: Iterable[str]) -> bool:
+    """Whether ``names`` are terms that turn the robot no more than the error of α_yaw does, summed."""
+    terms = [(parse_term(name), name) for name in names if name.startswith(UNNAMED_PREFIX)]
+    columns, total = columns_of(binned), np.zeros(len(binned))
+    if not terms or any(term.channel != "yaw" for term, _ in terms):
+        return False
+    for term, name in terms:
+        total += extension.effects[name][COEFFICIENT] * term.evaluate(columns)
+    return root_mean_square(total) <= error_mps2(extension, binned)
 
 
 def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:

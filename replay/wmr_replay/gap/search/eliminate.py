@@ -7,14 +7,29 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.answer import answer_p
+from wmr_replay.gap.evidence.channels import seen_in_one_channel
+from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
-from wmr_replay.gap.evidence.significance import correlation
+from wmr_replay.gap.evidence.significance import correlation, least_size
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import is_rest, withholds_a_rest
-from wmr_replay.gap.search.fit_candidates import ANSWERED, FittedCandidate, fine_costs, price_of
+from wmr_replay.gap.scan.misfit import (
+    IN_PARAMETERS,
+    gain_is_rest,
+    hidden_by_answer,
+    is_rest,
+    withholds_a_rest,
+)
+from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
+from wmr_replay.gap.search.fit_candidates import (
+    ANSWERED,
+    ONE_CHANNEL,
+    FittedCandidate,
+    fine_costs,
+    price_of,
+)
 from wmr_replay.gap.search.slip_test import may_be_slipping
 from wmr_schemas.effects import FRICTIONS
 
@@ -112,7 +127,7 @@ def through_gates(
     """
     if effect.gain < price_of(problem, effect.scored, current) + margin_for(problem, current, effect):
         return replace(effect, failed="needless beside the others")
-    if other := other_cause(problem, current, effect, others):
+    if other := other_cause(problem, current, effect, rest, others):
         return replace(effect, failed=other)
     proof = prove(problem, rest, current)
     if not proof.holds:
@@ -125,22 +140,39 @@ def through_gates(
 
 
 def other_cause(
-    problem: Problem, current: Fit, effect: FittedCandidate, others: list[FittedCandidate]
+    problem: Problem, current: Fit, effect: FittedCandidate, rest: Fit, others: list[FittedCandidate]
 ) -> str:
     """What an effect may be in place of one that is missing; empty where it is none of these."""
-    own = problem.settings.misfit
-    if is_rest(effect.name, current.extension, own) or withholds_a_rest(
-        effect.name, problem, current.extension, own
-    ):
+    if may_be_a_rest(problem, current, rest, effect.name):
         return "no more than the base model leaves"
     if is_remainder(problem, current, effect, others):
         return "a remainder of the others"
-    rest = current.extension.without(effect.name)
-    if answer_p(problem, rest, current, effect.name) > problem.settings.significance.level:
+    without = current.extension.without(effect.name)
+    if answer_p(problem, without, current, effect.name) > problem.settings.significance.level:
         return ANSWERED
+    if seen_in_one_channel(problem, current, effect.name):
+        return ONE_CHANNEL
     if may_be_slipping(problem, current, effect.name):
         return "no other than the model's own slipping"
     return ""
+
+
+def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
+    """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
+    calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
+    model does not know of turning. ``rest`` is the model without the effect.
+    """
+    own, extension = problem.settings.misfit, current.extension
+    if is_rest(name, extension, own) or withholds_a_rest(name, problem, extension, own):
+        return True
+    if name == "drive_gain" and gain_is_rest(extension, own):
+        return True
+    left = extension.misfit.get(name, 0.0)
+    if left > 0 and name in IN_PARAMETERS:
+        left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
+    if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
+        return True
+    return terms_in_doubt(extension, problem.binned, [name])
 
 
 def is_remainder(

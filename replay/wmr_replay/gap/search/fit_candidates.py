@@ -12,6 +12,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.answer import LATE, answer_p
+from wmr_replay.gap.evidence.channels import seen_in_one_channel
 from wmr_replay.gap.evidence.excitation import answers_disturbance, large_ones_lose_nothing
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
@@ -26,6 +27,10 @@ Hints = tuple[tuple[str, Parameters], ...]
 """Effects by name and parameters."""
 ANSWERED = "no more than an answer to the disturbance makes"
 """A gate that lags and gains fail."""
+ONE_CHANNEL = "seen in one of the channels alone"
+"""A gate that lags fail: torques that act late do so ahead and in turning."""
+HIDING = (ANSWERED, ONE_CHANNEL)
+"""What explains a lag or a gain in its place: another effect may be behind it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,17 +64,17 @@ def fit_candidates(
     """The best candidates fitted, the best first; of the dictionary's ``terms``, or of the library.
 
     ``hints`` are effects, seen in other modes, at which a fit may start. Lags and gains that an
-    answer to the disturbance makes hide what is missing: the others are ranked again ``without`` them, and
-    stand first.
+    answer to the disturbance makes, and lags of one channel, hide what is missing: the others are ranked
+    again ``without`` them, and stand first.
     """
     fitted = ranked_and_fitted(problem, current, terms=terms, hints=hints, without=without)
-    by_answer = tuple(one for one in fitted if one.failed == ANSWERED)
-    names = {one.name for one in by_answer}
+    hiding = tuple(one for one in fitted if one.failed in HIDING)
+    names = {one.name for one in hiding}
     if not names:
         return fitted
     without = (*without, *names, *(LATE if names & set(LATE) else ()))
     others = fit_candidates(problem, current, terms=terms, hints=hints, without=without)
-    return (*(one for one in others if one.failed != ANSWERED), *by_answer)
+    return (*(one for one in others if one.failed not in HIDING), *hiding)
 
 
 def ranked_and_fitted(
@@ -232,7 +237,7 @@ def assessed(
 
     p is the largest of the likelihood ratio's, the Wald test's and, of lags and gains, that against an answer
     to the disturbance, corrected for everything scanned: each of the ``n_names`` has an equal share of the
-    level, and within it each time and place (weighted Bonferroni).
+    level, and within it each time and place (weighted Bonferroni). It is 1 for a lag of one channel.
     """
     gain = current.deviance - fit.deviance
     by_ratio = float(chdtrc(len(scored.parameters), max(gain, 0.0)))
@@ -240,6 +245,8 @@ def assessed(
     p_value = max(by_ratio, wald_p(problem, fit, scored.name)) * n_tried
     by_answer = answer_p(problem, current.extension, fit, scored.name) * n_tried
     failed = ANSWERED if p_value <= level < by_answer else ""
+    if not failed and p_value <= level and seen_in_one_channel(problem, fit, scored.name):
+        failed, p_value = ONE_CHANNEL, 1.0
     score = gain - price_of(problem, scored, fit)
     p_value = float(min(max(p_value, by_answer), 1.0))
     return FittedCandidate(scored, fit, gain, score, p_value, failed=failed)

@@ -12,7 +12,7 @@ from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.scan.misfit import is_rest, negligible
+from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
 from wmr_replay.gap.search.same_loss import with_both_forms
@@ -62,7 +62,7 @@ def forward_selection(
     stages: list[tuple[FittedCandidate, ...]] = []
     while len(stages) < options.max_effects:
         fitted = fit_candidates(problem, current, terms=False, hints=hints)
-        fitted = tuple(gain_as_inertia(one, problem.settings.misfit) for one in fitted)
+        fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         if shows_rest(problem, extension, current, fitted):
             current = holding(problem, fitted[0])
             base = holding_too(problem, base, current) if found else current
@@ -83,22 +83,17 @@ def base_fit(problem: Problem, extension: Extension) -> Fit:
     return fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
 
 
-def gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> FittedCandidate:
-    """A drive gain g beside a payload p as what is exactly the same: the payload (1 + p)/(1 + g) − 1 and the
-    yaw inertia 1/(1 + g) − 1, where that is a rest of the base model. Else the candidate.
+def with_gain_as_inertia(candidate: FittedCandidate, own: MisfitSettings) -> FittedCandidate:
+    """A drive gain beside a payload as a payload and a yaw inertia, where that is a rest of the base model.
+    Else the candidate.
 
-    Beside a payload, a gain says of turning alone. Held as a gain, a rest would change the payload.
+    Held as a gain, a rest would change the payload.
     """
     extension = candidate.fit.extension
-    if candidate.name != "drive_gain" or "payload" not in extension.effects:
+    if candidate.name != "drive_gain" or not gain_is_rest(extension, own):
         return candidate
-    gain = 1 + extension.effects["drive_gain"]["ratio"]
-    load = {"mass_ratio": (1 + extension.effects["payload"]["mass_ratio"]) / gain - 1}
-    inertia = {"ratio": 1 / gain - 1}
-    same = extension.without("drive_gain").with_effect("payload", load).with_effect("yaw_inertia", inertia)
-    if not is_rest("yaw_inertia", same, own):
-        return candidate
-    scored = replace(candidate.scored, name="yaw_inertia", parameters=inertia)
+    same = gain_as_inertia(extension)
+    scored = replace(candidate.scored, name="yaw_inertia", parameters=dict(same.effects["yaw_inertia"]))
     return replace(candidate, scored=scored, fit=replace(candidate.fit, extension=same))
 
 

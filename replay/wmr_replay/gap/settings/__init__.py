@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from wmr_replay.gap.settings.evidence import (
     AnswerSettings,
+    ChannelSettings,
     ExcitationSettings,
     HoldOutSettings,
     PlaceboSettings,
@@ -70,6 +71,7 @@ class GateSettings:
     placebo: PlaceboSettings = field(default_factory=PlaceboSettings)
     excitation: ExcitationSettings = field(default_factory=ExcitationSettings)
     answer: AnswerSettings = field(default_factory=AnswerSettings)
+    channels: ChannelSettings = field(default_factory=ChannelSettings)
     detectable: DetectableSettings = field(default_factory=DetectableSettings)
     locate: LocateSettings = field(default_factory=LocateSettings)
     shown: ShownSettings = field(default_factory=ShownSettings)

@@ -125,3 +125,13 @@ class AnswerSettings:
 
     frequencies: int = 2000
     """Angular frequencies of the sum, up to that of the bins. Numerics: 0.04 rad/s apart."""
+
+
+@dataclass(frozen=True)
+class ChannelSettings:
+    """What a lag of the torques must show ahead and in turning."""
+
+    least_gain: float = 6.63
+    """What one channel must be more likely by to show an effect, or less likely by to refute it, in units of
+    deviance. Statistics: χ² with one degree of freedom exceeds it in 1 % of cases; an effect that is there is
+    refuted in at most .5 %, however much the channel shows."""

@@ -1,0 +1,125 @@
+"""Lags that are seen ahead or in turning alone. The oracle is a plain loop in which both channels lag, or
+one.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.channels import (
+    gains_by_channel,
+    seen_in_one_channel,
+    squares_beside,
+    with_torques,
+)
+from wmr_replay.gap.evidence.excitation import excitation_ratios
+from wmr_replay.gap.evidence.significance import least_size
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.result.verdict import one_channel_note
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.eliminate import may_be_a_rest
+from wmr_replay.gap.search.fit_candidates import ONE_CHANNEL, assessed
+from wmr_replay.gap.search.select import Selection
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.robot import RobotParameters
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+
+ROBOT = RobotParameters(alpha=0.28, alpha_yaw=0.34, half_track_m=0.25)
+BASE = Base(0.28, 0.34, 0.25, 8.0, 0.0, 0.5, 0.5, 0.0, 5.0)
+PRECISE, RATE_PER_S, STEP_S, LAG_S = (0.001, 0.001, 0.002), 3.0, 0.01, 0.15
+LEAST = GateSettings().channels.least_gain
+
+
+def log_of(lags_s: tuple[float, float], steps: tuple[float, float] = (0.4, 0.1)) -> Log:
+    """60 s of a loop of K = 3/s that follows speeds in ``steps``; ahead and in turning, torques lag."""
+    rng, n, l = np.random.default_rng(4), round(60 / STEP_S), BASE.half_track_m
+    t_s = np.arange(n) * STEP_S
+    wanted = np.array([0.8, 0.05]) + np.sign(np.sin(1.5 * t_s))[:, None] * steps
+    acting, z, shares = (
+        np.zeros(2),
+        np.array([0.0, 0.0, 0.0, *wanted[0]]),
+        STEP_S / np.maximum(lags_s, STEP_S),
+    )
+    path, sent = np.zeros((n, 3)), np.zeros((n, 2))
+    for k in range(n):
+        path[k], asked = z[:3], RATE_PER_S * (wanted[k] - z[3:])
+        sent[k] = asked / [BASE.alpha, BASE.alpha_yaw]
+        acting += shares * (asked - acting)
+        v, w = z[3:] + acting * STEP_S / 2
+        yaw = z[2] + z[4] / l * STEP_S / 2
+        z += STEP_S * np.array([v * np.cos(yaw), v * np.sin(yaw), w / l, *acting])
+    t_ns = np.round(t_s * 1e9).astype(np.int64)
+    pose = path + rng.normal(size=(n, 3)) * PRECISE
+    torques = (sent @ np.array([[1.0, 1.0], [-1.0, 1.0]]) / 2).T.copy()
+    return Log(
+        PoseTrack(t_ns, *pose.T.copy()), TorqueTrack(t_ns, *torques, *np.full((2, n), np.nan)), None, ROBOT
+    )
+
+
+def with_lag(log: Log, misfit: dict[str, float] | None = None) -> tuple[Problem, Fit]:
+    problem = Problem.of(bin_log(log, GateSettings())).all_fitted()
+    lagging = Extension(BASE, {"actuator_lag": {"time_constant_s": 0.1}}, misfit=misfit or {})
+    return problem, fit_model(problem, lagging)
+
+
+def test_a_lag_of_the_torques_is_seen_ahead_and_in_turning():
+    problem, fit = with_lag(log_of((LAG_S, LAG_S)))
+    assert min(gains_by_channel(problem, fit, "actuator_lag")) > LEAST
+    assert not seen_in_one_channel(problem, fit, "actuator_lag")
+
+
+@pytest.mark.parametrize("lags_s", [(0.0, LAG_S), (LAG_S, 0.0)])
+def test_a_lag_that_one_channel_excludes_is_none(lags_s):
+    problem, fit = with_lag(log_of(lags_s))
+    gains = gains_by_channel(problem, fit, "actuator_lag")
+    assert gains[int(np.argmin(lags_s))] < -LEAST
+    assert seen_in_one_channel(problem, fit, "actuator_lag")
+    assert not seen_in_one_channel(problem, fit, "viscous_drag")
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.03, False), (1.0, True)])
+def test_where_turning_is_in_doubt_a_lag_must_be_shown_ahead(share, refused):
+    problem, fit = with_lag(log_of((LAG_S, LAG_S), steps=(0.0, 0.1)), {"yaw_inertia": share})
+    assert abs(gains_by_channel(problem, fit, "actuator_lag")[0]) < LEAST
+    assert seen_in_one_channel(problem, fit, "actuator_lag") is refused
+
+
+@pytest.mark.parametrize(("lags_s", "failed"), [((0.0, LAG_S), ONE_CHANNEL), ((LAG_S, LAG_S), "")])
+def test_a_lag_of_one_channel_is_no_candidate_and_is_said(lags_s, failed):
+    problem, fit = with_lag(log_of(lags_s, steps=(0.04, 0.2)))
+    current = fit_model(problem, Extension(BASE))
+    scored = ScoredCandidate("actuator_lag", {"time_constant_s": 0.1}, 100.0, 1)
+    found = assessed(problem, current, scored, fit, 10)
+    assert found.failed == failed
+    assert (found.p_value == 1.0) is bool(failed)
+    assert ("turn" in one_channel_note(Selection(current, current, (), ((found,),)))) is bool(failed)
+
+
+def test_torques_are_mixed_by_their_sum_and_their_difference():
+    ahead, turning = np.zeros((2, 1, N_ROW))
+    ahead[0, [Row.LEFT, Row.RIGHT]], turning[0, [Row.LEFT, Row.RIGHT]] = (1.0, 2.0), (5.0, 9.0)
+    mixed = with_torques(ahead, ahead, turning)
+    assert tuple(mixed[0, [Row.LEFT, Row.RIGHT]]) == (-0.5, 3.5)
+
+
+def test_what_other_effects_explain_is_no_gain():
+    e, other = np.array([[3.0, 4.0, 0.0]]), np.array([[[1.0], [0.0], [0.0]]])
+    assert squares_beside(other, e) == pytest.approx(16.0)
+    assert squares_beside(other[:, :, :0], e) == pytest.approx(25.0)
+
+
+def test_a_size_is_a_finding_from_where_its_interval_leaves_what_the_base_leaves():
+    problem, fit = with_lag(log_of((LAG_S, LAG_S)))
+    fit = fit_model(problem, fit.extension.with_effect("yaw_inertia", {"ratio": 0.05}), fit.noise)
+    fit = replace(fit, extension=fit.extension.with_effect("yaw_inertia", {"ratio": 0.6}))
+    sd = (0.6 - least_size(problem, fit, "yaw_inertia", 2.0)) / 2
+    assert sd > 0
+    hidden = 1 / excitation_ratios(problem, fit.extension, fit.noise)[1] ** 2
+    for share, rest in ((0.6 - hidden - 1.9 * sd, True), (0.6 - hidden - 2.1 * sd, False)):
+        known = replace(fit, extension=replace(fit.extension, misfit={"yaw_inertia": share}))
+        assert may_be_a_rest(problem, known, fit, "yaw_inertia") is rest
