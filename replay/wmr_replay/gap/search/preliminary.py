@@ -116,8 +116,7 @@ def models_from(problem: Problem, extension: Extension, selection: Selection) ->
 def one_effect(extension: Extension, candidate: FittedCandidate) -> Extension:
     """The model with a fitted candidate alone."""
     there = candidate.fit.extension
-    with_speed = replace(extension, friction_speed_mps=there.friction_speed_mps)
-    return with_speed.with_effect(candidate.name, there.effects[candidate.name])
+    return extension.as_in(there).with_effect(candidate.name, there.effects[candidate.name])
 
 
 def either_loss(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
@@ -152,4 +151,4 @@ def significant_model(problem: Problem, extension: Extension, selection: Selecti
             effects[best.name] = best.fit.extension.effects[best.name]
     if next(iter(effects), SKID) != SKID:
         effects.pop(SKID, None)
-    return replace(extension, effects=effects, friction_speed_mps=fit.extension.friction_speed_mps)
+    return replace(extension, effects=effects).as_in(fit.extension)
