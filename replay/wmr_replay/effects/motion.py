@@ -115,13 +115,19 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, 
 def downhill_left(yaw: float, theta: F64) -> Pair:
     """Acceleration to the left on a slope, g_y cos ψ − g_x sin ψ in m/s², and its slope by yaw.
 
-    It moves v_lat while the tyres skid, and is the slope by yaw of the acceleration ahead.
+    It is the slope by yaw of the acceleration ahead.
     """
     if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
         return 0.0, 0.0
     cos, sin = math.cos(yaw), math.sin(yaw)
     left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
     return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
+
+
+@lean
+def pull_in_skid(yaw: float, theta: F64) -> Pair:
+    """What of :func:`downhill_left` moves v_lat while the tyres are said to skid: all, or nothing."""
+    return (0.0, 0.0) if theta[Theta.HELD_SIDEWAYS] > 0.0 else downhill_left(yaw, theta)
 
 
 def com_yaw_per_m(robot: RobotParameters) -> float:

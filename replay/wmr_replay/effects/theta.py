@@ -13,7 +13,7 @@ Values = Mapping[str, float]
 
 class Theta(IntEnum):
     """Places in θ; all 0 is the base model. ``FRICTION_SPEED`` is the speed in m/s over which friction
-    changes its sign, 0 for the usual one.
+    changes its sign, 0 for the usual one; ``HELD_SIDEWAYS`` is 1 where a slope moves no skid sideways.
     """
 
     MASS_RATIO = 0
@@ -41,6 +41,7 @@ class Theta(IntEnum):
     EXTRA_YAW = 22
     YAW_DRIFT = 23
     FRICTION_SPEED = 24
+    HELD_SIDEWAYS = 25
 
 
 N_THETA = len(Theta)

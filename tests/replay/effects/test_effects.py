@@ -31,7 +31,7 @@ def test_every_parameter_of_every_effect_has_a_form():
             assert is_place(effect.name, key) != formed
     declared = {(effect.name, key) for effect in built_in("torque") for key in effect.parameters}
     assert set(PLACES) | set(FIELDS) <= declared
-    assert len(set(PLACES.values())) == len(PLACES) == len(Theta) - 3
+    assert len(set(PLACES.values())) == len(PLACES) == len(Theta) - 4
 
 
 def test_a_scan_looks_for_every_effect_in_one_way():

@@ -23,8 +23,14 @@ from wmr_replay.gap.model.dynamics import (
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 
 SPEEDS_MPS = (0.0, 0.7)
-LARGEST = {Theta.ROLLING: 0.3, Theta.SCRUB: 0.3, Theta.WHEEL_COULOMB: 0.3, Theta.UNDECLARED: 2.0}
-POSITIVE = {Theta.UNDECLARED}
+LARGEST = {
+    Theta.ROLLING: 0.3,
+    Theta.SCRUB: 0.3,
+    Theta.WHEEL_COULOMB: 0.3,
+    Theta.UNDECLARED: 2.0,
+    Theta.HELD_SIDEWAYS: 1.0,
+}
+POSITIVE = {Theta.UNDECLARED, Theta.HELD_SIDEWAYS}
 LEAST = {Theta.FRICTION_SPEED: 0.01}
 
 

@@ -143,7 +143,8 @@ def identity_of(extension: Extension) -> Hashable:
 
     known = tuple(of(*effect) for effect in extension.known)
     new = tuple(of(*effect) for effect in extension.effects.items())
-    return extension.base, extension.wheel_radius_m, extension.friction_speed_mps, known, new
+    freedoms = extension.friction_speed_mps, extension.held_sideways
+    return extension.base, extension.wheel_radius_m, *freedoms, known, new
 
 
 def first_state(binned: BinnedLog) -> F64:

@@ -156,8 +156,7 @@ def fit_of_library(problem: Problem, selection: Selection, library: tuple[Fitted
     """The fit of the base model with the library's effects alone."""
     if len(library) == len(selection.found):
         return selection.fit
-    speed_mps = selection.fit.extension.friction_speed_mps
-    extension = replace(selection.base.extension, friction_speed_mps=speed_mps)
+    extension = selection.base.extension.as_in(selection.fit.extension)
     for effect in library:
         extension = extension.with_effect(effect.name, selection.fit.extension.effects[effect.name])
     return fit_model(problem, extension, selection.fit.noise) if library else selection.base

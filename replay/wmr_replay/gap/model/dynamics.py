@@ -14,6 +14,7 @@ from wmr_replay.effects.measurement import moved, yaw_error
 from wmr_replay.effects.motion import (
     downhill_left,
     is_held,
+    pull_in_skid,
     wheel_losses,
     wheel_slopes,
     with_body_effects,
@@ -159,7 +160,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     dt, yaw_rate = row[Row.DT], w / base.half_track_m
     if skids(row[Row.MODE], theta):
         rate = skid_rate(v, z[V_LAT], w, row, theta, base)
-        push = -v * yaw_rate + z[D_LAT] + downhill_left(z[YAW], theta)[0]
+        push = -v * yaw_rate + z[D_LAT] + pull_in_skid(z[YAW], theta)[0]
         kept = math.exp(-rate * dt)
         return float(kept * z[V_LAT] + push * (1.0 - kept) / max(rate, 1e-9))
     kept = kept_lateral(row, base)

@@ -53,6 +53,8 @@ class Extension:
     """By effect, the size that the base model leaves on its own calibration log."""
     friction_speed_mps: float = 0.0
     """Speed over which friction changes its sign; 0 for the usual one. The log's own, or the base model's."""
+    held_sideways: bool = False
+    """Whether a slope does not move the robot sideways where it is said to skid."""
 
     def with_effect(self, name: str, parameters: Parameters) -> "Extension":
         """One effect more, or other parameters for one that is there."""
@@ -74,6 +76,10 @@ class Extension:
         known = own_effects()
         return [(name, parameters) for name, parameters in self.acting if name in known]
 
+    def as_in(self, other: "Extension") -> "Extension":
+        """With the freedoms of another one's frictions and slope."""
+        return replace(self, friction_speed_mps=other.friction_speed_mps, held_sideways=other.held_sideways)
+
     def with_friction_speed(self, effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
         """Effects as a file holds them, the frictions with the speed over which they change their sign."""
         speed_mps = self.friction_speed_mps or None
@@ -83,6 +89,7 @@ class Extension:
         """θ of :mod:`~wmr_replay.gap.model.dynamics`."""
         theta = theta_of(self.acting, self.wheel_radius_m)
         theta[Theta.FRICTION_SPEED] = self.friction_speed_mps
+        theta[Theta.HELD_SIDEWAYS] = float(self.held_sideways)
         theta[[LOCAL_PLACES[name] for name, _ in self.acting if name in LOCAL_PLACES]] = 1.0
         return theta
 

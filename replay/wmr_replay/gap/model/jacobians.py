@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from wmr_replay.effects.measurement import arm_slopes
-from wmr_replay.effects.motion import downhill_left, is_held
+from wmr_replay.effects.motion import is_held, pull_in_skid
 from wmr_replay.gap.model.dynamics import (
     D_LAT,
     D_LONG,
@@ -57,7 +57,7 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
         return 0.0, -lost * w * (1.0 + q * v**2), -lost * v * (1.0 + q * w**2), kept, 0.0
     rate = skid_rate(v, v_lat, w, row, theta, base)
     kept, least = math.exp(-rate * dt), max(rate, 1e-9)
-    downhill, by_yaw = downhill_left(z[YAW], theta)
+    downhill, by_yaw = pull_in_skid(z[YAW], theta)
     reach, push = (1.0 - kept) / least, -v * w / l + z[D_LAT] + downhill
     by_rate = push * (dt * kept - reach) / least - dt * kept * v_lat
     fall = -fall_of_rate(v, v_lat, w, base) * rate * by_rate

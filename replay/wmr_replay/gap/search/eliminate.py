@@ -64,6 +64,8 @@ def fitted_in_place_of(
     rest = current.extension.without(effect.name)
     if rival.name in FRICTIONS:
         rest = replace(rest, friction_speed_mps=rival.fit.extension.friction_speed_mps)
+    if rival.name == "slope":
+        rest = replace(rest, held_sideways=rival.fit.extension.held_sideways)
     extension = rest.with_effect(rival.name, rival.fit.extension.effects[rival.name])
     fit = fit_model(problem, extension, current.noise, problem.settings.budget.ranked_diffusion)
     return replace(rival, fit=fit)

@@ -8,6 +8,7 @@ from scipy.special import chdtrc
 
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
 from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
+from wmr_replay.gap.estimation.held_sideways import with_likelier_skids
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
@@ -116,6 +117,7 @@ def ranked_and_fitted(
         if in_full:
             edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
+            fit = with_likelier_skids(fit, one.name)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     out = with_friction_speeds(problem, current, sorted(out, key=lambda a: -a.score), n_names)
@@ -188,10 +190,11 @@ def best_fitted(
     """The best candidate of a scan with its fit.
 
     A slow disturbance does what a lasting effect does: where the diffusion explains it already, a scan shows
-    little. So the best candidate of a scan with calm disturbances is fitted too.
+    little. So the best candidate of a scan with calm disturbances is fitted too, from those and from the
+    current ones: from either, a few iterations may not lead to the other.
     """
     settings = problem.settings
-    own, budget, price = settings.candidates, settings.budget, settings.scan
+    own, price = settings.candidates, settings.scan
     least = own.least_score_later if current.keys else own.least_score
     best = rank(problem, current, current.noise, terms=terms, without=without)[0]
     chosen = [best] if penalised_gain(best, price) >= least else []
@@ -201,11 +204,17 @@ def best_fitted(
         new = other.name not in [one.name for one in chosen]
         chosen += [other] if penalised_gain(other, price) >= least and new else []
     started = [best_start(problem, current, one) for one in chosen]
-    fits = [
-        (one, fit_model(problem, with_candidate(current, one), current.noise, budget.best_diffusion))
-        for one in started
-    ]
+    from_noise = [(one, current.noise) for one in started]
+    if calm is not None:
+        from_noise += [(one, calm) for one in started if one.name == other.name]
+    fits = [(one, fitted_from(problem, current, one, noise)) for one, noise in from_noise]
     return min(fits, key=lambda pair: pair[1].deviance + price_of(problem, *pair), default=None)
+
+
+def fitted_from(problem: Problem, current: Fit, scored: ScoredCandidate, noise: Diffusion) -> Fit:
+    """A scan's best candidate fitted with the disturbances from ``noise`` on; a slope with likelier skids."""
+    fit = fit_model(problem, with_candidate(current, scored), noise, problem.settings.budget.best_diffusion)
+    return with_likelier_skids(fit, scored.name)
 
 
 def rank_at(
@@ -306,6 +315,7 @@ def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:
 def price_of(problem: Problem, scored: ScoredCandidate, fit: Fit) -> float:
     """BIC's price ln n of each parameter, and 2 ln of the times and places where it was looked for."""
     n = seen_parameters(problem, scored, fit) + has_own_speed(fit, scored.name)
+    n += scored.name == "slope" and fit.extension.held_sideways
     return float(n * np.log(3 * problem.train.sum()) + 2 * np.log(scored.n_tried))
 
 

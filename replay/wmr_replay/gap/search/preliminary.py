@@ -4,18 +4,21 @@ An identifier takes a missing effect for slip or skid. The modes are identified 
 model (:mod:`.modes_and_effects`).
 """
 
+from collections.abc import KeysView
 from dataclasses import replace
 from itertools import chain, takewhile
 from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension, weight
-from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.scan.score import penalised_gain
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, rank_at, roughly, with_candidate
 from wmr_replay.gap.search.labellings import (
     Labelling,
     doubted_slip,
@@ -28,6 +31,7 @@ from wmr_replay.gap.search.labellings import (
 from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import close_to, may_be_slipping
+from wmr_replay.gap.search.starts import best_start
 from wmr_replay.gap.search.whatever_modes import likeliest_models
 from wmr_schemas.signals import Log
 
@@ -70,10 +74,33 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
             seen_in = (problem, selection) if may_be_answer else (first, selections.of(first))
             found += models_without_skid(log, problem, selections, found)
         models += found
-    known = [set(model.effects) for model in models]
-    unlabelled = likeliest_models(first, selections.base(first))
-    models += [model for model in unlabelled if set(model.effects) not in known]
+    for further in (likeliest_models(first, selections.base(first)), in_calm(first, selections)):
+        models += [one for one in further if one.effects.keys() not in named(models)]
     return PreliminaryModels(models, seen_in or (first, selections.of(first)))
+
+
+def named(models: list[Extension]) -> list[KeysView[str]]:
+    """The names of the effects of each model."""
+    return [model.effects.keys() for model in models]
+
+
+def in_calm(problem: Problem, selections: Selections) -> list[Extension]:
+    """The model with what explains most where the disturbances are held calm, if that is a lasting effect and
+    the base model's disturbance ahead or in turning is far larger.
+
+    A large effect gives wrong modes all over the log, and a disturbance that makes up for both of them
+    explains the log better than any effect with those modes.
+    """
+    own = problem.settings
+    base = selections.base(problem)
+    noise = calmed(base.noise, own.diffusion, own.modes.suspicious_disturbance)
+    if noise is None:
+        return []
+    best = rank_at(problem, base, noise, terms=False)[0]
+    if best.name in LOCAL or best.name == SKID or penalised_gain(best, own.scan) <= 0:
+        return []
+    best = best_start(problem, base, best)
+    return [roughly(problem, with_candidate(base, best), noise, best.name).extension]
 
 
 def lasting_or_alone(model: Extension) -> Extension:
@@ -120,8 +147,7 @@ def models_from(problem: Problem, extension: Extension, selection: Selection) ->
 def one_effect(extension: Extension, candidate: FittedCandidate) -> Extension:
     """The model with a fitted candidate alone."""
     there = candidate.fit.extension
-    with_speed = replace(extension, friction_speed_mps=there.friction_speed_mps)
-    return with_speed.with_effect(candidate.name, there.effects[candidate.name])
+    return extension.as_in(there).with_effect(candidate.name, there.effects[candidate.name])
 
 
 def either_loss(problem: Problem, extension: Extension, selection: Selection) -> list[Extension]:
@@ -156,4 +182,4 @@ def significant_model(problem: Problem, extension: Extension, selection: Selecti
             effects[best.name] = best.fit.extension.effects[best.name]
     if next(iter(effects), SKID) != SKID:
         effects.pop(SKID, None)
-    return replace(extension, effects=effects, friction_speed_mps=fit.extension.friction_speed_mps)
+    return replace(extension, effects=effects).as_in(fit.extension)

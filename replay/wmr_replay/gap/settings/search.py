@@ -109,6 +109,11 @@ class ModeSettings:
     """How much likelier rolling must be, in −2 log likelihood, for a skid or slip to be taken back.
     Statistics: "very strong" after Kass and Raftery (1995)."""
 
+    suspicious_disturbance: float = 100.0
+    """From this ratio of low-frequency densities to a calm disturbance's on, what explains most beside a calm
+    one is a preliminary model. Judgement: a standard deviation ten times as large, about the least of a
+    slope that moves a robot by itself."""
+
     rival_share: float = 1 / 3
     """Share of the best score from which another candidate is a preliminary model too. Patrol benchmark."""
 
