@@ -87,9 +87,9 @@ def least_size(problem: Problem, fit: Fit, name: str, in_sd: float) -> float:
     """
     own = size_columns(fit, name)
     values, V = fit.values[own], robust_covariance(problem, fit)[0][np.ix_(own, own)]
-    size = float(np.hypot.reduce(values))
+    size = float(np.hypot.reduce(values.tolist()))
     along = values / max(size, 1e-12)
-    return size - in_sd * float(np.sqrt(max(along @ V @ along, 0.0)))
+    return size - in_sd * float(np.sqrt(max(float(along @ V @ along), 0.0)))
 
 
 def rows_that_show(problem: Problem, fit: Fit, name: str) -> Bool:

@@ -76,29 +76,37 @@ def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
         return causal_deviance(unlabelled, extension, noise)
 
     noises = (noise, diffusion_of(settings.diffusion.start_log, settings.diffusion))
-    found = likeliest_points(rolling.all_fitted(), base.extension, deviance, noises)
     nothing = float(deviance(base.extension).sum())
+    found = likeliest_points(rolling.all_fitted(), base.extension, deviance, noises, nothing)
+    if not found:
+        return []
     most = min(nothing - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
     return [one.extension for one in found[: own.most_models] if one.cost < most]
 
 
 def likeliest_points(
-    rolling: Problem, base: Extension, deviance: Deviance, noises: Iterable[Diffusion]
+    rolling: Problem, base: Extension, deviance: Deviance, noises: Iterable[Diffusion], nothing: float
 ) -> list[Point]:
     """Of the lasting effects that promise most, each at its likeliest sizes, the likeliest first.
 
-    Sizes start where a scan puts them that takes the robot to be ``rolling``, at each of the ``noises``: at
+    ``nothing`` is the base model's −2 log likelihood. Sizes start where a scan puts them that takes the robot to be ``rolling``, at each of the ``noises``: at
     no size, the rows that show an effect most are called slipping, and do not see its slope.
     """
-    own = rolling.settings.unlabelled
+    own, candidates = rolling.settings.unlabelled, rolling.settings.candidates
     points: dict[str, Point] = {}
     for scored in chain.from_iterable(scan(rolling, base, noise).scored for noise in noises):
-        if is_lasting(candidate_of(scored.name)):
+        if scored.gain > candidates.least_gain and is_lasting(candidate_of(scored.name)):
             extension = base.with_effect(scored.name, scored.parameters)
             point = Point(candidate_of(scored.name), extension, deviance(extension))
             points[scored.name] = min(point, points.get(scored.name, point), key=cost_of_point)
     best = sorted(points.values(), key=cost_of_point)[: own.most_climbed]
-    return sorted((climbed(point, deviance, own) for point in best), key=cost_of_point)
+    gains = [nothing - point.cost for point in best]
+    promising = [
+        point
+        for point, gain in zip(best, gains, strict=True)
+        if point is best[0] or 0 < candidates.promising * gains[0] <= gain
+    ]
+    return sorted((climbed(point, deviance, own) for point in promising), key=cost_of_point)
 
 
 def is_lasting(candidate: Candidate) -> bool:
