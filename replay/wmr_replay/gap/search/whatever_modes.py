@@ -89,8 +89,9 @@ def likeliest_points(
 ) -> list[Point]:
     """Of the lasting effects that promise most, each at its likeliest sizes, the likeliest first.
 
-    ``nothing`` is the base model's −2 log likelihood. Sizes start where a scan puts them that takes the robot to be ``rolling``, at each of the ``noises``: at
-    no size, the rows that show an effect most are called slipping, and do not see its slope.
+    ``nothing`` is the base model's −2 log likelihood. Sizes start where a scan puts them that takes the robot
+    to be ``rolling``, at each of the ``noises``: at no size, the rows that show an effect most are called
+    slipping, and do not see its slope.
     """
     own, candidates = rolling.settings.unlabelled, rolling.settings.candidates
     points: dict[str, Point] = {}
