@@ -18,7 +18,7 @@ def gates(monkeypatch):
     """Gates at which a dead zone is too calm, and a load step is proven only without it."""
     proven = {"load_step"}
 
-    def eliminate(problem, base, current, found, options):
+    def eliminate(problem, base, current, found, options, dropped):
         names = {f.name for f in found}
         return current, [f for f in found if f.name not in proven or "torque_deadzone" not in names]
 

@@ -7,6 +7,7 @@ effects do together, each by a share of its misfit and the squares of all shares
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.optimize import brentq
 
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
@@ -15,9 +16,6 @@ from wmr_replay.gap.scan.misfit import floor_of
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import Term, TermChannel
-
-HALVINGS = 60
-"""Of the interval in which the price of the shares is found, on a scale of logarithms."""
 
 
 def beyond_rests(
@@ -45,12 +43,13 @@ def shares_of(columns: F64, value: F64) -> F64:
         return np.asarray(along / (sizes + price))
 
     low, high = 1e-12 * sizes[-1], float(np.linalg.norm(along)) + 1e-12 * sizes[-1]
-    if np.linalg.norm(shares(low)) <= 1:
+
+    def excess(log_price: float) -> float:
+        return float(np.linalg.norm(shares(np.exp(log_price)))) - 1
+
+    if excess(np.log(low)) <= 0:
         return np.asarray(axes @ shares(low))
-    for _ in range(HALVINGS):
-        middle = float(np.sqrt(low * high))
-        low, high = (middle, high) if np.linalg.norm(shares(middle)) > 1 else (low, middle)
-    return np.asarray(axes @ shares(high))
+    return np.asarray(axes @ shares(np.exp(brentq(excess, np.log(low), np.log(high)))))
 
 
 def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, TermChannel, F64]]:
