@@ -204,7 +204,7 @@ def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrate
 
 
 def test_a_base_model_holds_the_rests_that_its_log_proves(calibrated):
-    """The casters and tyres of the engine brake as a viscous friction of the wheels does, all in all; in turns
+    """Casters and tyres of the engine brake as a viscous friction of the wheels does, all in all; in turns
     they are a centre of mass 1 mm off the axle.
     """
     rests = {effect.name: effect.parameters for effect in calibrated.effects}
