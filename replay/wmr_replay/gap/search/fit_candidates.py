@@ -106,9 +106,9 @@ def ranked_and_fitted(
     ]
     started = [best_start(problem, current, one) for one in promising or ranked[:1]]
     rough = [(one, roughly(problem, with_candidate(current, one), noise, one.name)) for one in started]
-    others = {one.name: fit for one, fit in tried if one.name in LOCAL}
+    known = {one.name: fit for one, fit in tried}
     rough = [
-        (one, nearer(fit, others[one.name], one.name) if one.name in others else fit) for one, fit in rough
+        (one, nearer(fit, known[one.name], one.name) if one.name in known else fit) for one, fit in rough
     ]
     rough.sort(key=lambda pair: pair[1].deviance + price_of(problem, *pair))
     n_names = len({one.name for one in ranked})
@@ -154,9 +154,9 @@ def fitted_in_full(problem: Problem, rough: list[tuple[ScoredCandidate, Fit]]) -
 
 
 def nearer(fit: Fit, other: Fit, name: str) -> Fit:
-    """The likelier of two fits of a loss of traction at the first one's diffusion.
+    """The likelier of two fits of an effect at the first one's diffusion.
 
-    A scan with calm disturbances clips most of what a large loss does, and takes it for a small one.
+    A scan with calm disturbances clips most of what a large effect does, and takes it for a small one.
     """
     again = roughly(fit.problem, other.extension, fit.noise, name)
     return min(fit, again, key=lambda f: f.deviance)
