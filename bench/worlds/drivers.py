@@ -1,4 +1,4 @@
-"""Thirty-four driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Thirty-eight driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -15,7 +15,7 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
-from worlds import late_paths, work_paths
+from worlds import late_paths, site_paths, work_paths
 from worlds.parts import Rng, in_parts
 
 SQUARE_WAVE_SPEED_MPS = 1.2
@@ -273,6 +273,10 @@ FAMILIES = {
     "polisher": Family(work_paths.polisher, (2.0, 25.0), (0.5, 4.0)),
     "squares": Family(work_paths.squares, (4.0, 40.0), (0.5, 3.0)),
     "line": Family(work_paths.line, (3.0, 25.0), (0.5, 4.0)),
+    "bump-and-turn": Family(site_paths.bump_and_turn, (3.0, 30.0), (0.5, 4.0)),
+    "forklift": Family(site_paths.forklift, (4.0, 35.0), (0.5, 4.0)),
+    "saws": Family(site_paths.saws, (2.0, 25.0), (0.5, 4.0)),
+    "survey": Family(site_paths.survey, (3.0, 30.0), (0.5, 3.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

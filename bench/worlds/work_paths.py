@@ -1,4 +1,4 @@
-"""Paths of the driver families that the next report holds out: mail, a polisher, squares, a painted line."""
+"""Paths of the driver families that the eighth report held out: mail, a polisher, squares, a painted line."""
 
 import numpy as np
 
