@@ -21,7 +21,8 @@ STEP_SHARE = 0.02
 STEPS = {"t0_s": 0.1, "start_s": 0.1, "end_s": 0.1, "x_m": 0.05, "y_m": 0.05, "radius_m": 0.05, "loss": 0.02}
 """How far a parameter is moved for its derivative; others by 2 %. A lag's memory is a share of itself."""
 SCANNED = {"t0_s": np.linspace(-1.0, 1.0, 21)}
-FRICTIONS, DRY_SPEEDS_MPS = ("rolling_resistance", "scrub_torque", "wheel_coulomb"), (0.005, 0.01, 0.02, 0.04)
+FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
+DRY_SPEEDS_MPS = (0.005, 0.007, 0.01, 0.014, 0.02, 0.028, 0.04)
 """The speed over which a friction changes its sign is no size of it, and left to the log."""
 ROUNDS, SHARES = 6, (1.0, 0.5, 0.25, 0.1)
 LEAST_SEEN = 1e-3

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS
 
 
@@ -32,3 +33,25 @@ def with_friction_speed(fit: Fit, name: str) -> Fit:
         return fit
     again = fit_model(problem, best.extension, fit.noise, budget.ranked_diffusion, budget.ranked_steps)
     return again if again.deviance < fit.deviance - np.log(3 * problem.train.sum()) else fit
+
+
+def spread_of_speeds(fit: Fit) -> F64:
+    """What not knowing v₀ adds to the covariance (q, q) of the fitted parameters θ̂:
+
+        Σ_v w_v (θ_v − θ̂)(θ_v − θ̂)ᵀ,    w_v = exp(−D_v/2) / Σ_u exp(−D_u/2)
+
+    with θ_v the parameters at the speed v, D_v the deviance there, every speed as likely as another.
+    The speeds are closer than those that a fit tries: between two of them, c₀ moves by far more than noise
+    moves it. 0 where no friction is fitted.
+    """
+    q, extension = len(fit.keys), fit.extension
+    if not FRICTIONS & extension.effects.keys():
+        return np.zeros((q, q))
+    speeds = fit.problem.settings.report.friction_speeds_mps
+    others = [replace(extension, friction_speed_mps=v) for v in speeds]
+    steps = fit.problem.settings.budget.last_steps
+    tried = [fit, *(gauss_newton(fit.problem, one, fit.noise, steps, places=False) for one in others)]
+    deviances = np.array([one.deviance for one in tried])
+    weights = np.exp((deviances.min() - deviances) / 2)
+    off = np.array([one.values - fit.values for one in tried])
+    return np.asarray(off.T @ (off * weights[:, None]) / weights.sum())

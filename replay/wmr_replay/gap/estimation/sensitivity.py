@@ -72,6 +72,8 @@ def predict_sensitivities(F: F64, S: F64, active: I64, ahead: F64) -> None:
     """
     for k in range(len(active)):
         a, b = active[k, 0], active[k, 1]
+        if a == b:
+            continue
         for i in range(2):
             add_others(S[i, a:b], F[i], i, S, a, b)
         for i in range(2, N_MOTION):
@@ -173,6 +175,8 @@ def measurement_sensitivity(
     """``slopes`` (p,) ← H S + ∂h/∂θ of component ``c``, ``age_s`` after the first pose."""
     for k in range(len(active)):
         a, b = active[k, 0], active[k, 1]
+        if a == b:
+            continue
         scale(slopes[a:b], h[0], S[0, a:b])
         for i in range(1, 3):
             add(slopes[a:b], h[i], S[i, a:b])
@@ -185,6 +189,8 @@ def update_sensitivities(S: F64, active: I64, gain: F64, slopes: F64, whitened: 
     """S ← S − K slopes; writes slopes/sd to ``whitened`` (p,)."""
     for k in range(len(active)):
         a, b = active[k, 0], active[k, 1]
+        if a == b:
+            continue
         scale(whitened[a:b], 1.0 / sd, slopes[a:b])
         for i in range(N_STATE):
             add(S[i, a:b], -gain[i], slopes[a:b])

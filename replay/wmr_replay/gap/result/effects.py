@@ -6,7 +6,6 @@ import numpy as np
 from scipy.special import stdtrit
 
 from wmr_replay.effects.efforts import combined
-from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
@@ -17,6 +16,7 @@ from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
+from wmr_replay.gap.result.spread import interval_covariance
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings
@@ -29,7 +29,7 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
     if not selection.found:
         return ()
     fit, own = selection.fit, problem.settings.report
-    V, n_blocks = robust_covariance(problem, fit)
+    V, n_blocks = interval_covariance(problem, fit)
     V = V + np.diag([place_variance(name, key, own) for name, key in fit.keys])
     width = -stdtrit(max(n_blocks - len(V), own.least_blocks), own.interval_tail) * np.sqrt(np.diag(V))
     names = tuple(effect.name for effect in selection.found)

@@ -31,7 +31,7 @@ from wmr_replay.gap.search.fit_candidates import (
     price_of,
 )
 from wmr_replay.gap.search.slip_test import may_be_slipping
-from wmr_schemas.effects import FRICTIONS
+from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
@@ -215,11 +215,20 @@ def with_tyres_of_payload(
 
 
 def margin_for(problem: Problem, current: Fit, effect: FittedCandidate) -> float:
-    """What an effect must explain beyond its price, in units of deviance; nothing for an only one."""
+    """What an effect must explain beyond its price, in units of deviance; nothing for an only one. A term
+    beside an effect of the library must explain as much as a formula there.
+    """
     own = problem.settings.selection
     if len(current.extension.effects) == 1:
         return 0.0
+    if is_term(effect.name) and not all(map(is_term, current.extension.effects)):
+        return problem.settings.formula.beyond_margin
     return own.margin_identified if problem.binned.identified and effect.name in LOCAL else own.margin
+
+
+def is_term(name: str) -> bool:
+    """Whether an effect is a term of the dictionary."""
+    return name.startswith(UNNAMED_PREFIX)
 
 
 def fit_without(problem: Problem, base: Fit, current: Fit, name: str) -> Fit:

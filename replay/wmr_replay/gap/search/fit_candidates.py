@@ -314,19 +314,20 @@ def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:
 
 def price_of(problem: Problem, scored: ScoredCandidate, fit: Fit) -> float:
     """BIC's price ln n of each parameter, and 2 ln of the times and places where it was looked for."""
-    n = seen_parameters(problem, scored, fit) + has_own_speed(fit, scored.name)
+    n = seen_parameters(problem, fit, scored.name) + has_own_speed(fit, scored.name)
     n += scored.name == "slope" and fit.extension.held_sideways
     return float(n * np.log(3 * problem.train.sum()) + 2 * np.log(scored.n_tried))
 
 
-def seen_parameters(problem: Problem, scored: ScoredCandidate, fit: Fit) -> int:
-    """How many parameters the log can show.
+def seen_parameters(problem: Problem, fit: Fit, name: str) -> int:
+    """How many parameters of an effect the log can show.
 
     A patch that is crossed once shows three: its two ends on the path and the loss.
     """
-    if scored.name != "low_friction_patch":
-        return len(scored.parameters)
-    acts = weight(scored.name, fit.extension.effects[scored.name], problem.binned)
+    parameters = fit.extension.effects[name]
+    if name != "low_friction_patch":
+        return len(parameters)
+    acts = weight(name, parameters, problem.binned)
     inside = acts > problem.settings.slip.half
     crossings = int(inside[0]) + int(np.sum(~inside[:-1] & inside[1:]))
     return 4 if crossings > 1 else 3

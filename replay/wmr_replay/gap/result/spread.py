@@ -1,0 +1,27 @@
+"""The covariance behind the reported intervals: noise, and what an answer takes for granted.
+
+    V + m mᵀ + c cᵀ + F
+
+V is robust over blocks, beside the tyres' sideslip. m is how far the sizes move where no row has a mode,
+c where the tyres creep by what the log says of it. One log shows such a move once, so that its square
+is the estimate of its variance. F is what the speed over which a friction changes its sign leaves open.
+"""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.covariance import time_blocks
+from wmr_replay.gap.estimation.friction_speed import spread_of_speeds
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.estimation.without_labels import step_without_labels
+from wmr_replay.gap.evidence.significance import beside_sideslip
+from wmr_schemas.arrays import F64
+
+
+def interval_covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
+    """Covariance (q, q) of the fitted parameters, and the number of blocks that it rests on."""
+    creep, V = beside_sideslip(problem, fit)
+    modes = step_without_labels(problem, fit)
+    blocks = time_blocks(problem, problem.settings.significance.block_s)
+    moved = np.outer(modes, modes) + np.outer(creep, creep) + spread_of_speeds(fit)
+    return V + moved, int(blocks.max()) + 1
