@@ -2,6 +2,8 @@
 as they act.
 """
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.model.base import base_of
-from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.dynamics import N_STATE, V_LAT, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension, skid_speed
 from wmr_replay.gap.search.slip_test import may_be_slipping
@@ -59,6 +61,35 @@ def test_skids_that_a_precise_pose_shows_are_kept(seed):
     skids_s = true.step_s[true.skids].sum()
     assert skids_s > 20
     assert true.step_s[true.skids & seen.skids].sum() > 0.8 * skids_s
+
+
+def test_on_a_calibration_log_false_slipping_is_taken_back(monkeypatch):
+    """A log without slipping: 3 s of it where the torques change most while the robot rolls."""
+    log, _ = hidden_log("patrol", seed=90_107, noise="mocap")
+    extension, truth = Extension(base_of(log.robot)), bin_log(log, SETTINGS, log.mode)
+    start_s = most_torque_s(truth, extension, 3.0)
+    inside = (truth.t_s >= start_s) & (truth.t_s < start_s + 3.0)
+    mode = np.where(inside, ContactMode.SLIPPING, truth.mode).astype(np.int8)
+    stamps = log.pose.t_ns[0] + np.rint(truth.t_s * 1e9).astype(np.int64)
+    false = ModeTrack(stamps, mode)
+    monkeypatch.setattr(sys.modules[likely_modes.__module__], "identified_modes", lambda *_: false)
+    kept, cleared = (
+        bin_log(log, SETTINGS, likely_modes(log, extension, SETTINGS, nothing_missing=missing))
+        for missing in (False, True)
+    )
+    assert not truth.slips.any()
+    assert np.mean(kept.slips[inside]) > 0.9
+    assert not cleared.slips.any()
+    assert np.mean(cleared.skids[truth.skids]) > 0.8
+
+
+def most_torque_s(binned: BinnedLog, extension: Extension, seconds: float) -> float:
+    """When the torques change most within so many seconds of rolling."""
+    effort, t_s = binned.torque.means(binned.t_s, extension.input_effects()).sum(axis=0), binned.t_s
+    starts = np.arange(5.0, t_s[-1] - seconds, 0.5)
+    windows = [(t_s >= start) & (t_s < start + seconds) for start in starts]
+    change = [0.0 if binned.mode[w].any() else float(np.std(effort[w])) for w in windows]
+    return float(starts[int(np.argmax(change))])
 
 
 def test_a_skid_is_held_as_loosely_as_it_moves():

@@ -45,7 +45,7 @@ def test_an_effect_is_a_rest_up_to_what_the_error_of_alpha_yaw_turns():
     mass_kg = 1 / (0.11 * ALPHA)
     inertia_kgm2 = L**2 / (0.11 * ALPHA_YAW)
     assert wider.misfit["yaw_damping"] == pytest.approx(left_mps2 / (L * YAW_RATE), rel=0.01)
-    assert wider.misfit["scrub_torque"] == 0.02
+    assert wider.misfit["scrub_torque"] == pytest.approx(left_mps2, rel=0.01)
     by_centre_mps2 = L * mass_kg / inertia_kgm2 * V * YAW_RATE
     assert wider.misfit["com_offset"] == pytest.approx(left_mps2 / by_centre_mps2, rel=0.01)
     assert wider.misfit["viscous_drag"] == 0.01
@@ -74,6 +74,29 @@ def test_what_is_well_known_is_left_alone():
     assert with_turning_in_doubt(known, circle(), SETTINGS).misfit == known.misfit
     uncalibrated = Extension(base_of(ROBOT))
     assert with_turning_in_doubt(uncalibrated, circle(), SETTINGS) is uncalibrated
+
+
+def test_an_effect_in_turning_that_the_base_holds_is_known_to_the_share_of_alpha_yaw():
+    """By hand: two standard deviations of a share of .2 of the held size, on top of the misfit."""
+    held = (("com_offset", {"offset_m": -0.1}), ("viscous_drag", {"c1_per_s": 0.5}))
+    straight = circle()
+    t_s = np.arange(len(straight.pose.t_ns)) * 0.01
+    log = Log(PoseTrack(straight.pose.t_ns, V * t_s, 0 * t_s, 0 * t_s), straight.torque)
+    wider = with_turning_in_doubt(replace(base(0.2), known=held), log, SETTINGS)
+    assert wider.misfit["com_offset"] == pytest.approx(0.01 + 2 * 0.2 * 0.1)
+    assert wider.misfit["viscous_drag"] == 0.01
+
+
+def test_torques_that_do_not_follow_the_turn_widen_no_scrub():
+    """Half of the circle with the right wheel ahead, half with the left one: no part is along its sign."""
+    turning = circle()
+    half = len(turning.pose.t_ns) // 2
+    apart = np.where(np.arange(2 * half) < half, APART_NM, -APART_NM)
+    unknown, t_ns = np.full(2 * half, np.nan), turning.pose.t_ns
+    log = Log(turning.pose, TorqueTrack(t_ns, 1 - apart / 2, 1 + apart / 2, unknown, unknown))
+    wider = with_turning_in_doubt(base(2.0), log, SETTINGS)
+    assert wider.misfit["scrub_torque"] == pytest.approx(0.02, abs=0.002)
+    assert wider.misfit["yaw_damping"] > 1.0
 
 
 def test_a_drive_that_does_not_turn_widens_no_effect_of_turning_beyond_bounds():

@@ -71,7 +71,8 @@ def calibrate_on_log(log: Log, options: GapOptions) -> Calibration:
 def modes_for(log: Log, robot: RobotParameters, options: GapOptions) -> ModeTrack | None:
     """The modes that the options ask for; None for ideal rolling throughout."""
     if options.modes == "identified":
-        return likely_modes(replace(log, robot=robot), Extension(base_of(robot)), options.gates)
+        log = replace(log, robot=robot)
+        return likely_modes(log, Extension(base_of(robot)), options.gates, nothing_missing=True)
     return log.mode if options.modes == "given" else None
 
 

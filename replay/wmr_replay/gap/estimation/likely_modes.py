@@ -11,6 +11,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.modes import bin_identified, identified_modes
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
@@ -19,22 +20,33 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, ModeTrack
 
 
-def likely_modes(log: Log, extension: Extension, settings: GateSettings) -> ModeTrack:
+def likely_modes(
+    log: Log,
+    extension: Extension,
+    settings: GateSettings,
+    noise: Diffusion | None = None,
+    *,
+    nothing_missing: bool = False,
+) -> ModeTrack:
     """The identifier's modes with the extended model, without those that rolling explains better.
 
-    Every skid is doubted; slipping where the robot is said to slip most of the time.
+    Every skid is doubted; slipping where the robot is said to slip most of the time. With
+    ``nothing_missing``, as on a calibration log, all slipping is: no effect makes rolling less likely then.
+    ``noise`` is where the diffusion starts (default: the prior's median).
     """
     track = identified_modes(log, extension, settings)
     seen = Problem.of(bin_identified(log, track, settings)).all_fitted()
-    seen = without_unlikely(seen, seen.relabelled(without_skid(track)), seen.binned.skids, extension)
+    seen = without_unlikely(seen, seen.relabelled(without_skid(track)), seen.binned.skids, extension, noise)
     slips = seen.binned.slips
-    if np.mean(slips) > settings.modes.most_slip:
+    if nothing_missing or np.mean(slips) > settings.modes.most_slip:
         rolling = seen.relabelled(with_mode_at(seen.binned, slips, ContactMode.IDEAL))
-        seen = without_unlikely(seen, rolling, slips, extension)
+        seen = without_unlikely(seen, rolling, slips, extension, noise)
     return track if seen.binned.track is None else seen.binned.track
 
 
-def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Extension) -> Problem:
+def without_unlikely(
+    seen: Problem, other: Problem, rows: Bool, extension: Extension, noise: Diffusion | None = None
+) -> Problem:
     """``seen`` with the modes of ``other`` wherever its own are less likely, interval by interval.
 
     ``rows`` (n,) are those in which the two differ. Each labelling has the diffusion that it needs. An
@@ -43,8 +55,9 @@ def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Exten
     """
     if not np.any(rows):
         return seen
-    own = deviances(seen, extension)
-    excess = own - deviances(other.all_fitted(), extension)
+    own, noise = deviances(seen, extension, noise)
+    less, noise = deviances(other.all_fitted(), extension, noise)
+    excess = own - less
     edges = np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
     margin, least = seen.binned.margin, seen.settings.modes.least_doubt
     unlikely = np.zeros(len(rows), bool)
@@ -56,10 +69,13 @@ def without_unlikely(seen: Problem, other: Problem, rows: Bool, extension: Exten
     for kind in np.unique(mode[unlikely]):
         track = with_mode_at(rest.binned, unlikely & (mode == kind), ContactMode(int(kind)))
         rest = rest.relabelled(track).all_fitted()
-    return rest if deviances(rest, extension).sum() < own.sum() else seen
+    return rest if deviances(rest, extension, noise)[0].sum() < own.sum() else seen
 
 
-def deviances(problem: Problem, extension: Extension) -> F64:
-    """−2 log likelihood of each row (n,), at the diffusion that the labels need."""
-    noise = fit_diffusion(problem, extension, iterations=problem.settings.budget.base_diffusion)
-    return problem.filtered(extension, noise).deviance
+def deviances(problem: Problem, extension: Extension, start: Diffusion | None) -> tuple[F64, Diffusion]:
+    """−2 log likelihood of each row (n,) at the diffusion that the labels need, and that diffusion.
+
+    Labellings that are compared need about the same: it is searched from ``start``, another one's.
+    """
+    noise = fit_diffusion(problem, extension, start, problem.settings.budget.base_diffusion)
+    return problem.filtered(extension, noise).deviance, noise

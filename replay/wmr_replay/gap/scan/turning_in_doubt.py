@@ -8,7 +8,10 @@ controller the torques answer them, and the calibration log shows α_yaw to a sh
 
 of l·dyaw_rate/dt. In a steady turn the torques hold what brakes it, so that this is like an effect in
 proportion to the yaw rate. Such an effect is a rest up to the size at which it turns the robot as much, root
-mean square. A scrub is told from it by its jump where the turn reverses.
+mean square. A scrub, which jumps where the turn reverses, is a rest up to its least squares in the error.
+
+A centre of mass, a yaw damping or a scrub that the base model holds was found beside the same torques, in
+units of the same α_yaw. So it is known to that share as well: another drive may ask for s of it more or less.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,18 +22,22 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.misfit import size_of
+from wmr_replay.gap.scan.other_forms import least_squares
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
-from wmr_schemas.terms import COEFFICIENT, parse_term
+from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
+TURNING = ("yaw_damping", "com_offset", "scrub_torque")
+"""Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
 IN_DOUBT = (
     "the calibration log hardly shows how the torques turn the robot, and alpha_yaw may be off by a factor "
     "of {factor:.1f}: something else turns it as much, such as swivel casters that swing round or a wheel "
-    "that lifts. `gap` names no yaw damping or moved centre of mass that turns it no more than this error "
-    "does. Calibrate on a drive as calm as the one to be analysed"
+    "that lifts. `gap` names no yaw damping, scrub or moved centre of mass that turns it no more than this "
+    "error does. Calibrate on a drive as calm as the one to be analysed"
 )
 
 
@@ -53,8 +60,26 @@ def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings
     left_mps2 = error_mps2(extension, binned)
     turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
-    wider = {name: max(size, found.get(name, 0.0)) for name, size in extension.misfit.items()}
+    found["scrub_torque"] = scrub_in_error_mps2(extension, binned)
+    held = held_in_doubt(extension, settings.misfit)
+    wider = {
+        name: max(size + held.get(name, 0.0), found.get(name, 0.0)) for name, size in extension.misfit.items()
+    }
     return replace(extension, misfit=wider)
+
+
+def scrub_in_error_mps2(extension: Extension, binned: BinnedLog) -> float:
+    """The size of the scrub d sgn(yaw_rate) of least squares in the error s α_yaw (u_right − u_left)."""
+    columns = columns_of(binned)
+    jump = Term("yaw", ("sgn(yaw_rate)",)).evaluate(columns)
+    share = extension.misfit.get("yaw_inertia", 0.0)
+    return share * extension.base.alpha_yaw * abs(least_squares(jump, columns["effort_diff"]))
+
+
+def held_in_doubt(extension: Extension, own: MisfitSettings) -> dict[str, float]:
+    """What two standard deviations of α_yaw leave open of the effects in turning that the base holds."""
+    share = own.in_sd * extension.misfit.get("yaw_inertia", 0.0)
+    return {name: share * size_of(sizes) for name, sizes in extension.known if name in TURNING}
 
 
 def error_mps2(extension: Extension, binned: BinnedLog) -> float:
