@@ -88,7 +88,7 @@ def started(problem: Problem, base: Fit, scored: ScoredGroup) -> Start:
 
 def once_more(log: Log, start: Start, options: GapOptions) -> Start:
     """The model fitted with the modes that the identifier sees with it."""
-    track = likely_modes(log, start.fit.extension, options.gates)
+    track = likely_modes(log, start.fit.extension, options.gates, start.fit.noise)
     problem = Problem.of(bin_identified(log, track, options.gates))
     budget = problem.settings.budget
     fit = fit_model(problem, start.fit.extension, start.fit.noise, budget.best_diffusion)

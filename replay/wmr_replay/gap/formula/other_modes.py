@@ -1,7 +1,9 @@
 """Formulas found together with the contact modes that an identifier sees with them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+from wmr_replay.gap.estimation.diffusion import no_more_than_calm
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
@@ -27,6 +29,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.search.slip_test import slips_as_modelled
+from wmr_replay.gap.search.whatever_modes import all_rolling, unlabelled_deviance
 from wmr_schemas.signals import Log
 
 
@@ -70,8 +73,24 @@ def seen_with_curves(
         starts = curve_starts(problem, selection.base)
         if found is None and may_slip_less(problem):
             starts += rolling_starts(problem, selection.base)
+        if found is None and selection.found:
+            starts = not_hopeless(starts, problem, selection)
         seen += [once_more(log, start, options) for start in starts]
     return seen
+
+
+def not_hopeless(starts: Sequence[Start], problem: Problem, selection: Selection) -> list[Start]:
+    """The starts that may be as likely as the selection's effects, whatever the modes are.
+
+    An identifier that is asked with each of them costs far more than a likelihood that sums over the modes.
+    Disturbances are calm, so that they do not explain what a model lacks.
+    """
+    settings = problem.settings
+    noise = no_more_than_calm(selection.base.noise, settings.diffusion)
+    deviance = unlabelled_deviance(all_rolling(problem), noise)
+    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
+    most = deviance(selection.fit.extension).sum() + prices + settings.modes.hopeless
+    return [one for one in starts if not deviance(one.fit.extension).sum() + one.price > most]
 
 
 def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
@@ -108,7 +127,7 @@ def grown_from(start: Start) -> Start:
 
 def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:
     """A proven formula with the modes that the identifier sees with ``start``, grown from the start."""
-    track = likely_modes(log, start.fit.extension, options.gates)
+    track = likely_modes(log, start.fit.extension, options.gates, start.fit.noise)
     problem = Problem.of(bin_identified(log, track, options.gates))
     base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     if start.rest.effects:
