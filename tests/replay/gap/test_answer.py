@@ -9,7 +9,13 @@ import pytest
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
-from wmr_replay.gap.evidence.answer import RESPONSES, answer_p, answered_score, whitened_change
+from wmr_replay.gap.evidence.answer import (
+    RESPONSES,
+    answer_p,
+    answered_score,
+    beyond_answer,
+    whitened_change,
+)
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
@@ -29,8 +35,12 @@ PRECISE, RATE_PER_S, STEP_S = (0.001, 0.001, 0.002), 3.0, 0.01
 DISTURBANCE_MPS2, KEPT = 0.025, float(np.exp(-STEP_S / 0.2))
 
 
-def calm_log(seed: int, *, lag_s: float = 0.0, steps: bool = False, seconds: float = 60.0) -> Log:
-    """A loop of K = 3/s that knows its speeds: they swell slowly, or change in steps. Torques lag."""
+def calm_log(
+    seed: int, *, lag_s: float = 0.0, steps: bool = False, seconds: float = 60.0, gains=(1.0, 1.0)
+) -> Log:
+    """A loop of K = 3/s that knows its speeds: they swell slowly, or change in steps. Torques lag, and act
+    by ``gains`` ahead and in turning.
+    """
     rng, n, l = np.random.default_rng(seed), round(seconds / STEP_S), BASE.half_track_m
     t_s = np.arange(n) * STEP_S
     wanted = np.column_stack([0.8 + 0.2 * np.sin(0.8 * t_s), 0.1 * np.sin(0.15 * t_s)])
@@ -41,7 +51,7 @@ def calm_log(seed: int, *, lag_s: float = 0.0, steps: bool = False, seconds: flo
     for k in range(n):
         path[k], asked = z[:3], RATE_PER_S * (wanted[k] - z[3:])
         sent[k] = asked / [BASE.alpha, BASE.alpha_yaw]
-        acting += share * (asked - acting)
+        acting += share * (asked * gains - acting)
         d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2)
         v, w = z[3:] + (acting + d) * STEP_S / 2
         yaw = z[2] + z[4] / l * STEP_S / 2
@@ -114,3 +124,34 @@ def test_a_calm_drive_without_a_lag_is_refused_and_not_named():
     assert not selection.found
     assert ANSWERED in [one.failed for stage in selection.stages for one in stage]
     assert "answers the disturbance" in answered_note(selection)
+
+
+def gain_and_payload(log: Log) -> tuple[Problem, Fit, float]:
+    """The problem, the fit of a drive gain, and by how much it is likelier than that of a payload."""
+    problem = problem_of(log)
+    gain, load = (
+        fit_model(problem, Extension(BASE, {name: {RESPONSES[name]: start}}))
+        for name, start in (("drive_gain", -0.1), ("payload", 0.1))
+    )
+    return problem, gain, load.deviance - gain.deviance
+
+
+def test_what_an_answer_in_turning_makes_of_a_payload_is_no_gain():
+    """A heavier robot, whose turning answers the disturbance alone, seems to turn more weakly, too."""
+    ahead_by = []
+    for seed in range(4):
+        problem, gain, by = gain_and_payload(calm_log(seed, steps=False, gains=(0.7, 1.0)))
+        ahead_by.append(by)
+        assert beyond_answer(problem, gain, "drive_gain", "payload", by) < 10
+    assert max(ahead_by) > 10
+
+
+def test_a_gain_that_turns_show_is_no_payload():
+    problem, gain, by = gain_and_payload(calm_log(1, steps=True, gains=(0.7, 0.7)))
+    assert 10 < beyond_answer(problem, gain, "drive_gain", "payload", by) < by
+
+
+@pytest.mark.parametrize("rival", ["load_step", "yaw_damping", "slip_interval"])
+def test_an_answer_takes_nothing_from_other_rivals(rival):
+    problem, gain, _ = gain_and_payload(calm_log(1, seconds=20.0))
+    assert beyond_answer(problem, gain, "drive_gain", rival, 12.0) == 12.0

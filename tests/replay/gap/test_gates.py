@@ -41,7 +41,7 @@ from wmr_replay.gap.result.locate import marked, placed
 from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
-from wmr_replay.gap.search.eliminate import with_tyres_of_payload
+from wmr_replay.gap.search.eliminate import margin_for, with_tyres_of_payload
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.modes_and_effects import Solution
 from wmr_replay.gap.search.preliminary import models_from
@@ -435,3 +435,19 @@ def test_tyres_that_a_payload_softens_are_no_effect_of_their_own(drive):
 )
 def test_what_scales_with_torques_of_a_channel_needs_its_manoeuvres(name, channel):
     assert torques_of(name) == channel
+
+
+TERM, DRAG = "unnamed:yaw:v*yaw_rate", "viscous_drag"
+
+
+@pytest.mark.parametrize(
+    ("name", "beside", "margin"), [(TERM, DRAG, 30.0), (TERM, "unnamed:yaw:1", 10.0), (DRAG, TERM, 10.0)]
+)
+def test_a_term_beside_a_named_effect_must_explain_more(drive, name, beside, margin):
+    """What a formula is asked for there; beside other terms, and an effect beside terms, as any effect."""
+    size = {TERM: {"coefficient": 0.1}, DRAG: {"c1_per_s": 0.1}, "unnamed:yaw:1": {"coefficient": 0.1}}
+    e = np.zeros((len(drive.binned), 3))
+    fit = made_fit(drive, Extension(BASE, {one: size[one] for one in (name, beside)}), e)
+    assert margin_for(drive, fit, candidate(name, 50.0, fit=fit)) == margin
+    alone = made_fit(drive, Extension(BASE, {name: size[name]}), e)
+    assert margin_for(drive, alone, candidate(name, 50.0, fit=alone)) == 0.0

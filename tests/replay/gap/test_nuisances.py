@@ -31,7 +31,7 @@ def gates(monkeypatch):
 
 def confirmed(*names: str) -> Selection:
     """The confirmed part of a selection of effects."""
-    found = tuple(SimpleNamespace(name=name) for name in names)
+    found = tuple(SimpleNamespace(name=name, alternatives=()) for name in names)
     return confirm(None, Selection("base", "all", found, ()), GapOptions())
 
 

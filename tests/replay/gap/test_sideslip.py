@@ -1,5 +1,7 @@
 """Elastic sideslip of tyres that grip; the oracle is the kinematics that makes the path."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,9 +10,10 @@ from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.estimation.sideslip import creeping, with_sideslip
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.dynamics import Base
+from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, V_LAT, Base, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -79,3 +82,21 @@ def test_what_is_known_of_the_sideslip_counts_once():
     fit = fit_model(problem, extension)
     assert fit.extension.effects["pose_lever_arm"]["x_m"] == pytest.approx(-0.04, rel=0.1)
     assert wald_p(problem, fit, "pose_lever_arm") < 1e-3
+
+
+def settled_v_lat(mode: ContactMode, compliance_s: float) -> float:
+    """v_lat at 1 m/s and .8 rad/s after two seconds of a known creep, with no torques."""
+    ratio = SPEED_MPS / (BASE.skid_decay_mps2 * compliance_s)
+    theta = replace(Extension(BASE), known=(("undeclared_skid", {"stiffness_ratio": ratio}),)).theta()
+    row, z, ahead = np.zeros(N_ROW), np.zeros(N_STATE), np.zeros(N_STATE)
+    row[Row.DT], row[Row.MODE], z[V], z[W] = 0.04, mode, SPEED_MPS, 0.8 * BASE.half_track_m
+    for _ in range(50):
+        step(z, row, theta, BASE._replace(speed_mps=SPEED_MPS), ahead)
+        z[:] = ahead
+    return float(z[V_LAT])
+
+
+@pytest.mark.parametrize("mode", [ContactMode.IDEAL, ContactMode.SLIPPING])
+def test_tyres_creep_sideways_whether_they_slip_ahead_or_not(mode):
+    """−compliance·v·yaw_rate, by hand."""
+    assert settled_v_lat(mode, 0.004) == pytest.approx(-0.004 * SPEED_MPS * 0.8, rel=0.02)

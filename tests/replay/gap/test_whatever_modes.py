@@ -1,6 +1,7 @@
 """Effects that a log asks for whatever its contact modes are."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,8 @@ import pytest
 from wmr_replay.gap.estimation.diffusion import diffusion_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate
+from wmr_replay.gap.formula.modes import Start
+from wmr_replay.gap.formula.other_modes import not_hopeless
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import BY_NAME
@@ -80,3 +83,17 @@ def test_a_climb_ends_at_the_least_squares(size):
     own = replace(SETTINGS.unlabelled, enough=0.01)
     best = climbed(start, line, own).extension.effects["aerodynamic_drag"]["c2_per_m"]
     assert best == pytest.approx(line.slopes @ line.y / (line.slopes @ line.slopes), abs=2e-3)
+
+
+def test_a_formula_far_behind_what_is_named_is_not_identified_with(dragged):
+    problem, extension = labelled(dragged, ContactMode.SLIPPING)
+    noise = diffusion_of(SETTINGS.diffusion.start_log, SETTINGS.diffusion)
+    drag = extension.with_effect("aerodynamic_drag", {"c2_per_m": DRAG_PER_M})
+    same, other = (
+        extension.with_effect(f"unnamed:{term}", {"coefficient": -DRAG_PER_M})
+        for term in ("longitudinal:v*abs(v)", "yaw:yaw_rate*abs(yaw_rate)")
+    )
+    base, fit, *fits = (evaluate(problem, one, noise) for one in (extension, drag, same, other))
+    starts = [Start(problem, one, extension) for one in fits]
+    selection = SimpleNamespace(base=base, fit=fit, found=())
+    assert not_hopeless(starts, problem, selection) == starts[:1]

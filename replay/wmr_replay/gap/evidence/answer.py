@@ -13,6 +13,8 @@ from 2/s to 16/s. Sources: Ljung, System Identification (1999), section 13.4, fo
 Whittle (1953) for the sum over frequencies.
 """
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtr
@@ -33,6 +35,7 @@ RESPONSES = {
     "drive_gain": "ratio",
 }
 """Effects on how the robot responds to its torques, and the parameter that says by how much."""
+GAIN, CHANNELS = "drive_gain", ("longitudinal", "yaw")
 UNTOUCHED = {"payload": "yaw", "yaw_inertia": "longitudinal"}
 """The channel that an effect leaves as it is."""
 
@@ -67,17 +70,46 @@ def whitened_change(problem: Problem, rest: Extension, fit: Fit, name: str) -> F
 
 def answered_score(problem: Problem, fit: Fit, name: str, value: float) -> float:
     """The expected score of a response of size ``value`` under a controller's answer: of the channels that it
-    acts on, at the rate K that makes most of it.
+    acts on.
+    """
+    channels = tuple(channel for channel in CHANNELS if channel != UNTOUCHED.get(name))
+    return expected_score(problem, fit, channels, lambda omega: 1.0 - response(name, value, omega))
+
+
+def beyond_answer(problem: Problem, fit: Fit, name: str, rival: str, ahead_by: float) -> float:
+    """What is left of ``ahead_by``, the deviance by which an effect of the model ``fit`` is likelier than a
+    rival, without what an answer to the disturbance makes of it, in the channel where they differ.
+
+    A gain is a payload and a yaw inertia of the same size. So a payload is told from it by turning alone,
+    where an answer makes a score b of a response that is not there. With S = I of the difference's score and
+    information, ahead_by = S²/I, and (S − b)²/I is left.
+    """
+    other = name if rival == GAIN else rival
+    if GAIN not in (name, rival) or other not in UNTOUCHED or ahead_by <= 0:
+        return ahead_by
+    value, sign = fit.extension.effects[name][RESPONSES[name]], 1.0 if name == GAIN else -1.0
+
+    def change(omega: F64) -> C128:
+        return sign * (1.0 - response(name, value, omega))
+
+    answered = expected_score(problem, fit, (UNTOUCHED[other],), change)
+    return max(ahead_by - answered, 0.0) ** 2 / ahead_by
+
+
+def expected_score(
+    problem: Problem, fit: Fit, channels: Sequence[str], change: Callable[[F64], C128]
+) -> float:
+    """The expected score of a ``change`` of the response to torques on ``channels``, at the rate K that makes
+    most of it.
     """
     own, binned = problem.settings.answer, problem.binned
     step_s = float(np.median(binned.step_s))
     seconds = step_s * int(problem.train.sum())
     omega = np.linspace(0.0, np.pi / step_s, own.frequencies + 1)[1:]
-    change = 1.0 - response(name, value, omega)
-    channels = coherences(problem, fit, omega, step_s)
-    weights = sum((c for channel, c in channels if channel != UNTOUCHED.get(name)), np.zeros(len(omega)))
+    shares = coherences(problem, fit, omega, step_s)
+    weights = sum((c for channel, c in shares if channel in channels), np.zeros(len(omega)))
     rates = np.array(own.rates_per_s)[:, None]
-    expected = np.real(change * rates / (rates + 1j * omega)) @ weights
+    expected = np.real(change(omega) * rates / (rates + 1j * omega)) @ weights
     return float(max(expected.max(), 0.0) * seconds * omega[0] / np.pi)
 
 

@@ -212,14 +212,13 @@ def held_out_deviance(problem: Problem, fit: Fit) -> F64:
 def path_change(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:
     """How far an effect moves the simulated path, m.
 
-    Root mean square over a window of ``seconds``, both paths from their own fitted starts, in the window
-    where it is largest.
+    The largest distance of the two paths, each from its own fitted start, in windows of ``seconds``.
     """
     binned = problem.binned
     windows = windows_of(binned, np.ones(len(binned), bool), seconds)
     paths = [simulated_path(binned, m.extension, windows)[:, :2] for m in (without, with_it)]
     apart = ((paths[1] - paths[0]) ** 2).sum(axis=1)
-    return max((float(np.sqrt(apart[a:b].mean())) for a, b in windows), default=0.0)
+    return max((float(np.sqrt(apart[a:b].max())) for a, b in windows), default=0.0)
 
 
 def combined_gap(errors: WindowErrors, unit: WindowErrors) -> F64:

@@ -99,8 +99,13 @@ def is_slipping(mode: float) -> bool:
 
 @lean
 def skids_unseen(mode: float, theta: F64) -> bool:
-    """Whether θ has an undeclared skid, and the mode of the row is ideal."""
-    return int(mode) == ContactMode.IDEAL and theta[Theta.UNDECLARED] > 0.0
+    """Whether θ has an undeclared skid that acts in a row of ``mode``: in ideal ones; of tyres so stiff that
+    it is an elastic sideslip, in all that do not skid. Wheels that slip ahead hold sideways as they did.
+    """
+    undeclared = theta[Theta.UNDECLARED]
+    if int(mode) == ContactMode.SLIPPING:
+        return bool(0.0 < undeclared <= LEAST_UNDECLARED)
+    return int(mode) == ContactMode.IDEAL and undeclared > 0.0
 
 
 @lean

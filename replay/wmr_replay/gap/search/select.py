@@ -7,6 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
@@ -131,12 +132,23 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
         calm = {f.name: reason for f in kept if (reason := too_calm_for(f.name, problem, fit))}
         if kept and not calm:
             fit, both = with_both_forms(problem, fit, tuple(kept))
+            both = tuple(beyond_answers(problem, fit, effect) for effect in both)
             return Selection(base, fit, both, stages, dropped=tuple(dropped))
         refused = refused or next(iter(calm.values()), "")
         found = [f for f in found if f.name not in calm] if calm else []
         for name in calm:
             current = fit_without(problem, base, current, name)
     return Selection(base, base, (), stages, refused, tuple(dropped))
+
+
+def beyond_answers(problem: Problem, fit: Fit, effect: FittedCandidate) -> FittedCandidate:
+    """The effect, nearer to those alternatives that an answer to the disturbance may put behind it."""
+    if not effect.alternatives:
+        return effect
+    near = (
+        (name, beyond_answer(problem, fit, effect.name, name, worse)) for name, worse in effect.alternatives
+    )
+    return replace(effect, alternatives=tuple(sorted(near, key=lambda one: one[1])))
 
 
 def holding_too(problem: Problem, base: Fit, current: Fit) -> Fit:

@@ -29,7 +29,7 @@ from wmr_replay.gap.model.extension import weight
 from wmr_replay.gap.scan.local_effects import time_cells
 from wmr_replay.gap.scan.loss_for_slipping import Scores, losses_for_slipping
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
-from wmr_replay.gap.search.fit_candidates import Hints
+from wmr_replay.gap.search.fit_candidates import Hints, seen_parameters
 from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
 from wmr_replay.gap.settings.search import SlipSettings
 from wmr_schemas.arrays import F64, I64, Bool
@@ -224,7 +224,7 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
 def least_excess(problem: Problem, fit: Fit, name: str) -> float:
     """What a loss of traction must explain beyond slipping: the margin, and its own price."""
     n = len(problem.binned)
-    price = len(fit.extension.effects[name]) * float(np.log(3 * n)) + 2 * float(np.log(n))
+    price = seen_parameters(problem, fit, name) * float(np.log(3 * n)) + 2 * float(np.log(n))
     return problem.settings.slip.separate + price
 
 

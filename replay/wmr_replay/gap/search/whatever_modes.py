@@ -68,13 +68,8 @@ def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
     own, settings = problem.settings.unlabelled, problem.settings
     if np.mean(problem.binned.mode != ContactMode.IDEAL) <= settings.modes.much_slip:
         return []
-    rolling = Problem.of(bin_log(problem.binned.log, settings, None, own.coarse * settings.bins.bin_s))
-    unlabelled = replace(rolling, train=np.zeros(len(rolling.binned), bool))
-    noise = no_more_than_calm(base.noise, settings.diffusion)
-
-    def deviance(extension: Extension) -> F64:
-        return causal_deviance(unlabelled, extension, noise)
-
+    rolling, noise = all_rolling(problem), no_more_than_calm(base.noise, settings.diffusion)
+    deviance = unlabelled_deviance(rolling, noise)
     noises = (noise, diffusion_of(settings.diffusion.start_log, settings.diffusion))
     nothing = float(deviance(base.extension).sum())
     found = likeliest_points(rolling.all_fitted(), base.extension, deviance, noises, nothing)
@@ -82,6 +77,19 @@ def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
         return []
     most = min(nothing - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
     return [one.extension for one in found[: own.most_models] if one.cost < most]
+
+
+def all_rolling(problem: Problem) -> Problem:
+    """The log without contact modes, in longer bins."""
+    settings = problem.settings
+    bin_s = settings.unlabelled.coarse * settings.bins.bin_s
+    return Problem.of(bin_log(problem.binned.log, settings, None, bin_s))
+
+
+def unlabelled_deviance(rolling: Problem, noise: Diffusion) -> Deviance:
+    """−2 log likelihood of each row of a log whose modes are not known, by models with this diffusion."""
+    unlabelled = replace(rolling, train=np.zeros(len(rolling.binned), bool))
+    return lambda extension: causal_deviance(unlabelled, extension, noise)
 
 
 def likeliest_points(

@@ -166,6 +166,14 @@ class UnlabelledSettings:
     least_share: float = 0.1
     """Least share of a step, and inverse of the largest. Numerics: what needs less moves nothing."""
 
+    difference_sd: float = 0.3
+    """Step of the differences about an answer, standard deviations. Numerics: far above what is rounded where
+    Gaussians are merged, and below what bends."""
+
+    least_information: float = 0.5
+    """Least information that a log without labels has on a size, as a share of that with labels, of which it
+    has no more than all. Numerics: less is mostly a bend between two tops, and a step by it has no end."""
+
 
 @dataclass(frozen=True)
 class SlipSettings:
