@@ -15,7 +15,7 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
-from worlds import late_paths, site_paths, work_paths
+from worlds import late_paths, route_paths, site_paths, work_paths
 from worlds.parts import Rng, in_parts
 
 SQUARE_WAVE_SPEED_MPS = 1.2
@@ -277,6 +277,10 @@ FAMILIES = {
     "forklift": Family(site_paths.forklift, (4.0, 35.0), (0.5, 4.0)),
     "saws": Family(site_paths.saws, (2.0, 25.0), (0.5, 4.0)),
     "survey": Family(site_paths.survey, (3.0, 30.0), (0.5, 3.0)),
+    "orchard": Family(route_paths.orchard, (4.0, 35.0), (0.5, 4.0)),
+    "ferry": Family(route_paths.ferry, (3.0, 30.0), (0.5, 4.0)),
+    "pacer": Family(route_paths.pacer, (2.0, 25.0), (0.5, 4.0)),
+    "rink": Family(route_paths.rink, (2.0, 20.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 
