@@ -27,6 +27,7 @@ DRY_SPEEDS_MPS = (0.005, 0.007, 0.01, 0.014, 0.02, 0.028, 0.04)
 ROUNDS, SHARES = 6, (1.0, 0.5, 0.25, 0.1)
 LEAST_SEEN = 1e-3
 """Directions seen this much worse than the best one stay as drawn."""
+WITHHOLDING, CORNERS = ("torque_deadzone", "torque_saturation"), (0.0, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5)
 LARGEST_STEPS = 5.0
 """A round moves no parameter by more than so many of its steps."""
 CLOSE = 1e-4
@@ -39,11 +40,19 @@ def fitted_sizes(world: World, same_form: frozenset[str]) -> Sizes:
         return world.sizes
     s = signals_of(world)
     steps, of_plant = steps_of(s, world.conditions, world.case.noise_sd), plant_trace(world, s)
-    speeds = DRY_SPEEDS_MPS if name in FRICTIONS else (s.dry_mps,)
-    searches = [Search(name, replace(s, dry_mps=speed), steps, of_plant) for speed in speeds]
+    searches = [Search(name, form, steps, of_plant) for form in forms(name, s)]
     found = [search.least(search.scanned(world.sizes)) for search in searches]
     left = [float((search.left([sizes]) ** 2).sum()) for search, sizes in zip(searches, found, strict=True)]
     return found[int(np.argmin(left))]
+
+
+def forms(name: str, s: Signals) -> list[Signals]:
+    """The signals with each value of what the declared form of an effect leaves open."""
+    if name in FRICTIONS:
+        return [replace(s, dry_mps=speed) for speed in DRY_SPEEDS_MPS]
+    if name in WITHHOLDING:
+        return [replace(s, corner=share) for share in CORNERS]
+    return [s]
 
 
 class Search:

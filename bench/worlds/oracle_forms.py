@@ -26,7 +26,8 @@ class Signals:
     """The true motion on the grid, and what the robot's parameters make of it.
 
     ``long`` and ``turn`` turn torques into dv_long/dt and l·yaw_acc, slipping included; ``skid_rate`` is c/V
-    while skidding, and 0 elsewhere. Frictions change their sign over ``dry_mps``.
+    while skidding, and 0 elsewhere. Frictions change their sign over ``dry_mps``; a dead zone and a limit of
+    the torques set in over ``corner`` of their threshold.
     """
 
     t_s: F64
@@ -48,6 +49,7 @@ class Signals:
     wheel_radius_m: float
     mass_over_yaw_inertia: float
     dry_mps: float = DRY_MPS
+    corner: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,13 +190,25 @@ def torques(name: str, p: dict[str, float], s: Signals) -> Trace | None:  # noqa
         case "input_delay":
             return with_torques(s, *(np.interp(s.t_s - p["delay_s"], s.t_s, u) for u in (s.left, s.right)))
         case "torque_deadzone":
-            zone = p["threshold_nm"]
-            return with_torques(
-                s, *(np.sign(u) * np.maximum(np.abs(u) - zone, 0.0) for u in (s.left, s.right))
-            )
+            return with_torques(s, *(u - within(u, p["threshold_nm"], s.corner) for u in (s.left, s.right)))
         case "torque_saturation":
-            return with_torques(s, *(np.clip(u, -p["limit_nm"], p["limit_nm"]) for u in (s.left, s.right)))
+            return with_torques(s, *(within(u, p["limit_nm"], s.corner) for u in (s.left, s.right)))
     return None
+
+
+def within(torque: F64, limit: float, corner: float) -> F64:
+    """A torque u kept within ±L: sharply, or by ρL ln(cosh((w + L)/(2ρL))/cosh((w − L)/(2ρL))) with
+    w = u coth(1/(2ρ)) for a corner ρ.
+    """
+    if corner == 0.0:
+        return np.clip(torque, -limit, limit)
+    w, width = torque / np.tanh(0.5 / corner), 2 * corner * limit
+    return 0.5 * width * (log_cosh((w + limit) / width) - log_cosh((w - limit) / width))
+
+
+def log_cosh(x: F64) -> F64:
+    """Ln cosh x, which does not overflow."""
+    return np.asarray(np.abs(x) + np.log1p(np.exp(-2 * np.abs(x))) - np.log(2.0))
 
 
 def lagged(torque: F64, time_constant_s: float) -> F64:

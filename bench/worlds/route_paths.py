@@ -7,7 +7,7 @@ from worlds.parts import Rng, in_parts
 
 
 def orchard(duration_s: float, rng: Rng) -> Waypoints:
-    """Between rows of trees: slow, small corrections, halts at a tree; at the end a U, at times in two moves."""
+    """Between rows of trees: slow, small corrections, halts; at the end a U, at times in two moves."""
     parts, way = [], float(rng.choice((-1.0, 1.0)))
     while sum(length for length, *_ in parts) < duration_s:
         pace, rate = rng.uniform(0.3, 0.9), rng.uniform(0.3, 0.6)
@@ -70,6 +70,7 @@ def rink(duration_s: float, rng: Rng) -> Waypoints:
         side = -side
     t_s = step_s * np.arange(len(speed))
     speed, turning = (
-        np.convolve(np.pad(x, 4, mode="edge"), np.full(9, 1 / 9), mode="valid").tolist() for x in (speed, turning)
+        np.convolve(np.pad(x, 4, mode="edge"), np.full(9, 1 / 9), mode="valid").tolist()
+        for x in (speed, turning)
     )
     return Waypoints(tuple(t_s.tolist()), tuple(speed), tuple(turning))

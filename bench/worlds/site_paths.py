@@ -1,4 +1,4 @@
-"""Paths of the driver families that the ninth report held out: bump and turn, a forklift, two saws, a survey."""
+"""Paths of the driver families of the ninth report: bump and turn, a forklift, two saws, a survey."""
 
 import numpy as np
 

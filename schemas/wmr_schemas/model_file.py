@@ -4,11 +4,11 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tomli_w
 
-from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, catalogue
+from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, WITHHOLDING, catalogue
 from wmr_schemas.errors import InvalidFile, InvalidTerm
 from wmr_schemas.robot import RobotParameters, described
 from wmr_schemas.slip_terms import is_slip_term, parse_slip_term
@@ -60,7 +60,8 @@ class Effect:
     """One effect with its parameters, and their standard deviations where they were fitted.
 
     A friction c tanh(v/v₀) may have a ``sign_change_mps`` v₀ of its own, at which it has three quarters of
-    its size; None for 2 cm/s.
+    its size; None for 2 cm/s. A dead zone and a limit of the torques may have a ``corner_share``, the share
+    of their threshold over which they set in; None for at once.
     """
 
     name: str
@@ -68,6 +69,22 @@ class Effect:
     sd: dict[str, float] = field(default_factory=dict)
     formula: str = ""
     sign_change_mps: float | None = None
+    corner_share: float | None = None
+
+
+class FormKey(NamedTuple):
+    """What effects may say of their form: which effects, what all of them are, what it is, and its unit."""
+
+    effects: tuple[str, ...]
+    kind: str
+    quantity: str
+    unit: str
+
+
+FORM_KEYS = {
+    "sign_change_mps": FormKey(FRICTIONS, "frictions", "speed", "m/s"),
+    "corner_share": FormKey(WITHHOLDING, "dead zones and limits", "share", "the threshold"),
+}
 
 
 @dataclass(frozen=True)
@@ -175,18 +192,27 @@ def parse_odometry(path: Path, entry: object) -> Odometry | None:
 
 
 def parse_effects(path: Path, entries: object) -> tuple[Effect, ...]:
-    """The ``[[effects]]``; frictions that change their sign over different speeds are no model."""
+    """The ``[[effects]]``; frictions that change their sign over different speeds, or thresholds with
+    different corners, are no model.
+    """
     if not isinstance(entries, list):
         raise InvalidFile(path, "effects", "expected [[effects]], an array of tables")
     effects = tuple(parse_effect(path, index, entry) for index, entry in enumerate(entries))
-    if len({effect.sign_change_mps for effect in effects if effect.name in FRICTIONS}) > 1:
-        raise InvalidFile(path, "[[effects]] sign_change_mps", "one speed serves all frictions of a model")
+    for key, form in FORM_KEYS.items():
+        if len({getattr(effect, key) for effect in effects if effect.name in form.effects}) > 1:
+            message = f"one {form.quantity} serves all {form.kind} of a model"
+            raise InvalidFile(path, f"[[effects]] {key}", message)
     return effects
 
 
 def friction_speed_mps(effects: Iterable[Effect]) -> float:
     """The speed over which the frictions among the effects change their sign; 0 for the usual one."""
     return next((effect.sign_change_mps for effect in effects if effect.sign_change_mps is not None), 0.0)
+
+
+def corner_share(effects: Iterable[Effect]) -> float:
+    """The share of their thresholds over which a dead zone and a limit set in; 0 for at once."""
+    return next((effect.corner_share for effect in effects if effect.corner_share is not None), 0.0)
 
 
 def parse_effect(path: Path, index: int, entry: object) -> Effect:
@@ -198,7 +224,7 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
         known = ", ".join(catalogue())
         raise InvalidFile(path, f"{place} name", f"{name!r} is no effect; known are {known}")
     formula = expect_text(path, f"{place} formula", table.pop("formula", ""))
-    sign_change_mps = parse_sign_change(path, f"{place} ({name})", name, table)
+    form = parse_form(path, f"{place} ({name})", name, table)
     values, sd = split_sd(path, place, table)
     wanted = parameters_of(path, place, name)
     check_keys(path, f"{place} ({name})", values, wanted)
@@ -206,18 +232,20 @@ def parse_effect(path: Path, index: int, entry: object) -> Effect:
     if missing:
         raise InvalidFile(path, f"{place} ({name})", f"lacks {', '.join(missing)}")
     sizes = {key: number(path, f"{place} {key}", value) for key, value in values.items()}
-    return Effect(name, sizes, sd, formula, sign_change_mps)
+    return Effect(name, sizes, sd, formula, **form)
 
 
-def parse_sign_change(path: Path, place: str, name: str, table: dict[str, Any]) -> float | None:
-    """The ``sign_change_mps`` of a friction, taken out of its table."""
-    if name not in FRICTIONS or "sign_change_mps" not in table:
-        return None
-    key = f"{place} sign_change_mps"
-    over_mps = number(path, key, table.pop("sign_change_mps"))
-    if over_mps <= 0:
-        raise InvalidFile(path, key, f"expected a speed above 0 in m/s, found {over_mps!r}")
-    return over_mps
+def parse_form(path: Path, place: str, name: str, table: dict[str, Any]) -> dict[str, float]:
+    """The keys of :data:`FORM_KEYS` of an effect, taken out of its table."""
+    found: dict[str, float] = {}
+    for key, form in FORM_KEYS.items():
+        if name not in form.effects or key not in table:
+            continue
+        found[key] = number(path, f"{place} {key}", table.pop(key))
+        if found[key] <= 0:
+            message = f"expected a {form.quantity} above 0 in {form.unit}, found {found[key]!r}"
+            raise InvalidFile(path, f"{place} {key}", message)
+    return found
 
 
 def parameters_of(path: Path, place: str, name: str) -> tuple[str, ...]:
@@ -291,6 +319,4 @@ def effect_table(effect: Effect) -> dict[str, float | str]:
     if effect.formula:
         table["formula"] = effect.formula
     table |= with_sd(effect.parameters, effect.sd)
-    if effect.sign_change_mps is not None:
-        table["sign_change_mps"] = effect.sign_change_mps
-    return table
+    return table | {key: value for key in FORM_KEYS if (value := getattr(effect, key)) is not None}

@@ -16,6 +16,7 @@ from wmr_schemas.model_file import (
     Model,
     NoiseModel,
     Provenance,
+    corner_share,
     friction_speed_mps,
     model_to_toml,
     read_model,
@@ -140,6 +141,14 @@ def test_a_friction_keeps_the_speed_over_which_it_changes_its_sign(tmp_path: Pat
     assert friction_speed_mps([Effect("wheel_coulomb", {"torque_nm": 0.1})]) == 0.0
 
 
+def test_a_dead_zone_keeps_the_share_over_which_it_sets_in(tmp_path: Path) -> None:
+    model = read_text(tmp_path, friction("torque_deadzone", "threshold_nm", "corner_share = 0.25"))
+    assert model.effects == (Effect("torque_deadzone", {"threshold_nm": 0.1}, corner_share=0.25),)
+    assert read_text(tmp_path, model_to_toml(model)) == model
+    assert corner_share(model.effects) == 0.25
+    assert corner_share([Effect("torque_deadzone", {"threshold_nm": 0.1})]) == 0.0
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -150,9 +159,16 @@ def test_a_friction_keeps_the_speed_over_which_it_changes_its_sign(tmp_path: Pat
             + friction("scrub_torque", "d0_mps2", ""),
             "one speed serves all frictions",
         ),
+        (friction("viscous_drag", "c1_per_s", "corner_share = 0.2"), "corner_share"),
+        (friction("torque_deadzone", "threshold_nm", "corner_share = -1"), "above 0 in the threshold"),
+        (
+            friction("torque_deadzone", "threshold_nm", "corner_share = 0.2")
+            + friction("torque_saturation", "limit_nm", ""),
+            "one share serves all dead zones and limits",
+        ),
     ],
 )
-def test_a_speed_that_no_model_can_have_is_refused(tmp_path: Path, text: str, message: str) -> None:
+def test_a_form_that_no_model_can_have_is_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InvalidFile, match=message):
         read_text(tmp_path, text)
 

@@ -10,7 +10,10 @@ from wmr_schemas.arrays import F64
 
 
 class InputEffects(NamedTuple):
-    """Parameters of the effects on the torques; 0 (infinity for the limit) is none."""
+    """Parameters of the effects on the torques; 0 (infinity for the limit) is none.
+
+    ``corner_share`` is the share of a threshold over which a dead zone and a limit set in; 0 is at once.
+    """
 
     imbalance: float = 0.0
     bias_common_nm: float = 0.0
@@ -19,11 +22,12 @@ class InputEffects(NamedTuple):
     limit_nm: float = np.inf
     lag_s: float = 0.0
     delay_s: float = 0.0
+    corner_share: float = 0.0
 
     @property
     def static(self) -> bool:
         """Whether there is any that acts at once."""
-        return self._replace(lag_s=0.0, delay_s=0.0) != InputEffects()
+        return self._replace(lag_s=0.0, delay_s=0.0, corner_share=0.0) != InputEffects()
 
 
 FIELDS = {
@@ -67,5 +71,19 @@ def static_part(efforts_nm: F64, effects: InputEffects) -> F64:
     u = efforts_nm * np.array([[1 - e.imbalance], [1 + e.imbalance]])
     u = u + e.bias_common_nm + e.bias_differential_nm * np.array([[-1.0], [1.0]])
     if e.deadzone_nm > 0:
-        u = np.sign(u) * np.maximum(np.abs(u) - e.deadzone_nm, 0.0)
-    return np.asarray(np.clip(u, -e.limit_nm, e.limit_nm))
+        u = u - limited(u, e.deadzone_nm, e.corner_share)
+    return limited(u, e.limit_nm, e.corner_share) if np.isfinite(e.limit_nm) else u
+
+
+def limited(u: F64, limit: float, corner_share: float) -> F64:
+    """U between ±L, with round corners for a share ρ > 0:
+
+        w − s(w − L) + s(−w − L),    s(x) = ρL ln(1 + e^(x/(ρL))),    w = u coth(1/(2ρ))
+
+    the mean of a sharp limit over a logistic scatter of w, with slope 1 at u = 0.
+    """
+    if corner_share == 0.0:
+        return np.asarray(np.clip(u, -limit, limit))
+    width, w = corner_share * limit, u / np.tanh(0.5 / corner_share)
+    above, below = (width * np.logaddexp(0.0, (sign * w - limit) / width) for sign in (1.0, -1.0))
+    return np.asarray(w - above + below)

@@ -23,7 +23,7 @@ from wmr_schemas.batches import RawBatch, Rows
 from wmr_schemas.effects import UNNAMED_PREFIX, effects_of
 from wmr_schemas.effects.own import Columns
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.model_file import Effect, Model, friction_speed_mps
+from wmr_schemas.model_file import Effect, Model, corner_share, friction_speed_mps
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import CHANNELS, COEFFICIENT, Term, parse_term
@@ -239,7 +239,7 @@ def change_torque(rows: Rows, effects: tuple[Effect, ...]) -> Rows:
     their stamps.
     """
     named = [(effect.name, effect.parameters) for effect in effects]
-    on_inputs = input_effects(named)
+    on_inputs = input_effects(named)._replace(corner_share=corner_share(effects))
     values = rows.values.copy()
     values[:2] = own_efforts(named, values[:2])
     if on_inputs.static:

@@ -37,6 +37,7 @@ __all__ = [
     "EFFECTS",
     "FRICTIONS",
     "UNNAMED_PREFIX",
+    "WITHHOLDING",
     "BaseModel",
     "EffectDeclaration",
     "Exact",
@@ -80,6 +81,8 @@ BEYOND: dict[str, EffectDeclaration] = by_number(simulator_only.EFFECTS)
 
 FRICTIONS = ("rolling_resistance", "scrub_torque", "wheel_coulomb")
 """Effects that change their sign over a speed, 2 cm/s unless a model file says another one."""
+WITHHOLDING = ("torque_deadzone", "torque_saturation")
+"""Effects that hold torques back from a threshold on, unless a model file says over which share of it."""
 
 
 def effects_of(base: BaseModel) -> dict[str, EffectDeclaration]:

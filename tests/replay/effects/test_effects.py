@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from wmr_replay.effects.efforts import FIELDS, InputEffects, static_part
+from wmr_replay.effects.efforts import FIELDS, InputEffects, limited, static_part
 from wmr_replay.effects.measurement import ON_POSE, to_axle
 from wmr_replay.effects.theta import CONVERTED, PLACES, Theta, from_place, theta_of, to_place
 from wmr_replay.gap.estimation.problem import Problem
@@ -171,3 +171,22 @@ def test_a_scan_finds_a_users_effects_on_torque_and_pose():
     assert held.poses(binned) == pytest.approx(bin_log(log, GateSettings(), log.mode).pose, abs=1e-4)
     weaker = base.with_effect("gearbox", {"c_per_nm": 0.05}).mean_torques(binned)
     assert np.abs(weaker).sum() < np.abs(base.mean_torques(binned)).sum()
+
+
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.5])
+def test_a_round_limit_is_the_mean_of_a_sharp_one_over_a_logistic_scatter(share):
+    limit, u = 1.3, np.linspace(-4.0, 4.0, 33)
+    p = (np.arange(200_000) + 0.5) / 200_000
+    scatter = share * limit * np.log(p / (1 - p))
+    w = u / np.tanh(0.5 / share)
+    mean = [np.clip(one + scatter, -limit, limit).mean() for one in w]
+    np.testing.assert_allclose(limited(u, limit, share), mean, atol=2e-4)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.25, 0.5])
+def test_a_round_corner_leaves_small_torques_and_the_limit_alone(share):
+    small = np.array([-1e-5, 1e-5])
+    np.testing.assert_allclose(limited(small, 2.0, share), small, rtol=1e-6)
+    np.testing.assert_allclose(limited(np.array([-90.0, 90.0]), 2.0, share), [-2.0, 2.0], rtol=1e-9)
+    zone = static_part(np.array([[90.0], [-90.0]]), InputEffects(deadzone_nm=2.0, corner_share=share))
+    np.testing.assert_allclose(zone, [[88.0], [-88.0]], rtol=1e-9)

@@ -24,6 +24,8 @@ from wmr_replay.gap.evidence.holdout import (
     is_proven,
     path_change,
     prove,
+    refitted,
+    unseen_losses,
 )
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.modes import ContactMode
@@ -98,6 +100,18 @@ def test_a_loss_in_an_interval_is_placed_and_a_drag_is_not():
     assert not is_placed(base, drag)
     assert is_placed(base, made_fit(drive, Extension(BASE, slip), e))
     assert not is_placed(made_fit(drive, Extension(BASE, slip), e), made_fit(drive, Extension(BASE, slip), e))
+
+
+@pytest.mark.parametrize(("start_s", "end_s", "kept"), [(8.1, 11.9, True), (4.0, 11.9, False)])
+def test_a_loss_that_lies_among_held_out_rows_is_not_fitted_from_the_others(start_s, end_s, kept):
+    """Rows from 8 to 12 s are held out: a loss in these alone is that of the whole log, and no other."""
+    drive = problem_of(made_log(1, seconds=24.0))
+    lost = {"slip_interval": {"start_s": start_s, "end_s": end_s, "loss": 0.5}}
+    whole = evaluate(drive.all_fitted(), Extension(BASE, lost), NOISE)
+    assert unseen_losses(drive, whole) == ([("slip_interval", "loss")] if kept else [])
+    again = refitted(drive, whole).extension.effects["slip_interval"]
+    assert (again["loss"] == 0.5) is kept
+    assert (again["start_s"], again["end_s"]) == (start_s, end_s)
 
 
 def folds_of(problem: Problem, gains) -> list[Fold]:

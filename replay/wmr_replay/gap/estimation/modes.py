@@ -48,7 +48,7 @@ def lasting_effects(extension: Extension) -> tuple[Effect, ...]:
             before = found.setdefault(name, {})
             for key, value in parameters.items():
                 before[key] = combined(key, before.get(key), value)
-    return extension.with_friction_speed(tuple(Effect(name, values) for name, values in found.items()))
+    return extension.with_forms(tuple(Effect(name, values) for name, values in found.items()))
 
 
 def bin_identified(

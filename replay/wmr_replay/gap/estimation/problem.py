@@ -143,8 +143,7 @@ def identity_of(extension: Extension) -> Hashable:
 
     known = tuple(of(*effect) for effect in extension.known)
     new = tuple(of(*effect) for effect in extension.effects.items())
-    freedoms = extension.friction_speed_mps, extension.held_sideways
-    return extension.base, extension.wheel_radius_m, *freedoms, known, new
+    return extension.base, extension.wheel_radius_m, extension.freedoms, known, new
 
 
 def first_state(binned: BinnedLog) -> F64:

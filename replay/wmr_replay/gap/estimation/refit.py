@@ -79,15 +79,16 @@ def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, keys
 
 
 def gauss_newton(
-    problem: Problem, extension: Extension, noise: Diffusion, steps: int, *, places: bool = True
+    problem: Problem, extension: Extension, noise: Diffusion, steps: int, *, keys: Keys | None = None
 ) -> Fit:
-    """Up to ``steps`` damped steps of the effects' parameters at the diffusion ``noise``.
+    """Up to ``steps`` damped steps of the effects' parameters ``keys`` (default: all) at the diffusion
+    ``noise``.
 
-    Without ``places``, the parameters that say when and where an effect acts stay fixed. After a step that
-    lowers the deviance as much as it promises, innovations are linear there: the next step has the same Ψ.
-    In times and places they never are: what a step promises there says little of a part of it.
+    After a step that lowers the deviance as much as it promises, innovations are linear there: the next step
+    has the same Ψ. In times and places they never are: what a step promises there says little of a part of
+    it.
     """
-    own, keys = problem.settings.refit, keys_of(extension, places=places)
+    own, keys = problem.settings.refit, keys_of(extension) if keys is None else keys
     smooth = not any(is_place(*key) for key in keys)
     at, psi = evaluate(problem, extension, noise), None
     for _ in range(steps if keys and np.isfinite(at.deviance) else 0):
@@ -148,7 +149,8 @@ def fit_model(
     if any(is_place(*key) for key in keys_of(extension)) and not np.all(problem.train):
         whole = fit_model(problem.all_fitted(), extension, noise, iterations, steps)
         noise = fit_diffusion(problem, whole.extension, whole.noise, iterations)
-        return gauss_newton(problem, whole.extension, noise, budget.last_steps, places=False)
+        keys = keys_of(whole.extension, places=False)
+        return gauss_newton(problem, whole.extension, noise, budget.last_steps, keys=keys)
     if not extension.effects:
         return evaluate(problem, extension, fit_diffusion(problem, extension, noise, iterations))
     if noise is None:

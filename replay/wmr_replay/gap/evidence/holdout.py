@@ -14,10 +14,10 @@ from wmr_replay.gap.estimation.path_error import (
     windows_of,
 )
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, gauss_newton
+from wmr_replay.gap.estimation.refit import Fit, Key, gauss_newton, keys_of
 from wmr_replay.gap.estimation.unknown_modes import causal_deviance
 from wmr_replay.gap.evidence.paired import signed_rank_p
-from wmr_replay.gap.model.candidates import is_place
+from wmr_replay.gap.model.candidates import LOCAL, is_place
 from wmr_replay.gap.settings.evidence import HoldOutSettings
 from wmr_schemas.arrays import F64, Bool
 
@@ -159,10 +159,25 @@ def held_out_errors(problem: Problem, fit: Fit) -> WindowErrors:
 def refitted(problem: Problem, fit: Fit) -> Fit:
     """The same effects fitted to another part of the log.
 
-    When and where one acts stays fixed, since the rows that show it may all be held out.
+    When and where one acts stays fixed, since the rows that show it may all be held out; so does a loss of
+    traction of which the fitted rows show hardly anything.
     """
-    steps = problem.settings.hold_out.refit_steps
-    return gauss_newton(problem, fit.extension, fit.noise, steps, places=False)
+    steps, unseen = problem.settings.hold_out.refit_steps, unseen_losses(problem, fit)
+    keys = tuple(key for key in keys_of(fit.extension, places=False) if key not in unseen)
+    return gauss_newton(problem, fit.extension, fit.noise, steps, keys=keys)
+
+
+def unseen_losses(problem: Problem, fit: Fit) -> list[Key]:
+    """The losses of traction in a time or place of which the fitted rows hold less than a tenth of what the
+    log says of them.
+    """
+    losses = [(name, "loss") for name in fit.extension.effects if name in LOCAL]
+    if not losses:
+        return []
+    information = np.square(fit.psi).sum(axis=1)
+    shares = information[problem.train].sum(axis=0) / np.maximum(information.sum(axis=0), 1e-12)
+    least = problem.settings.hold_out.least_seen
+    return [key for key in losses if shares[fit.keys.index(key)] < least]
 
 
 def gaps_of(fold: Fold) -> tuple[WindowErrors, WindowErrors, WindowErrors]:

@@ -7,7 +7,7 @@ from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.errors import InvalidSetting
-from wmr_schemas.model_file import Effect, NoiseModel, friction_speed_mps
+from wmr_schemas.model_file import Effect, NoiseModel, corner_share, friction_speed_mps
 from wmr_schemas.robot import AUTO, RobotParameters
 
 LATERAL_DECAY_PER_S = 5.0
@@ -60,5 +60,5 @@ class BaseModel:
         """The model with its own effects and nothing new."""
         known = tuple((effect.name, dict(effect.parameters)) for effect in self.effects)
         radius_m = self.robot.wheel_radius_m or 1.0
-        speed_mps = friction_speed_mps(self.effects)
-        return Extension(base_of(self.robot), {}, radius_m, known, self.misfit, speed_mps)
+        forms = friction_speed_mps(self.effects), corner_share(self.effects)
+        return Extension(base_of(self.robot), {}, radius_m, known, self.misfit, *forms)

@@ -15,7 +15,7 @@ from wmr_replay.gap.model.dictionary import columns_of, own_columns_of
 from wmr_replay.gap.model.dynamics import LEAST_SPEED_MPS, N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, own_effects
+from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, WITHHOLDING, own_effects
 from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.slip_terms import is_slip_term
@@ -53,6 +53,8 @@ class Extension:
     """By effect, the size that the base model leaves on its own calibration log."""
     friction_speed_mps: float = 0.0
     """Speed over which friction changes its sign; 0 for the usual one. The log's own, or the base model's."""
+    corner_share: float = 0.0
+    """Share of its threshold over which a dead zone or a limit of the torques sets in; 0 is at once."""
     held_sideways: bool = False
     """Whether a slope does not move the robot sideways where it is said to skid."""
 
@@ -76,14 +78,29 @@ class Extension:
         known = own_effects()
         return [(name, parameters) for name, parameters in self.acting if name in known]
 
-    def as_in(self, other: "Extension") -> "Extension":
-        """With the freedoms of another one's frictions and slope."""
-        return replace(self, friction_speed_mps=other.friction_speed_mps, held_sideways=other.held_sideways)
+    @property
+    def freedoms(self) -> tuple[float, float, bool]:
+        """What the declared forms of the effects leave open."""
+        return self.friction_speed_mps, self.corner_share, self.held_sideways
 
-    def with_friction_speed(self, effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
-        """Effects as a file holds them, the frictions with the speed over which they change their sign."""
-        speed_mps = self.friction_speed_mps or None
-        return tuple(replace(e, sign_change_mps=speed_mps) if e.name in FRICTIONS else e for e in effects)
+    def in_form(self, freedom: str, value: float) -> "Extension":
+        """With another value of ``friction_speed_mps`` or ``corner_share``."""
+        if freedom == "friction_speed_mps":
+            return replace(self, friction_speed_mps=value)
+        return replace(self, corner_share=value)
+
+    def as_in(self, other: "Extension") -> "Extension":
+        """With the freedoms of another one's effects."""
+        speed_mps, corner_share, held_sideways = other.freedoms
+        return replace(
+            self, friction_speed_mps=speed_mps, corner_share=corner_share, held_sideways=held_sideways
+        )
+
+    def with_forms(self, effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+        """Effects as a file holds them, with what the model says of their forms."""
+        speed_mps, share = self.friction_speed_mps or None, self.corner_share or None
+        effects = tuple(replace(e, sign_change_mps=speed_mps) if e.name in FRICTIONS else e for e in effects)
+        return tuple(replace(e, corner_share=share) if e.name in WITHHOLDING else e for e in effects)
 
     def theta(self) -> F64:
         """θ of :mod:`~wmr_replay.gap.model.dynamics`."""
@@ -95,7 +112,7 @@ class Extension:
 
     def input_effects(self) -> InputEffects:
         """Parameters of the effects on the torques."""
-        return input_effects(self.acting)
+        return input_effects(self.acting)._replace(corner_share=self.corner_share)
 
     def mean_torques(self, binned: BinnedLog) -> F64:
         """Efforts (2, n) as they act, left and right, averaged over each step."""

@@ -103,7 +103,7 @@ def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], fit: Fit,
     return Model(
         robot=model.robot,
         noise=noise_model(binned, fit.noise),
-        effects=fit.extension.with_friction_speed(merged_effects(model.effects, new)),
+        effects=fit.extension.with_forms(merged_effects(model.effects, new)),
         misfit=dict(model.misfit),
     )
 

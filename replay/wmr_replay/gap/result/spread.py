@@ -4,13 +4,14 @@
 
 V is robust over blocks, beside the tyres' sideslip. m is how far the sizes move where no row has a mode,
 c where the tyres creep by what the log says of it. One log shows such a move once, so that its square
-is the estimate of its variance. F is what the speed over which a friction changes its sign leaves open.
+is the estimate of its variance. F is what the forms leave open: the speed over which a friction changes its
+sign, the share of a threshold over which a dead zone or a limit of the torques sets in.
 """
 
 import numpy as np
 
 from wmr_replay.gap.estimation.covariance import time_blocks
-from wmr_replay.gap.estimation.friction_speed import spread_of_speeds
+from wmr_replay.gap.estimation.own_form import spread_of_forms
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.without_labels import step_without_labels
@@ -23,5 +24,5 @@ def interval_covariance(problem: Problem, fit: Fit) -> tuple[F64, int]:
     creep, V = beside_sideslip(problem, fit)
     modes = step_without_labels(problem, fit)
     blocks = time_blocks(problem, problem.settings.significance.block_s)
-    moved = np.outer(modes, modes) + np.outer(creep, creep) + spread_of_speeds(fit)
+    moved = np.outer(modes, modes) + np.outer(creep, creep) + spread_of_forms(fit)
     return V + moved, int(blocks.max()) + 1

@@ -20,13 +20,11 @@ from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings.scan import MisfitSettings
-from wmr_schemas.effects import built_in, effects_of
+from wmr_schemas.effects import WITHHOLDING, built_in, effects_of
 from wmr_schemas.model_file import Model
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
-WITHHOLDING = ("torque_deadzone", "torque_saturation")
-"""What holds torques back, and is no part of a misfit: no size of it is 0."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.own_form import freedom_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.answer import answer_p
@@ -31,7 +32,7 @@ from wmr_replay.gap.search.fit_candidates import (
     price_of,
 )
 from wmr_replay.gap.search.slip_test import may_be_slipping
-from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX
+from wmr_schemas.effects import UNNAMED_PREFIX
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
@@ -62,8 +63,8 @@ def fitted_in_place_of(
 ) -> FittedCandidate:
     """The rival fitted in place of an effect of the current model."""
     rest = current.extension.without(effect.name)
-    if rival.name in FRICTIONS:
-        rest = replace(rest, friction_speed_mps=rival.fit.extension.friction_speed_mps)
+    if free := freedom_of(rival.name):
+        rest = rest.in_form(free, getattr(rival.fit.extension, free))
     if rival.name == "slope":
         rest = replace(rest, held_sideways=rival.fit.extension.held_sideways)
     extension = rest.with_effect(rival.name, rival.fit.extension.effects[rival.name])

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.special import chdtrc
 
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed
-from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
 from wmr_replay.gap.estimation.held_sideways import with_likelier_skids
+from wmr_replay.gap.estimation.own_form import freedom_of, has_own_form, with_own_form
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
@@ -22,7 +22,6 @@ from wmr_replay.gap.model.extension import Extension, Parameters, weight
 from wmr_replay.gap.scan.scan import scan, scan_terms
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
 from wmr_replay.gap.search.starts import best_start, search_edges
-from wmr_schemas.effects import FRICTIONS
 
 Hints = tuple[tuple[str, Parameters], ...]
 """Effects by name and parameters."""
@@ -120,21 +119,23 @@ def ranked_and_fitted(
             fit = with_likelier_skids(fit, one.name)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
-    out = with_friction_speeds(problem, current, sorted(out, key=lambda a: -a.score), n_names)
+    out = with_own_forms(problem, current, sorted(out, key=lambda a: -a.score), n_names)
     return compare_in_fine_bins(problem, tuple(out))
 
 
-def with_friction_speeds(
+def with_own_forms(
     problem: Problem, current: Fit, ranked: list[FittedCandidate], n_names: int
 ) -> list[FittedCandidate]:
-    """Where a friction is the best candidate, every friction at its likeliest speed of sign change, the best
-    first. Other effects have no such freedom: against them, a friction has the usual speed.
+    """Where the best candidate has a form of its own, as a friction with another speed of sign change, it and
+    all that share that freedom in their likeliest forms, the best first. Other effects have no such freedom:
+    against them, the candidate has the usual form.
     """
-    if not ranked or ranked[0].name not in FRICTIONS or ranked[0].fit.deviance >= current.deviance:
+    free = freedom_of(ranked[0].name) if ranked else ""
+    if not free or ranked[0].fit.deviance >= current.deviance:
         return ranked
     again = (
-        assessed(problem, current, one.scored, with_friction_speed(one.fit, one.name), n_names)
-        if one.name in FRICTIONS
+        assessed(problem, current, one.scored, with_own_form(one.fit, one.name), n_names)
+        if freedom_of(one.name) == free
         else one
         for one in ranked
     )
@@ -314,7 +315,7 @@ def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:
 
 def price_of(problem: Problem, scored: ScoredCandidate, fit: Fit) -> float:
     """BIC's price ln n of each parameter, and 2 ln of the times and places where it was looked for."""
-    n = seen_parameters(problem, fit, scored.name) + has_own_speed(fit, scored.name)
+    n = seen_parameters(problem, fit, scored.name) + has_own_form(fit, scored.name)
     n += scored.name == "slope" and fit.extension.held_sideways
     return float(n * np.log(3 * problem.train.sum()) + 2 * np.log(scored.n_tried))
 

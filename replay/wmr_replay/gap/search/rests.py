@@ -38,11 +38,10 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
         return calibration
     known = tuple((name, dict(size)) for name, size in effects.items() if name not in IN_PARAMETERS)
     steps = problem.settings.budget.last_steps
-    speed_mps = selection.fit.extension.friction_speed_mps
-    holding = replace(fit.extension, known=known, friction_speed_mps=speed_mps)
+    holding = replace(fit.extension, known=known).as_in(selection.fit.extension)
     beside = gauss_newton(problem, holding, selection.fit.noise, steps)
     robot, sd = calibrated(calibration.start, problem, beside)
-    held = beside.extension.with_friction_speed(tuple(Effect(name, dict(size)) for name, size in known))
+    held = beside.extension.with_forms(tuple(Effect(name, dict(size)) for name, size in known))
     noise = noise_model(problem.binned, beside.noise)
     model = replace(model, robot=robot, robot_sd=sd, noise=noise, effects=held)
     return calibration._replace(model=model, fit=beside)

@@ -24,8 +24,8 @@ from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.dynamics import Base
-from wmr_replay.gap.model.extension import weight
+from wmr_replay.gap.model.dynamics import Base, Row
+from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.scan.local_effects import time_cells
 from wmr_replay.gap.scan.loss_for_slipping import Scores, losses_for_slipping
 from wmr_replay.gap.scan.score import ScoredCandidate, penalised_gain
@@ -33,6 +33,8 @@ from wmr_replay.gap.search.fit_candidates import Hints, seen_parameters
 from wmr_replay.gap.search.slipping_history import Pieces, likeliest_history
 from wmr_replay.gap.settings.search import SlipSettings
 from wmr_schemas.arrays import F64, I64, Bool
+
+SATURATION = "torque_saturation"
 
 
 class Rival(NamedTuple):
@@ -99,10 +101,11 @@ def in_place_of_slipping(problem: Problem, fit: Fit) -> list[tuple[Bool, Hints]]
     if not np.any(binned.slips):
         return []
     price, found = problem.settings.scan, losses_for_slipping(binned, scores_of_cells(problem, fit))
+    margin = problem.settings.selection.margin_identified
     clear = [
         one
         for one in found
-        if penalised_gain(one, price) > own.separate
+        if penalised_gain(one, price) > margin
         and not slips_alike(fit.extension.base, one.parameters["loss"], own)
     ]
     places: dict[bytes, tuple[Bool, Hints]] = {}
@@ -204,12 +207,15 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether the effect ``name`` of the model ``fit`` may be slipping that an identifier missed.
 
     It may unless it is clearly likelier than slipping in the likeliest history, and no shorter than an
-    interval that is looked for. Always false for other
-    effects, and for modes that are given. Where a robot's masses are unknown, so is what its slipping loses,
-    and only a small loss is none.
+    interval that is looked for. Where a robot's masses are unknown, so is what its slipping loses,
+    and only a small loss is none. A limit of the torques may be slipping, too: a wheel that slips is driven
+    harder by a controller, on a calm drive harder than ever while it rolls. Always false for other
+    effects, and for modes that are given.
     """
-    if name not in LOCAL or not problem.binned.identified:
+    if name not in (*LOCAL, SATURATION) or not problem.binned.identified:
         return False
+    if name == SATURATION:
+        return slipping_rival(problem, fit, name).excess < least_excess(problem, fit, name)
     if problem.binned.log.robot.slip_shares is None:
         return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
     loss, alone = fit.extension.effects[name]["loss"], len(fit.extension.effects) == 1
@@ -242,15 +248,31 @@ def slipping_rival(problem: Problem, fit: Fit, name: str) -> Rival:
     """Slipping in the place of an effect: the model's own, or, where that is clearly less likely, slipping
     that in the whole log is as near to the effect's loss as the model may be wrong, if that explains more.
     """
-    base, binned, parameters = fit.extension.base, problem.binned, fit.extension.effects[name]
-    near = close_to(weight(name, parameters, binned) > problem.settings.slip.half, binned)
+    base, binned, loss = fit.extension.base, problem.binned, losses_of(problem, fit.extension, name)
+    acts = np.any(loss > problem.settings.slip.half * loss.max(), axis=0)
+    near = close_to(acts, binned)
     if not np.any(near):
         return Rival(problem, near, 0.0)
     own = rival_of(problem, fit, name, near, base)
     if own.excess < least_excess(problem, fit, name):
         return own
-    moved = rival_of(problem, fit, name, near, towards(base, parameters["loss"], problem.settings.slip))
-    return min(own, moved, key=lambda rival: rival.excess)
+    moved = towards(base, float(loss[:, acts].mean()), problem.settings.slip)
+    return min(own, rival_of(problem, fit, name, near, moved), key=lambda rival: rival.excess)
+
+
+def losses_of(problem: Problem, extension: Extension, name: str) -> F64:
+    """The shares (2, n) of the torques that an effect takes away, ahead and in turning."""
+    binned = problem.binned
+    if name in LOCAL:
+        parameters = extension.effects[name]
+        return np.tile(weight(name, parameters, binned) * parameters["loss"], (2, 1))
+    acting, free = (model.rows(binned) for model in (extension, extension.without(name)))
+    kept, asked = (
+        np.stack([rows[:, Row.RIGHT] + rows[:, Row.LEFT], rows[:, Row.RIGHT] - rows[:, Row.LEFT]])
+        for rows in (acting, free)
+    )
+    share = np.divide(kept, asked, out=np.ones_like(kept), where=asked != 0)
+    return np.clip(1.0 - share, 0.0, 1.0)
 
 
 def towards(base: Base, loss: float, settings: SlipSettings) -> Base:
@@ -265,8 +287,7 @@ def towards(base: Base, loss: float, settings: SlipSettings) -> Base:
 
 def rival_of(problem: Problem, fit: Fit, name: str, near: Bool, base: Base) -> Rival:
     """Slipping as ``base`` says in place of an effect, in the likeliest history over the rows ``near``."""
-    binned, parameters = problem.binned, fit.extension.effects[name]
-    loss = weight(name, parameters, binned) * parameters["loss"]
+    binned, loss = problem.binned, losses_of(problem, fit.extension, name)
     slips = nearest_history(problem, fit, loss, near, base)
     rival = problem.relabelled(with_slipping(binned, slips))
     extension = replace(fit.extension.without(name), base=base)
@@ -285,8 +306,8 @@ def close_to(rows: Bool, binned: BinnedLog) -> Bool:
 
 
 def nearest_history(problem: Problem, fit: Fit, loss: F64, near: Bool, base: Base) -> Bool:
-    """Where the log slips (n,) as ``base`` says, if the effect's ``loss`` (n,) is slipping; unchanged outside
-    of ``near``.
+    """Where the log slips (n,) as ``base`` says, if the effect's ``loss`` (2, n) is slipping; unchanged
+    outside of ``near``.
     """
     binned, own, seen = problem.binned, problem.settings.slip, fit.extension.base
     piece_s = max(own.piece_s, float(binned.step_s[near].sum()) / own.most_pieces)

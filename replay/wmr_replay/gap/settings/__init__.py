@@ -21,6 +21,7 @@ from wmr_replay.gap.settings.filter import (
     CalibrationSettings,
     DiffusionSettings,
     FilterSettings,
+    FormSettings,
     RefitSettings,
     SideslipSettings,
     SwingSettings,
@@ -56,6 +57,7 @@ class GateSettings:
     diffusion: DiffusionSettings = field(default_factory=DiffusionSettings)
     swing: SwingSettings = field(default_factory=SwingSettings)
     refit: RefitSettings = field(default_factory=RefitSettings)
+    forms: FormSettings = field(default_factory=FormSettings)
     budget: BudgetSettings = field(default_factory=BudgetSettings)
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
     sideslip: SideslipSettings = field(default_factory=SideslipSettings)

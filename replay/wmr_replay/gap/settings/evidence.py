@@ -71,6 +71,10 @@ class HoldOutSettings:
     """Largest share of identified slipping in a window of the gap. Physics: an identifier's word for a loss
     of traction is no measurement; 0.2 s of 4 s lie within its switch error."""
 
+    least_seen: float = 0.1
+    """Share of the information on a loss of traction in a time or place below which a fold does not fit it
+    again. Statistics: its standard deviation is there more than three times that of the whole log."""
+
     refit_steps: int = 2
     """Gauss–Newton steps of a model on another fold. Numerics: it starts at the optimum of two thirds of the
     same rows."""

@@ -187,9 +187,35 @@ class RefitSettings:
     dampings: tuple[float, ...] = (1.0, 0.4, 0.1)
     """Shares of a Gauss–Newton step that are tried in turn. Numerics."""
 
+
+@dataclass(frozen=True)
+class FormSettings:
+    """What the declared forms leave open, by field of the extended model."""
+
     friction_speeds_mps: tuple[float, ...] = (0.005, 0.01, 0.04)
     """Speeds over which friction may change its sign beside the usual 0.02, m/s. Physics: dry contacts creep
     by mm/s before they slide, greased ones by cm/s. Bins of 0.04 s do not follow a smaller one."""
+
+    reported_speeds_mps: tuple[float, ...] = (0.005, 0.007, 0.01, 0.014, 0.02, 0.028, 0.04)
+    """The same for the interval of its size. Numerics: between those that are tried one more, so that the
+    likeliest lies within a fifth of one."""
+
+    corner_shares: tuple[float, ...] = (0.1, 0.25, 0.5)
+    """Shares of its threshold over which a dead zone or a limit of the torques may set in. Physics: from a
+    drive's clean limit to a gear whose stiction vibration smears over the whole zone."""
+
+    reported_shares: tuple[float, ...] = (0.0, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5)
+    """The same for the interval of its size."""
+
+    @property
+    def tried(self) -> dict[str, tuple[float, ...]]:
+        """The values that a fit tries."""
+        return {"friction_speed_mps": self.friction_speeds_mps, "corner_share": self.corner_shares}
+
+    @property
+    def reported(self) -> dict[str, tuple[float, ...]]:
+        """The values that an interval covers."""
+        return {"friction_speed_mps": self.reported_speeds_mps, "corner_share": self.reported_shares}
 
 
 @dataclass(frozen=True)

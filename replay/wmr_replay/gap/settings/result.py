@@ -90,10 +90,6 @@ class ReportSettings:
     """Fewest degrees of freedom of Student's t for the intervals. Statistics: below, the quantile grows
     beyond use."""
 
-    friction_speeds_mps: tuple[float, ...] = (0.005, 0.007, 0.01, 0.014, 0.02, 0.028, 0.04)
-    """Speeds over which friction may change its sign, for its interval, m/s. Numerics: between those of
-    ``RefitSettings.friction_speeds_mps`` one more, so that the likeliest lies within a fifth of one."""
-
     bootstrap_draws: int = 999
     """Resamples of the windows for the reduction's interval. Statistics: quantiles at 2.5 % to a tenth."""
 

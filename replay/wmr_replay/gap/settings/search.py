@@ -239,10 +239,9 @@ class SlipSettings:
     towards it by as much in the whole log, too. Physics: what slipping leaves depends on loads and tyres that
     the model knows to some tenths; a payload of a sixth moves it by .03."""
 
-    separate: float = 30.0
+    separate: float = 10.0
     """What a loss of traction must explain beyond slipping in its likeliest history and beyond its price, in
-    −2 log likelihood. Statistics: three times "very strong" after Kass and Raftery (1995), as
-    ``SelectionSettings.margin_identified``."""
+    −2 log likelihood. Statistics: "very strong" after Kass and Raftery (1995)."""
 
     inside: float = 0.9
     """Weight of a local effect from which a row lies inside it. Judgement: the softened

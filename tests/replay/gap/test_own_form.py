@@ -1,5 +1,5 @@
-"""The speed over which friction changes its sign, found beside its size. The oracle is a plain loop that
-drives and creeps.
+"""What declared forms leave open, found beside the size: the speed over which friction changes its sign, the
+share of a threshold over which a dead zone or a limit of the torques sets in. The oracles are plain loops.
 """
 
 from dataclasses import replace
@@ -10,10 +10,10 @@ from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 
 from wmr_replay.effects.motion import sign
 from wmr_replay.effects.theta import N_THETA, Theta
-from wmr_replay.gap.estimation.friction_speed import has_own_speed, with_friction_speed
 from wmr_replay.gap.estimation.modes import lasting_effects
+from wmr_replay.gap.estimation.own_form import has_own_form, with_own_form
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Row, V, step
@@ -50,8 +50,8 @@ def creeping_log(over_mps: float, seconds: float = 40.0) -> Log:
 def test_the_size_of_a_friction_comes_with_its_speed(over_mps, own):
     problem = Problem.of(bin_log(creeping_log(over_mps), SETTINGS)).all_fitted()
     usual = fit_model(problem, Extension(BASE, {NAME: {"c0_mps2": 0.1}}))
-    fit = with_friction_speed(usual, NAME)
-    assert has_own_speed(fit, NAME) is own
+    fit = with_own_form(usual, NAME)
+    assert has_own_form(fit, NAME) is own
     assert fit.extension.friction_speed_mps == (over_mps if own else 0.0)
     assert fit.values[0] == pytest.approx(C0_MPS2, rel=0.05)
     if own:
@@ -60,19 +60,77 @@ def test_the_size_of_a_friction_comes_with_its_speed(over_mps, own):
 
 def test_the_speed_goes_into_the_model_and_comes_back_with_it():
     found = replace(Extension(BASE, {NAME: {"c0_mps2": 0.2}}), friction_speed_mps=0.005)
-    effects = found.with_friction_speed(
-        (Effect(NAME, {"c0_mps2": 0.2}), Effect("yaw_damping", {"d1_per_s": 0.1}))
-    )
+    effects = found.with_forms((Effect(NAME, {"c0_mps2": 0.2}), Effect("yaw_damping", {"d1_per_s": 0.1})))
     assert [effect.sign_change_mps for effect in effects] == [0.005, None]
     base = BaseModel(ROBOT, effects, "model file")
     assert base.extension.friction_speed_mps == base.extension.theta()[Theta.FRICTION_SPEED] == 0.005
     assert lasting_effects(base.extension)[0].sign_change_mps == 0.005
 
 
+def stretched(x):
+    """Zone of 0.06 N·m whose slope rises from 0 to 1 as a sine between none and twice of it: another form than
+    the one that is fitted.
+    """
+    ends = np.clip(np.abs(x) / 0.12, 0.0, 1.0)
+    inside = 0.12 * (0.5 * ends - np.sin(np.pi * ends) / (2 * np.pi))
+    return np.sign(x) * np.where(np.abs(x) > 0.12, np.abs(x) - 0.06, inside)
+
+
+def sharp(x):
+    return np.sign(x) * np.maximum(np.abs(x) - 0.06, 0.0)
+
+
+def zoned_log(passed, seconds: float = 60.0) -> Log:
+    """Straight ahead by torques that swell and turn, at .5 mm, behind a dead zone."""
+    rng, n = np.random.default_rng(4), round(seconds / STEP_S)
+    t_s = STEP_S * np.arange(n)
+    sent_nm = 0.16 * np.sin(2 * np.pi * t_s / 3.1) * (0.2 + np.sin(np.pi * t_s / 17.0) ** 2)
+    each_nm = np.repeat(sent_nm[::5], 5)[:n]  # held from one command to the next
+    kept, d = np.exp(-STEP_S / 0.4), np.zeros(n)
+    steps = rng.normal(size=n) * np.sqrt(1 - kept**2) * DISTURBANCE_MPS2 / 2
+    for k in range(1, n):
+        d[k] = kept * d[k - 1] + steps[k]
+    x_m = np.cumsum(np.cumsum(2 * BASE.alpha * passed(each_nm) + d)) * STEP_S**2
+    rows = slice(None, None, 5)
+    t_ns = np.arange(len(x_m[rows]), dtype=np.int64) * 10_000_000
+    pose = np.stack([x_m[rows], 0 * x_m[rows], 0 * x_m[rows]]) + 0.0005 * rng.normal(size=(3, len(t_ns)))
+    torques = TorqueTrack(t_ns, each_nm[rows], each_nm[rows], *np.full((2, len(t_ns)), np.nan))
+    return Log(PoseTrack(t_ns, *pose), torques, None, ROBOT)
+
+
+@pytest.mark.parametrize(("passed", "own"), [(stretched, True), (sharp, False)])
+def test_a_round_dead_zone_leaves_no_gain(passed, own):
+    problem = Problem.of(bin_log(zoned_log(passed), SETTINGS)).all_fitted()
+    usual = fit_model(problem, Extension(BASE, {"torque_deadzone": {"threshold_nm": 0.04}}))
+    fit = with_own_form(usual, "torque_deadzone")
+    assert has_own_form(fit, "torque_deadzone") is own
+    assert fit.values[0] == pytest.approx(0.06, rel=0.06)
+
+    def gained_by_a_gain(extension):
+        without, beside = extension, extension.with_effect("drive_gain", {"ratio": 0.0})
+        fits = [gauss_newton(problem, one, fit.noise, 6) for one in (without, beside)]
+        return fits[0].deviance - fits[1].deviance
+
+    assert (gained_by_a_gain(usual.extension) > 30) is own
+    assert gained_by_a_gain(fit.extension) < 10
+
+
+def test_a_share_goes_into_the_model_and_comes_back_with_it():
+    found = replace(Extension(BASE, {"torque_deadzone": {"threshold_nm": 0.1}}), corner_share=0.25)
+    effects = found.with_forms(
+        (Effect("torque_deadzone", {"threshold_nm": 0.1}), Effect("yaw_damping", {"d1_per_s": 0.1}))
+    )
+    assert [effect.corner_share for effect in effects] == [0.25, None]
+    base = BaseModel(ROBOT, effects, "model file").extension
+    assert base.corner_share == base.input_effects().corner_share == 0.25
+    assert base.freedoms != replace(base, corner_share=0.0).freedoms
+    assert lasting_effects(base)[0].corner_share == 0.25
+
+
 def test_another_effect_keeps_its_fit():
     problem = Problem.of(bin_log(creeping_log(0.005), SETTINGS)).all_fitted()
     fit = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}))
-    assert with_friction_speed(fit, "viscous_drag") is fit
+    assert with_own_form(fit, "viscous_drag") is fit
 
 
 @pytest.mark.parametrize("over_mps", [0.005, 0.02, 0.04])
