@@ -68,7 +68,7 @@ def test_the_speed_goes_into_the_model_and_comes_back_with_it():
 
 
 def stretched(x):
-    """Zone of 0.06 N·m whose slope rises from 0 to 1 as a sine between none and twice of it: another form than
+    """Zone of 0.06 N·m whose slope rises from 0 to 1 as a sine, from none to twice of it: another form than
     the one that is fitted.
     """
     ends = np.clip(np.abs(x) / 0.12, 0.0, 1.0)
