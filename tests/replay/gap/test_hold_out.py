@@ -16,13 +16,14 @@ from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.evidence.holdout import (
     Fold,
     GapChange,
-    blocks_p,
+    Prediction,
     clearly_larger,
     gap_change,
     held_out_deviance,
     is_placed,
     is_proven,
     path_change,
+    prediction,
     prove,
     refitted,
     unseen_losses,
@@ -55,7 +56,7 @@ def test_the_reduction_of_the_gap_is_known(reduction):
     [(0.02, 0.04, False), (-0.02, 0.06, False), (-0.02, 0.04, True), (-0.5, 0.4, False)],
 )
 def test_a_gap_is_clearly_larger_over_all_and_in_most_windows(reduction, larger_p, larger):
-    assert clearly_larger(GapChange(reduction, larger_p), HOLD_OUT) is larger
+    assert clearly_larger(GapChange(reduction, larger_p, 1.0, 1.0, 9), HOLD_OUT) is larger
 
 
 def test_a_gap_that_grows_in_every_window_is_clearly_larger():
@@ -85,10 +86,28 @@ def test_what_an_effect_promises_is_what_the_simulations_are_apart(left):
 def test_a_gap_that_the_true_effect_may_leave_as_it_is_leaves_the_word_to_the_prediction(
     promised, p_value, placed, proven
 ):
-    change = GapChange(reduction=-0.01, larger_p=0.7, noise_share=0.1, promised=promised)
-    assert is_proven(p_value, change, 15, HOLD_OUT, placed=placed) is proven
-    assert is_proven(p_value, change._replace(reduction=0.12), 15, HOLD_OUT, placed=placed)
-    assert not is_proven(p_value, change._replace(larger_p=0.01), 15, HOLD_OUT, placed=placed)
+    change = GapChange(reduction=-0.01, larger_p=0.7, noise_share=0.1, promised=promised, n_windows=9)
+    assert is_proven(Prediction(p_value, 0.0), change, 15, HOLD_OUT, placed=placed) is proven
+    assert is_proven(Prediction(p_value, 0.0), change._replace(reduction=0.12), 15, HOLD_OUT, placed=placed)
+    assert not is_proven(
+        Prediction(p_value, 0.0), change._replace(larger_p=0.01), 15, HOLD_OUT, placed=placed
+    )
+
+
+@pytest.mark.parametrize(
+    ("p_value", "gain", "proven"), [(0.005, 31.0, True), (0.02, 31.0, False), (0.005, 29.0, False)]
+)
+def test_blocks_that_gain_much_are_clear_at_a_usual_level(p_value, gain, proven):
+    change = GapChange(reduction=0.01, larger_p=0.7, noise_share=0.1, promised=0.02, n_windows=9)
+    assert is_proven(Prediction(p_value, gain), change, 15, HOLD_OUT, placed=False) is proven
+
+
+@pytest.mark.parametrize(("n_windows", "proven"), [(1, True), (3, True), (4, False)])
+def test_the_gap_of_few_windows_does_not_overrule_a_clear_prediction(n_windows, proven):
+    change = GapChange(reduction=-0.1, larger_p=0.5, noise_share=0.1, promised=0.3, n_windows=n_windows)
+    for placed in (True, False):
+        assert is_proven(Prediction(1e-5, 20.0), change, 15, HOLD_OUT, placed=placed) is proven
+        assert not is_proven(Prediction(1e-3, 20.0), change, 15, HOLD_OUT, placed=placed)
 
 
 def test_a_loss_in_an_interval_is_placed_and_a_drag_is_not():
@@ -129,21 +148,24 @@ def long_drive():
 
 def test_equal_models_are_told_apart_no_more_often_than_the_level(long_drive):
     rng, draws = np.random.default_rng(7), 400
-    p = [blocks_p(folds_of(long_drive, rng.normal(size=len(long_drive.binned)))) for _ in range(draws)]
+    p = [
+        prediction(folds_of(long_drive, rng.normal(size=len(long_drive.binned)))).p_value
+        for _ in range(draws)
+    ]
     least, most = binom.ppf([0.001, 0.999], draws, 0.05)
     assert least <= np.sum(np.array(p) < 0.05) <= most
 
 
 def test_a_better_prediction_is_seen_and_a_worse_one_is_not(long_drive):
     noise = np.random.default_rng(8).normal(size=len(long_drive.binned))
-    assert blocks_p(folds_of(long_drive, noise + 0.3)) < 1e-4
-    assert blocks_p(folds_of(long_drive, noise - 0.3)) > 0.999
+    assert prediction(folds_of(long_drive, noise + 0.3)).p_value < 1e-4
+    assert prediction(folds_of(long_drive, noise - 0.3)).p_value > 0.999
 
 
 def test_models_that_never_differ_prove_nothing(long_drive):
     (fold,) = folds_of(long_drive, np.ones(len(long_drive.binned)))
     same = replace(fold.without, row_deviance=np.zeros(len(long_drive.binned)))
-    assert blocks_p([fold._replace(with_it=same)]) == 1
+    assert prediction([fold._replace(with_it=same)]) == (1.0, 0.0)
 
 
 def test_what_hindsight_says_of_held_out_blocks_does_not_count():

@@ -46,14 +46,29 @@ class Fold(NamedTuple):
 
 class GapChange(NamedTuple):
     """Over the windows in which an effect shows: relative reduction of the root mean square gap, and p that
-    the gap is larger with the effect; share of the squared gap that is noise of the poses; and the least
-    reduction that is to be expected if the effect is there.
+    the gap is larger with the effect; share of the squared gap that is noise of the poses; the least
+    reduction that is to be expected if the effect is there; and how many windows these are.
     """
 
     reduction: float
     larger_p: float
-    noise_share: float = 1.0
-    promised: float = 1.0
+    noise_share: float
+    promised: float
+    n_windows: int
+
+
+class Prediction(NamedTuple):
+    """How much better held-out blocks are predicted with an effect: p of the blocks, and −2 log of the ratio
+    of the predictive likelihoods, summed over them.
+    """
+
+    p_value: float
+    gain: float
+
+    def is_clear(self, settings: HoldOutSettings) -> bool:
+        """Whether it leaves no doubt: by many blocks, or by as much as a formula must explain."""
+        by_size = self.p_value < settings.clear_level and self.gain > settings.clear_gain
+        return by_size or self.p_value < settings.clear
 
 
 def windows_within(problem: Problem, chosen: Bool) -> Windows:
@@ -82,31 +97,38 @@ def prove(problem: Problem, without: Fit, with_it: Fit) -> Proof:
     parts = [problem.fold(k) for k in FOLDS]
     folds = [Fold(part, refitted(part, without), refitted(part, with_it)) for part in parts]
     before, after, apart = (concatenated(list(parts)) for parts in zip(*map(gaps_of, folds), strict=True))
-    p_value, change = blocks_p(folds), gap_change(before, after, apart, own)
-    holds = is_proven(p_value, change, len(before.position_m), own, placed=is_placed(without, with_it))
-    return Proof(before, after, 0.0 if change is None else change.reduction, p_value, holds)
+    predicted, change = prediction(folds), gap_change(before, after, apart, own)
+    holds = is_proven(predicted, change, len(before.position_m), own, placed=is_placed(without, with_it))
+    return Proof(before, after, 0.0 if change is None else change.reduction, predicted.p_value, holds)
 
 
 def is_proven(
-    p_value: float, change: GapChange | None, n_windows: int, settings: HoldOutSettings, *, placed: bool
+    predicted: Prediction,
+    change: GapChange | None,
+    n_windows: int,
+    settings: HoldOutSettings,
+    *,
+    placed: bool,
 ) -> bool:
-    """Whether the prediction (p of the blocks) and the gap of ``n_windows`` windows prove an effect.
+    """Whether the prediction and the gap of ``n_windows`` windows prove an effect.
 
     Blocks are predicted better (p < .05), and the gap of the windows where the models differ shrinks
     (:func:`least_reduction`). Where that gap is mostly pose noise, the prediction decides, unless the gap is
-    clearly larger. Where no window shows a difference, since those that an identifier calls slipping are left
-    out, the prediction alone decides, at a stricter level; so it does where the disturbance makes so much of
-    the gap that an effect that is there may not reduce it by as much (:func:`gap_change`).
+    clearly larger. Where hardly any window shows a difference, since those that an identifier calls slipping
+    are left out, the prediction alone decides, at a stricter level; so it does where the disturbance makes so
+    much of the gap that an effect that is there may not reduce it by as much (:func:`gap_change`).
     """
     if change is None:
         few = n_windows < settings.few_windows
-        return p_value < (settings.level / settings.few_windows_factor if few else settings.clear)
+        return predicted.p_value < (settings.level / settings.few_windows_factor if few else settings.clear)
     if clearly_larger(change, settings):
         return False
-    least = least_reduction(change, p_value, settings, placed=placed)
-    if p_value < settings.clear and change.promised < least and not placed:
+    if predicted.p_value < settings.clear and change.n_windows < settings.few_windows:
         return True
-    return p_value < settings.level and change.reduction >= least
+    least = least_reduction(change, predicted.p_value, settings, placed=placed)
+    if predicted.is_clear(settings) and change.promised < least and not placed:
+        return True
+    return predicted.p_value < settings.level and change.reduction >= least
 
 
 def is_placed(without: Fit, with_it: Fit) -> bool:
@@ -135,7 +157,7 @@ def gap_change(
     unsure = settings.sure_sd * float(np.std(a[shows] ** 2 - b[shows] ** 2)) / np.sqrt(np.sum(shows))
     left = max(was - float(np.mean(moved**2)) + unsure, 0.0)
     reduction, promised = (float(1.0 - np.sqrt(square / was)) for square in (now, left))
-    return GapChange(reduction, larger_p, float(np.mean(floor**2)) / was, promised)
+    return GapChange(reduction, larger_p, float(np.mean(floor**2)) / was, promised, int(np.sum(shows)))
 
 
 def least_reduction(change: GapChange, p_value: float, settings: HoldOutSettings, *, placed: bool) -> float:
@@ -200,8 +222,10 @@ def concatenated(parts: list[WindowErrors]) -> WindowErrors:
     return WindowErrors(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
 
 
-def blocks_p(folds: list[Fold]) -> float:
-    """Wilcoxon's one-sided p that held-out blocks of 2 s, where the models differ, are predicted better."""
+def prediction(folds: list[Fold]) -> Prediction:
+    """Wilcoxon's one-sided p that held-out blocks of 2 s, where the models differ, are predicted better, and
+    by how much they are.
+    """
     gains = []
     for problem, without, with_it in folds:
         own, held_out = problem.settings.hold_out, ~problem.train
@@ -209,8 +233,8 @@ def blocks_p(folds: list[Fold]) -> float:
         block = np.unique(problem.binned.t_s[held_out] // own.block_s, return_inverse=True)[1]
         moved = np.abs(without.innovations - with_it.innovations)[held_out].sum(axis=1)
         gains.append(np.bincount(block, difference)[np.bincount(block, moved) > own.least_moved])
-    gained = np.concatenate(gains)
-    return signed_rank_p(np.asarray(gained, np.float64))
+    gained = np.concatenate(gains).astype(np.float64)
+    return Prediction(signed_rank_p(gained), float(gained.sum()))
 
 
 def held_out_deviance(problem: Problem, fit: Fit) -> F64:

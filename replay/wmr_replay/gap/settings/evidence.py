@@ -42,6 +42,14 @@ class HoldOutSettings:
     """p of the blocks that is needed where no window shows a difference. Statistics: a hundredth of the level
     of significance."""
 
+    clear_level: float = 0.01
+    """p of the blocks that is needed where they are predicted better by ``clear_gain``. As
+    ``SignificanceSettings.level``."""
+
+    clear_gain: float = 30.0
+    """Gain of the blocks in −2 log likelihood that leaves no doubt. Statistics: three times "very strong"
+    after Kass and Raftery (1995); ranks do not see how much a block gains."""
+
     mostly_noise: float = 0.5
     """Share of the squared gap that noise of the poses makes, above which the gap is no measure. Statistics:
     more than half of it says nothing about the model."""
