@@ -53,6 +53,11 @@ class FrozenPose:
         """Which rows (n,) repeat a frozen pose; ``pose`` (3, n), ``wheels_radps`` (2, n), NaN if unknown."""
         if not len(t_ns):
             return np.zeros(0, bool)
+        if self._position.moves(pose[:2]) and self._yaw.moves(pose[2:]):
+            self._position.skip(t_ns, pose[:2])
+            self._yaw.skip(t_ns, pose[2:])
+            self._wheels.skip(t_ns, wheels_radps)
+            return np.zeros(len(t_ns), bool)
         position, yaw = self._position.push(t_ns, pose[:2]), self._yaw.push(t_ns, pose[2:])
         whole = position.repeated & yaw.repeated
         wheels = self._wheels.push(t_ns, wheels_radps, whole, position.repeated)
@@ -102,23 +107,37 @@ class Wheels:
 
     def push(self, t_ns: I64, radps: F64, stands: Bool, position_stands: Bool) -> Rolling:
         """Rows of wheel speeds (2, n), NaN if unknown, and whether pose and position stand (n,)."""
-        last_ns = int(t_ns[0]) if self._last_ns is None else self._last_ns
-        step_s = np.diff(t_ns, prepend=last_ns) / NS_PER_S
-        known = np.isfinite(radps).all(axis=0)
+        known = np.asarray(np.isfinite(radps).all(axis=0))
         fast = known & (np.abs(radps) > RESTING_RADPS).any(axis=0)
         ever = np.logical_or.accumulate(np.concatenate([[self._ever_turned], fast]))[1:]
-        steps = np.where(known, radps * step_s, 0.0)
-        angle = np.cumsum(np.concatenate([self._angle[:, None], steps], axis=1), axis=1)[:, 1:]
+        angle = self._angles(t_ns, radps, known)
         then = np.stack([held(a, ~stands, b) for a, b in zip(angle, self._angle_then, strict=True)])
         then_ns = held_ns(t_ns, ~stands, self._then_ns)
         stood_s = (t_ns - then_ns) / NS_PER_S
         turned = stands & (np.abs(angle - then) > TURNED_RAD + TURNED_RADPS * stood_s).any(axis=0)
         advanced = self._advanced(t_ns, angle.mean(axis=0), position_stands)
-        self._last_ns, self._ever_turned = int(t_ns[-1]), bool(ever[-1])
-        self._angle, self._angle_then = angle[:, -1], then[:, -1]
-        self._then_ns = int(then_ns[-1])
+        self._ever_turned = bool(ever[-1])
+        self._angle_then, self._then_ns = then[:, -1], int(then_ns[-1])
         turn = known & (np.abs(radps) > TURNING_RADPS).any(axis=0)
         return Rolling(known & ~fast & ever, np.asarray(turn), np.asarray(turned), advanced)
+
+    def skip(self, t_ns: I64, radps: F64) -> None:
+        """Take in rows on which neither pose nor position stands."""
+        known = np.asarray(np.isfinite(radps).all(axis=0))
+        fast = known & (np.abs(radps) > RESTING_RADPS).any(axis=0)
+        self._ever_turned |= bool(fast.any())
+        self._angle_then = self._angles(t_ns, radps, known)[:, -1]
+        self._mean_then = float(self._angle_then.mean())
+        self._then_ns = self._mean_then_ns = int(t_ns[-1])
+
+    def _angles(self, t_ns: I64, radps: F64, known: Bool) -> F64:
+        """Angles (2, n) by which the wheels have turned so far."""
+        last_ns = int(t_ns[0]) if self._last_ns is None else self._last_ns
+        step_s = np.diff(t_ns, prepend=last_ns) / NS_PER_S
+        steps = np.where(known, radps * step_s, 0.0)
+        angle = np.cumsum(np.concatenate([self._angle[:, None], steps], axis=1), axis=1)[:, 1:]
+        self._last_ns, self._angle = int(t_ns[-1]), angle[:, -1]
+        return angle
 
     def _advanced(self, t_ns: I64, mean_rad: F64, stands: Bool) -> Bool:
         """Whether the wheels' mean angle (n,) has advanced since the position stands."""

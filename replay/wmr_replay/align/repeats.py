@@ -26,6 +26,8 @@ ROUGH_STEPS = 4
 """Steps over which roughness is taken: of white noise, one of four shows it in nineteen of twenty cases."""
 ROUNDING = 8 * float(np.finfo(np.float64).eps)
 """Relative size of a difference that rounding of the arithmetic alone explains."""
+TAIL = 2 * ROUGH_STEPS
+"""Rows that tell all that is remembered of rows without a repeat."""
 STEPS_OF_RESOLUTION = 2.0
 """Two steps of the resolution: a value that moves by more cannot be rounded to the same number."""
 
@@ -63,6 +65,20 @@ class Part:
         self._rough = np.zeros(ROUGH_STEPS)
         self._caught = np.zeros(REMEMBERED, np.int64)
         self._lasted_ns = np.zeros(REMEMBERED, np.int64)
+
+    def moves(self, values: F64) -> bool:
+        """Whether every row differs from the one before, by no less than the resolution so far."""
+        if self._last is None or self._was_repeat or values.shape[1] <= TAIL:
+            return False
+        least = np.abs(np.diff(values, axis=1, prepend=self._last)).min(axis=1)
+        return bool(least.max() > 0.0 and least.min() >= self._grid)
+
+    def skip(self, t_ns: I64, values: F64) -> None:
+        """Take in rows that :meth:`moves` is true of: none of them is a repeat."""
+        before = len(t_ns) - TAIL - 1
+        self._last, self._last_ns = values[:, before : before + 1], int(t_ns[before])
+        self._since_ns = self._last_ns
+        self.push(t_ns[-TAIL:], values[:, -TAIL:])
 
     def push(self, t_ns: I64, values: F64) -> Repeats:
         """Rows of strictly increasing stamps, one at least."""

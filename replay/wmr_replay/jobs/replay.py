@@ -11,10 +11,12 @@ import polars as pl
 
 from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
 from wmr_replay.jobs.torque_record import TorqueRecord
-from wmr_replay.pipeline.columns import Columns
+from wmr_replay.pipeline.columns import EFFORTS, Columns
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch, wheels_apart
 from wmr_replay.tables import confusion_frame, hindsight_frame, samples_frame
+from wmr_replay.tables.row_blocks import BLOCK_ROWS, RowBlocks
+from wmr_replay.tables.samples import LATER, SCHEMA
 from wmr_replay.tables.summary import LogFacts, SummaryCollector, summary_row
 from wmr_replay.tables.truth import SideTruth
 from wmr_schemas.batches import RawBatch
@@ -196,17 +198,16 @@ class Replay:
         self._looked_back = False
         self._torques = TorqueRecord()
 
-    def samples(self, progress: Progress | None = None, *, strict: bool = False) -> Iterator[pl.DataFrame]:
-        """The samples table, batch by batch. Raises LogUnusable where they make no result, and with
-        ``strict`` DamagedLog when something was lost.
+    def samples(
+        self, progress: Progress | None = None, *, strict: bool = False, block_rows: int = BLOCK_ROWS
+    ) -> Iterator[pl.DataFrame]:
+        """The samples table in blocks of ``block_rows`` rows. Raises LogUnusable where they make no result,
+        and with ``strict`` DamagedLog when something was lost.
         """
-        for batch in self.source.batches():
-            for columns in self.engine.push(batch):
-                yield self._counted(columns)
-            if progress is not None:
-                progress(*self.source.position())
-        for columns in self.engine.finish():
-            yield self._counted(columns)
+        blocks = RowBlocks([*SCHEMA, *EFFORTS], block_rows)
+        for columns in self._columns(progress):
+            yield from map(self._counted, blocks.push(columns))
+        yield from map(self._counted, blocks.finish())
         if strict and self.source.losses.any():
             raise DamagedLog(
                 self.source.name,
@@ -216,12 +217,12 @@ class Replay:
         self.source.check_rows(self._tally.n_rows, self._tally.n_warm, self.engine.settings.window_s)
 
     def hindsight(self) -> Iterator[pl.DataFrame]:
-        """The hindsight table, batch by batch, after the samples; empty without a second pass."""
+        """The hindsight table in blocks, after the samples; empty without a second pass."""
         self._looked_back = True
+        blocks = RowBlocks([*LATER])
         for columns in self.engine.hindsight():
-            rows = hindsight_frame(columns)
-            self._later.push(rows)
-            yield rows
+            yield from map(self._counted_later, blocks.push(columns))
+        yield from map(self._counted_later, blocks.finish())
 
     def tables(self) -> RunTables:
         """Segments, confusion and the summary's row, once the samples are exhausted."""
@@ -244,6 +245,19 @@ class Replay:
             recording_id=f"{source.stem}-{source.sha256[:16]}",
             torque=self._torques.frame,
         )
+
+    def _columns(self, progress: Progress | None) -> Iterator[Columns]:
+        """The rows of the samples table as the engine completes them."""
+        for batch in self.source.batches():
+            yield from self.engine.push(batch)
+            if progress is not None:
+                progress(*self.source.position())
+        yield from self.engine.finish()
+
+    def _counted_later(self, columns: Columns) -> pl.DataFrame:
+        rows = hindsight_frame(columns)
+        self._later.push(rows)
+        return rows
 
     def _counted(self, columns: Columns) -> pl.DataFrame:
         samples = samples_frame(columns)

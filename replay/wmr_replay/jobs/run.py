@@ -16,6 +16,7 @@ from wmr_replay.pipeline.model_effects import replay_model
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.report.bundle import check_extra
 from wmr_replay.report.run import RunTables, run_page
+from wmr_replay.tables.row_blocks import BLOCK_ROWS, LIVE_BLOCK_ROWS
 from wmr_replay.tables.truth import read_side_truth
 from wmr_schemas.files import whole_file
 from wmr_schemas.mapping_file import LogMapping
@@ -114,7 +115,7 @@ def run_into(
     files, tables = write_results(
         out,
         replay.source.stem,
-        replay.samples(progress, strict=strict),
+        replay.samples(progress, strict=strict, block_rows=BLOCK_ROWS if live is None else LIVE_BLOCK_ROWS),
         replay.hindsight(),
         replay.tables,
         replay.timeline_facts if timeline else None,

@@ -138,11 +138,10 @@ class PoseColour:
         kernel: tuple[KernelSpec, int],
     ) -> Motion:
         """The motion with intervals as wide as a colour asks for, on rows where one is evident."""
-        for k in np.unique(which):
+        for k in ordinals(which):
             noises = self.found[k].of_kernel(*kernel, self._step_s)
             if noises is not None and self.found[k].counts(noises):
-                wide = widened(motion, derivatives, variances, noises)
-                motion = where(which == k, wide, motion)
+                motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
         return motion
 
     def shown(
@@ -156,7 +155,7 @@ class PoseColour:
         """The motion with the intervals of the tables: the noise as it was found, evident or not, and the
         window's bias.
         """
-        for k in np.unique(which):
+        for k in ordinals(which):
             noises = self.found[k].shown_of_kernel(*kernel, self._step_s)
             motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
         return motion
@@ -167,8 +166,15 @@ class PoseColour:
         return np.asarray(variances * factors[which].T)
 
 
+def ordinals(which: I64) -> range:
+    """What holds for any of the rows (n,): of what was found, the later holds for later rows."""
+    return range(int(which[0]), int(which[-1]) + 1) if len(which) else range(0)
+
+
 def where(mask: Bool, one: Motion, other: Motion) -> Motion:
     """Rows of ``one`` where ``mask`` (n,) is set, of ``other`` elsewhere."""
+    if mask.all():
+        return one
     return Motion(*(np.where(mask, a, b) for a, b in zip(one, other, strict=True)))
 
 

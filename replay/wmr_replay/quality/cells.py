@@ -40,6 +40,9 @@ class Means(NamedTuple):
     right_radps: F64
 
 
+N_FIELDS = len(Means._fields)
+
+
 class Cells:
     """Stage: rows → rows (m,) that begin a cell, and the means over the cell before.
 
@@ -48,7 +51,7 @@ class Cells:
     """
 
     def __init__(self) -> None:
-        self._total = self._total_at_begin = np.zeros((2 * len(Means._fields), 1))
+        self._total = self._total_at_begin = np.zeros((2 * N_FIELDS, 1))
         self._cell: float | None = None
         self._origin = np.zeros(2)
 
@@ -57,25 +60,38 @@ class Cells:
         cell = np.floor(rows.t_s / CELL_S)
         if self._cell is None and len(cell):
             self._cell, self._origin = float(cell[0]), rows.pose_raw[:2, 0]
-        values = _values(rows, self._origin)
-        known = np.abs(values) < HUGE  # false for NaN
-        added = np.concatenate([np.where(known, values, 0.0), known])
-        totals = np.cumsum(np.concatenate([self._total, added], axis=1), axis=1)
+        totals = self._totals(rows, len(cell))
         begins = np.flatnonzero(np.diff(cell, prepend=self._cell or 0.0) != 0)
         edges = np.concatenate([self._total_at_begin, totals[:, begins]], axis=1)
         self._total, self._total_at_begin = totals[:, -1:], edges[:, -1:]
         self._cell = float(cell[-1]) if len(cell) else self._cell
         return begins, _means(np.diff(edges, axis=1))
 
+    def _totals(self, rows: Observed, n: int) -> F64:
+        """The totals and counts before the first of n rows and behind each, (2 fields, 1 + n)."""
+        totals = np.empty((2 * N_FIELDS, 1 + n))
+        totals[:, :1], values = self._total, totals[:N_FIELDS, 1:]
+        _fill_values(values, rows, self._origin)
+        known = np.abs(values) < HUGE  # false for NaN
+        if known.all():
+            totals[N_FIELDS:] = self._total[N_FIELDS:] + np.arange(1.0 + n)
+        else:
+            values[~known] = 0.0
+            totals[N_FIELDS:, 1:] = self._total[N_FIELDS:] + np.cumsum(known, axis=1)
+        np.cumsum(totals[:N_FIELDS], axis=1, out=totals[:N_FIELDS])
+        return totals
 
-def _values(rows: Observed, origin: F64) -> F64:
-    """What is averaged, (fields, n), in the order of :class:`Means`."""
+
+def _fill_values(out: F64, rows: Observed, origin: F64) -> None:
+    """What is averaged into ``out`` (fields, n), in the order of :class:`Means`."""
     m = rows.motion
-    position = rows.pose_raw[:2] - origin[:, None]
-    sd = np.stack([m.v_long_mps_sd, m.yaw_rate_radps_sd, m.a_long_mps2_sd, m.yaw_acc_radps2_sd])
-    motion = np.stack([m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2])
-    pose = np.stack([rows.t_s, *position, rows.pose_raw[2], rows.variances[0]])
-    return np.concatenate([pose, motion, sd**2, rows.smoothed])
+    out[0], out[3], out[4] = rows.t_s, rows.pose_raw[2], rows.variances[0]
+    np.subtract(rows.pose_raw[:2], origin[:, None], out=out[1:3])
+    out[5], out[6], out[7], out[8] = m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2
+    sd = m.v_long_mps_sd, m.yaw_rate_radps_sd, m.a_long_mps2_sd, m.yaw_acc_radps2_sd
+    for row, column in zip(out[9:13], sd, strict=True):
+        np.square(column, out=row)
+    out[13:N_FIELDS] = rows.smoothed
 
 
 def _means(sums: F64) -> Means:

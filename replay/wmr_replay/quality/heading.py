@@ -184,7 +184,7 @@ class HeadingMonitor:
         if (found == Found.SIDEWAYS).any():
             said[int(np.argmax(found == Found.SIDEWAYS)) + 1 :] = False
         states = np.concatenate([[self._state], found[said]]).astype(np.int8)
-        held = states[np.searchsorted(row[said], np.arange(n), side="right")]
+        held = np.repeat(states, np.diff(np.concatenate([[0], row[said], [n]])))
         self._state = int(states[-1])
         return held
 

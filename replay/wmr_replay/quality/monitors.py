@@ -40,11 +40,12 @@ class Quality:
         decided, masks = np.zeros(len(barred), bool), dict[str, Bool]()
         for monitor in self._monitors:
             found = monitor.push(rows)
-            barred = np.where(barred == Status.OK, found, barred).astype(np.int8)
+            if (found != Status.OK).any():
+                barred = np.where(barred == Status.OK, found, barred).astype(np.int8)
             if not monitor.barred:
                 decided |= barred != Status.OK
             masks |= monitor.barred
-        return with_causes(barred, masks, ~decided)
+        return with_causes(barred, masks, ~decided) if (barred != Status.OK).any() else barred
 
     def findings(self) -> list[Finding]:
         """What was found so far, without what another finding explains."""

@@ -64,19 +64,23 @@ class Differences:
         self.m, self._stride, self._step_ns = m, max(m // 4, 1), m * step_ns
         self._sums = np.zeros((3, 1))
 
-    def add(self, columns: F64, n_old: int, first: int, usable_s: F64) -> None:
+    def add(self, columns: F64, n_old: int, first: int, usable_s: F64 | None = None) -> None:
         """Rows t, x, y, yaw (4, n) of which the last from ``n_old`` on are new; ``first`` is the ordinal of
-        column 0, ``usable_s`` (n,) for how long each row has been usable.
+        column 0, ``usable_s`` (n,) for how long each row has been usable, where not all are.
         """
-        m, begin = self.m, max(n_old, 3 * self.m)
+        begin = max(n_old, 3 * self.m)
         begin += -(begin + first) % self._stride
         end = max(columns.shape[1], begin)
-        rows = slice(begin, end, self._stride)
-        at = [columns[:, begin - k * m : end - k * m : self._stride] for k in range(4)]
-        steps = np.diff(np.stack([part[0] for part in at[::-1]]), axis=0)
-        even = (np.abs(steps - self._step_ns) <= RULES.uneven * self._step_ns).all(axis=0)
-        even &= usable_s[rows] * NS_PER_S >= 3 * self._step_ns
-        square = np.where(even, (at[0] - 3 * at[1] + 3 * at[2] - at[3])[1:] ** 2 / 20, 0.0)
+        grid = np.ascontiguousarray(columns[:, begin - 3 * self.m : end : self._stride])
+        lag = self.m // self._stride
+        n = max(grid.shape[1] - 3 * lag, 0)
+        near = np.abs(grid[0, lag:] - grid[0, :-lag] - self._step_ns) <= RULES.uneven * self._step_ns
+        even = near[:n] & near[lag : lag + n] & near[2 * lag : 2 * lag + n]
+        if usable_s is not None:
+            even &= usable_s[begin : end : self._stride] * NS_PER_S >= 3 * self._step_ns
+        pose, triple = grid[1:], 3 * grid[1:, lag : 2 * lag + n]
+        third = pose[:, 3 * lag :] - triple[:, lag:] + triple[:, :n] - pose[:, :n]
+        square = np.where(even, third**2 / 20, 0.0)
         added = np.stack([even, (square[0] + square[1]) / 2, square[2]])
         self._sums = np.cumsum(np.concatenate([self._sums, added], axis=1), axis=1)[:, -1:]
 
@@ -125,9 +129,8 @@ class NoiseColour:
         columns = np.concatenate([self._held, new], axis=1)
         rest_s = np.concatenate([self._rest_s, self._rested(rows)])
         first = self._n - n_old
-        always = np.full(columns.shape[1], np.inf)
         for each in self._moving:
-            each.add(columns, n_old, first, always)
+            each.add(columns, n_old, first)
         if (rest_s[n_old:] > 0).any():
             for each in self._resting:
                 each.add(columns, n_old, first, rest_s)

@@ -55,7 +55,8 @@ class PlausibilityMonitor:
             decided = self._decide(means, rows.robot)
         bars = np.concatenate([self._bars[:, None], decided], axis=1)
         self._bars = bars[:, -1]
-        at = bars[:, np.searchsorted(begins, np.arange(len(rows.t_ns)), side="right")]
+        edges = np.concatenate([[0], begins, [len(rows.t_ns)]])
+        at = np.repeat(bars, np.diff(edges), axis=1)
         self.barred = dict(zip(CODES, at, strict=True))
         for stretches, marked in zip(self._barred, at, strict=True):
             stretches.push(rows.t_s, marked)

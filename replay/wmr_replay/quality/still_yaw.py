@@ -48,6 +48,9 @@ class StillYaw:
             return np.zeros(0, bool)
         now = np.stack([rows.t_s, *rows.pose_raw])
         first_row = np.isnan(self._since[0, 0])
+        if not first_row and self._turns(rows):
+            self._since, self._first, self._found = now[:, -1:], False, False
+            return np.zeros(n, bool)
         columns = np.concatenate([now[:, :1] if first_row else self._since, now], axis=1)
         origin = self._origins(columns[3])
         still = self._still(columns, origin, rows.variances[0])
@@ -57,6 +60,12 @@ class StillYaw:
         if found.any() and np.isnan(self.found_rad):
             self.found_rad = float(rows.pose_raw[2, int(np.argmax(found))])
         return found
+
+    def _turns(self, rows: Observed) -> bool:
+        """Whether the yaw changes from each row to the next, soon enough to be seen nowhere for long."""
+        yaw = np.abs(np.diff(rows.pose_raw[2], prepend=self._since[3]))
+        step_s = np.diff(rows.t_s, prepend=self._since[0])
+        return bool(yaw.min() > RULES.same_rad and step_s.max() < RULES.first_s)
 
     @staticmethod
     def _origins(yaw: F64) -> I64:

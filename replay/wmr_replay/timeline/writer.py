@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 from rerun.blueprint.components import PlayState
 
+from wmr_replay.tables.row_blocks import BLOCK_ROWS, LIVE_BLOCK_ROWS
 from wmr_replay.timeline.blueprint import Contents, layout
 from wmr_replay.timeline.columns import stride_for
 from wmr_replay.timeline.description import how_to_read, verdict_text
@@ -31,8 +32,6 @@ from wmr_schemas.files import PartFile
 
 TrueStates = Callable[[int], Iterator[pl.DataFrame]]
 PATH_COLUMNS = {"t_ns", "x_m", "y_m"}
-BLOCK_ROWS, LIVE_BLOCK_ROWS = 65_536, 4_096
-"""Rows that are written at one time; fewer where somebody looks on."""
 SLOW_HZ = 20.0
 """Most rows a second of lines that change little from row to row."""
 READING = "The log is being read."

@@ -178,6 +178,25 @@ def rows_of(t_ns: I64, frozen: Bool, inputs: F64) -> SampleBatch:
     return replace(rows, repair=np.where(frozen, Status.GAP, Status.OK).astype(np.int8))
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_batches_without_a_repeat_are_remembered_as_row_by_row(known: bool) -> None:
+    t_ns = stamps(3000, 100.0)
+    speed = np.full(len(t_ns), 0.5)
+    pose = freeze(noisy(curve(t_ns, speed), 0.003, 5), slice(2200, 2320))
+    pose = freeze(pose, slice(2900, 2903))
+    turned = wheels(speed) if known else unknown(len(t_ns))
+    found = []
+    for length in (1, 90, 700):
+        stage, parts = FrozenPose(), range(0, len(t_ns), length)
+        rows = [slice(k, k + length) for k in parts]
+        frozen = [stage.frozen(t_ns[r], pose[:, r], turned[:, r]) for r in rows]
+        found.append((np.concatenate(frozen), stage.n, stage.n_position, stage.n_yaw))
+    assert found[0][0][2200:2320].all()
+    for one in found[1:]:
+        assert np.array_equal(one[0], found[0][0])
+        assert one[1:] == found[0][1:]
+
+
 @given(st.integers(0, 10_000), st.lists(st.integers(0, 60), max_size=5))
 def test_inputs_of_frozen_rows_go_to_the_next_measured_one(seed: int, cuts: list[int]) -> None:
     rng = np.random.default_rng(seed)
