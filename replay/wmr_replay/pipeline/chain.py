@@ -10,7 +10,7 @@ from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
-from wmr_replay.pipeline.hindsight import Record, SecondPass
+from wmr_replay.pipeline.hindsight import Record, SecondPass, WholeNoise
 from wmr_replay.pipeline.identifiers import (
     BANKS,
     follow_rate,
@@ -52,7 +52,7 @@ class Chain:
         self._model, self._all_modes, self._start_ns = model, settings.all_modes, levels.start_ns
         self._repairing = Repairing(levels, stretch, settings.noise_time_constant_s)
         self._derivation = Derivation(settings, levels)
-        self._colour = PoseColour(levels.start_ns, levels.step_s)
+        self._colours = [PoseColour(levels.start_ns, levels.step_s)]
         self._changes, self._slow = list[RateChange](), SlowPose()
         self._independence = fresh_independence()
         self._identifier = make_identifier(
@@ -105,6 +105,7 @@ class Chain:
         return SecondPass(
             self._record,
             looking_back,
+            WholeNoise(self._colours),
             min_confidence=self._settings.min_confidence,
             all_modes=self._all_modes,
             by_wheel_speeds=self._settings.identifier in (WHEEL_BANK, JOINT_BANK),
@@ -137,7 +138,7 @@ class Chain:
         levels = self._repairing.change_rate(t_ns)
         self._derivation.change_rate(levels, t_ns, self._repairing.recent)
         follow_rate(self._identifier, levels.step_s)
-        self._colour = PoseColour(t_ns, levels.step_s)
+        self._colours.append(PoseColour(t_ns, levels.step_s))
         at_s = (t_ns - self._start_ns) / NS_PER_S
         self._changes.append(RateChange(at_s, before_s, levels.step_s, window_s, self._derivation.window_s))
 
@@ -154,7 +155,7 @@ class Chain:
         """Motion, slip velocities and verdict of rows without outliers."""
         rows, slid_m = self._known_slip.push(rows)
         derivatives = self._derivation.push(rows)
-        variances, which = self._repairing.variances(rows), self._colour.push(rows)
+        variances, which = self._repairing.variances(rows), self._colours[-1].push(rows)
         evidence = self._evidence(rows, derivatives, variances, which, slid_m)
         motion = evidence.motion
         robot = self._model.robot
@@ -169,7 +170,7 @@ class Chain:
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        shown = self._colour.shown(motion, derivatives, variances, which, self._derivation.kernel)
+        shown = self._colours[-1].shown(motion, derivatives, variances, which, self._derivation.kernel)
         return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
 
     def _evidence(
@@ -177,7 +178,7 @@ class Chain:
     ) -> Evidence:
         """What the identifier is given of each row."""
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
-        motion = self._colour.widen(motion, derivatives, variances, which, self._derivation.kernel)
+        motion = self._colours[-1].widen(motion, derivatives, variances, which, self._derivation.kernel)
         known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
         if self._settings.identifier == JOINT_BANK:
@@ -192,7 +193,7 @@ class Chain:
             motion=motion,
             force=derivatives.inputs[0] + derivatives.inputs[1],
             known_acceleration=known,
-            variances=self._colour.as_white(variances, which),
+            variances=self._colours[-1].as_white(variances, which),
             independence=self._independence_of(rows),
             restarts=rows.restarts,
             wheels=rows.inputs[2:],

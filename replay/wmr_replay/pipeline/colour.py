@@ -102,6 +102,7 @@ class PoseColour:
         self._shapes = shapes_of([scale.b for scale in self._scales.scales], step_s)
         self._next_s, self._pieces = FIRST_S, 0
         self.found = [Found()]
+        self._since_ns = [start_ns]
 
     def push(self, rows: SampleBatch) -> I64:
         """Ordinals (n,) of what holds for each row; it depends on earlier rows alone."""
@@ -116,18 +117,33 @@ class PoseColour:
             done += n
             if done < len(t_s):
                 self._find(float(t_s[done]))
+                self._since_ns.append(int(rows.t_ns[done]))
         self._pieces = int(pieces[-1]) if len(pieces) else self._pieces
         return which
 
     def _find(self, now_s: float) -> None:
         """Look again; what is found holds from now on."""
         self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
-        n, squares = self._scales.levels()
-        levels = list(zip((2 * n, n), squares, strict=True))
-        position, yaw = (colour_of(*one, self._shapes) for one in levels)
-        p, y = (likely_noise(*one, self._shapes, self._step_s).factor for one in levels)
+        position, yaw = (colour_of(*one, self._shapes) for one in self._levels())
         colours = None if position is None or yaw is None else (position, yaw)
-        self.found.append(Found(colours, (p, y), log_s=0.0 if colours is None else now_s))
+        self.found.append(Found(colours, self._factors(), log_s=0.0 if colours is None else now_s))
+
+    def _levels(self) -> list[tuple[F64, F64]]:
+        """Differences and mean squares by scale, of position and of yaw, so far."""
+        n, squares = self._scales.levels()
+        return list(zip((2 * n, n), squares, strict=True))
+
+    def _factors(self) -> tuple[float, float]:
+        """On the tracked variances of position and yaw, as the log so far makes them likely."""
+        p, y = (likely_noise(*one, self._shapes, self._step_s).factor for one in self._levels())
+        return p, y
+
+    def in_hindsight(self) -> tuple[I64, F64]:
+        """From which stamps on (k,) which ratios (k, 2) turn the factors of position and yaw that the log so
+        far gave into those of all rows pushed.
+        """
+        given = np.array([found.factors for found in self.found])
+        return np.array(self._since_ns), np.array(self._factors()) / given
 
     def widen(
         self,

@@ -99,8 +99,9 @@ def read_again(whole) -> pl.DataFrame:
 
 
 def learned(whole):
-    """A fresh second pass with what the first has learned on the whole log."""
-    return whole.engine._chain.second_pass()._looking_back
+    """What the first pass has learned on the whole log: a bank for the second, and the noise."""
+    second = whole.engine._chain.second_pass()
+    return second._looking_back, second._noise
 
 
 @pytest.mark.parametrize("name", BANKS)
@@ -113,7 +114,7 @@ def test_with_the_parameters_given_a_row_depends_on_the_log_up_to_its_lag(logs, 
     newest = data.draw(st.sampled_from(stamps[200:]))
     stop = sum(np.count_nonzero(signal.t_ns <= newest) for signal in rows.signals)
     part = both([rows.batch(0, stop)], rows.robot, asked)
-    second = SecondPass(part.engine._record, learned(whole), min_confidence=0.5, all_modes=asked.all_modes)
+    second = SecondPass(part.engine._record, *learned(whole), min_confidence=0.5, all_modes=asked.all_modes)
     told = pl.concat([hindsight_frame(c) for c in second.columns()])
     whole_told = whole.later.head(len(told))
     interval_s = 0.2

@@ -31,10 +31,11 @@ ALIKE_VARIANCE = PRIORS.merge_variance_ratio
 TINY = 1e-14
 N_MODES = 4
 NEVER_S = -1e9
-N_HABITS = 5
-LEFT, ROLLED_S, ENDED, LOST_S, ACROSS = range(N_HABITS)
+N_HABITS = 6
+LEFT, ROLLED_S, ENDED, LOST_S, ACROSS, PRESENT_S = range(N_HABITS)
 """Habits: how often rolling has been left, for how long the robot rolled; how often what is no rolling has
-ended, for how long it lasted, and how many of these ends led into another mode than rolling.
+ended, for how long these lasted, how many of these ends led into another mode than rolling, and for how long
+a skid or slip has lasted that has not ended.
 """
 N_CARRIED = 9
 """The fields of a set that hold a row for each hypothesis."""
@@ -45,7 +46,7 @@ class HypothesisSet(NamedTuple):
     """The first ``size`` (1,) of H hypotheses live.
 
     Each has a mean (s,), a covariance (s, s), a log weight, a mode and a level of disturbance; ``slips``
-    (2,): how often it has slipped so far, in the form of a share, and on slippery ground; ``habits`` (5,):
+    (2,): how often it has slipped so far, in the form of a share, and on slippery ground; ``habits`` (6,):
     how often and after how long it has switched; and when, in s, its pose last jumped. ``past`` (S, 4) holds
     the probabilities of the modes that led to it, in a ring of S intervals; ``past_s`` (S,) are the ends of
     these intervals in s and ``n_past`` (1,) their number so far. A bank that does not look back has S = 0.

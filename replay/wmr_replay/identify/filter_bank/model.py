@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from wmr_replay.identify.filter_bank.bins import FORCE, TURN, Bins
-from wmr_replay.identify.filter_bank.hypotheses import ENDED, LEFT, HypothesisSet
+from wmr_replay.identify.filter_bank.hypotheses import ENDED, LEFT, PRESENT_S, HypothesisSet
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.start import start_hypotheses
 from wmr_replay.identify.filter_bank.states import LN_ALPHA, LN_BETA, LN_C, N_STATES, Prior, with_alpha
@@ -63,7 +63,7 @@ class BankModel(Protocol):
 def first_habits() -> F64:
     """How often and after how long a robot switches, before its log: see :class:`.priors.BankPriors`."""
     return np.array(
-        [1.0, PRIORS.rolled_s, *np.multiply(PRIORS.ends_seen, [1.0, PRIORS.lost_s, PRIORS.across])]
+        [1.0, PRIORS.rolled_s, *np.multiply(PRIORS.ends_seen, [1.0, PRIORS.lost_s, PRIORS.across]), 0.0]
     )
 
 
@@ -125,8 +125,9 @@ def learned_habits(hypotheses: HypothesisSet) -> F64:
     n = int(hypotheses.size[0])
     weight = np.exp(hypotheses.log_weight[:n])
     habits = weight @ hypotheses.habits[:n] / weight.sum()
-    for first, past in ((LEFT, ENDED), (ENDED, len(habits))):
+    for first, past in ((LEFT, ENDED), (ENDED, PRESENT_S)):
         habits[first:past] *= min(1.0, PRIORS.learned_switches / habits[first])
+    habits[PRESENT_S] = 0.0
     return np.asarray(habits)
 
 

@@ -75,13 +75,14 @@ class BankPriors:
     rolled_s: float = 10.0
     """For how long a robot rolls before it skids or slips: as if this had been seen once. The log teaches the
     rest: from one switch in half a second to one a minute."""
-    lost_s: float = 4.0
+    lost_s: float = 2.0
     """Likewise how long a skid or slip lasts, …"""
-    ends_seen: float = 3.0
-    """… as if this had been seen so often: one long slip must not make the next one longer, or rolling that
-    looks like slipping never ends."""
-    across: float = 0.4
-    """Share of skids and slips that lead into another mode than rolling."""
+    ends_seen: float = 6.0
+    """… as if this had been seen so often. Judgement: they last as long as a curve, a start or a patch of
+    ground does. One long slip must not make the next one longer, or rolling that looks like slipping never
+    ends. On logs where they last 5 to 20 s, 4 s seen three times did no better."""
+    across: float = 0.25
+    """Share of skids and slips that lead into another mode than rolling: grip mostly comes back first."""
     starts_rolling: float = 0.9
     """How probable rolling is at the start. Judgement: a log mostly begins at rest or in grip. Without
     turning or torque, what a log begins with stays undecided for long; .6 made rolling a skid for as long."""

@@ -7,6 +7,7 @@ from wmr_replay.identify.filter_bank.hypotheses import (
     ENDED,
     LEFT,
     LOST_S,
+    PRESENT_S,
     ROLLED_S,
     HypothesisSet,
     copy,
@@ -123,12 +124,15 @@ def chances_of_switch(
 ) -> tuple[float, float, float]:
     """How probable a switch within ``interval_s`` is: any, into rolling, into each other mode. The time is
     counted. A rate that nobody knows is (switches + a)/(time + b), a and b what it was before the log.
+
+    A skid or slip counts once it has ended: one that lasts does not make its own end less probable, or
+    rolling that looks like slipping never ends.
     """
     if before == IDEAL:
         habits[ROLLED_S] += interval_s
         switched = 1.0 - math.exp(-habits[LEFT] / habits[ROLLED_S] * interval_s)
         return switched, 0.0, switched / (n_modes - 1)
-    habits[LOST_S] += interval_s
+    habits[PRESENT_S] += interval_s
     switched = 1.0 - math.exp(-habits[ENDED] / habits[LOST_S] * interval_s)
     across = switched * habits[ACROSS] / habits[ENDED]
     return switched, switched - across, across / (n_modes - 2)
@@ -141,6 +145,8 @@ def count_switch(habits: F64, before: int, mode: int) -> None:
         habits[LEFT] += 1.0
     else:
         habits[ENDED] += 1.0
+        habits[LOST_S] += habits[PRESENT_S]
+        habits[PRESENT_S] = 0.0
         if mode != IDEAL:
             habits[ACROSS] += 1.0
 

@@ -7,5 +7,6 @@ With the learned parameters given, a row at t depends on the log up to t + lag a
 
 from wmr_replay.pipeline.hindsight.record import Record
 from wmr_replay.pipeline.hindsight.second_pass import SecondPass
+from wmr_replay.pipeline.hindsight.whole_noise import WholeNoise
 
-__all__ = ["Record", "SecondPass"]
+__all__ = ["Record", "SecondPass", "WholeNoise"]

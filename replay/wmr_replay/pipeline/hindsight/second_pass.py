@@ -12,6 +12,7 @@ from wmr_replay.pipeline.columns import POSTERIOR, Columns
 from wmr_replay.pipeline.hindsight.motion import AtInstants, Shift
 from wmr_replay.pipeline.hindsight.record import DESCRIBED, Record
 from wmr_replay.pipeline.hindsight.spool import Table
+from wmr_replay.pipeline.hindsight.whole_noise import WholeNoise
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, U8, Bool
 from wmr_schemas.modes import ContactMode, ModeSet
 from wmr_schemas.status import BARRING, Status
@@ -21,7 +22,8 @@ NO_ANSWER = np.array(sorted({*BARRING, Status.POSE_NOT_INDEPENDENT}))
 
 
 class SecondPass:
-    """Iterate over :meth:`columns` once the first pass is over.
+    """Iterate over :meth:`columns` once the first pass is over; without ``noise``, bins keep the variances of
+    the first pass.
 
     ``by_wheel_speeds``: the status ``no_torque`` then means rows without wheel speeds, which have no answer;
     where such a row shows a skid, that is all it shows.
@@ -31,12 +33,13 @@ class SecondPass:
         self,
         record: Record,
         looking_back: LookingBack | None,
+        noise: WholeNoise | None = None,
         *,
         min_confidence: float,
         all_modes: ModeSet,
         by_wheel_speeds: bool = False,
     ) -> None:
-        self._record, self._looking_back = record, looking_back
+        self._record, self._looking_back, self._noise = record, looking_back, noise
         self._by_wheel_speeds = by_wheel_speeds
         self._min_confidence, self._all_modes = min_confidence, all_modes
         self._no_answer = np.append(NO_ANSWER, Status.NO_TORQUE) if by_wheel_speeds else NO_ANSWER
@@ -132,7 +135,7 @@ class SecondPass:
         assert self._looking_back is not None
         for bins in self._record.bins():
             self._keep_efforts(bins)
-            yield self._looking_back.push(bins)
+            yield self._looking_back.push(bins if self._noise is None else self._noise.told(bins))
         yield self._looking_back.finish()
 
     def _keep_efforts(self, bins: Bins) -> None:
