@@ -14,8 +14,8 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.without_labels import independent, step_without_labels
+from wmr_replay.gap.evidence.spread import interval_covariance
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.result.spread import interval_covariance
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 

@@ -9,6 +9,7 @@ from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.evidence.spread import interval_covariance
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
@@ -16,7 +17,6 @@ from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
-from wmr_replay.gap.result.spread import interval_covariance
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings

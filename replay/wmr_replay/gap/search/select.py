@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
+from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
@@ -119,26 +120,38 @@ def holding(problem: Problem, rest: FittedCandidate) -> Fit:
 
 
 def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Selection:
-    """Keep the effects that pass the needed-ness, hold-out, placebo, tolerance and excitation gates.
+    """Keep the effects that pass the needed-ness, hold-out, placebo, tolerance, excitation and size gates.
 
-    An effect that may only answer the disturbance hides others: they are tested again without it. Where none
-    of them passes, the log cannot carry a verdict.
+    An effect that may only answer the disturbance, or be none, hides others: they are tested again without
+    it. Where none of them passes, the log cannot carry a verdict.
     """
     base, stages, refused = selection.base, selection.stages, ""
     dropped: list[FittedCandidate] = []
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
     while found:
         fit, kept = eliminate(problem, base, current, found, options, dropped)
-        calm = {f.name: reason for f in kept if (reason := too_calm_for(f.name, problem, fit))}
-        if kept and not calm:
+        open_ones = {f.name: reason for f in kept if (reason := left_open(f.name, problem, fit))}
+        if kept and not open_ones:
             fit, both = with_both_forms(problem, fit, tuple(kept))
             both = tuple(beyond_answers(problem, fit, effect) for effect in both)
             return Selection(base, fit, both, stages, dropped=tuple(dropped))
-        refused = refused or next(iter(calm.values()), "")
-        found = [f for f in found if f.name not in calm] if calm else []
-        for name in calm:
+        refused = refused or next(iter(open_ones.values()), "")
+        found = [f for f in found if f.name not in open_ones] if open_ones else []
+        for name in open_ones:
             current = fit_without(problem, base, current, name)
     return Selection(base, base, (), stages, refused, tuple(dropped))
+
+
+def left_open(name: str, problem: Problem, fit: Fit) -> str:
+    """Why the log cannot carry the verdict ``name``, an effect of the model ``fit``; empty where it can."""
+    if calm := too_calm_for(name, problem, fit):
+        return calm
+    if may_be_nothing(problem, fit, name):
+        return (
+            f"{name} would explain part of it, but its size may be 0: noise, contact modes, the tyres' creep "
+            "and the form of the effect leave that much open"
+        )
+    return ""
 
 
 def beyond_answers(problem: Problem, fit: Fit, effect: FittedCandidate) -> FittedCandidate:
