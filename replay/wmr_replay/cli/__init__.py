@@ -68,6 +68,7 @@ def main() -> None:
         code = EXIT_READER_LEFT
     finally:
         speak_normally()
+        gc.freeze()  # else Python searches all objects for garbage once more, a sixth of a short command
     if code:
         sys.exit(code)
 
