@@ -14,7 +14,7 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.without_labels import independent, step_without_labels
-from wmr_replay.gap.evidence.spread import interval_covariance
+from wmr_replay.gap.evidence.spread import interval_covariance, may_be_nothing
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
@@ -55,6 +55,34 @@ def test_right_labels_leave_little_to_move():
 def test_labels_that_are_given_are_taken_for_granted():
     problem = problem_of(made_log(1, drag_per_s=DRAG_PER_S))
     assert np.all(step_without_labels(problem, fit_model(problem, DRAG)) == 0.0)
+
+
+@pytest.mark.parametrize(("drag_per_s", "nothing"), [(DRAG_PER_S, False), (0.0, True)])
+def test_an_effect_whose_interval_holds_no_effect_may_be_none(drag_per_s, nothing):
+    """Of a log without a drag, nearly all intervals hold 0; of one with it, none does."""
+    fits = [
+        fit_model(problem_of(made_log(seed, drag_per_s=drag_per_s)).all_fitted(), DRAG) for seed in range(6)
+    ]
+    found = [may_be_nothing(fit.problem, fit, "viscous_drag") for fit in fits]
+    assert sum(found) >= 5 if nothing else not any(found)
+
+
+def test_the_size_of_a_lever_arm_is_that_of_both_its_components():
+    """Each may be 0 where both together are not: what they have in common is known, not which it is."""
+    problem = problem_of(made_log(1, seconds=20.0))
+    extension = Extension(BASE, {"pose_lever_arm": {"x_m": 0.05, "y_m": 0.05}})
+    fit = made_fit(problem, extension, np.zeros((len(problem.binned), 3)))
+    for along, across, none in ((0.1, 0.001, False), (0.1, 0.1, True)):
+        turn = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)
+        V = turn @ np.diag([across**2, along**2]) @ turn.T
+
+        def known(*_, V=V):
+            return V, 12
+
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("wmr_replay.gap.evidence.spread.interval_covariance", known)
+            assert may_be_nothing(problem, fit, "pose_lever_arm") is none
+            assert np.all(np.abs(fit.values) < 2 * np.sqrt(np.diag(V)))
 
 
 def test_times_and_places_do_not_move():
