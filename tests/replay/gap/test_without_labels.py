@@ -14,6 +14,7 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.without_labels import independent, step_without_labels
+from wmr_replay.gap.evidence import spread
 from wmr_replay.gap.evidence.spread import interval_covariance, may_be_nothing
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.modes import ContactMode
@@ -80,7 +81,7 @@ def test_the_size_of_a_lever_arm_is_that_of_both_its_components():
             return V, 12
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("wmr_replay.gap.evidence.spread.interval_covariance", known)
+            patch.setattr(spread, "interval_covariance", known)
             assert may_be_nothing(problem, fit, "pose_lever_arm") is none
             assert np.all(np.abs(fit.values) < 2 * np.sqrt(np.diag(V)))
 
