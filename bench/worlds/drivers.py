@@ -1,4 +1,4 @@
-"""Thirty-eight driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Forty-two driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
