@@ -20,9 +20,8 @@ class SegmentCollector:
             pl.when(pl.col("mode") == int(mode)).then(f"p_{mode.label}") for mode in MODES
         )
         stretches = samples.select("t_ns", "mode", "alpha", "alpha_sd", p=p_of_mode)
-        self._parts.append(
-            reduce_stretches(stretches.with_columns(n=pl.lit(1, pl.Int64), last_ns=pl.col("t_ns")))
-        )
+        counted = {"n": pl.lit(1, pl.Int64), "n_known": pl.col("p").is_not_null().cast(pl.Int64)}
+        self._parts.append(reduce_stretches(stretches.with_columns(**counted, last_ns=pl.col("t_ns"))))
 
     def finish(self) -> pl.DataFrame:
         """The segments table; a stretch that spans several batches is one segment."""
@@ -62,15 +61,15 @@ def with_seconds(segments: pl.DataFrame) -> pl.DataFrame:
 
 
 def reduce_stretches(rows: pl.DataFrame) -> pl.DataFrame:
-    """Rows of consecutive equal mode as one; ``p`` as the mean weighted by ``n``."""
-    weighted = (pl.col("p") * pl.col("n")).sum() / pl.col("n").filter(pl.col("p").is_not_null()).sum()
+    """Rows of consecutive equal mode as one; ``p`` is the mean over ``n_known``, the rows that have it."""
+    weighted = (pl.col("p") * pl.col("n_known")).sum() / pl.col("n_known").sum()
     return (
         rows.group_by(pl.col("mode").rle_id().alias("stretch"), maintain_order=True)
         .agg(
             pl.col("t_ns", "mode").first(),
             pl.col("alpha", "alpha_sd", "last_ns").last(),
-            pl.when(pl.col("p").is_not_null().any()).then(weighted).alias("p"),
-            pl.col("n").sum(),
+            pl.when(pl.col("n_known").sum() > 0).then(weighted).alias("p"),
+            pl.col("n", "n_known").sum(),
         )
-        .select("t_ns", "mode", "alpha", "alpha_sd", "p", "n", "last_ns")
+        .select("t_ns", "mode", "alpha", "alpha_sd", "p", "n", "n_known", "last_ns")
     )

@@ -225,15 +225,15 @@ def test_a_skid_ends_in_rolling_more_often_than_in_a_slip():
 
 
 def test_a_skid_that_lasts_does_not_put_off_its_own_end_but_makes_the_next_one_longer():
-    """A hazard of 1/(2 s), as if six had ended; 30 s count from the end on: 7 ends in 12 s + 30.1 s."""
+    """A hazard of 1/(2.5 s), as if six had ended; 30 s count from the end on: 7 ends in 15 s + 30.1 s."""
     skids = population([1.0], [1])
     shares = [share_that_switches(skids) for _ in range(300)]
-    assert shares == pytest.approx([1 - np.exp(-0.1 / 2.0)] * 300)
+    assert shares == pytest.approx([1 - np.exp(-0.1 / 2.5)] * 300)
     split(skids, 3, 0.1, (0.0, 0.0), PRIOR)
     rolls = int(np.flatnonzero(skids.mode[: skids.size[0]] == 0)[0])
     again = population([1.0], [1])
     again.habits[0] = skids.habits[rolls]
-    assert share_that_switches(again) == pytest.approx(1 - np.exp(-0.1 * 7 / (12.0 + 30.1)))
+    assert share_that_switches(again) == pytest.approx(1 - np.exp(-0.1 * 7 / (15.0 + 30.1)))
 
 
 def test_a_jump_of_the_pose_is_supposed_only_where_no_hypothesis_expects_the_bin():

@@ -75,7 +75,7 @@ class BankPriors:
     rolled_s: float = 10.0
     """For how long a robot rolls before it skids or slips: as if this had been seen once. The log teaches the
     rest: from one switch in half a second to one a minute."""
-    lost_s: float = 2.0
+    lost_s: float = 2.5
     """Likewise how long a skid or slip lasts, …"""
     ends_seen: float = 6.0
     """… as if this had been seen so often. Judgement: they last as long as a curve, a start or a patch of
