@@ -120,6 +120,18 @@ def test_segments_are_maximal_and_carry_the_mean_posterior():
     assert segments["mean_p"].to_list() == [pytest.approx(0.7), None, pytest.approx(0.9)]
 
 
+@pytest.mark.parametrize("cut", [0, 1, 2, 3, 4])
+def test_rows_without_a_probability_do_not_count_in_the_mean_however_they_are_cut(cut):
+    frame = samples([0] * 5, [0] * 5, p=[1.0, 0.5, 0.5, 0.8, 0.5])
+    unknown = pl.Series([False, True, True, False, False])
+    frame = frame.with_columns(p_ideal=pl.when(unknown).then(None).otherwise(pl.col("p_ideal")))
+    collector = SegmentCollector()
+    for part in (frame[:cut], frame[cut:]):
+        collector.push(part)
+    assert collector.finish()["mean_p"].to_list() == [pytest.approx((1.0 + 0.8 + 0.5) / 3)]
+    assert collector.finish()["n_samples"].to_list() == [5]
+
+
 modes = st.lists(st.tuples(st.integers(-1, 3), st.integers(-1, 2)), min_size=1, max_size=40)
 
 
