@@ -229,9 +229,11 @@ def slipping_problem() -> Problem:
 
 
 def test_switches_are_counted_on_fitted_rows():
-    """Rolling is left three times in 25 s, beside once in 10 s before the log; slips end likewise."""
+    """Rolling is left three times in 25 s, beside once in 10 s before the log; slips of 1 s end three times,
+    beside six times in 15 s.
+    """
     switches = chain_of(slipping_problem())
     assert switches.rates_per_s[IDEAL] == pytest.approx(4 / 35, rel=0.02)
-    assert switches.rates_per_s[SLIPPING] == pytest.approx(6 / 15, rel=0.02)
-    assert switches.shares[SLIPPING, SKIDDING] == pytest.approx(0.4 * 3 / 6)
+    assert switches.rates_per_s[SLIPPING] == pytest.approx(9 / 18, rel=0.02)
+    assert switches.shares[SLIPPING, SKIDDING] == pytest.approx(0.25 * 6 / 9)
     assert switches.shares[:3].sum(axis=1) == pytest.approx(1)

@@ -205,7 +205,7 @@ class FormSettings:
     drive's clean limit to a gear whose stiction vibration smears over the whole zone."""
 
     reported_shares: tuple[float, ...] = (0.0, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5)
-    """The same for the interval of its size."""
+    """The same for the interval of its size. Numerics: between those that are tried one more."""
 
     @property
     def tried(self) -> dict[str, tuple[float, ...]]:
