@@ -85,11 +85,13 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def undisturbed(logs, tmp_path_factory):
-    out = tmp_path_factory.mktemp("undisturbed") / "out"
-    process = start(logs, out)
-    until_work_has_begun(process, out)
-    begun_s = time.monotonic()
-    assert process.wait() == 0
+    """Content of the results, and how long they take: of the second of two runs, since the first may compile."""
+    for name in ("compiles", "out"):
+        out = tmp_path_factory.mktemp("undisturbed") / name
+        process = start(logs, out)
+        until_work_has_begun(process, out)
+        begun_s = time.monotonic()
+        assert process.wait() == 0
     return content(out), time.monotonic() - begun_s
 
 
