@@ -85,7 +85,7 @@ def logs(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def undisturbed(logs, tmp_path_factory):
-    """Content of the results, and how long they take: of the second of two runs, since the first may compile."""
+    """Content of the results, and how long they take: of the second of two runs, the first may compile."""
     for name in ("compiles", "out"):
         out = tmp_path_factory.mktemp("undisturbed") / name
         process = start(logs, out)
