@@ -1,4 +1,4 @@
-"""Paths of the driver families of the next report: an orchard, a ferry, a pacer, a rink."""
+"""Paths of the driver families that the tenth report held out: an orchard, a ferry, a pacer, a rink."""
 
 import numpy as np
 

@@ -70,7 +70,8 @@ def test_late_families_drive_as_they_are_described(worlds, seed):
     halts, back = {}, {}
     older = ("crowd", "figures", "shunting", "ladder", "mail", "polisher", "squares", "line")
     later = ("bump-and-turn", "forklift", "saws", "survey", "orchard", "ferry", "pacer", "rink")
-    for family in (*older, *later):
+    newest = ("plough", "museum", "skidpad", "search")
+    for family in (*older, *later, *newest):
         speed, turning = drawn(family, 90.0, np.random.default_rng(seed)).path(t_s)
         assert np.abs(speed).max() < 2.2, family
         assert np.abs(turning).max() < 1.3, family
@@ -87,6 +88,8 @@ def test_late_families_drive_as_they_are_described(worlds, seed):
     assert halts["pacer"] == 0
     assert back["ferry"] > 0.2 < halts["ferry"] + back["ferry"]
     assert back["orchard"] < 0.1
+    assert back["plough"] > 0.05 < halts["plough"]
+    assert back["museum"] == back["skidpad"] == 0 < halts["skidpad"] < halts["museum"]
 
 
 def test_a_mail_round_mostly_coasts(worlds):
