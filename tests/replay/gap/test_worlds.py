@@ -17,7 +17,7 @@ def test_no_log_is_in_both_parts_of_the_split(worlds):
     assert {plant for plant, _ in report.cells} >= {plant for plant, _ in develop.cells}
     assert develop.last_seed < report.first_seed
     with pytest.raises(ValueError, match="seed 3"):
-        report.check(2, "pacer", 3)
+        report.check(2, "museum", 3)
 
 
 def test_a_case_gives_one_log_and_noise_leaves_the_truth_alone(worlds):
@@ -40,7 +40,7 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
     )
     cases = list(run.cases(options))
     assert len({case.seed for case in cases}) == 864
-    assert min(case.seed for case in cases) >= 3_400_000
+    assert min(case.seed for case in cases) >= 3_900_000
     nothing = [case.noise for case in cases if not case.effect]
     assert len(nothing) == 288
     assert {nothing.count(noise) for noise in ("mocap", "rtk", "poor")} == {96}
@@ -88,7 +88,8 @@ def test_late_families_drive_as_they_are_described(worlds, seed):
     assert halts["pacer"] == 0
     assert back["ferry"] > 0.2 < halts["ferry"] + back["ferry"]
     assert back["orchard"] < 0.1
-    assert back["plough"] > 0.05 < halts["plough"]
+    assert back["plough"] > 0.05
+    assert halts["plough"] > 0.03
     assert back["museum"] == back["skidpad"] == 0 < halts["skidpad"] < halts["museum"]
 
 
