@@ -82,7 +82,7 @@ def limited(u: F64, limit: float, corner_share: float) -> F64:
 
     the mean of a sharp limit over a logistic scatter of w, with slope 1 at u = 0.
     """
-    if corner_share == 0.0:
+    if corner_share * limit == 0.0:
         return np.asarray(np.clip(u, -limit, limit))
     width, w = corner_share * limit, u / np.tanh(0.5 / corner_share)
     above, below = (width * np.logaddexp(0.0, (sign * w - limit) / width) for sign in (1.0, -1.0))

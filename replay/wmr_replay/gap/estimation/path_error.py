@@ -76,8 +76,9 @@ def solved(N: F64, g: F64) -> F64:
     return np.asarray(x)
 
 
-def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
-    """Whitened residuals (m, 3) at the best initial motion, by Levenberg–Marquardt from ``z0`` (9,).
+def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> tuple[F64, F64]:
+    """The best initial motion (9,) and the whitened residuals (m, 3) there, by Levenberg–Marquardt from
+    ``z0`` (9,).
 
     v_lat is free only where the window starts in a skid. A simulation that runs away stays far off.
     ``rounds`` bounds the steps, ``tries`` the dampings tried in each. Products and solution come from scipy's
@@ -115,7 +116,7 @@ def fit_window(z0: F64, window: Window, rounds: int, tries: int) -> F64:
         damping /= 10
         if converged:
             break
-    return at.reshape(m, 3).copy()
+    return z, at.reshape(m, 3).copy()
 
 
 def windows_of(binned: BinnedLog, chosen: Bool, seconds: float | None = None) -> Windows:
@@ -163,14 +164,51 @@ def simulated_path(binned: BinnedLog, extension: Extension, windows: Windows) ->
 
 def window_residuals(binned: BinnedLog, extension: Extension, windows: Windows) -> Iterator[WindowResidual]:
     """The residuals of each window, simulated from its own fitted start."""
+    own = binned.settings.windows
+    for (a, b), window in zip(windows, cut(binned, extension, windows), strict=True):
+        start = starting_motion(binned, a, extension.base)
+        _, whitened = fit_window(start, window, own.rounds, own.tries)
+        yield (a, b), near(whitened, own.far_sd) * window.scale, window.scale
+
+
+def cut(binned: BinnedLog, extension: Extension, windows: Windows) -> Iterator[Window]:
+    """What each window is simulated from."""
     rows, theta, base = extension.rows(binned), extension.theta(), extension.base
-    poses, sd, own = extension.poses(binned), np.sqrt(binned.scatter), binned.settings.windows
+    poses, sd = extension.poses(binned), np.sqrt(binned.scatter)
     for a, b in windows:
-        z0 = starting_motion(binned, a, base)
-        window = Window(rows[a:b], poses[a:b], sd[a:b], theta, base)
-        whitened = fit_window(z0, window, own.rounds, own.tries)
-        whitened = np.nan_to_num(whitened, nan=own.far_sd, posinf=own.far_sd, neginf=-own.far_sd)
-        yield (a, b), whitened * sd[a:b], sd[a:b]
+        yield Window(rows[a:b], poses[a:b], sd[a:b], theta, base)
+
+
+def near(whitened: F64, far_sd: float) -> F64:
+    """Whitened residuals, those of a simulation that runs away at ``far_sd``."""
+    return np.nan_to_num(whitened, nan=far_sd, posinf=far_sd, neginf=-far_sd)
+
+
+def moved_path(binned: BinnedLog, without: Extension, with_it: Extension, windows: Windows) -> float:
+    """How far an effect moves the simulated path, m: the largest distance of the two paths in a window, each
+    from its own fitted start, or both from that of the model with it.
+
+    A pose's effects turn or shift the first pose, and are seen in the former; a start that is fitted makes up
+    for much of what a skid's tyres do.
+    """
+    own, farthest = binned.settings.windows, 0.0
+    cuts = (cut(binned, model, windows) for model in (without, with_it))
+    for (a, _), before, after in zip(windows, *cuts, strict=True):
+        start = starting_motion(binned, a, with_it.base)
+        z, there = fit_window(start, after, own.rounds, own.tries)
+        _, refitted = fit_window(starting_motion(binned, a, without.base), before, own.rounds, own.tries)
+        for other, origin in ((refitted, 0.0), (simulated(z, before), 1.0)):
+            apart = (near(other, own.far_sd) - near(there, own.far_sd)) * after.scale
+            apart = apart[:, :2] - origin * apart[0, :2]
+            farthest = max(farthest, float(np.hypot(*apart.T).max()))
+    return farthest
+
+
+def simulated(z0: F64, window: Window) -> F64:
+    """Whitened residuals (m, 3) of a window simulated from the motion ``z0`` (9,)."""
+    left = np.empty(3 * len(window.rows))
+    residuals(z0, window, np.zeros(N_STATE), np.zeros(N_STATE), left)
+    return left.reshape(-1, 3)
 
 
 def starting_motion(binned: BinnedLog, a: int, base: Base) -> F64:

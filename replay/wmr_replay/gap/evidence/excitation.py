@@ -113,9 +113,9 @@ def answers_disturbance(name: str, problem: Problem, extension: Extension, noise
     return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
 
 
-def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit) -> bool:
-    """Whether a dead zone is no likelier than small efforts that move nothing and large ones that lose
-    nothing.
+def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit, margin: float = 0.0) -> bool:
+    """Whether a dead zone is no likelier, by more than ``margin``, than small efforts that move nothing and
+    large ones that lose nothing.
 
     A zone holds back as much of the large efforts as of the small ones. Where a controller compensates the
     disturbance, its answers move nothing, and the disturbance that they cancel is not seen either: a zone
@@ -130,7 +130,7 @@ def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit) -> bool:
         moving = np.where(size_nm < widths * width_nm, 0.0, torque.efforts_nm)
         binned = replace(problem.binned, torque=replace(torque, efforts_nm=moving))
         rival = fit_model(replace(problem, binned=binned), rest, fit.noise, iterations)
-        if rival.deviance <= fit.deviance:
+        if rival.deviance <= fit.deviance + margin:
             return True
     return False
 

@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.path_error import (
     WindowErrors,
     Windows,
-    simulated_path,
+    moved_path,
     summed,
     window_errors,
     window_residuals,
@@ -249,15 +249,10 @@ def held_out_deviance(problem: Problem, fit: Fit) -> F64:
 
 
 def path_change(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:
-    """How far an effect moves the simulated path, m.
-
-    The largest distance of the two paths, each from its own fitted start, in windows of ``seconds``.
-    """
+    """How far an effect moves the simulated path in windows of ``seconds``, m."""
     binned = problem.binned
     windows = windows_of(binned, np.ones(len(binned), bool), seconds)
-    paths = [simulated_path(binned, m.extension, windows)[:, :2] for m in (without, with_it)]
-    apart = ((paths[1] - paths[0]) ** 2).sum(axis=1)
-    return max((float(np.sqrt(apart[a:b].max())) for a, b in windows), default=0.0)
+    return moved_path(binned, without.extension, with_it.extension, windows)
 
 
 def combined_gap(errors: WindowErrors, unit: WindowErrors) -> F64:

@@ -64,6 +64,8 @@ SKID = "undeclared_skid"
 """An effect only where the modes are given as facts: an identifier calls it skidding."""
 LOCAL = tuple(e.name for e in built_in("torque") if e.taken_for == ContactMode.SLIPPING)
 """Losses of traction in a stretch of time or a region, which an identifier may call slipping."""
+CONFOUNDED_FORMS = tuple({e.name, *e.other_forms} for e in built_in("torque") if e.other_forms)
+"""Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 
 def own_candidates() -> tuple[Candidate, ...]:

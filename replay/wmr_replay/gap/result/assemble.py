@@ -40,8 +40,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, where, notes = "unnamed", marked(where, left), (placed(left),)
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
-        else:
-            notes = (*slipping_note(problem), *skidding_note(problem, detectable))
+    if verdict in ("nothing_missing", "not_enough_excitation"):
+        notes = (*notes, *slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)

@@ -302,10 +302,12 @@ def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
 
 def only_answers(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether a dead zone holds back no efforts but those that answer the disturbance, as any dead zone of a
-    controlled robot seems to: nothing that is missing hides behind it.
+    controlled robot seems to: nothing that is missing hides behind it. One of the disturbance's size is more
+    only where large efforts clearly lose as much.
     """
-    by_size = answers_disturbance(name, problem, fit.extension, fit.noise)
-    return by_size or large_ones_lose_nothing(name, problem, fit)
+    of_its_size = answers_disturbance(name, problem, fit.extension, fit.noise)
+    margin = problem.settings.excitation.clear_answers if of_its_size else 0.0
+    return large_ones_lose_nothing(name, problem, fit, margin)
 
 
 def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:

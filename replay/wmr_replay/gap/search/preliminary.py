@@ -15,7 +15,7 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.relabel import without_skid
-from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
+from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.scan.score import penalised_gain
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, rank_at, roughly, with_candidate
@@ -28,7 +28,7 @@ from wmr_replay.gap.search.labellings import (
     no_slip,
     one_loss,
 )
-from wmr_replay.gap.search.select import CONFOUNDED_FORMS, Selection
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import close_to, may_be_slipping
 from wmr_replay.gap.search.starts import best_start

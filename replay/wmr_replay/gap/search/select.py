@@ -11,21 +11,16 @@ from wmr_replay.gap.evidence.answer import beyond_answer
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, too_calm_for
 from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.spread import may_be_nothing
-from wmr_replay.gap.model.candidates import BY_NAME, LOCAL
+from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
+from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
-from wmr_schemas.effects import built_in
-
-CONFOUNDED_FORMS = tuple(
-    {effect.name, *effect.other_forms} for effect in built_in("torque") if effect.other_forms
-)
-"""Forms of one cause: most real lags lie between a lag of one pole and a delay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +129,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
         if kept and not open_ones:
             fit, both = with_both_forms(problem, fit, tuple(kept))
             both = tuple(beyond_answers(problem, fit, effect) for effect in both)
+            both = tuple(with_forms_between(problem, fit, effect) for effect in both)
             return Selection(base, fit, both, stages, dropped=tuple(dropped))
         refused = refused or next(iter(open_ones.values()), "")
         found = [f for f in found if f.name not in open_ones] if open_ones else []

@@ -229,9 +229,18 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
 
 def least_excess(problem: Problem, fit: Fit, name: str) -> float:
     """What a loss of traction must explain beyond slipping: the margin, and its own price."""
-    n = len(problem.binned)
+    n, own = len(problem.binned), problem.settings.slip
     price = seen_parameters(problem, fit, name) * float(np.log(3 * n)) + 2 * float(np.log(n))
-    return problem.settings.slip.separate + price
+    return price + (own.separate_alike if loses_as_slipping(fit, name, own) else own.separate)
+
+
+def loses_as_slipping(fit: Fit, name: str, settings: SlipSettings) -> bool:
+    """Whether a loss of traction is about as large as the model's slipping, ahead or in turning."""
+    if name not in LOCAL:
+        return False
+    base, loss = fit.extension.base, fit.extension.effects[name]["loss"]
+    left = np.array([base.slip_share, base.slip_share_yaw])
+    return bool(np.any(np.abs(1.0 - left - loss) < settings.as_large))
 
 
 def slips_alike(base: Base, loss: float, settings: SlipSettings, *, alone: bool = True) -> bool:

@@ -121,6 +121,10 @@ class ExcitationSettings:
     """Sizes in widths of a dead zone up to which efforts may only answer the disturbance. Statistics: a zone
     that is not there is as wide as one or two standard deviations of the answers."""
 
+    clear_answers: float = 30.0
+    """How much likelier than that a dead zone of the disturbance's size must be, in −2 log likelihood. As
+    ``SelectionSettings.margin_identified``."""
+
     level: float = 0.01
     """Level of the test in manoeuvres alone. Statistics: as ``SignificanceSettings.level``; the effect is
     significant after the correction for everything scanned already."""

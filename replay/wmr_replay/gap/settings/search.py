@@ -243,6 +243,14 @@ class SlipSettings:
     """What a loss of traction must explain beyond slipping in its likeliest history and beyond its price, in
     −2 log likelihood. Statistics: "very strong" after Kass and Raftery (1995)."""
 
+    separate_alike: float = 30.0
+    """The same for a loss as large as slipping's, ahead or in turning. Judgement: two slips, and what lies
+    between them, are one interval that saves two changes of mode, of ``ModeSettings.change_cost`` each."""
+
+    as_large: float = 0.15
+    """A loss nearer to slipping's than this is as large. Judgement: ``least_apart``, and half of it for what a
+    precise log leaves open of an interval's own."""
+
     inside: float = 0.9
     """Weight of a local effect from which a row lies inside it. Judgement: the softened
     edge's upper tenth."""
