@@ -1,13 +1,17 @@
 """A dead zone against efforts that answer the disturbance; the oracle is the equation of motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
+from tests.replay.gap.plain_loop import BASE, ROBOT, SETTINGS, problem_of
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import large_ones_lose_nothing
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.search import fit_candidates
+from wmr_replay.gap.search.fit_candidates import only_answers
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
 STEP_S, N, ZONE_NM = 0.01, 6000, 0.05
@@ -48,6 +52,15 @@ def test_a_zone_takes_as_much_of_large_efforts_as_of_small_ones(zone):
     fit, without = fitted(problem), fit_model(problem, Extension(BASE))
     assert without.deviance - fit.deviance > 20
     assert large_ones_lose_nothing("torque_deadzone", problem, fit) is not zone
+
+
+@pytest.mark.parametrize(("zone", "margin"), [(True, 30.0), (True, 1e4), (False, 30.0)])
+def test_a_zone_of_the_disturbances_size_is_one_where_large_efforts_clearly_lose(monkeypatch, zone, margin):
+    monkeypatch.setattr(fit_candidates, "answers_disturbance", lambda *_: True)
+    problem = straight(zone=zone)
+    own = replace(SETTINGS, excitation=replace(SETTINGS.excitation, clear_answers=margin))
+    stricter = replace(problem, binned=replace(problem.binned, settings=own))
+    assert only_answers(stricter, fitted(stricter), "torque_deadzone") is not (zone and margin == 30)
 
 
 def test_other_effects_are_not_doubted():

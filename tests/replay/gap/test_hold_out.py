@@ -53,7 +53,7 @@ def test_the_reduction_of_the_gap_is_known(reduction):
 
 @pytest.mark.parametrize(
     ("reduction", "larger_p", "larger"),
-    [(0.02, 0.04, False), (-0.02, 0.06, False), (-0.02, 0.04, True), (-0.5, 0.4, False)],
+    [(0.02, 0.04, False), (-0.02, 0.06, False), (-0.02, 0.009, True), (-0.5, 0.4, False)],
 )
 def test_a_gap_is_clearly_larger_over_all_and_in_most_windows(reduction, larger_p, larger):
     assert clearly_larger(GapChange(reduction, larger_p, 1.0, 1.0, 9), HOLD_OUT) is larger
@@ -90,7 +90,7 @@ def test_a_gap_that_the_true_effect_may_leave_as_it_is_leaves_the_word_to_the_pr
     assert is_proven(Prediction(p_value, 0.0), change, 15, HOLD_OUT, placed=placed) is proven
     assert is_proven(Prediction(p_value, 0.0), change._replace(reduction=0.12), 15, HOLD_OUT, placed=placed)
     assert not is_proven(
-        Prediction(p_value, 0.0), change._replace(larger_p=0.01), 15, HOLD_OUT, placed=placed
+        Prediction(p_value, 0.0), change._replace(larger_p=0.001), 15, HOLD_OUT, placed=placed
     )
 
 
@@ -100,6 +100,17 @@ def test_a_gap_that_the_true_effect_may_leave_as_it_is_leaves_the_word_to_the_pr
 def test_blocks_that_gain_much_are_clear_at_a_usual_level(p_value, gain, proven):
     change = GapChange(reduction=0.01, larger_p=0.7, noise_share=0.1, promised=0.02, n_windows=9)
     assert is_proven(Prediction(p_value, gain), change, 15, HOLD_OUT, placed=False) is proven
+
+
+@pytest.mark.parametrize(
+    ("p_value", "beyond_one", "proven"), [(0.02, 31.0, True), (0.02, 29.0, False), (0.06, 31.0, False)]
+)
+@pytest.mark.parametrize("seen", [True, False])
+def test_few_blocks_that_gain_much_are_clear_where_more_than_one_does(p_value, beyond_one, proven, seen):
+    """Where windows of the gap show the effect, and where none does."""
+    change = GapChange(reduction=0.01, larger_p=0.7, noise_share=0.1, promised=0.02, n_windows=9)
+    predicted = Prediction(p_value, 100.0, beyond_one)
+    assert is_proven(predicted, change if seen else None, 15, HOLD_OUT, placed=False) is proven
 
 
 @pytest.mark.parametrize(("n_windows", "proven"), [(1, True), (3, True), (4, False)])
@@ -165,7 +176,16 @@ def test_a_better_prediction_is_seen_and_a_worse_one_is_not(long_drive):
 def test_models_that_never_differ_prove_nothing(long_drive):
     (fold,) = folds_of(long_drive, np.ones(len(long_drive.binned)))
     same = replace(fold.without, row_deviance=np.zeros(len(long_drive.binned)))
-    assert prediction([fold._replace(with_it=same)]) == (1.0, 0.0)
+    assert prediction([fold._replace(with_it=same)]) == (1.0, 0.0, 0.0)
+
+
+def test_one_block_that_gains_all_is_left_out_of_what_others_gain(long_drive):
+    held_out = np.flatnonzero(~long_drive.train)
+    for rows, beyond in ((held_out[[0]], 0.0), (held_out[[0, -1]], 40.0)):
+        gains = np.zeros(len(long_drive.binned))
+        gains[rows] = np.array([40.0, 50.0])[: len(rows)]
+        found = prediction(folds_of(long_drive, gains))
+        assert (found.gain, found.beyond_one) == pytest.approx((gains.sum(), beyond))
 
 
 def test_what_hindsight_says_of_held_out_blocks_does_not_count():
@@ -193,15 +213,14 @@ def test_a_drag_is_proven_and_an_effect_that_is_not_there_is_not():
 
 @pytest.mark.parametrize("gain", [-0.2, 0.1])
 def test_an_effect_moves_the_path_by_what_kinematics_say(gain):
-    """A change Δa of the acceleration on a straight drive, each path fitted by a line. Of ½ Δa t² in n rows
-    h apart, ½ |Δa| h² (n − 1)(n − 2)/6 is left at the ends, and less between them.
-    """
+    """A change Δa of the acceleration on a straight drive, from one start: ½ |Δa| t² after n rows h apart."""
     problem = problem_of(made_log(9, seconds=20.0, lively=False))
     without = evaluate(problem, Extension(BASE), NOISE)
     with_it = evaluate(problem, Extension(BASE, {"drive_gain": {"ratio": gain}}), NOISE)
+    asked = 0.5  # made_log's efforts together
     for seconds in (2.0, 4.0):
         n, h = round(seconds / SETTINGS.bins.bin_s) - 1, SETTINGS.bins.bin_s
-        expected = abs(gain) * BASE.alpha * 0.5 * h**2 * (n - 1) * (n - 2) / 12
+        expected = 0.5 * abs(gain) * BASE.alpha * (h * (n - 1)) ** 2 * asked
         assert path_change(problem, without, with_it, seconds) == pytest.approx(expected, rel=0.05)
     assert path_change(problem, without, without, 4.0) == 0
 

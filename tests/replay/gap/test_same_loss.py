@@ -13,7 +13,7 @@ from wmr_replay.gap.search.labellings import same_place
 from wmr_replay.gap.search.preliminary import either_loss
 from wmr_replay.gap.search.same_loss import nearest_disc, other_form, with_both_forms
 from wmr_replay.gap.search.select import Selection
-from wmr_replay.gap.search.slip_test import Doubt
+from wmr_replay.gap.search.slip_doubts import Doubt
 from wmr_schemas.modes import ContactMode
 from wmr_synth import hidden_log
 

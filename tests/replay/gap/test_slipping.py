@@ -12,7 +12,7 @@ from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import cost_of, fit_model
+from wmr_replay.gap.estimation.refit import cost_of, evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.formula.modes import rolling_starts
@@ -21,15 +21,15 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.undecided import as_said
 from wmr_replay.gap.search.labellings import same_place
 from wmr_replay.gap.search.preliminary import doubted_slip, lasting_or_alone, no_slip
-from wmr_replay.gap.search.slip_test import (
+from wmr_replay.gap.search.slip_doubts import (
     Doubt,
     as_losses,
     in_place_of_slipping,
-    may_be_slipping,
     slips_alike,
     slips_as_modelled,
     unlike_slipping,
 )
+from wmr_replay.gap.search.slip_test import least_excess, loses_as_slipping, may_be_slipping
 from wmr_replay.gap.search.slipping_history import (
     Pieces,
     changes_by_run,
@@ -91,6 +91,23 @@ def test_where_masses_are_unknown_only_a_small_loss_is_no_slipping():
         lost = {"start_s": 30.0, "end_s": 35.0, "loss": loss}
         beside = replace(fit, extension=extension.with_effect("slip_interval", lost))
         assert may_be_slipping(problem, beside, "slip_interval") is like
+
+
+@pytest.mark.parametrize(("apart", "alike"), [(0.12, True), (-0.12, True), (0.2, False), (-0.2, False)])
+def test_a_loss_as_large_as_slippings_must_explain_more_beyond_it(apart, alike):
+    """Ahead; in turning, this robot's slipping loses about as much."""
+    log, _ = hidden_log("patrol", seed=90_104, noise="rtk")
+    problem, extension = exact(log)
+    share, share_yaw = extension.base.slip_share, extension.base.slip_share_yaw
+    assert abs(share - share_yaw) < 0.06
+    lost = {"start_s": 30.0, "end_s": 35.0, "loss": 1 - (share + share_yaw) / 2 - apart}
+    fit = evaluate(problem, extension.with_effect("slip_interval", lost), fit_model(problem, extension).noise)
+    settings = problem.settings.slip
+    assert loses_as_slipping(fit, "slip_interval", settings) is alike
+    assert not loses_as_slipping(fit, "torque_saturation", settings)
+    price = 3 * np.log(3 * len(problem.binned)) + 2 * np.log(len(problem.binned))
+    margin = settings.separate_alike if alike else settings.separate
+    assert least_excess(problem, fit, "slip_interval") == pytest.approx(price + margin)
 
 
 @pytest.mark.parametrize("loss", [0.4, 0.95])

@@ -58,17 +58,21 @@ class GapChange(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """How much better held-out blocks are predicted with an effect: p of the blocks, and −2 log of the ratio
-    of the predictive likelihoods, summed over them.
+    """How much better held-out blocks are predicted with an effect: p of the blocks, −2 log of the ratio of
+    the predictive likelihoods, summed over them, and the same without the block that gains most.
     """
 
     p_value: float
     gain: float
+    beyond_one: float = 0.0
 
     def is_clear(self, settings: HoldOutSettings) -> bool:
-        """Whether it leaves no doubt: by many blocks, or by as much as a formula must explain."""
+        """Whether it leaves no doubt: by many blocks, or by as much as a formula must explain, in more than
+        one of them where they are few.
+        """
         by_size = self.p_value < settings.clear_level and self.gain > settings.clear_gain
-        return by_size or self.p_value < settings.clear
+        by_some = self.p_value < settings.level and self.beyond_one > settings.clear_gain
+        return by_size or by_some or self.p_value < settings.clear
 
 
 def windows_within(problem: Problem, chosen: Bool) -> Windows:
@@ -115,12 +119,13 @@ def is_proven(
     Blocks are predicted better (p < .05), and the gap of the windows where the models differ shrinks
     (:func:`least_reduction`). Where that gap is mostly pose noise, the prediction decides, unless the gap is
     clearly larger. Where hardly any window shows a difference, since those that an identifier calls slipping
-    are left out, the prediction alone decides, at a stricter level; so it does where the disturbance makes so
+    are left out, the prediction alone decides, where it is clear; so it does where the disturbance makes so
     much of the gap that an effect that is there may not reduce it by as much (:func:`gap_change`).
     """
     if change is None:
         few = n_windows < settings.few_windows
-        return predicted.p_value < (settings.level / settings.few_windows_factor if few else settings.clear)
+        level = settings.level / settings.few_windows_factor
+        return predicted.is_clear(settings) or (few and predicted.p_value < level)
     if clearly_larger(change, settings):
         return False
     if predicted.p_value < settings.clear and change.n_windows < settings.few_windows:
@@ -169,7 +174,7 @@ def least_reduction(change: GapChange, p_value: float, settings: HoldOutSettings
 
 def clearly_larger(change: GapChange, settings: HoldOutSettings) -> bool:
     """Whether an effect makes the gap larger, over all and in most of the windows."""
-    return change.reduction < 0 and change.larger_p < settings.level
+    return change.reduction < 0 and change.larger_p < settings.larger_level
 
 
 def held_out_errors(problem: Problem, fit: Fit) -> WindowErrors:
@@ -234,7 +239,8 @@ def prediction(folds: list[Fold]) -> Prediction:
         moved = np.abs(without.innovations - with_it.innovations)[held_out].sum(axis=1)
         gains.append(np.bincount(block, difference)[np.bincount(block, moved) > own.least_moved])
     gained = np.concatenate(gains).astype(np.float64)
-    return Prediction(signed_rank_p(gained), float(gained.sum()))
+    gain = float(gained.sum())
+    return Prediction(signed_rank_p(gained), gain, gain - float(gained.max(initial=0.0)))
 
 
 def held_out_deviance(problem: Problem, fit: Fit) -> F64:

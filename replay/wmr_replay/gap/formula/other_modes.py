@@ -28,7 +28,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.select import Selection
-from wmr_replay.gap.search.slip_test import slips_as_modelled
+from wmr_replay.gap.search.slip_doubts import slips_as_modelled
 from wmr_replay.gap.search.whatever_modes import all_rolling, unlabelled_deviance
 from wmr_schemas.signals import Log
 

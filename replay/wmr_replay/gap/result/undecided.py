@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.result.result import Detectable
-from wmr_replay.gap.search.slip_test import Doubt, slipping_runs, unlike_slipping
+from wmr_replay.gap.search.slip_doubts import Doubt, slipping_runs, unlike_slipping
 
 
 def slip_or_loss(problem: Problem, fit: Fit) -> tuple[str, ...]:

@@ -12,13 +12,8 @@ from wmr_replay.gap.estimation.relabel import with_mode_at, without_skid
 from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.selections import Selections
-from wmr_replay.gap.search.slip_test import (
-    Doubt,
-    as_losses,
-    in_place_of_slipping,
-    missed_slipping,
-    unlike_slipping,
-)
+from wmr_replay.gap.search.slip_doubts import Doubt, as_losses, in_place_of_slipping, unlike_slipping
+from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 

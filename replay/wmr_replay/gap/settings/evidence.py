@@ -28,8 +28,12 @@ class HoldOutSettings:
     """The proof on held-out windows."""
 
     level: float = 0.05
-    """Level of Wilcoxon's test that held-out blocks are predicted better, and of that that the gap is larger.
-    Statistics: the usual one; the effect is significant on the whole log already."""
+    """Level of Wilcoxon's test that held-out blocks are predicted better. Statistics: the usual one; the
+    effect is significant on the whole log already."""
+
+    larger_level: float = 0.01
+    """Level of the test that the gap is larger, against an effect that is. As
+    ``SignificanceSettings.level``."""
 
     few_windows: int = 4
     """Below so many windows, none of which shows a difference, the level is stricter by

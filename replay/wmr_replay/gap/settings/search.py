@@ -248,8 +248,8 @@ class SlipSettings:
     between them, are one interval that saves two changes of mode, of ``ModeSettings.change_cost`` each."""
 
     as_large: float = 0.15
-    """A loss nearer to slipping's than this is as large. Judgement: ``least_apart``, and half of it for what a
-    precise log leaves open of an interval's own."""
+    """A loss nearer to slipping's than this is as large. Judgement: ``least_apart``, and half of it for what
+    a log leaves open of an interval's own."""
 
     inside: float = 0.9
     """Weight of a local effect from which a row lies inside it. Judgement: the softened
