@@ -73,7 +73,9 @@ class Effect:
 
 
 class FormKey(NamedTuple):
-    """What effects may say of their form: which effects, what all of them are, what it is, and its unit."""
+    """What effects may say of their form: which effects, what all of them are, what it is, and how its unit is
+    said.
+    """
 
     effects: tuple[str, ...]
     kind: str
@@ -82,8 +84,8 @@ class FormKey(NamedTuple):
 
 
 FORM_KEYS = {
-    "sign_change_mps": FormKey(FRICTIONS, "frictions", "speed", "m/s"),
-    "corner_share": FormKey(WITHHOLDING, "dead zones and limits", "share", "the threshold"),
+    "sign_change_mps": FormKey(FRICTIONS, "frictions", "speed", "in m/s"),
+    "corner_share": FormKey(WITHHOLDING, "dead zones and limits", "share", "of the threshold"),
 }
 
 
@@ -243,7 +245,7 @@ def parse_form(path: Path, place: str, name: str, table: dict[str, Any]) -> dict
             continue
         found[key] = number(path, f"{place} {key}", table.pop(key))
         if found[key] <= 0:
-            message = f"expected a {form.quantity} above 0 in {form.unit}, found {found[key]!r}"
+            message = f"expected a {form.quantity} above 0 {form.unit}, found {found[key]!r}"
             raise InvalidFile(path, f"{place} {key}", message)
     return found
 

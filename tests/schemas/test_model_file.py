@@ -160,7 +160,7 @@ def test_a_dead_zone_keeps_the_share_over_which_it_sets_in(tmp_path: Path) -> No
             "one speed serves all frictions",
         ),
         (friction("viscous_drag", "c1_per_s", "corner_share = 0.2"), "corner_share"),
-        (friction("torque_deadzone", "threshold_nm", "corner_share = -1"), "above 0 in the threshold"),
+        (friction("torque_deadzone", "threshold_nm", "corner_share = -1"), "above 0 of the threshold"),
         (
             friction("torque_deadzone", "threshold_nm", "corner_share = 0.2")
             + friction("torque_saturation", "limit_nm", ""),

@@ -1,10 +1,8 @@
 """A dead zone against efforts that answer the disturbance; the oracle is the equation of motion."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE, ROBOT, SETTINGS, problem_of
+from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
@@ -51,19 +49,30 @@ def test_a_zone_takes_as_much_of_large_efforts_as_of_small_ones(zone):
     problem = straight(zone=zone)
     fit, without = fitted(problem), fit_model(problem, Extension(BASE))
     assert without.deviance - fit.deviance > 20
-    assert large_ones_lose_nothing("torque_deadzone", problem, fit) is not zone
+    assert large_ones_lose_nothing(problem, fit) is not zone
 
 
-@pytest.mark.parametrize(("zone", "margin"), [(True, 30.0), (True, 1e4), (False, 30.0)])
-def test_a_zone_of_the_disturbances_size_is_one_where_large_efforts_clearly_lose(monkeypatch, zone, margin):
-    monkeypatch.setattr(fit_candidates, "answers_disturbance", lambda *_: True)
+@pytest.mark.parametrize(
+    ("zone", "times", "answers"),
+    [(True, 1.4, True), (True, 1.6, False), (True, 3.1, False), (False, 1.6, True), (False, 3.1, True)],
+)
+def test_a_zone_little_wider_than_the_answers_is_one_where_large_efforts_clearly_lose(
+    monkeypatch, zone, times, answers
+):
+    """A zone of ``times`` the disturbance's size; half of the least ratio of 3 is as narrow as answers."""
+    monkeypatch.setattr(fit_candidates, "times_the_disturbance", lambda *_: times)
     problem = straight(zone=zone)
-    own = replace(SETTINGS, excitation=replace(SETTINGS.excitation, clear_answers=margin))
-    stricter = replace(problem, binned=replace(problem.binned, settings=own))
-    assert only_answers(stricter, fitted(stricter), "torque_deadzone") is not (zone and margin == 30)
+    assert only_answers(problem, fitted(problem), "torque_deadzone") is answers
+
+
+def test_what_a_zone_of_middling_width_must_be_likelier_by_is_the_margin():
+    problem = straight(zone=True)
+    fit = fitted(problem)
+    assert not large_ones_lose_nothing(problem, fit, problem.settings.excitation.clear_answers)
+    assert large_ones_lose_nothing(problem, fit, 1e4)
 
 
 def test_other_effects_are_not_doubted():
     problem = straight(zone=False)
     fit = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}))
-    assert not large_ones_lose_nothing("viscous_drag", problem, fit)
+    assert not only_answers(problem, fit, "viscous_drag")

@@ -24,10 +24,10 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import (
-    answers_disturbance,
     excitation_ratios,
     gain_in_manoeuvres,
     manoeuvres,
+    times_the_disturbance,
     too_calm_for,
     torques_of,
 )
@@ -41,7 +41,7 @@ from wmr_replay.gap.result.locate import marked, placed
 from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
-from wmr_replay.gap.search.eliminate import margin_for, with_tyres_of_payload
+from wmr_replay.gap.search.eliminate import margin_for, same_tyres, with_tyres_of_payload
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.modes_and_effects import Solution
 from wmr_replay.gap.search.preliminary import models_from
@@ -289,26 +289,27 @@ def test_an_effect_must_be_seen_in_manoeuvres_unless_no_torque_shows_it(drive, n
 # The selection as a whole
 
 
-@pytest.mark.parametrize(
-    ("name", "times", "turning", "answers"),
-    [
-        ("torque_deadzone", 2.9, 1.0, True),
-        ("torque_deadzone", 3.1, 1.0, False),
-        ("torque_deadzone", 3.1, 0.9, True),
-        ("payload", 0.1, 1.0, False),
-    ],
-)
-def test_a_dead_zone_as_narrow_as_the_answer_to_a_disturbance_is_none(drive, name, times, turning, answers):
+@pytest.mark.parametrize(("times", "turning", "least"), [(2.9, 1.0, 2.9), (3.1, 1.0, 3.1), (3.1, 0.9, 2.79)])
+def test_the_width_of_a_dead_zone_counts_in_units_of_the_disturbance(drive, times, turning, least):
     """The zone's ends ask for ``times`` the disturbance ahead, and ``turning`` times as much in yaw."""
     base = BASE._replace(alpha_yaw=turning * BASE.alpha)
-    noise = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
-    size = (
-        {"threshold_nm": times * 0.05 / (2 * base.alpha)}
-        if name == "torque_deadzone"
-        else {"mass_ratio": times}
-    )
-    extension = Extension(base).with_effect(name, size)
-    assert answers_disturbance(name, drive, extension, noise) is answers
+    size = {"threshold_nm": times * 0.05 / (2 * base.alpha)}
+    fit = made_fit(drive, Extension(base, {"torque_deadzone": size}), np.zeros((len(drive.binned), 3)))
+    fit = replace(fit, noise=Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2))
+    assert times_the_disturbance(drive, fit) == pytest.approx(least)
+
+
+@pytest.mark.parametrize(
+    ("name", "ratio", "within"),
+    [
+        ("cornering_stiffness", 0.14, True),
+        ("cornering_stiffness", -0.16, False),
+        ("yaw_inertia", 0.14, False),
+    ],
+)
+def test_a_stiffness_that_differs_little_is_the_same_tyres(name, ratio, within):
+    extension = Extension(BASE, {name: {"ratio": ratio}})
+    assert same_tyres(name, extension, SETTINGS.selection) is within
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.1])

@@ -136,6 +136,15 @@ def test_a_cruise_does_not_allow_a_verdict(analysed):
     assert result.notes
 
 
+def test_what_a_log_cannot_tell_says_what_identified_modes_may_hide(analysed):
+    options = ("patrol", "--disturbance", ".1:1", "--no-truth-topic")
+    result = analysed(90_104, "rtk", modes="identified", options=options).result
+    assert result.verdict == "not_enough_excitation"
+    assert any(note.startswith("slipping is identified for") for note in result.notes)
+    assert any(note.startswith("skidding is identified for") for note in result.notes)
+    assert "is identified for" not in result.sentence
+
+
 def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
     options = ("patrol", "--no-truth-topic")
     found = analysed(90_021, "rtk", "viscous_drag:c1_per_s=.25", modes="identified", options=options)

@@ -99,21 +99,19 @@ def channel_of(*names: str) -> str:
     return channels.pop() if len(channels) == 1 else "both"
 
 
-def answers_disturbance(name: str, problem: Problem, extension: Extension, noise: Diffusion) -> bool:
-    """Whether an effect on small efforts acts on no others than those that answer the disturbance.
+def times_the_disturbance(problem: Problem, fit: Fit) -> float:
+    """What the width of a dead zone of the model ``fit`` asks for, in standard deviations of the disturbance,
+    ahead or in turning, whichever is less.
 
     A controller compensates a disturbance by efforts of its size. They move nothing, and so a dead zone of
     that size seems to hold them back.
     """
-    width_nm = extension.effects[name].get("threshold_nm") if name == DEAD_ZONE else None
-    if width_nm is None:
-        return False
-    base, least = extension.base, problem.settings.excitation.least_ratio
+    base, noise, width_nm = fit.extension.base, fit.noise, fit.extension.effects[DEAD_ZONE]["threshold_nm"]
     ahead, turning = 2 * base.alpha * width_nm, 2 * base.alpha_yaw * width_nm
-    return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2) < least
+    return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2)
 
 
-def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit, margin: float = 0.0) -> bool:
+def large_ones_lose_nothing(problem: Problem, fit: Fit, margin: float = 0.0) -> bool:
     """Whether a dead zone is no likelier, by more than ``margin``, than small efforts that move nothing and
     large ones that lose nothing.
 
@@ -121,11 +119,9 @@ def large_ones_lose_nothing(name: str, problem: Problem, fit: Fit, margin: float
     disturbance, its answers move nothing, and the disturbance that they cancel is not seen either: a zone
     that is not there makes it seem small, whatever the answers' size. Manoeuvres then lose nothing.
     """
-    if name != DEAD_ZONE:
-        return False
     torque, own = problem.binned.torque, problem.settings.excitation
-    size_nm, width_nm = np.abs(torque.efforts_nm), fit.extension.effects[name]["threshold_nm"]
-    rest, iterations = fit.extension.without(name), problem.settings.budget.ranked_diffusion
+    size_nm, width_nm = np.abs(torque.efforts_nm), fit.extension.effects[DEAD_ZONE]["threshold_nm"]
+    rest, iterations = fit.extension.without(DEAD_ZONE), problem.settings.budget.ranked_diffusion
     for widths in own.answers_in_zones:
         moving = np.where(size_nm < widths * width_nm, 0.0, torque.efforts_nm)
         binned = replace(problem.binned, torque=replace(torque, efforts_nm=moving))

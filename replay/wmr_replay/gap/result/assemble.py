@@ -40,8 +40,9 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, where, notes = "unnamed", marked(where, left), (placed(left),)
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
+    sentence, in_modes = sentence_of(verdict, effects, notes), tuple[str, ...]()
     if verdict in ("nothing_missing", "not_enough_excitation"):
-        notes = (*notes, *slipping_note(problem), *skidding_note(problem, detectable))
+        in_modes = (*slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)
     errors = [(held_out_errors(problem, m), window_errors(binned, m.extension, trained)) for m in (base, fit)]
     traces = traces_of(problem, base, fit)
@@ -55,7 +56,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     )
     return GapResult(
         verdict=verdict,
-        sentence=sentence_of(verdict, effects, notes),
+        sentence=sentence,
         effects=effects if verdict in ("named", "ambiguous", "unnamed") else (),
         where=where,
         position=position,
@@ -66,7 +67,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         minimum_detectable=detectable,
         model=extended_model(model, effects, fit, binned),
         seed=options.seed,
-        notes=(*notes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),
+        notes=(*notes, *in_modes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),
         traces=traces,
         candidates=scores_of(selection),
         formulas=formulas_of(effects, problem.binned),

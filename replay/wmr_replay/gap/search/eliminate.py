@@ -14,7 +14,7 @@ from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.evidence.significance import correlation, least_size
 from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.extension import WEIGHTS
+from wmr_replay.gap.model.extension import WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
@@ -32,7 +32,10 @@ from wmr_replay.gap.search.fit_candidates import (
     price_of,
 )
 from wmr_replay.gap.search.slip_test import may_be_slipping
+from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
+
+TYRES = "cornering_stiffness"
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
@@ -160,12 +163,19 @@ def other_cause(
     return ""
 
 
+def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
+    """Whether another cornering stiffness differs by no more than one and the same tyre's does."""
+    return name == TYRES and abs(extension.effects[name]["ratio"]) < own.known_stiffness
+
+
 def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
     """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
     calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
-    model does not know of turning. ``rest`` is the model without the effect.
+    model does not know of turning; or tyres that are the same ones. ``rest`` is the model without the effect.
     """
     own, extension = problem.settings.misfit, current.extension
+    if same_tyres(name, extension, problem.settings.selection):
+        return True
     if is_rest(name, extension, own) or withholds_a_rest(name, problem, extension, own):
         return True
     if name == "drive_gain" and gain_is_rest(extension, own):
@@ -203,16 +213,16 @@ def with_tyres_of_payload(
     A skid decays with 2 G_x/(ε m): a heavier robot looks like one with softer tyres, by 1/(1 + mass_ratio).
     """
     extension = current.extension
-    tyres, load = (extension.effects.get(name) for name in ("cornering_stiffness", "payload"))
+    tyres, load = (extension.effects.get(name) for name in (TYRES, "payload"))
     if tyres is None or load is None:
         return current, found
     by_mass = 1 / (1 + load["mass_ratio"]) - 1
     if abs(tyres["ratio"] - by_mass) > problem.settings.selection.same_stiffness * abs(by_mass):
         return current, found
-    known = (*extension.known, ("cornering_stiffness", dict(tyres)))
-    extension = replace(extension.without("cornering_stiffness"), known=known)
+    known = (*extension.known, (TYRES, dict(tyres)))
+    extension = replace(extension.without(TYRES), known=known)
     current = fit_model(problem, extension, current.noise, problem.settings.budget.without_diffusion)
-    return current, [f for f in found if f.name != "cornering_stiffness"]
+    return current, [f for f in found if f.name != TYRES]
 
 
 def margin_for(problem: Problem, current: Fit, effect: FittedCandidate) -> float:

@@ -14,7 +14,7 @@ from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.answer import LATE, answer_p
 from wmr_replay.gap.evidence.channels import seen_in_one_channel
-from wmr_replay.gap.evidence.excitation import answers_disturbance, large_ones_lose_nothing
+from wmr_replay.gap.evidence.excitation import DEAD_ZONE, large_ones_lose_nothing, times_the_disturbance
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.candidates import LOCAL, candidate_of, declaration_of
@@ -302,12 +302,15 @@ def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
 
 def only_answers(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether a dead zone holds back no efforts but those that answer the disturbance, as any dead zone of a
-    controlled robot seems to: nothing that is missing hides behind it. One of the disturbance's size is more
-    only where large efforts clearly lose as much.
+    controlled robot seems to: nothing that is missing hides behind it. One as narrow as the answers does; one
+    that is not much wider does unless large efforts clearly lose as much.
     """
-    of_its_size = answers_disturbance(name, problem, fit.extension, fit.noise)
-    margin = problem.settings.excitation.clear_answers if of_its_size else 0.0
-    return large_ones_lose_nothing(name, problem, fit, margin)
+    if name != DEAD_ZONE:
+        return False
+    own, times = problem.settings.excitation, times_the_disturbance(problem, fit)
+    if times < own.narrow * own.least_ratio:
+        return True
+    return large_ones_lose_nothing(problem, fit, own.clear_answers if times < own.least_ratio else 0.0)
 
 
 def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:

@@ -125,9 +125,13 @@ class ExcitationSettings:
     """Sizes in widths of a dead zone up to which efforts may only answer the disturbance. Statistics: a zone
     that is not there is as wide as one or two standard deviations of the answers."""
 
-    clear_answers: float = 30.0
-    """How much likelier than that a dead zone of the disturbance's size must be, in −2 log likelihood. As
-    ``SelectionSettings.margin_identified``."""
+    narrow: float = 0.5
+    """Share of ``least_ratio`` up to which a dead zone is as narrow as the answers. Judgement: half as many
+    standard deviations as what a log must ask for."""
+
+    clear_answers: float = 100.0
+    """How much likelier than large efforts that lose nothing a zone between the two must be, in −2 log
+    likelihood. Benchmark worlds, develop part, and so a Judgement: 122 to 660 where there is one."""
 
     level: float = 0.01
     """Level of the test in manoeuvres alone. Statistics: as ``SignificanceSettings.level``; the effect is

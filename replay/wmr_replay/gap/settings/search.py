@@ -65,6 +65,10 @@ class SelectionSettings:
     """How far a cornering stiffness may differ from what a payload's mass does, relatively. Judgement: the
     stiffness itself grows a little with the load."""
 
+    known_stiffness: float = 0.15
+    """How far a cornering stiffness may differ, relatively, and still be the same tyre's. Judgement: load,
+    inflation and wear change it by more than that, and a precise log shows a twentieth."""
+
     margin: float = 10.0
     """What an effect must explain beyond its price beside others. Statistics: a BIC difference of 10, "very
     strong" after Kass and Raftery (1995)."""
