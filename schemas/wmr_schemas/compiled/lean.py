@@ -16,4 +16,4 @@ def lean(function: Callable[P, R]) -> Callable[P, R]:
     call each other for every number, counting takes longer than the work, and half of the code that is
     compiled serves it.
     """
-    return compiled(nogil=True, _nrt=False, error_model="numpy")(function)
+    return compiled(nogil=True, forceinline=True, _nrt=False, error_model="numpy")(function)
