@@ -23,7 +23,6 @@ from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
     StepScratch,
     active_ranges,
-    add,
     add_step_slopes,
     measurement_sensitivity,
     n_columns,
@@ -38,6 +37,7 @@ from wmr_replay.gap.model.dynamics import (
     Base,
     Row,
     halfway,
+    heading,
     measured,
     responses,
     step_from,
@@ -73,9 +73,19 @@ class FilterOutput(NamedTuple):
 
 @lean
 def copy(out: F64, x: F64) -> None:
-    """``out`` ← x."""
-    for i in range(len(x)):
+    """``out`` (9,) ← x (9,)."""
+    for i in range(N_STATE):
         out[i] = x[i]
+
+
+@lean
+def correct(z: F64, error: float, gain: F64) -> None:
+    """``z`` (9,) += error times gain (9,).
+
+    Loops of one length are unrolled: a vector that is loaded from numbers just stored has to wait for them.
+    """
+    for i in range(N_STATE):
+        z[i] += error * gain[i]
 
 
 @lean
@@ -113,7 +123,7 @@ def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
 
 @lean
 def predict_place(f: F64, P: F64, own: F64, out: F64) -> None:
-    """``out`` (9,) ← one of the first two rows of F P; ``f`` (9,) is that row of F, ``own`` (9,) that of P."""
+    """``out`` (9,) ← one of the first two rows of F P: ``f`` (9,) is that row of F, ``own`` (9,) of P."""
     f2, f3, f4, f5, f6, f7, f8 = f[2], f[3], f[4], f[5], f[6], f[7], f[8]
     for j in range(N_STATE):
         out[j] = own[j] + (
@@ -129,8 +139,9 @@ def predict_place(f: F64, P: F64, own: F64, out: F64) -> None:
 
 @lean
 def predict_motion(f: F64, P: F64, i: int, out: F64) -> None:
-    """``out`` (9,) ← row ``i`` of F P, one of the next four, but for its first two columns; ``f`` (9,) is that
-    row of F.
+    """``out`` (9,) ← row ``i`` of F P, one of the next four, but for its first two columns.
+
+    ``f`` (9,) is that row of F.
     """
     own = f[i]
     for j in range(2, N_STATE):
@@ -185,10 +196,10 @@ def update_covariance(P: F64, crossed: F64, gains: F64) -> None:
     """``P`` ← P − Σ K (P hᵀ)ᵀ over the three components of a pose, its lower triangle computed."""
     for i in range(N_STATE):
         x, y, yaw = gains[0, i], gains[1, i], gains[2, i]
-        for j in range(i + 1):
+        for j in range(i):
             P[i, j] = P[i, j] - x * crossed[0, j] - y * crossed[1, j] - yaw * crossed[2, j]
             P[j, i] = P[i, j]
-        P[i, i] = max(P[i, i], 1e-16)
+        P[i, i] = max(P[i, i] - x * crossed[0, i] - y * crossed[1, i] - yaw * crossed[2, i], 1e-16)
 
 
 class FilterScratch(NamedTuple):
@@ -291,9 +302,11 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
                 kept = decays(dt, noise)
             acts = responses(row, theta, base)
             halfway(z, acts, row, theta, base, middle)
-            step_from(middle, z, acts, row, theta, base, moved)
-            jacobian(z, acts, row, theta, base, moved, middle, F)
-            copy(undisturbed, moved)
+            towards = heading(middle)
+            step_from(middle, towards, z, acts, row, theta, base, moved)
+            jacobian(z, acts, row, theta, base, moved, middle, towards, F)
+            if keep:
+                copy(undisturbed, moved)
             decay_disturbances(F, moved, kept)
             if keep:
                 predict_sensitivities(F, S, active, scratch.sensitivities)
@@ -308,7 +321,7 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
             if keep:
                 measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
             s = gain_of(c, P, H[c, YAW] if c < YAW else 0.0, data.variances[k, c], crossed, gains)
-            add(z, error, gains[c])
+            correct(z, error, gains[c])
             e = error / math.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, math.log(s)
             output.deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)

@@ -18,7 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import LOG_TWO_PI, copy, gain_of, predict_covariance, update_covariance
+from wmr_replay.gap.estimation.filter import (
+    LOG_TWO_PI,
+    copy,
+    correct,
+    gain_of,
+    predict_covariance,
+    update_covariance,
+)
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import (
     Diffusion,
@@ -27,7 +34,6 @@ from wmr_replay.gap.estimation.process_noise import (
     decays,
     first_covariance,
 )
-from wmr_replay.gap.estimation.sensitivity import add
 from wmr_replay.gap.model.dynamics import (
     N_MOTION,
     N_ROW,
@@ -37,6 +43,7 @@ from wmr_replay.gap.model.dynamics import (
     Row,
     W,
     halfway,
+    heading,
     is_slipping,
     measured,
     responses,
@@ -201,8 +208,9 @@ def predict(z: F64, P: F64, row: F64, mode_before: float, model: MotionModel, wo
     theta, base, noise = model.theta, model.base, model.noise
     acts, kept = responses(row, theta, base), decays(row[Row.DT], noise)
     halfway(z, acts, row, theta, base, work.middle)
-    step_from(work.middle, z, acts, row, theta, base, work.moved)
-    jacobian(z, acts, row, theta, base, work.moved, work.middle, work.F)
+    towards = heading(work.middle)
+    step_from(work.middle, towards, z, acts, row, theta, base, work.moved)
+    jacobian(z, acts, row, theta, base, work.moved, work.middle, towards, work.F)
     decay_disturbances(work.F, work.moved, kept)
     copy(z, work.moved)
     predict_covariance(work.F, P, work.ahead)
@@ -219,7 +227,7 @@ def update(z: F64, P: F64, row: F64, rows: Rows, k: int, model: MotionModel, wor
         error = rows.poses[k, c] - work.at[c]
         slope = work.H[c, YAW] if c < YAW else 0.0
         s = gain_of(c, P, slope, rows.variances[k, c], work.crossed, work.gains)
-        add(z, error, work.gains[c])
+        correct(z, error, work.gains[c])
         deviance += math.log(s) + LOG_TWO_PI + min(error * error / s, most)
     update_covariance(P, work.crossed, work.gains)
     return deviance
@@ -240,7 +248,9 @@ def follow(
     """The pair of modes (``j``, ``m``) through row ``k``; −2 log likelihood of its pose."""
     z, P, row = mixture.pair_z[j, m], mixture.pair_covariance[j, m], work.row
     copy_state(z, P, mixture.z[j], mixture.P[j])
-    copy(row, rows.slipping[k] if is_slipping(m) else rows.gripping[k])
+    of_mode = rows.slipping[k] if is_slipping(m) else rows.gripping[k]
+    for i in range(N_ROW):
+        row[i] = of_mode[i]
     row[Row.MODE] = m
     row[Row.LOOSE] = LOOSE_MPS if skids(j, model.theta) != skids(m, model.theta) else 0.0
     if k > 0:

@@ -246,17 +246,32 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
     gains = responses(row, theta, base)
     halfway(z, gains, row, theta, base, out)
-    step_from(out, z, gains, row, theta, base, out)
+    step_from(out, heading(out), z, gains, row, theta, base, out)
+
+
+@lean
+def heading(middle: F64) -> tuple[float, float]:
+    """Cosine and sine of the yaw half-way, which a step and its Jacobian share."""
+    return math.cos(middle[YAW]), math.sin(middle[YAW])
 
 
 @lean
 def step_from(
-    middle: F64, z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64
+    middle: F64,
+    towards: tuple[float, float],
+    z: F64,
+    gains: tuple[float, float],
+    row: F64,
+    theta: F64,
+    base: Base,
+    out: F64,
 ) -> None:
-    """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
-    dt = row[Row.DT]
+    """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``.
+
+    ``towards`` is the heading half-way.
+    """
+    dt, (cos, sin) = row[Row.DT], towards
     dv, dw = accelerations(middle, gains, row, theta, base)
-    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2

@@ -88,7 +88,7 @@ class Chain(NamedTuple):
 
 
 @lean
-def jacobian(
+def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     z: F64,
     gains: tuple[float, float],
     row: F64,
@@ -96,19 +96,20 @@ def jacobian(
     base: Base,
     moved: F64,
     middle: F64,
+    towards: tuple[float, float],
     F: F64,
 ) -> None:
     """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there.
 
-    ``gains`` are the responses to the efforts. ``F`` holds zeros or an earlier Jacobian: what is always 0 is
-    not written.
+    ``gains`` are the responses to the efforts, ``towards`` is the heading half-way. ``F`` holds zeros or an
+    earlier Jacobian: what is always 0 is not written.
     """
     dt, half = row[Row.DT], row[Row.DT] / 2
     half_turn = half / base.half_track_m / 2
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
-    ahead, aside = math.cos(middle[YAW]) * dt, math.sin(middle[YAW]) * dt
+    ahead, aside = towards[0] * dt, towards[1] * dt
     place = moved[X] - z[X], moved[Y] - z[Y]
     chain = Chain(second, lateral, half, dt, dt / base.half_track_m, (ahead, aside), place)
     for i in UNCOUPLED:
