@@ -14,7 +14,15 @@ def lean(function: Callable[P, R]) -> Callable[P, R]:
 
     It may make views of arrays, but not return one. Division by zero gives inf or NaN. Where small functions
     call each other for every number, counting takes longer than the work, and half of the code that is
-    compiled serves it. For the same reason it is inlined into its callers: a call passes every field of every
-    array, and of every array in a named tuple, one by one.
+    compiled serves it.
+    """
+    return compiled(nogil=True, _nrt=False, error_model="numpy")(function)
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """:func:`lean`, its code repeated in every compiled function that calls it.
+
+    A call passes every field of every array, and of every array in a named tuple, one by one, which can take
+    as long as the work. For what is called for every row, from few places: more code takes longer to compile.
     """
     return compiled(nogil=True, forceinline=True, _nrt=False, error_model="numpy")(function)

@@ -45,7 +45,7 @@ from wmr_replay.gap.model.dynamics import (
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
 
@@ -71,14 +71,14 @@ class FilterOutput(NamedTuple):
     log_variances: F64
 
 
-@lean
+@inlined
 def copy(out: F64, x: F64) -> None:
     """``out`` (9,) ← x (9,)."""
     for i in range(N_STATE):
         out[i] = x[i]
 
 
-@lean
+@inlined
 def correct(z: F64, error: float, gain: F64) -> None:
     """``z`` (9,) += error times gain (9,).
 
@@ -88,7 +88,7 @@ def correct(z: F64, error: float, gain: F64) -> None:
         z[i] += error * gain[i]
 
 
-@lean
+@inlined
 def across(f: F64, p: F64) -> float:
     """Σ f[m] p[m] over all but the first two of 9, which are the identity's."""
     return float(
@@ -96,7 +96,7 @@ def across(f: F64, p: F64) -> float:
     )
 
 
-@lean
+@inlined
 def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
     """``P`` ← F P Fᵀ, its lower triangle computed; ``ahead`` (6, 9) is scratch.
 
@@ -121,7 +121,7 @@ def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
         predict_row(F[i], ahead, i, P)
 
 
-@lean
+@inlined
 def predict_place(f: F64, P: F64, own: F64, out: F64) -> None:
     """``out`` (9,) ← one of the first two rows of F P: ``f`` (9,) is that row of F, ``own`` (9,) of P."""
     f2, f3, f4, f5, f6, f7, f8 = f[2], f[3], f[4], f[5], f[6], f[7], f[8]
@@ -137,7 +137,7 @@ def predict_place(f: F64, P: F64, own: F64, out: F64) -> None:
         )
 
 
-@lean
+@inlined
 def predict_motion(f: F64, P: F64, i: int, out: F64) -> None:
     """``out`` (9,) ← row ``i`` of F P, one of the next four, but for its first two columns.
 
@@ -153,7 +153,7 @@ def predict_motion(f: F64, P: F64, i: int, out: F64) -> None:
                 out[j] += other * P[m, j]
 
 
-@lean
+@inlined
 def predict_row(f: F64, ahead: F64, i: int, P: F64) -> None:
     """Row and column ``i`` of ``P`` ← those of F ``ahead``ᵀ, of which ``f`` (9,) is the row of F.
 
@@ -171,7 +171,7 @@ def predict_row(f: F64, ahead: F64, i: int, P: F64) -> None:
         P[j, i] = P[i, j]
 
 
-@lean
+@inlined
 def gain_of(c: int, P: F64, slope: float, variance: float, crossed: F64, gains: F64) -> float:
     """The innovation's variance of the component ``c`` of a pose, after the components before it.
 
@@ -191,7 +191,7 @@ def gain_of(c: int, P: F64, slope: float, variance: float, crossed: F64, gains: 
     return float(s)
 
 
-@lean
+@inlined
 def update_covariance(P: F64, crossed: F64, gains: F64) -> None:
     """``P`` ← P − Σ K (P hᵀ)ᵀ over the three components of a pose, its lower triangle computed."""
     for i in range(N_STATE):

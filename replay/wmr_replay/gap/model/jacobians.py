@@ -31,7 +31,7 @@ from wmr_replay.gap.model.dynamics import (
     through,
 )
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 Two = tuple[float, float]
 Three = tuple[float, float, float]
@@ -51,7 +51,7 @@ def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
 
-@lean
+@inlined
 def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> Five:
     """∂next_lateral/∂(yaw, v, w, v_lat, disturbance)."""
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
@@ -87,7 +87,7 @@ class Chain(NamedTuple):
     place: Two
 
 
-@lean
+@inlined
 def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     z: F64,
     gains: tuple[float, float],
@@ -134,7 +134,7 @@ def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     F[X, D_LAT], F[Y, D_LAT] = -lateral[4] / 2 * aside, lateral[4] / 2 * ahead
 
 
-@lean
+@inlined
 def column(F: F64, j: int, halfway: Three, at: Four, pushed: Two, chain: Chain) -> None:
     """Column ``j`` of ``F`` (9, 9), its first six rows: the slopes by one number of the state.
 
