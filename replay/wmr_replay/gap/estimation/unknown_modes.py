@@ -55,7 +55,7 @@ from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_schemas.arrays import F64, Bool
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 from wmr_schemas.modes import MODES, ContactMode
 
 N_MODES, UNDECIDED = len(MODES), int(ContactMode.UNDECIDED)
@@ -202,7 +202,7 @@ def chain_of(problem: Problem) -> Chain:
     return Chain(np.array([leaves, ends, ends, ends]), np.array(shares, np.float64), first)
 
 
-@lean
+@inlined
 def predict(z: F64, P: F64, row: F64, mode_before: float, model: MotionModel, work: Workspace) -> None:
     """Time update of ``z`` (9,) and ``P`` (9, 9) by one row."""
     theta, base, noise = model.theta, model.base, model.noise
@@ -217,7 +217,7 @@ def predict(z: F64, P: F64, row: F64, mode_before: float, model: MotionModel, wo
     add_noise(P, row, mode_before, noise, kept, model.settings)
 
 
-@lean
+@inlined
 def update(z: F64, P: F64, row: F64, rows: Rows, k: int, model: MotionModel, work: Workspace) -> float:
     """Measurement update of ``z`` (9,) and ``P`` (9, 9) by pose ``k``; −2 log likelihood of that pose."""
     deviance, most = 0.0, model.settings.outlier_sd**2
@@ -233,7 +233,7 @@ def update(z: F64, P: F64, row: F64, rows: Rows, k: int, model: MotionModel, wor
     return deviance
 
 
-@lean
+@inlined
 def copy_state(z: F64, P: F64, z_from: F64, P_from: F64) -> None:
     """``z`` (9,), ``P`` (9, 9) ← another state and covariance."""
     copy(z, z_from)
@@ -241,7 +241,7 @@ def copy_state(z: F64, P: F64, z_from: F64, P_from: F64) -> None:
         copy(P[i], P_from[i])
 
 
-@lean
+@inlined
 def follow(
     j: int, m: int, rows: Rows, k: int, model: MotionModel, mixture: Mixture, work: Workspace
 ) -> float:
@@ -258,7 +258,7 @@ def follow(
     return update(z, P, row, rows, k, model, work)
 
 
-@lean
+@inlined
 def score_pairs(
     rows: Rows, k: int, chain: Chain, model: MotionModel, mixture: Mixture, work: Workspace
 ) -> float:
@@ -276,7 +276,7 @@ def score_pairs(
     return least - 2.0 * math.log(merge(mixture, least))
 
 
-@lean
+@inlined
 def merge(mixture: Mixture, least: float) -> float:
     """The Gaussian of each mode now ← that of the pairs that end in it. Returns Σ exp((least − cost)/2)."""
     total = 0.0
@@ -294,7 +294,7 @@ def merge(mixture: Mixture, least: float) -> float:
     return total
 
 
-@lean
+@inlined
 def blend(weight: F64, zs: F64, covariances: F64, total: float, z: F64, P: F64) -> None:
     """``z`` (9,), ``P`` (9, 9) ← mean and covariance of Gaussians of these weights, of sum ``total``."""
     for i in range(N_STATE):
