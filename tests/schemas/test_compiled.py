@@ -226,6 +226,14 @@ def test_numbers_are_read_at_any_byte(before: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
+def test_an_inlined_callee_is_edited_and_the_answer_changes_at_once(chain: Chain) -> None:
+    file = chain.root / "chain" / "middle.py"
+    file.write_text(MODULES["middle"].replace("lean", "inlined").replace("compiled.inlined", "compiled.lean"))
+    assert chain.run() == (15.0, ["top"], [])
+    chain.edit(7.0)
+    assert chain.run()[0] == 19.0
+
+
 def test_two_processes_may_compile_at_once(chain: Chain) -> None:
     both = [chain.start(), chain.start()]
     assert [result_of(process)[0] for process in both] == [15.0, 15.0]

@@ -17,3 +17,12 @@ def lean(function: Callable[P, R]) -> Callable[P, R]:
     compiled serves it.
     """
     return compiled(nogil=True, _nrt=False, error_model="numpy")(function)
+
+
+def inlined(function: Callable[P, R]) -> Callable[P, R]:
+    """:func:`lean`, its code repeated in every compiled function that calls it.
+
+    A call passes every field of every array, and of every array in a named tuple, one by one, which can take
+    as long as the work. For what is called for every row, from few places: more code takes longer to compile.
+    """
+    return compiled(nogil=True, forceinline=True, _nrt=False, error_model="numpy")(function)

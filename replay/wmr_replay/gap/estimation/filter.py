@@ -23,7 +23,6 @@ from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
     StepScratch,
     active_ranges,
-    add,
     add_step_slopes,
     measurement_sensitivity,
     n_columns,
@@ -38,6 +37,7 @@ from wmr_replay.gap.model.dynamics import (
     Base,
     Row,
     halfway,
+    heading,
     measured,
     responses,
     step_from,
@@ -45,7 +45,7 @@ from wmr_replay.gap.model.dynamics import (
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
 
@@ -71,35 +71,42 @@ class FilterOutput(NamedTuple):
     log_variances: F64
 
 
-@lean
+@inlined
 def copy(out: F64, x: F64) -> None:
-    """``out`` ← x."""
-    for i in range(len(x)):
+    """``out`` (9,) ← x (9,)."""
+    for i in range(N_STATE):
         out[i] = x[i]
 
 
-@lean
-def across(F: F64, P: F64, i: int, j: int) -> float:
-    """Σ F[i, m] P[m, j] over all columns of F but its first two, which are the identity's."""
+@inlined
+def correct(z: F64, error: float, gain: F64) -> None:
+    """``z`` (9,) += error times gain (9,).
+
+    Loops of one length are unrolled: a vector that is loaded from numbers just stored has to wait for them.
+    """
+    for i in range(N_STATE):
+        z[i] += error * gain[i]
+
+
+@inlined
+def across(f: F64, p: F64) -> float:
+    """Σ f[m] p[m] over all but the first two of 9, which are the identity's."""
     return float(
-        F[i, 2] * P[2, j]
-        + F[i, 3] * P[3, j]
-        + F[i, 4] * P[4, j]
-        + F[i, 5] * P[5, j]
-        + F[i, 6] * P[6, j]
-        + F[i, 7] * P[7, j]
-        + F[i, 8] * P[8, j]
+        f[2] * p[2] + f[3] * p[3] + f[4] * p[4] + f[5] * p[5] + f[6] * p[6] + f[7] * p[7] + f[8] * p[8]
     )
 
 
-@lean
+@inlined
 def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
     """``P`` ← F P Fᵀ, its lower triangle computed; ``ahead`` (6, 9) is scratch.
 
     F is the identity in its first two columns and behind its first six rows, except for the disturbances'
     diagonal. Its first two rows are full, most of the others is 0.
     """
-    predict_motion(F, P, ahead)
+    for i in range(2):
+        predict_place(F[i], P, P[i], ahead[i])
+    for i in range(2, N_MOTION):
+        predict_motion(F[i], P, i, ahead[i])
     for i in range(N_MOTION, N_STATE):
         for j in range(N_MOTION):
             P[i, j] = F[i, i] * ahead[j, i]
@@ -108,41 +115,63 @@ def predict_covariance(F: F64, P: F64, ahead: F64) -> None:
             P[i, j] *= F[i, i] * F[j, j]
     for i in range(2):
         for j in range(i + 1):
-            P[i, j] = ahead[j, i] + across(F, ahead.T, i, j)
+            P[i, j] = ahead[j, i] + across(F[i], ahead[j])
             P[j, i] = P[i, j]
     for i in range(2, N_MOTION):
-        predict_row(F, ahead, i, P)
+        predict_row(F[i], ahead, i, P)
 
 
-@lean
-def predict_motion(F: F64, P: F64, ahead: F64) -> None:
-    """``ahead`` (6, 9) ← the first six rows of F P, of the last four without their first two columns."""
-    for i in range(2):
-        for j in range(N_STATE):
-            ahead[i, j] = P[i, j] + across(F, P, i, j)
-    for i in range(2, N_MOTION):
-        for j in range(2, N_STATE):
-            ahead[i, j] = F[i, i] * P[i, j]
-        for m in range(2, N_STATE):
-            if m != i and F[i, m] != 0.0:
-                for j in range(2, N_STATE):
-                    ahead[i, j] += F[i, m] * P[m, j]
+@inlined
+def predict_place(f: F64, P: F64, own: F64, out: F64) -> None:
+    """``out`` (9,) ← one of the first two rows of F P: ``f`` (9,) is that row of F, ``own`` (9,) of P."""
+    f2, f3, f4, f5, f6, f7, f8 = f[2], f[3], f[4], f[5], f[6], f[7], f[8]
+    for j in range(N_STATE):
+        out[j] = own[j] + (
+            f2 * P[2, j]
+            + f3 * P[3, j]
+            + f4 * P[4, j]
+            + f5 * P[5, j]
+            + f6 * P[6, j]
+            + f7 * P[7, j]
+            + f8 * P[8, j]
+        )
 
 
-@lean
-def predict_row(F: F64, ahead: F64, i: int, P: F64) -> None:
-    """Row ``i`` of ``P`` ← that of F ``ahead``ᵀ up to its diagonal, and the column likewise."""
-    for j in range(i + 1):
-        P[i, j] = F[i, i] * ahead[j, i]
+@inlined
+def predict_motion(f: F64, P: F64, i: int, out: F64) -> None:
+    """``out`` (9,) ← row ``i`` of F P, one of the next four, but for its first two columns.
+
+    ``f`` (9,) is that row of F.
+    """
+    own = f[i]
+    for j in range(2, N_STATE):
+        out[j] = own * P[i, j]
     for m in range(2, N_STATE):
-        if m != i and F[i, m] != 0.0:
-            for j in range(i + 1):
-                P[i, j] += F[i, m] * ahead[j, m]
-    for j in range(i):
+        other = f[m]
+        if m != i and other != 0.0:
+            for j in range(2, N_STATE):
+                out[j] += other * P[m, j]
+
+
+@inlined
+def predict_row(f: F64, ahead: F64, i: int, P: F64) -> None:
+    """Row and column ``i`` of ``P`` ← those of F ``ahead``ᵀ, of which ``f`` (9,) is the row of F.
+
+    What is behind the diagonal is replaced by the rows that follow: loops of one length are faster.
+    """
+    own = f[i]
+    for j in range(N_MOTION):
+        P[i, j] = own * ahead[j, i]
+    for m in range(2, N_STATE):
+        other = f[m]
+        if m != i and other != 0.0:
+            for j in range(N_MOTION):
+                P[i, j] += other * ahead[j, m]
+    for j in range(N_MOTION):
         P[j, i] = P[i, j]
 
 
-@lean
+@inlined
 def gain_of(c: int, P: F64, slope: float, variance: float, crossed: F64, gains: F64) -> float:
     """The innovation's variance of the component ``c`` of a pose, after the components before it.
 
@@ -162,15 +191,15 @@ def gain_of(c: int, P: F64, slope: float, variance: float, crossed: F64, gains: 
     return float(s)
 
 
-@lean
+@inlined
 def update_covariance(P: F64, crossed: F64, gains: F64) -> None:
     """``P`` ← P − Σ K (P hᵀ)ᵀ over the three components of a pose, its lower triangle computed."""
     for i in range(N_STATE):
         x, y, yaw = gains[0, i], gains[1, i], gains[2, i]
-        for j in range(i + 1):
+        for j in range(i):
             P[i, j] = P[i, j] - x * crossed[0, j] - y * crossed[1, j] - yaw * crossed[2, j]
             P[j, i] = P[i, j]
-        P[i, i] = max(P[i, i], 1e-16)
+        P[i, i] = max(P[i, i] - x * crossed[0, i] - y * crossed[1, i] - yaw * crossed[2, i], 1e-16)
 
 
 class FilterScratch(NamedTuple):
@@ -273,9 +302,11 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
                 kept = decays(dt, noise)
             acts = responses(row, theta, base)
             halfway(z, acts, row, theta, base, middle)
-            step_from(middle, z, acts, row, theta, base, moved)
-            jacobian(z, acts, row, theta, base, moved, middle, F)
-            copy(undisturbed, moved)
+            towards = heading(middle)
+            step_from(middle, towards, z, acts, row, theta, base, moved)
+            jacobian(z, acts, row, theta, base, moved, middle, towards, F)
+            if keep:
+                copy(undisturbed, moved)
             decay_disturbances(F, moved, kept)
             if keep:
                 predict_sensitivities(F, S, active, scratch.sensitivities)
@@ -290,7 +321,7 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
             if keep:
                 measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
             s = gain_of(c, P, H[c, YAW] if c < YAW else 0.0, data.variances[k, c], crossed, gains)
-            add(z, error, gains[c])
+            correct(z, error, gains[c])
             e = error / math.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, math.log(s)
             output.deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)

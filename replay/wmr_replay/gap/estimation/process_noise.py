@@ -25,7 +25,7 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 
 class Diffusion(NamedTuple):
@@ -66,7 +66,7 @@ def decays(dt: float, noise: Diffusion) -> tuple[float, float, float]:
     return math.exp(-dt / noise.long_tau_s), math.exp(-dt / noise.yaw_tau_s), math.exp(-dt / noise.lat_tau_s)
 
 
-@lean
+@inlined
 def add_noise(
     P: F64,
     row: F64,

@@ -11,7 +11,7 @@ import numpy as np
 from wmr_replay.effects.measurement import ON_POSE, slope_by_place
 from wmr_replay.gap.model.dynamics import DIFFERENCE, N_MOTION, N_ROW, N_STATE, YAW, Base, Row, step
 from wmr_schemas.arrays import F64, I64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 
 class SensitivityTargets(NamedTuple):
@@ -63,7 +63,7 @@ def active_ranges(targets: SensitivityTargets) -> I64:
     return np.array([[0, known], [known, known], [known + targets.n_cells, known + targets.n_cells]])
 
 
-@lean
+@inlined
 def predict_sensitivities(F: F64, S: F64, active: I64, ahead: F64) -> None:
     """S ← F S, with ``ahead`` (6, p) as scratch.
 
@@ -85,7 +85,7 @@ def predict_sensitivities(F: F64, S: F64, active: I64, ahead: F64) -> None:
             scale(S[i, a:b], F[i, i], S[i, a:b])
 
 
-@lean
+@inlined
 def add_others(out: F64, f: F64, i: int, S: F64, a: int, b: int) -> None:
     """``out`` += f S over columns [a, b), without rows 0, 1 and ``i`` of S; most of ``f`` (9,) is 0."""
     for m in range(2, N_STATE):
@@ -107,7 +107,7 @@ def add(out: F64, factor: float, x: F64) -> None:
         out[j] += factor * x[j]
 
 
-@lean
+@inlined
 def add_step_slopes(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reuses
     S: F64,
     active: I64,
@@ -168,7 +168,7 @@ def add_effort_slopes(S: F64, j: int, left: F64, right: F64, by_left: float, by_
         S[i, j] += left[i] * by_left + right[i] * by_right
 
 
-@lean
+@inlined
 def measurement_sensitivity(
     slopes: F64, S: F64, active: I64, h: F64, c: int, z: F64, age_s: float, places: I64
 ) -> None:
@@ -184,7 +184,7 @@ def measurement_sensitivity(
         slopes[j] += slope_by_place(places[j], c, z[YAW], age_s)
 
 
-@lean
+@inlined
 def update_sensitivities(S: F64, active: I64, gain: F64, slopes: F64, whitened: F64, sd: float) -> None:
     """S ← S − K slopes; writes slopes/sd to ``whitened`` (p,)."""
     for k in range(len(active)):

@@ -18,7 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.filter import LOG_TWO_PI, copy, gain_of, predict_covariance, update_covariance
+from wmr_replay.gap.estimation.filter import (
+    LOG_TWO_PI,
+    copy,
+    correct,
+    gain_of,
+    predict_covariance,
+    update_covariance,
+)
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import (
     Diffusion,
@@ -27,7 +34,6 @@ from wmr_replay.gap.estimation.process_noise import (
     decays,
     first_covariance,
 )
-from wmr_replay.gap.estimation.sensitivity import add
 from wmr_replay.gap.model.dynamics import (
     N_MOTION,
     N_ROW,
@@ -37,6 +43,7 @@ from wmr_replay.gap.model.dynamics import (
     Row,
     W,
     halfway,
+    heading,
     is_slipping,
     measured,
     responses,
@@ -48,7 +55,7 @@ from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_schemas.arrays import F64, Bool
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 from wmr_schemas.modes import MODES, ContactMode
 
 N_MODES, UNDECIDED = len(MODES), int(ContactMode.UNDECIDED)
@@ -195,21 +202,22 @@ def chain_of(problem: Problem) -> Chain:
     return Chain(np.array([leaves, ends, ends, ends]), np.array(shares, np.float64), first)
 
 
-@lean
+@inlined
 def predict(z: F64, P: F64, row: F64, mode_before: float, model: MotionModel, work: Workspace) -> None:
     """Time update of ``z`` (9,) and ``P`` (9, 9) by one row."""
     theta, base, noise = model.theta, model.base, model.noise
     acts, kept = responses(row, theta, base), decays(row[Row.DT], noise)
     halfway(z, acts, row, theta, base, work.middle)
-    step_from(work.middle, z, acts, row, theta, base, work.moved)
-    jacobian(z, acts, row, theta, base, work.moved, work.middle, work.F)
+    towards = heading(work.middle)
+    step_from(work.middle, towards, z, acts, row, theta, base, work.moved)
+    jacobian(z, acts, row, theta, base, work.moved, work.middle, towards, work.F)
     decay_disturbances(work.F, work.moved, kept)
     copy(z, work.moved)
     predict_covariance(work.F, P, work.ahead)
     add_noise(P, row, mode_before, noise, kept, model.settings)
 
 
-@lean
+@inlined
 def update(z: F64, P: F64, row: F64, rows: Rows, k: int, model: MotionModel, work: Workspace) -> float:
     """Measurement update of ``z`` (9,) and ``P`` (9, 9) by pose ``k``; −2 log likelihood of that pose."""
     deviance, most = 0.0, model.settings.outlier_sd**2
@@ -219,13 +227,13 @@ def update(z: F64, P: F64, row: F64, rows: Rows, k: int, model: MotionModel, wor
         error = rows.poses[k, c] - work.at[c]
         slope = work.H[c, YAW] if c < YAW else 0.0
         s = gain_of(c, P, slope, rows.variances[k, c], work.crossed, work.gains)
-        add(z, error, work.gains[c])
+        correct(z, error, work.gains[c])
         deviance += math.log(s) + LOG_TWO_PI + min(error * error / s, most)
     update_covariance(P, work.crossed, work.gains)
     return deviance
 
 
-@lean
+@inlined
 def copy_state(z: F64, P: F64, z_from: F64, P_from: F64) -> None:
     """``z`` (9,), ``P`` (9, 9) ← another state and covariance."""
     copy(z, z_from)
@@ -233,14 +241,16 @@ def copy_state(z: F64, P: F64, z_from: F64, P_from: F64) -> None:
         copy(P[i], P_from[i])
 
 
-@lean
+@inlined
 def follow(
     j: int, m: int, rows: Rows, k: int, model: MotionModel, mixture: Mixture, work: Workspace
 ) -> float:
     """The pair of modes (``j``, ``m``) through row ``k``; −2 log likelihood of its pose."""
     z, P, row = mixture.pair_z[j, m], mixture.pair_covariance[j, m], work.row
     copy_state(z, P, mixture.z[j], mixture.P[j])
-    copy(row, rows.slipping[k] if is_slipping(m) else rows.gripping[k])
+    of_mode = rows.slipping[k] if is_slipping(m) else rows.gripping[k]
+    for i in range(N_ROW):
+        row[i] = of_mode[i]
     row[Row.MODE] = m
     row[Row.LOOSE] = LOOSE_MPS if skids(j, model.theta) != skids(m, model.theta) else 0.0
     if k > 0:
@@ -248,7 +258,7 @@ def follow(
     return update(z, P, row, rows, k, model, work)
 
 
-@lean
+@inlined
 def score_pairs(
     rows: Rows, k: int, chain: Chain, model: MotionModel, mixture: Mixture, work: Workspace
 ) -> float:
@@ -266,7 +276,7 @@ def score_pairs(
     return least - 2.0 * math.log(merge(mixture, least))
 
 
-@lean
+@inlined
 def merge(mixture: Mixture, least: float) -> float:
     """The Gaussian of each mode now ← that of the pairs that end in it. Returns Σ exp((least − cost)/2)."""
     total = 0.0
@@ -284,7 +294,7 @@ def merge(mixture: Mixture, least: float) -> float:
     return total
 
 
-@lean
+@inlined
 def blend(weight: F64, zs: F64, covariances: F64, total: float, z: F64, P: F64) -> None:
     """``z`` (9,), ``P`` (9, 9) ← mean and covariance of Gaussians of these weights, of sum ``total``."""
     for i in range(N_STATE):

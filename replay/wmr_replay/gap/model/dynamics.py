@@ -23,7 +23,7 @@ from wmr_replay.effects.motion import (
 from wmr_replay.effects.response import Weights, response, with_stiffness
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 from wmr_schemas.modes import ContactMode
 
 N_STATE = 9
@@ -126,7 +126,7 @@ def skid_rate(v: float, v_lat: float, w: float, row: F64, theta: F64, base: Base
     return float(rate)
 
 
-@lean
+@inlined
 def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     """dv_long/dt per N·m of the sum of the efforts, and dw/dt per N·m of their difference."""
     slips = is_slipping(row[Row.MODE])
@@ -135,7 +135,7 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     return response((base.alpha, base.alpha_yaw), slipping, acts, theta)
 
 
-@lean
+@inlined
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
 ) -> tuple[float, float]:
@@ -157,7 +157,7 @@ def kept_lateral(row: F64, base: Base) -> float:
     return float(math.exp(-row[Row.DT] * base.lateral_decay_per_s)) if row[Row.LOOSE] == 0.0 else 0.0
 
 
-@lean
+@inlined
 def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> float:
     """v_lat after the step: equation (3) while skidding; else a noise that dies out, about the first-order
     motion of an undeclared skid that is too small to be followed.
@@ -175,7 +175,7 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
     return float(v_lat)
 
 
-@lean
+@inlined
 def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
     """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
     (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
@@ -195,7 +195,7 @@ def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
 
 
-@lean
+@inlined
 def held_back(a: Six, half: float, v: float, w: float) -> tuple[float, float]:
     """(1 − h A)⁻¹ (v, w), A the slopes of the accelerations by (v_long, w) and h half a step."""
     determinant = (1.0 - half * a[1]) * (1.0 - half * a[5]) - half * half * a[2] * a[4]
@@ -224,7 +224,7 @@ def settle(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base,
             break
 
 
-@lean
+@inlined
 def halfway(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state ``z``, but yaw, v_long and w half a step later; implicitly where
     dry friction holds the robot.
@@ -246,17 +246,32 @@ def step(z: F64, row: F64, theta: F64, base: Base, out: F64) -> None:
     """``out`` (9,) ← the state one row later, by the midpoint rule; the efforts are means over the step."""
     gains = responses(row, theta, base)
     halfway(z, gains, row, theta, base, out)
-    step_from(out, z, gains, row, theta, base, out)
+    step_from(out, heading(out), z, gains, row, theta, base, out)
 
 
 @lean
+def heading(middle: F64) -> tuple[float, float]:
+    """Cosine and sine of the yaw half-way, which a step and its Jacobian share."""
+    return math.cos(middle[YAW]), math.sin(middle[YAW])
+
+
+@inlined
 def step_from(
-    middle: F64, z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base, out: F64
+    middle: F64,
+    towards: tuple[float, float],
+    z: F64,
+    gains: tuple[float, float],
+    row: F64,
+    theta: F64,
+    base: Base,
+    out: F64,
 ) -> None:
-    """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``."""
-    dt = row[Row.DT]
+    """``out`` (9,) ← the state one row later, by way of the state half-way; it may stand in ``out``.
+
+    ``towards`` is the heading half-way.
+    """
+    dt, (cos, sin) = row[Row.DT], towards
     dv, dw = accelerations(middle, gains, row, theta, base)
-    cos, sin = math.cos(middle[YAW]), math.sin(middle[YAW])
     v, w = z[V] + dv * dt / 2, z[W] + dw * dt / 2
     lateral = next_lateral(z, v, w, row, theta, base)
     v_lat = (z[V_LAT] + lateral) / 2

@@ -1,6 +1,7 @@
 """∂step/∂z and ∂measured/∂z in closed form: the chain rule through the midpoint rule of :mod:`.dynamics`."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from wmr_replay.gap.model.dynamics import (
     YAW,
     Base,
     Row,
+    Six,
     V,
     W,
     X,
@@ -29,12 +31,17 @@ from wmr_replay.gap.model.dynamics import (
     through,
 )
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
+Two = tuple[float, float]
+Three = tuple[float, float, float]
+Four = tuple[float, float, float, float]
 Five = tuple[float, float, float, float, float]
 UNIT = np.eye(N_STATE)
-MOVING = (YAW, V, W, V_LAT, D_LONG, D_YAW)
-"""The states that act on more than v_lat and, by that, the place."""
+UNCOUPLED = (X, Y, D_LONG, D_LAT, D_YAW)
+"""The states that a step leaves, but for what the motion adds."""
+NOT_MOVED = (0.0, 0.0, 0.0, 0.0)
+NOT_PUSHED = (0.0, 0.0)
 
 
 @lean
@@ -44,7 +51,7 @@ def fall_of_rate(v: float, v_lat: float, w: float, base: Base) -> float:
     return 1.0 / squared if base.speed_mps <= 0.0 and squared > LEAST_SPEED_MPS**2 else 0.0
 
 
-@lean
+@inlined
 def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -> Five:
     """∂next_lateral/∂(yaw, v, w, v_lat, disturbance)."""
     dt, l, v_lat = row[Row.DT], base.half_track_m, z[V_LAT]
@@ -64,8 +71,24 @@ def slopes_of_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Ba
     return reach * by_yaw, fall * v - reach * w / l, fall * w - reach * v / l, kept + fall * v_lat, reach
 
 
-@lean
-def jacobian(
+class Chain(NamedTuple):
+    """What takes the slopes of a state half-way to those of the step.
+
+    Slopes of the accelerations half-way and of v_lat, half a step and a whole one in s, a step over l, and
+    what a step moves by: (cos ψ, sin ψ) times its length, and (dx, dy).
+    """
+
+    accelerations: Six
+    lateral: Five
+    half: float
+    dt: float
+    turn: float
+    heading: Two
+    place: Two
+
+
+@inlined
+def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     z: F64,
     gains: tuple[float, float],
     row: F64,
@@ -73,43 +96,61 @@ def jacobian(
     base: Base,
     moved: F64,
     middle: F64,
+    towards: tuple[float, float],
     F: F64,
 ) -> None:
     """``F`` (9, 9) ← ∂step/∂z; ``moved`` is step(z), ``middle`` the state half-way there.
 
-    ``gains`` are the responses to the efforts.
+    ``gains`` are the responses to the efforts, ``towards`` is the heading half-way. ``F`` holds zeros or an
+    earlier Jacobian: what is always 0 is not written.
     """
-    dt, half, held = row[Row.DT], row[Row.DT] / 2, is_held(z[V], z[W], theta)
-    turn, half_turn = dt / base.half_track_m, half / base.half_track_m / 2
+    dt, half = row[Row.DT], row[Row.DT] / 2
+    half_turn = half / base.half_track_m / 2
     first = slopes_of_accelerations(z, gains, row, theta, base)
     second = slopes_of_accelerations(middle, gains, row, theta, base)
     lateral = slopes_of_lateral(z, (z[V] + moved[V]) / 2, (z[W] + moved[W]) / 2, row, theta, base)
-    ahead, aside = math.cos(middle[YAW]) * dt, math.sin(middle[YAW]) * dt
-    dx, dy = moved[X] - z[X], moved[Y] - z[Y]
-    for i in range(N_STATE):
-        for j in range(N_STATE):
-            F[i, j] = UNIT[i, j]
-    for j in MOVING:
-        e = UNIT[j]
-        yaw, v, w, v_lat = e[YAW], e[V], e[W], e[V_LAT]
-        if held:
-            dv, dw = first[0] * yaw + second[3] * v_lat, 0.0
-        else:
-            dv, dw = through(first, yaw, v, w, v_lat)
-        v_1, w_1 = v + (dv + e[D_LONG]) * half, w + (dw + e[D_YAW]) * half
-        if held:
-            v_1, w_1 = held_back(second, half, v_1, w_1)
-        yaw_1 = yaw + (w + w_1) * half_turn
-        dv, dw = through(second, yaw_1, v_1, w_1, v_lat)
-        dv, dw = dv + e[D_LONG], dw + e[D_YAW]
-        v_2, w_2 = v + dv * half, w + dw * half
-        F[V_LAT, j] = lateral[0] * yaw + lateral[1] * v_2 + lateral[2] * w_2 + lateral[3] * v_lat
-        across = (v_lat + F[V_LAT, j]) / 2
-        F[X, j] = v_2 * ahead - across * aside - dy * yaw_1
-        F[Y, j] = v_2 * aside + across * ahead + dx * yaw_1
-        F[YAW, j], F[V, j], F[W, j] = yaw + w_2 * turn, v + dv * dt, w + dw * dt
+    ahead, aside = towards[0] * dt, towards[1] * dt
+    place = moved[X] - z[X], moved[Y] - z[Y]
+    chain = Chain(second, lateral, half, dt, dt / base.half_track_m, (ahead, aside), place)
+    for i in UNCOUPLED:
+        F[i, i] = 1.0
+    if is_held(z[V], z[W], theta):
+        by_yaw = held_back(second, half, first[0] * half, 0.0)
+        by_v, by_w = held_back(second, half, 1.0, 0.0), held_back(second, half, 0.0, 1.0)
+        by_lateral = held_back(second, half, second[3] * half, 0.0)
+        by_long, by_turning = held_back(second, half, half, 0.0), held_back(second, half, 0.0, half)
+    else:
+        by_yaw, by_lateral = (first[0] * half, 0.0), (first[3] * half, 0.0)
+        by_v, by_w = (1.0 + first[1] * half, first[4] * half), (first[2] * half, 1.0 + first[5] * half)
+        by_long, by_turning = (half, 0.0), (0.0, half)
+    column(F, YAW, (1.0 + by_yaw[1] * half_turn, *by_yaw), (1.0, 0.0, 0.0, 0.0), NOT_PUSHED, chain)
+    column(F, V, (by_v[1] * half_turn, *by_v), (0.0, 1.0, 0.0, 0.0), NOT_PUSHED, chain)
+    column(F, W, ((1.0 + by_w[1]) * half_turn, *by_w), (0.0, 0.0, 1.0, 0.0), NOT_PUSHED, chain)
+    by_lateral_3 = (by_lateral[1] * half_turn, *by_lateral)
+    column(F, V_LAT, by_lateral_3, (0.0, 0.0, 0.0, 1.0), NOT_PUSHED, chain)
+    column(F, D_LONG, (by_long[1] * half_turn, *by_long), NOT_MOVED, (1.0, 0.0), chain)
+    column(F, D_YAW, (by_turning[1] * half_turn, *by_turning), NOT_MOVED, (0.0, 1.0), chain)
     F[V_LAT, D_LAT] = lateral[4]
     F[X, D_LAT], F[Y, D_LAT] = -lateral[4] / 2 * aside, lateral[4] / 2 * ahead
+
+
+@inlined
+def column(F: F64, j: int, halfway: Three, at: Four, pushed: Two, chain: Chain) -> None:
+    """Column ``j`` of ``F`` (9, 9), its first six rows: the slopes by one number of the state.
+
+    ``halfway`` are the slopes of (yaw, v_long, w) half-way, ``at`` those of (yaw, v_long, w, v_lat) before
+    the step, and ``pushed`` those of the disturbances ahead and in yaw: 1 or 0.
+    """
+    (yaw_1, v_1, w_1), (yaw, v, w, v_lat), lateral = halfway, at, chain.lateral
+    dv, dw = through(chain.accelerations, yaw_1, v_1, w_1, v_lat)
+    dv, dw = dv + pushed[0], dw + pushed[1]
+    v_2, w_2 = v + dv * chain.half, w + dw * chain.half
+    by_lateral = lateral[0] * yaw + lateral[1] * v_2 + lateral[2] * w_2 + lateral[3] * v_lat
+    across, (ahead, aside), (dx, dy) = (v_lat + by_lateral) / 2, chain.heading, chain.place
+    F[X, j] = v_2 * ahead - across * aside - dy * yaw_1
+    F[Y, j] = v_2 * aside + across * ahead + dx * yaw_1
+    F[YAW, j], F[V, j], F[W, j] = yaw + w_2 * chain.turn, v + dv * chain.dt, w + dw * chain.dt
+    F[V_LAT, j] = by_lateral
 
 
 @lean

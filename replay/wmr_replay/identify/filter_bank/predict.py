@@ -149,12 +149,13 @@ def predict_mean(
 @lean
 def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
     """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 12) is scratch."""
+    n_states = work.shape[1]  # no constant: the compiler takes several columns at once, and does not unroll
     for i in range(N_MOVING):
         clear(work, i)
         for k in DEPENDS_ON[i]:
             if k >= 0:
                 factor = jacobian[i, k]
-                for j in range(N_STATES):
+                for j in range(n_states):
                     work[i, j] += factor * covariance[k, j]
     for i in range(N_MOVING):
         for j in range(i, N_MOVING):
