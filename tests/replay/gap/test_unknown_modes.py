@@ -229,11 +229,11 @@ def slipping_problem() -> Problem:
 
 
 def test_switches_are_counted_on_fitted_rows():
-    """Rolling is left three times in 25 s, beside once in 10 s before the log; slips of 1 s end three times,
-    beside six times in 15 s.
+    """Rolling is left three times in 25 s, beside twice in 20 s before the log; slips of 1 s end three times,
+    beside three times in 5.1 s.
     """
     switches = chain_of(slipping_problem())
-    assert switches.rates_per_s[IDEAL] == pytest.approx(4 / 35, rel=0.02)
-    assert switches.rates_per_s[SLIPPING] == pytest.approx(9 / 18, rel=0.02)
-    assert switches.shares[SLIPPING, SKIDDING] == pytest.approx(0.25 * 6 / 9)
+    assert switches.rates_per_s[IDEAL] == pytest.approx(5 / 45, rel=0.02)
+    assert switches.rates_per_s[SLIPPING] == pytest.approx(6 / 8.1, rel=0.02)
+    assert switches.shares[SLIPPING, SKIDDING] == pytest.approx(0.2 * 3 / 6)
     assert switches.shares[:3].sum(axis=1) == pytest.approx(1)

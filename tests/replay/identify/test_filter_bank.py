@@ -14,6 +14,7 @@ from wmr_replay.identify.filter_bank.bins import into_bins, open_bin
 from wmr_replay.identify.filter_bank.hypotheses import (
     ENDED,
     LEFT,
+    LOST_S,
     change_load,
     make_hypotheses,
     normalise,
@@ -211,29 +212,47 @@ def test_rolling_that_lasts_makes_a_switch_less_probable_and_switches_more():
     assert early == pytest.approx(0.1 / 10.0, rel=0.02)
     for _ in range(599):
         late = share_that_switches(rolls)
-    assert late == pytest.approx(0.1 / 70.0, rel=0.02)
+    assert late == pytest.approx(0.1 * 2 / 80.0, rel=0.02)
     rolls.habits[0, LEFT] += 20
-    assert share_that_switches(rolls) == pytest.approx(0.1 * 21 / 70.0, rel=0.02)
+    assert share_that_switches(rolls) == pytest.approx(0.1 * 22 / 80.0, rel=0.02)
 
 
 def test_a_skid_ends_in_rolling_more_often_than_in_a_slip():
     skids = population([1.0], [1])
     split(skids, 3, 0.1, (0.0, 0.0), PRIOR)
     weight = dict(zip(skids.mode[1:3].tolist(), np.exp(skids.log_weight[1:3]).tolist(), strict=True))
-    assert weight[0] == pytest.approx(weight[2] * 0.75 / 0.25)
+    assert weight[0] == pytest.approx(weight[2] * 0.8 / 0.2)
     assert skids.habits[1, ENDED] == skids.habits[0, ENDED] + 1
 
 
 def test_a_skid_that_lasts_does_not_put_off_its_own_end_but_makes_the_next_one_longer():
-    """A hazard of 1/(2.5 s), as if six had ended; 30 s count from the end on: 7 ends in 15 s + 30.1 s."""
+    """A hazard of 1/(1.7 s), as if three had ended; 30 s count from the end on: 4 ends in 5.1 s + 30.1 s."""
     skids = population([1.0], [1])
     shares = [share_that_switches(skids) for _ in range(300)]
-    assert shares == pytest.approx([1 - np.exp(-0.1 / 2.5)] * 300)
+    assert shares == pytest.approx([1 - np.exp(-0.1 / 1.7)] * 300)
     split(skids, 3, 0.1, (0.0, 0.0), PRIOR)
     rolls = int(np.flatnonzero(skids.mode[: skids.size[0]] == 0)[0])
     again = population([1.0], [1])
     again.habits[0] = skids.habits[rolls]
-    assert share_that_switches(again) == pytest.approx(1 - np.exp(-0.1 * 7 / (15.0 + 30.1)))
+    assert share_that_switches(again) == pytest.approx(1 - np.exp(-0.1 * 4 / (5.1 + 30.1)))
+
+
+def test_five_skids_of_ten_seconds_teach_that_they_last():
+    """Of 1.7 s seen three times and 10 s seen five times 6.9 s are expected, whatever came first."""
+    skids = population([1.0], [1])
+    skids.habits[0, ENDED] += 5
+    skids.habits[0, LOST_S] += 50.0
+    assert share_that_switches(skids) == pytest.approx(1 - np.exp(-0.1 / 6.9), rel=1e-2)
+
+
+def test_hypotheses_that_become_one_have_counted_the_mean_of_both():
+    hypotheses = population([0.6, 0.2], [0, 0])
+    hypotheses.mean[1] = hypotheses.mean[0]
+    hypotheses.habits[1, LEFT] += 4
+    before = hypotheses.habits[:2, LEFT].copy()
+    prune_and_merge(hypotheses, 2)
+    assert hypotheses.size[0] == 1
+    assert hypotheses.habits[0, LEFT] == pytest.approx(0.75 * before[0] + 0.25 * before[1])
 
 
 def test_a_jump_of_the_pose_is_supposed_only_where_no_hypothesis_expects_the_bin():

@@ -192,7 +192,8 @@ def chain_of(problem: Problem) -> Chain:
     fitted, rolled = problem.train[1:] & problem.train[:-1], before == ContactMode.IDEAL
     left, ended = fitted & rolled & (now != before), fitted & ~rolled & (now != before)
     n_ended = PRIORS.ends_seen + np.sum(ended)
-    leaves = (1 + np.sum(left)) / (PRIORS.rolled_s + np.sum(spent_s[fitted & rolled]))
+    n_left, seen_s = PRIORS.rolls_seen + np.sum(left), PRIORS.rolls_seen * PRIORS.rolled_s
+    leaves = n_left / (seen_s + np.sum(spent_s[fitted & rolled]))
     ends = n_ended / (PRIORS.ends_seen * PRIORS.lost_s + np.sum(spent_s[fitted & ~rolled]))
     n_across = PRIORS.across * PRIORS.ends_seen + np.sum(ended & (now != ContactMode.IDEAL))
     across, lost = n_across / n_ended, (1 - PRIORS.starts_rolling) / 2

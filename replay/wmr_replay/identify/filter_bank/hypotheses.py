@@ -209,6 +209,15 @@ def merge_pasts(hypotheses: HypothesisSet, twin: int, candidate: int) -> None:
 
 
 @lean
+def merge_habits(hypotheses: HypothesisSet, twin: int, candidate: int) -> None:
+    """The habits of two hypotheses that become one: what either has counted, by weight."""
+    share = 1.0 / (1.0 + math.exp(hypotheses.log_weight[twin] - hypotheses.log_weight[candidate]))
+    for k in range(N_HABITS):
+        own, other = hypotheses.habits[twin, k], hypotheses.habits[candidate, k]
+        hypotheses.habits[twin, k] = own + share * (other - own)
+
+
+@lean
 def prune_and_merge(hypotheses: HypothesisSet, most: int) -> None:
     """Keep the ``most`` probable; one that agrees with a more probable one gives its weight to it."""
     size, order, kept = hypotheses.size[0], hypotheses.order, hypotheses.kept
@@ -222,6 +231,7 @@ def prune_and_merge(hypotheses: HypothesisSet, most: int) -> None:
         twin = twin_of(hypotheses, candidate, n_kept)
         if twin >= 0:
             merge_pasts(hypotheses, twin, candidate)
+            merge_habits(hypotheses, twin, candidate)
             hypotheses.log_weight[twin] = np.logaddexp(
                 hypotheses.log_weight[twin], hypotheses.log_weight[candidate]
             )

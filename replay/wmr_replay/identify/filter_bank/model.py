@@ -63,7 +63,11 @@ class BankModel(Protocol):
 def first_habits() -> F64:
     """How often and after how long a robot switches, before its log: see :class:`.priors.BankPriors`."""
     return np.array(
-        [1.0, PRIORS.rolled_s, *np.multiply(PRIORS.ends_seen, [1.0, PRIORS.lost_s, PRIORS.across]), 0.0]
+        [
+            *np.multiply(PRIORS.rolls_seen, [1.0, PRIORS.rolled_s]),
+            *np.multiply(PRIORS.ends_seen, [1.0, PRIORS.lost_s, PRIORS.across]),
+            0.0,
+        ]
     )
 
 

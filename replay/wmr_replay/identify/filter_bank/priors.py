@@ -73,16 +73,19 @@ class BankPriors:
     """Hypotheses of less weight do not widen the interval of α: a supposed change of load would always."""
 
     rolled_s: float = 10.0
-    """For how long a robot rolls before it skids or slips: as if this had been seen once. The log teaches the
-    rest: from one switch in half a second to one a minute."""
-    lost_s: float = 2.5
-    """Likewise how long a skid or slip lasts, …"""
-    ends_seen: float = 6.0
-    """… as if this had been seen so often. Judgement: they last as long as a curve, a start or a patch of
-    ground does. One long slip must not make the next one longer, or rolling that looks like slipping never
-    ends. On logs where they last 5 to 20 s, 4 s seen three times did no better."""
-    across: float = 0.25
-    """Share of skids and slips that lead into another mode than rolling: grip mostly comes back first."""
+    """For how long a robot rolls before it skids or slips, …"""
+    rolls_seen: float = 2.0
+    """… as if this had been seen so often. The log teaches the rest: from one switch in half a second to one
+    a minute."""
+    lost_s: float = 1.7
+    """Likewise how long a skid or slip lasts: as long as a curve, a start or a patch of ground does, .5 to
+    5 s, near the geometric middle of that, …"""
+    ends_seen: float = 3.0
+    """… as if this had been seen so often. Judgement: few enough for a log whose skids last 5 to 20 s to
+    teach that."""
+    across: float = 0.2
+    """Share of skids and slips that lead into another mode than rolling: grip mostly comes back first.
+    Judgement, between .08 of driver families to develop on and the half of the scenario ``random``."""
     starts_rolling: float = 0.9
     """How probable rolling is at the start. Judgement: a log mostly begins at rest or in grip. Without
     turning or torque, what a log begins with stays undecided for long; .6 made rolling a skid for as long."""
