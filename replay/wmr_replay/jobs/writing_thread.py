@@ -6,6 +6,7 @@ shorter of writing and computing is done within the time of the longer.
 
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -35,13 +36,13 @@ class WritingThread:
     def stop(self) -> None:
         """End the thread once the call under way has ended, whatever comes of it.
 
-        A second interruption does not cut this short: files that a call writes to cannot be removed before.
+        Interruptions do not cut this short: a file that a call writes to cannot be removed before.
         """
-        try:
-            self._thread.shutdown()
-        except KeyboardInterrupt:
-            self._thread.shutdown()
-            raise
+        stopped = False
+        while not stopped:
+            with suppress(KeyboardInterrupt):
+                self._thread.shutdown()
+                stopped = True
 
     def _wait(self) -> None:
         """Wait for the call under way; raises its error."""

@@ -6,8 +6,8 @@ from wmr_replay.ingest.reading import PARTS, joined
 from wmr_schemas.batches import RawBatch
 
 MOST_ROWS = 1 << 15
-"""Rows of all signals in a batch: of pose and torques at one rate, as many of each as a pass over a processor's
-cache takes (16384).
+"""Rows of all signals in a batch. At one rate of pose and torques that is 16384 of each, as many as one pass
+of the later stages takes.
 """
 
 
