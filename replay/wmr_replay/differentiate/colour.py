@@ -60,8 +60,8 @@ class Scale:
         )
 
     def _add(self, columns: F64, end: int) -> None:
-        """Differences whose last block is ``end`` or a multiple of ``stride`` behind it; none over a hole or a
-        jump of the pose.
+        """Differences whose last block is ``end`` or a multiple of ``stride`` behind it; none over a hole or
+        a jump of the pose.
         """
         n = columns.shape[1]
         if end >= n:
