@@ -51,19 +51,22 @@ class Scale:
         first = self._n - held
         self._n += blocks.shape[1]
         self._tail = columns[:, -3:]
-        ends = np.arange(max(held, 3), columns.shape[1])
-        self._add(columns, ends[(ends + first) % self.stride == 0])
+        end = max(held, 3)
+        self._add(columns, end + -(end + first) % self.stride)
         odd = held + (held + first + 1) % 2
         second = columns[:, odd::2]
         return (
             0.5 * (columns[:, odd - 1 : odd - 1 + 2 * second.shape[1] : 2] + second) if odd else second[:, :0]
         )
 
-    def _add(self, columns: F64, ends: np.ndarray) -> None:
-        """Differences whose last block is one of ``ends``; none over a hole or a jump of the pose."""
-        if not len(ends):
+    def _add(self, columns: F64, end: int) -> None:
+        """Differences whose last block is ``end`` or a multiple of ``stride`` behind it; none over a hole or
+        a jump of the pose.
+        """
+        n = columns.shape[1]
+        if end >= n:
             return
-        a, b, c, d = (columns[:, ends - k] for k in (3, 2, 1, 0))
+        a, b, c, d = (np.ascontiguousarray(columns[:, end - k : n - k : self.stride]) for k in (3, 2, 1, 0))
         whole = d[0] - a[0]
         p, q, r = (b[0] - a[0]) / whole, (c[0] - b[0]) / whole, (d[0] - c[0]) / whole
         weights = [-1 / (p * (p + q)), 1 / (p * q * (q + r)), -1 / ((p + q) * q * r), 1 / ((q + r) * r)]

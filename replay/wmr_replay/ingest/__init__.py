@@ -7,6 +7,7 @@ used; ``between`` is a range of time.
 """
 
 from wmr_replay.ingest.between import Between
+from wmr_replay.ingest.gathering import gathered
 from wmr_replay.ingest.losses import Losses
 from wmr_replay.ingest.reader import LogReader, open_log, sha256_of
 from wmr_replay.ingest.storage.source import LogPath, RemotePath, log_path, size_of
@@ -20,6 +21,7 @@ __all__ = [
     "RawBatch",
     "RemotePath",
     "Rows",
+    "gathered",
     "log_path",
     "open_log",
     "sha256_of",

@@ -318,7 +318,8 @@ def joined(batches: Sequence[RawBatch]) -> RawBatch:
         return concatenated([getattr(batch, name) for batch in batches], len(PARTS[name]))
 
     signals = (whole(name) for name in ("pose", "torque", "mode"))
-    return RawBatch(*signals, wheels=whole("wheels"), command=whole("command"))
+    bars = tuple(bar for batch in batches for bar in batch.bars)
+    return RawBatch(*signals, bars=bars, wheels=whole("wheels"), command=whole("command"))
 
 
 def concatenated(pieces: Sequence[Rows], n_columns: int) -> Rows:

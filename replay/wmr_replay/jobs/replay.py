@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import polars as pl
 
-from wmr_replay.ingest import LogReader, Losses, RemotePath, sha256_of
+from wmr_replay.ingest import LogReader, Losses, RemotePath, gathered, sha256_of
 from wmr_replay.jobs.torque_record import TorqueRecord
 from wmr_replay.pipeline.columns import EFFORTS, Columns
 from wmr_replay.pipeline.engine import Engine
@@ -248,7 +248,7 @@ class Replay:
 
     def _columns(self, progress: Progress | None) -> Iterator[Columns]:
         """The rows of the samples table as the engine completes them."""
-        for batch in self.source.batches():
+        for batch in gathered(self.source.batches()):
             yield from self.engine.push(batch)
             if progress is not None:
                 progress(*self.source.position())

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import polars as pl
 
 from wmr_replay.jobs.replay import RunTables, TimelineFacts
+from wmr_replay.jobs.writing_thread import WritingThread
 from wmr_replay.tables import ParquetStream
 from wmr_replay.tables.summary import summary_frame
 from wmr_schemas.files import made_folder, whole_files
@@ -66,7 +67,11 @@ def write_results(
 
 
 class ResultFiles:
-    """The files of one run, growing under temporary names until all are complete."""
+    """The files of one run, growing under temporary names until all are complete.
+
+    Rows are written in a thread. What the timeline states is asked for in the caller's, with the first rows:
+    later rows may change it.
+    """
 
     def __init__(
         self,
@@ -80,20 +85,29 @@ class ResultFiles:
         self._samples = ParquetStream(self._names["samples"], polars_schema(SAMPLES))
         self._hindsight: ParquetStream | None = None
         self._timeline: Timeline | None = None
+        self._stated: tuple[TimelineFacts, str | None] | None = None
+        self._thread = WritingThread()
 
     def push(self, samples: pl.DataFrame) -> None:
-        """Append a batch of samples."""
+        """Append a batch of samples, which must not change any more."""
         if not len(samples):
             return
-        self._samples.push(samples)
-        if self._timeline is None and self._facts is not None:
-            live = self._live() if callable(self._live) else self._live
-            self._timeline = open_timeline(self._names["timeline"], self._facts(), live)
-        if self._timeline is not None:
-            self._timeline.push(samples)
+        if self._stated is None and self._facts is not None:
+            self._stated = self._facts(), self._live() if callable(self._live) else self._live
+        self._thread.call(self._write, samples)
 
     def push_hindsight(self, rows: pl.DataFrame) -> None:
         """Append a batch of the hindsight table, once all samples are there."""
+        self._thread.call(self._write_hindsight, rows)
+
+    def _write(self, samples: pl.DataFrame) -> None:
+        self._samples.push(samples)
+        if self._timeline is None and self._stated is not None:
+            self._timeline = open_timeline(self._names["timeline"], *self._stated)
+        if self._timeline is not None:
+            self._timeline.push(samples)
+
+    def _write_hindsight(self, rows: pl.DataFrame) -> None:
         if self._hindsight is None:
             self._hindsight = ParquetStream(self._names["hindsight"], polars_schema(HINDSIGHT))
         self._hindsight.push(rows)
@@ -102,6 +116,7 @@ class ResultFiles:
 
     def finish(self, tables: RunTables) -> dict[str, Path]:
         """Complete every file and rename all."""
+        self._thread.finish()
         small = self._small(tables)
         with whole_files({kind: self._names[kind] for kind in small}) as parts:
             for kind, write in small.items():
@@ -123,6 +138,7 @@ class ResultFiles:
 
     def discard(self) -> None:
         """Remove what is unfinished."""
+        self._thread.stop()
         self._samples.discard()
         if self._hindsight is not None:
             self._hindsight.discard()

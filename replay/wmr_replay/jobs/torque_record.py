@@ -1,5 +1,7 @@
 """The wheel torques of a replay, as far as a plot needs them."""
 
+from threading import Lock
+
 import numpy as np
 import polars as pl
 
@@ -10,11 +12,15 @@ MOST_HZ = 50.0
 
 
 class TorqueRecord:
-    """Keeps the first row of every 20 ms: 0.8 KB a second of log, whatever the pose's rate."""
+    """Keeps the first row of every 20 ms: 0.8 KB a second of log, whatever the pose's rate.
+
+    One thread may append while another asks for the rows so far.
+    """
 
     def __init__(self) -> None:
         self._held: list[pl.DataFrame] = []
         self._last_bin: int | None = None
+        self._lock = Lock()
 
     def push(self, columns: Columns) -> None:
         """Append the torques of the next rows."""
@@ -23,14 +29,15 @@ class TorqueRecord:
         first = bins != before
         self._last_bin = int(bins[-1])
         kept = {name: columns[name][first].astype(np.float32) for name in EFFORTS}
-        self._held.append(pl.DataFrame({"t_ns": columns["t_ns"][first]} | kept))
+        rows = pl.DataFrame({"t_ns": columns["t_ns"][first]} | kept)
+        with self._lock:
+            self._held.append(rows)
 
     def frame(self) -> pl.DataFrame:
         """``t_ns, left_nm, right_nm`` of the rows so far, NaN where unknown."""
-        if len(self._held) > 1:
-            self._held = [pl.concat(self._held)]
-        return (
-            self._held[0]
-            if self._held
-            else pl.DataFrame(schema={"t_ns": pl.Int64} | dict.fromkeys(EFFORTS, pl.Float32))
-        )
+        with self._lock:
+            if len(self._held) > 1:
+                self._held = [pl.concat(self._held)]
+            if self._held:
+                return self._held[0]
+        return pl.DataFrame(schema={"t_ns": pl.Int64} | dict.fromkeys(EFFORTS, pl.Float32))

@@ -4,9 +4,10 @@ import numpy as np
 
 from wmr_replay.align import SampleBatch
 from wmr_replay.differentiate import Derivatives
-from wmr_replay.identify import Evidence, Motion, Verdict, motion_of, wheel_slip
+from wmr_replay.identify import Evidence, Motion, motion_of, wheel_slip
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
+from wmr_replay.pipeline.beside import Beside
 from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
@@ -58,6 +59,7 @@ class Chain:
         self._identifier = make_identifier(
             settings, model, window_s=self._derivation.window_s, step_s=levels.step_s
         )
+        self._beside = Beside()
         self._known_slip = KnownSlip(model.robot, model.effects)
         self._outliers = OutlierFill(settings.all_modes)
         self._jumps_told = JumpsTold()
@@ -157,21 +159,24 @@ class Chain:
         derivatives = self._derivation.push(rows)
         variances, which = self._repairing.variances(rows), self._colours[-1].push(rows)
         evidence = self._evidence(rows, derivatives, variances, which, slid_m)
-        motion = evidence.motion
-        robot = self._model.robot
+        answer = self._beside.begin(self._identifier.push, evidence, len(rows))
+        barred = self._barred(rows, derivatives, evidence)
+        motion, robot = evidence.motion, self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
-        answer = self._identifier.push(evidence)
+        shown = self._colours[-1].shown(motion, derivatives, variances, which, self._derivation.kernel)
+        verdict = undecided_while_filling(answer(), derivatives.state == Status.WARMING_UP, self._all_modes)
         if self._record is not None and isinstance(self._identifier, BANKS):
             self._record.push_bins(self._identifier.new_bins)
-        verdict = undecided_while_filling(answer, derivatives.state == Status.WARMING_UP, self._all_modes)
-        observed = self._observed(rows, derivatives, evidence, verdict)
-        slow = self._slow.push(observed.t_s, self._repairing.step_s)
-        barred = np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
         verdict = undecided_where_barred(verdict, barred, self._all_modes)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         status = self._status(rows, derivatives, verdict.outcome)
-        shown = self._colours[-1].shown(motion, derivatives, variances, which, self._derivation.kernel)
         return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
+
+    def _barred(self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence) -> I8:
+        """The status (n,) that bars each row, whatever the identifier says; ``OK`` where nothing does."""
+        observed = self._observed(rows, derivatives, evidence)
+        slow = self._slow.push(observed.t_s, self._repairing.step_s)
+        return np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
 
     def _evidence(
         self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64, slid_m: F64
@@ -206,9 +211,7 @@ class Chain:
             return np.full(len(rows), float(UNKNOWN))
         return track_independence(rows.t_ns, rows.pose, self._independence)
 
-    def _observed(
-        self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence, verdict: Verdict
-    ) -> Observed:
+    def _observed(self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence) -> Observed:
         """What the monitors of the data's quality are given of each row."""
         return Observed(
             t_ns=rows.t_ns,
@@ -217,8 +220,6 @@ class Chain:
             inputs=rows.inputs,
             smoothed=derivatives.inputs,
             motion=evidence.motion,
-            alpha=verdict.alpha,
-            alpha_sd=verdict.alpha_sd,
             variances=evidence.variances,
             robot=self._model.robot,
             smoothed_pose=derivatives.estimates[:, 0],

@@ -174,7 +174,6 @@ def observed_piece(
     on_grid = [np.interp(grid_s, t_s, signal) for signal in pose]
     estimates = np.stack([[filtered(signal, taps) for taps in window.taps] for signal in on_grid])
     smoothed = np.stack([filtered(u, taps) for u, taps in zip(means, window.input_taps, strict=True)])
-    unknown = np.full(len(t_ns), np.nan)
     return Observed(
         t_ns=t_ns,
         t_s=t_s,
@@ -182,8 +181,6 @@ def observed_piece(
         inputs=at_rows(means),
         smoothed=at_rows(smoothed),
         motion=Motion(*at_rows(body_motion(estimates, window.taps @ window.taps.T, window.variances))),
-        alpha=unknown,
-        alpha_sd=unknown,
         variances=np.repeat(window.variances[:, None], len(t_ns), axis=1),
         robot=robot,
         smoothed_pose=at_rows(estimates[:, 0]),

@@ -17,8 +17,8 @@ class Observed(NamedTuple):
     rad/s, means over the interval that ends at the row, NaN where unknown. ``smoothed`` (4, n) the same
     through the window of the motion. ``motion`` at the instants t − δ, NaN while the window fills, and
     ``smoothed_pose`` (3, n) at these instants. ``pose_raw`` (3, n) is the pose as measured, jumps left in.
-    ``alpha`` and ``alpha_sd`` (n,) the identifier's estimate. ``variances`` (2, n) of the noise of position
-    and yaw. ``robot`` holds the parameters that are known.
+    ``variances`` (2, n) of the noise of position and yaw. ``robot`` holds the parameters that are known. The
+    identifier's answer is not among them: it is found at the same time.
     """
 
     t_ns: I64
@@ -27,8 +27,6 @@ class Observed(NamedTuple):
     inputs: F64
     smoothed: F64
     motion: Motion
-    alpha: F64
-    alpha_sd: F64
     variances: F64
     robot: RobotParameters
     smoothed_pose: F64

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import polars as pl
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from wmr_schemas.files import PartFile, whole_file
@@ -43,19 +44,13 @@ class ParquetStream:
         """Append rows; write the groups that they complete."""
         self._waiting.append(frame)
         self._n_waiting += len(frame)
-        if self._n_waiting < self._group_rows:
-            return
-        rows = pl.concat(self._waiting)
-        while len(rows) >= self._group_rows:
-            self._write(rows[: self._group_rows])
-            rows = rows[self._group_rows :]
-        self._waiting, self._n_waiting = [rows], len(rows)
+        while self._n_waiting >= self._group_rows:
+            self._writer.write_table(self._take(self._group_rows))
 
     def close(self) -> None:
         """Write the last rows; the file keeps its temporary name until :meth:`finish`."""
         if self._n_waiting:
-            self._write(pl.concat(self._waiting))
-        self._waiting, self._n_waiting = [], 0
+            self._writer.write_table(self._take(self._n_waiting))
         self._writer.close()
 
     def finish(self) -> None:
@@ -68,5 +63,9 @@ class ParquetStream:
         self._writer.close()
         self._file.discard()
 
-    def _write(self, rows: pl.DataFrame) -> None:
-        self._writer.write_table(rows.rechunk().to_arrow().cast(self._writer.schema))
+    def _take(self, n: int) -> pa.Table:
+        """The first ``n`` rows that wait; what they were copied from is let go before they are written."""
+        waiting = pl.concat(self._waiting)
+        rows, rest = waiting[:n].rechunk(), waiting[n:]
+        self._waiting, self._n_waiting = [rest] if len(rest) else [], len(rest)
+        return rows.to_arrow().cast(self._writer.schema)

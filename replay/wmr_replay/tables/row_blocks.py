@@ -35,9 +35,13 @@ class RowBlocks:
     def finish(self) -> Iterator[Columns]:
         """The rows still held, if any."""
         if self._n_held:
-            block = {name: column[: self._n_held] for name, column in self._held.items()}
-            self._held, self._n_held = {}, 0
-            yield block
+            yield self._taken()
+
+    def _taken(self) -> Columns:
+        """The rows held, which are held no longer."""
+        block = {name: column[: self._n_held] for name, column in self._held.items()}
+        self._held, self._n_held = {}, 0
+        return block
 
     def _hold(self, columns: Columns, rows: slice) -> None:
         """Copy these rows behind those that are held."""

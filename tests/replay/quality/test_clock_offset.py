@@ -47,7 +47,7 @@ def observed(offset_s=0.0, *, speeds=True, length_s=60.0, rate_hz=40.0, seed=0, 
     pose, variances = np.zeros((3, len(t_s))), np.ones((2, len(t_s)))
     t_ns = np.rint(t_s * 1e9).astype(np.int64)
     known = RobotParameters()
-    return Observed(t_ns, t_s, pose, inputs, inputs, motion, none, none, variances, known, pose, pose)
+    return Observed(t_ns, t_s, pose, inputs, inputs, motion, variances, known, pose, pose)
 
 
 def part(rows, index):

@@ -53,7 +53,7 @@ def observed(pose, rate_hz, wheels_radps=5.0):
     inputs[2:] = wheels_radps
     motion = Motion(*(nothing for _ in Motion._fields))
     rows = {"t_ns": t_ns, "t_s": (t_ns - t_ns[0]) / 1e9, "pose": pose, "inputs": inputs, "smoothed": inputs}
-    rows |= {"motion": motion, "alpha": nothing, "alpha_sd": nothing, "variances": np.zeros((2, n))}
+    rows |= {"motion": motion, "variances": np.zeros((2, n))}
     return Observed(**rows, robot=RobotParameters(), smoothed_pose=pose, pose_raw=pose)
 
 

@@ -156,10 +156,8 @@ def rows(n: int, *, sign: float = -1.0) -> Observed:
     measured = np.concatenate([xy, yaw[None]])
     known = RobotParameters(alpha=0.1, alpha_yaw=0.1, half_track_m=1.0, wheel_radius_m=1.0)
     t_ns = (t_s * 1e9).astype(np.int64)
-    unknown, noise = np.full(n, np.nan), np.full((2, n), 1e-6)
-    return Observed(
-        t_ns, t_s, measured, inputs, inputs, motion, unknown, unknown, noise, known, measured, measured
-    )
+    noise = np.full((2, n), 1e-6)
+    return Observed(t_ns, t_s, measured, inputs, inputs, motion, noise, known, measured, measured)
 
 
 def part(o: Observed, cut: slice) -> Observed:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-MOST_BYTES = 64 << 20
-"""Held in memory: ten minutes at 1 kHz. A longer log's rows go to a temporary file, which closing removes."""
+MOST_BYTES = 32 << 20
+"""Held in memory: four minutes at 1 kHz. Rows of a longer log go to a temporary file, which closing removes.
+"""
 BLOCK_ROWS = 32_768
 """Rows that are read at one time."""
 
