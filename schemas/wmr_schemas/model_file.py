@@ -73,7 +73,7 @@ class Effect:
 
 
 class FormKey(NamedTuple):
-    """What effects may say of their form: which effects, what all of them are, what it is, and in or of what."""
+    """What effects may say of their form: which effects, what all of them are, what it is, in or of what."""
 
     effects: tuple[str, ...]
     kind: str
