@@ -5,7 +5,7 @@ shorter of writing and computing is done within the time of the longer.
 """
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from typing import TypeVar
 
@@ -36,12 +36,14 @@ class WritingThread:
     def stop(self) -> None:
         """End the thread once the call under way has ended, whatever comes of it.
 
-        Interruptions do not cut this short: a file that a call writes to cannot be removed before.
+        Interruptions do not cut this short: a file that a call writes to cannot be removed before. The call is
+        waited for, not the thread: a join that is interrupted takes the thread for ended.
         """
         stopped = False
         while not stopped:
             with suppress(KeyboardInterrupt):
-                self._thread.shutdown()
+                wait([] if self._under_way is None else [self._under_way])
+                self._thread.shutdown(wait=False)
                 stopped = True
 
     def _wait(self) -> None:

@@ -49,7 +49,7 @@ def test_a_zone_takes_as_much_of_large_efforts_as_of_small_ones(zone):
     problem = straight(zone=zone)
     fit, without = fitted(problem), fit_model(problem, Extension(BASE))
     assert without.deviance - fit.deviance > 20
-    assert large_ones_lose_nothing(problem, fit) is not zone
+    assert large_ones_lose_nothing(problem, fit, 0.0) is not zone
 
 
 @pytest.mark.parametrize(

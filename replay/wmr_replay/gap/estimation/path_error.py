@@ -184,23 +184,22 @@ def near(whitened: F64, far_sd: float) -> F64:
     return np.nan_to_num(whitened, nan=far_sd, posinf=far_sd, neginf=-far_sd)
 
 
-def moved_path(binned: BinnedLog, without: Extension, with_it: Extension, windows: Windows) -> float:
+def moved_path(
+    binned: BinnedLog, without: Extension, with_it: Extension, windows: Windows, *, same_start: bool
+) -> float:
     """How far an effect moves the simulated path, m: the largest distance of the two paths in a window, each
     from its own fitted start, or both from that of the model with it.
-
-    A pose's effects turn or shift the first pose, and are seen in the former; a start that is fitted makes up
-    for much of what a skid's tyres do.
     """
     own, farthest = binned.settings.windows, 0.0
     cuts = (cut(binned, model, windows) for model in (without, with_it))
     for (a, _), before, after in zip(windows, *cuts, strict=True):
-        start = starting_motion(binned, a, with_it.base)
-        z, there = fit_window(start, after, own.rounds, own.tries)
-        _, refitted = fit_window(starting_motion(binned, a, without.base), before, own.rounds, own.tries)
-        for other, origin in ((refitted, 0.0), (simulated(z, before), 1.0)):
-            apart = (near(other, own.far_sd) - near(there, own.far_sd)) * after.scale
-            apart = apart[:, :2] - origin * apart[0, :2]
-            farthest = max(farthest, float(np.hypot(*apart.T).max()))
+        z, there = fit_window(starting_motion(binned, a, with_it.base), after, own.rounds, own.tries)
+        if same_start:
+            other = simulated(z, before)
+        else:
+            _, other = fit_window(starting_motion(binned, a, without.base), before, own.rounds, own.tries)
+        apart = (near(other, own.far_sd) - near(there, own.far_sd)) * after.scale
+        farthest = max(farthest, float(np.hypot(*apart[:, :2].T).max()))
     return farthest
 
 

@@ -111,7 +111,7 @@ def times_the_disturbance(problem: Problem, fit: Fit) -> float:
     return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2)
 
 
-def large_ones_lose_nothing(problem: Problem, fit: Fit, margin: float = 0.0) -> bool:
+def large_ones_lose_nothing(problem: Problem, fit: Fit, margin: float) -> bool:
     """Whether a dead zone is no likelier, by more than ``margin``, than small efforts that move nothing and
     large ones that lose nothing.
 

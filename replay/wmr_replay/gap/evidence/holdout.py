@@ -254,11 +254,16 @@ def held_out_deviance(problem: Problem, fit: Fit) -> F64:
     return causal_deviance(problem, fit.extension, fit.noise)
 
 
-def path_change(problem: Problem, without: Fit, with_it: Fit, seconds: float) -> float:
-    """How far an effect moves the simulated path in windows of ``seconds``, m."""
+def path_change(
+    problem: Problem, without: Fit, with_it: Fit, seconds: float, *, same_start: bool = False
+) -> float:
+    """How far an effect moves the simulated path in windows of ``seconds``, m: each path from its own fitted
+    start, or both from the ``same_start``, for tyres: a start that is fitted makes up for what they do in a
+    skid.
+    """
     binned = problem.binned
     windows = windows_of(binned, np.ones(len(binned), bool), seconds)
-    return moved_path(binned, without.extension, with_it.extension, windows)
+    return moved_path(binned, without.extension, with_it.extension, windows, same_start=same_start)
 
 
 def combined_gap(errors: WindowErrors, unit: WindowErrors) -> F64:

@@ -141,7 +141,8 @@ def through_gates(
     level = problem.settings.significance.level
     if placebo_p(problem, rest, current, effect.name, options.seed) > level:
         return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")
-    small = path_change(problem, rest, current, options.tolerance_s) < options.tolerance_m
+    moved_m = path_change(problem, rest, current, options.tolerance_s, same_start=effect.name == TYRES)
+    small = moved_m < options.tolerance_m
     return replace(effect, proof=proof, failed="moves the path by less than the tolerance" if small else "")
 
 
