@@ -22,6 +22,7 @@ class WritingThread:
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1, "write")
         self._under_way: Future[None] | None = None
+        self._ended = False
 
     def call(self, function: Callable[[T], None], rows: T) -> None:
         """Begin ``function(rows)`` once the call before has ended."""
@@ -31,20 +32,21 @@ class WritingThread:
     def finish(self) -> None:
         """Wait for the last call, and end the thread."""
         self._wait()
+        self._ended = True
         self._thread.shutdown()
 
     def stop(self) -> None:
         """End the thread once the call under way has ended, whatever comes of it.
 
-        Interruptions do not cut this short: a file that a call writes to cannot be removed before. The call is
-        waited for, not the thread: a join that is interrupted takes the thread for ended.
+        Interruptions do not cut this short: a file that a call writes to cannot be removed before. One may
+        have come before the call under way was known, or in a join, which then takes the thread for ended. So
+        a last call, of nothing, is waited for.
         """
-        stopped = False
-        while not stopped:
+        while not self._ended:
             with suppress(KeyboardInterrupt):
-                wait([] if self._under_way is None else [self._under_way])
-                self._thread.shutdown(wait=False)
-                stopped = True
+                wait([self._thread.submit(int)])
+                self._ended = True
+        self._thread.shutdown(wait=False)
 
     def _wait(self) -> None:
         """Wait for the call under way; raises its error."""
