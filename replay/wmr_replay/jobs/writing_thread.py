@@ -21,6 +21,7 @@ class WritingThread:
 
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1, "write")
+        self._thread.submit(int).result()  # begun before a call is: an interrupted start would begin another
         self._under_way: Future[None] | None = None
         self._ended = False
 
@@ -39,8 +40,8 @@ class WritingThread:
         """End the thread once the call under way has ended, whatever comes of it.
 
         Interruptions do not cut this short: a file that a call writes to cannot be removed before. One may
-        have come before the call under way was known, or in a join, which then takes the thread for ended. So
-        a last call, of nothing, is waited for.
+        have come before the call under way was known, and a join that is interrupted takes the thread for
+        ended. So a last call, of nothing, is waited for.
         """
         while not self._ended:
             with suppress(KeyboardInterrupt):
