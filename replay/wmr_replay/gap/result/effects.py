@@ -15,6 +15,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
+from wmr_replay.gap.result.place_reach import reach
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
@@ -36,6 +37,9 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
     estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
         ci95 = interval(problem.binned, name, key, value, w)
+        if is_place(name, key):
+            low, high = reach(problem, fit, name, key)
+            ci95 = min(ci95[0], low), max(ci95[1], high)
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
     return tuple(
         reported(effect, estimates[effect.name], confound_class(names, effect.name), own)

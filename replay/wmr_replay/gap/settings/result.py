@@ -86,6 +86,13 @@ class ReportSettings:
     edge_sd_m: float = 0.15
     """The same for a place, m. Patrol benchmark, and the width of the candidates' softened edge."""
 
+    flat: float = 3.84
+    """Rise of −2 log likelihood up to which a time or place may lie elsewhere. Statistics: χ² with one degree
+    of freedom exceeds it in 5 % of cases."""
+
+    most_steps: int = 100
+    """Most steps by which a time or place is so moved, either way. Numerics: half a minute, 15 m."""
+
     least_blocks: int = 5
     """Fewest degrees of freedom of Student's t for the intervals. Statistics: below, the quantile grows
     beyond use."""

@@ -1,0 +1,44 @@
+"""The interval of the time of a load that comes while no torque acts; the oracle is the motion's equation."""
+
+import numpy as np
+import pytest
+from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
+
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.result.place_reach import reach
+from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+
+STEP_S, N = 0.01, 6000
+PUSHES_S, PUSH_S = (0.0, 6.0, 12.0, 18.0, 30.0, 36.0, 42.0, 48.0), 1.0
+
+
+def loaded(t0_s: float):
+    """60 s straight ahead, pushed for 1 s at a time to and fro; half of the mass comes at ``t0_s``."""
+    t_s = STEP_S * np.arange(N)
+    asked = sum((-1.0) ** k * ((t_s >= at) & (t_s < at + PUSH_S)) for k, at in enumerate(PUSHES_S))
+    each_nm = 0.4 * asked / (2 * BASE.alpha)
+    moved_mps2 = 0.4 * asked / np.where(t_s >= t0_s, 1.5, 1.0)
+    x_m = np.cumsum(np.cumsum(moved_mps2)) * STEP_S**2
+    pose = np.stack([x_m, np.zeros(N), np.zeros(N)]) + 1e-3 * np.random.default_rng(4).normal(size=(3, N))
+    none, t_ns = np.full(N, np.nan), np.arange(N, dtype=np.int64) * 10_000_000
+    return problem_of(
+        Log(PoseTrack(t_ns, *pose), TorqueTrack(t_ns, each_nm, each_nm, none, none), None, ROBOT)
+    )
+
+
+@pytest.mark.parametrize("t0_s", [20.0, 28.0])
+def test_the_time_of_a_load_reaches_over_all_of_a_pause_and_not_into_the_pushes(t0_s):
+    """Between 19 and 30 s no torque acts."""
+    problem = loaded(t0_s).all_fitted()
+    fit = fit_model(problem, Extension(BASE, {"load_step": {"mass_ratio": 0.4, "t0_s": 24.0}}))
+    low, high = reach(problem, fit, "load_step", "t0_s")
+    assert 18.0 < low < 19.7
+    assert 29.3 < high < 31.0
+
+
+def test_the_time_of_a_load_that_comes_in_a_push_hardly_reaches_anywhere():
+    problem = loaded(12.5).all_fitted()
+    fit = fit_model(problem, Extension(BASE, {"load_step": {"mass_ratio": 0.4, "t0_s": 12.4}}))
+    low, high = reach(problem, fit, "load_step", "t0_s")
+    assert high - low < 1.0
