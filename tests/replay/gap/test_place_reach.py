@@ -6,6 +6,7 @@ from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.result.effects import within_the_log
 from wmr_replay.gap.result.place_reach import reach
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -35,6 +36,14 @@ def test_the_time_of_a_load_reaches_over_all_of_a_pause_and_not_into_the_pushes(
     low, high = reach(problem, fit, "load_step", "t0_s")
     assert 18.0 < low < 19.7
     assert 29.3 < high < 31.0
+
+
+def test_an_interval_ends_with_the_log():
+    """After the last push nothing shows when a load came, or whether one did after the end."""
+    problem = loaded(40.0)
+    t_s = problem.binned.t_s
+    assert within_the_log(problem.binned, "t0_s", 55.0, (50.0, 85.0)) == (50.0, float(t_s[-1]))
+    assert within_the_log(problem.binned, "t0_s", 5.0, (-9.0, 6.0)) == (float(t_s[0]), 6.0)
 
 
 def test_the_time_of_a_load_that_comes_in_a_push_hardly_reaches_anywhere():

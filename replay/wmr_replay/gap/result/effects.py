@@ -36,10 +36,11 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
     names = tuple(effect.name for effect in selection.found)
     estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
     for (name, key), value, w in zip(fit.keys, fit.values, width, strict=True):
-        ci95 = interval(problem.binned, name, key, value, w)
+        ci95 = float(value - w), float(value + w)
         if is_place(name, key):
-            low, high = reach(problem, fit, name, key)
-            ci95 = min(ci95[0], low), max(ci95[1], high)
+            low, high = reach(problem.all_fitted(), fit, name, key)
+            wide = min(ci95[0], low), max(ci95[1], high)
+            ci95 = within_the_log(problem.binned, key, float(value), wide)
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
     return tuple(
         reported(effect, estimates[effect.name], confound_class(names, effect.name), own)
@@ -73,16 +74,15 @@ def reported(
     )
 
 
-def interval(binned: BinnedLog, name: str, key: str, value: float, width: float) -> tuple[float, float]:
-    """The interval value ± width; times and places are clipped to the log and its path."""
-    low, high = float(value - width), float(value + width)
-    if not is_place(name, key):
-        return low, high
+def within_the_log(
+    binned: BinnedLog, key: str, value: float, ci95: tuple[float, float]
+) -> tuple[float, float]:
+    """The interval of a time or place, clipped to the log and its path."""
     x_m, y_m = binned.pose[:, 0], binned.pose[:, 1]
     across_m = float(np.hypot(np.ptp(x_m), np.ptp(y_m)))
     spans = {"x_m": (x_m.min(), x_m.max()), "y_m": (y_m.min(), y_m.max()), "radius_m": (0.0, across_m)}
     first, last = spans.get(key, (binned.t_s[0], binned.t_s[-1]))
-    return max(low, min(float(first), float(value))), min(high, max(float(last), float(value)))
+    return max(ci95[0], min(float(first), value)), min(ci95[1], max(float(last), value))
 
 
 def place_variance(name: str, key: str, settings: ReportSettings) -> float:
