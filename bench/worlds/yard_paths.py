@@ -1,4 +1,4 @@
-"""Paths of the driver families of the next report: a plough, a museum guide, a skid pad, a search."""
+"""Paths of the driver families that the eleventh report held out: plough, museum guide, skid pad, search."""
 
 import numpy as np
 
