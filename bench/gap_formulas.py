@@ -26,7 +26,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
 import numpy as np  # noqa: E402
-from formulas.forms import DEVELOP, EARLIER, REPORT, SECOND, THIRD  # noqa: E402
+from formulas.forms import DEVELOP, EARLIER, FOURTH, REPORT, SECOND, THIRD  # noqa: E402
 from formulas.oracle import judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
 from formulas.score import scored  # noqa: E402
@@ -38,7 +38,14 @@ from wmr_synth.sensors import NOISE_LEVELS  # noqa: E402
 
 Row = dict[str, Any]
 HERE = Path(__file__).parent
-FORMS = {"develop": DEVELOP, "earlier": EARLIER, "second": SECOND, "third": THIRD, "report": REPORT}
+FORMS = {
+    "develop": DEVELOP,
+    "earlier": EARLIER,
+    "second": SECOND,
+    "third": THIRD,
+    "fourth": FOURTH,
+    "report": REPORT,
+}
 MODES = ("given", "identified")
 
 
