@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from wmr_replay.identify.filter_bank.predict import let_disturbances_fade
 from wmr_replay.identify.filter_bank.states import AHEAD, AROUND, N_STATES
-from wmr_replay.identify.filter_bank.steps import told
+from wmr_replay.identify.filter_bank.steps import rest, told
 from wmr_replay.jobs.replay import MemorySource, Replay
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.model_effects import ReplayModel
@@ -72,6 +72,13 @@ def test_an_effort_well_beyond_the_disturbance_counts_in_full_and_one_below_hard
     assert told(0.1, 0.1, 0.01**2) == pytest.approx(0.1 / 82, rel=1e-6)
     assert told(0.3, 0.1, 0.01**2) == pytest.approx(0.15)
     assert told(0.0, 0.1, 0.01**2) == 0.0
+
+
+@given(st.floats(-100, 100), st.floats(1e-3, 1.0), st.floats(1e-3, 0.3))
+def test_what_an_effort_does_not_tell_accelerates_all_the_same(effort, gain, sd):
+    counted = told(effort, gain, sd**2)
+    assert gain * counted + rest(effort, counted, gain) == pytest.approx(gain * effort, rel=1e-9, abs=1e-12)
+    assert rest(math.nan, 0.0, gain) == 0.0
 
 
 @pytest.fixture(scope="module")

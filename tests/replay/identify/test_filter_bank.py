@@ -64,9 +64,9 @@ def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5, ahead=0.0, 
     return np.array([x, y, psi, v_long, v_lat, omega, *parameters(0), ahead, around])
 
 
-def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S):
+def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S, rests=(0.0, 0.0)):
     after, jacobian = mean.copy(), np.empty((N_MOVING, N_STATES))
-    predict_mean(after, mode, force, turn, dt, PRIOR, Terms(), jacobian)
+    predict_mean(after, mode, force, turn, rests, dt, PRIOR, Terms(), jacobian)
     return after, jacobian
 
 
@@ -83,6 +83,15 @@ def test_the_filters_model_is_the_plants(mode):
     for k in range(settled, exact.shape[1] - 1):
         after, _ = moved(state(*exact[:, k]), mode, force=24.0, turn=0.0)
         np.testing.assert_allclose(after[:6], exact[:, k + 1], atol=5e-4 * STEP_S**0.5, rtol=2e-4)
+
+
+@pytest.mark.parametrize("mode", range(5))
+def test_the_rest_of_the_efforts_moves_as_a_disturbance_does(mode):
+    """The same in every mode; no derivative knows of it."""
+    by_rest, jacobian = moved(state(), mode, rests=(0.3, -0.2))
+    by_disturbance, beside = moved(state(ahead=0.3, around=-0.2), mode)
+    np.testing.assert_allclose(by_rest[:6], by_disturbance[:6], rtol=1e-12)
+    np.testing.assert_allclose(jacobian, beside, rtol=1e-12)
 
 
 @pytest.mark.parametrize("mode", range(5))

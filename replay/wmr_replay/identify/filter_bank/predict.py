@@ -81,13 +81,14 @@ def predict_mean(
     mode: int,
     force: float,
     turn: float,
+    rests: tuple[float, float],
     dt: float,
     prior: Prior,
     terms: Terms | None,
     jacobian: F64,
 ) -> None:
-    """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m); fill the
-    Jacobian's moving rows.
+    """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m) and ``rests``, dv_long/dt
+    and dω/dt that are the same in every mode; fill the Jacobian's moving rows.
 
     dv_long/dt and dω/dt as in ``traction``, and s v_lat ω ahead; s = 1/3 in skidding, 1 − 2ρ/3 with both, 0
     elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
@@ -105,8 +106,8 @@ def predict_mean(
             terms,
         )
     new_v, new_omega, new_lat = (
-        v_long + (by.ahead + ahead + mean[AHEAD]) * dt,
-        omega + (by.turning + turning + mean[AROUND]) * dt,
+        v_long + (by.ahead + ahead + mean[AHEAD] + rests[0]) * dt,
+        omega + (by.turning + turning + mean[AROUND] + rests[1]) * dt,
         0.0,
     )
     for i in range(N_MOVING):

@@ -81,6 +81,12 @@ def told(effort: float, gain: float, variance: float) -> float:
 
 
 @lean
+def rest(effort: float, told_effort: float, gain: float) -> float:
+    """The acceleration by the part of an effort that tells nothing: as in rolling, the same in every mode."""
+    return 0.0 if math.isnan(effort) else gain * (effort - told_effort)
+
+
+@lean
 def creep_sideways(mean: F64, covariance: F64, dt: float) -> None:
     """Tyres that grip give way a little in a curve. How much is not known: the position becomes uncertain."""
     creep = ELASTIC_S * mean[V_LONG] * mean[OMEGA]
@@ -117,14 +123,17 @@ def predict(
         mean, covariance, mode = hypotheses.mean[h], hypotheses.covariance[h], hypotheses.mode[h]
         diffusion = drift.velocity[hypotheses.level[h]]
         disturbance = drift.disturbance[hypotheses.level[h]] ** 2
-        told_force = 0.0 if free_v else told(force, math.exp(mean[LN_ALPHA]), disturbance)
-        told_turn = 0.0 if free_omega else told(turn, math.exp(mean[LN_BETA]) * half_track, disturbance)
+        alpha, beta = math.exp(mean[LN_ALPHA]), math.exp(mean[LN_BETA])
+        told_force = 0.0 if free_v else told(force, alpha, disturbance)
+        told_turn = 0.0 if free_omega else told(turn, beta * half_track, disturbance)
+        rests = rest(force, told_force, alpha), 0.0 if free_omega else rest(turn, told_turn, beta)
         for _ in range(pieces):
             predict_mean(
                 mean,
                 mode,
                 told_force,
                 told_turn,
+                rests,
                 dt,
                 prior,
                 terms,
