@@ -210,6 +210,7 @@ def main() -> None:
     parser.add_argument("--split", choices=("develop", "report", "later"), default="develop")
     parser.add_argument("--logs", type=int, default=3, help="per family and plant, shared among the noises")
     parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--apart", action="store_true", help="seeds of its own for every family and plant")
     parser.add_argument("--family", choices=sorted(FAMILIES))
     parser.add_argument("--plant", type=int)
     parser.add_argument("--seconds", type=float, default=90.0)
@@ -228,11 +229,12 @@ def main() -> None:
     split = LATER if asked.split == "later" else part(asked.split)
     rows = rows_in(asked.out) if asked.out and asked.out.exists() else []
     done = {key_of(row) for row in rows}
-    for plant, family in split.cells:
+    for place, (plant, family) in enumerate(split.cells):
         if asked.family not in (None, family) or asked.plant not in (None, plant):
             continue
         for k in range(asked.logs):
             noise, seed = list(NOISE_LEVELS)[k % len(NOISE_LEVELS)], asked.first_seed + k
+            seed += place * asked.logs if asked.apart else 0
             split.check(plant, family, seed)
             if (family, plant, noise, seed) in done:
                 continue
