@@ -152,5 +152,9 @@ class World:
         return replace(self.log, mode=None)
 
     def facts(self) -> dict[str, Any]:
-        """What a row of results says of the world."""
-        return {"sizes": self.sizes, "disturbance_mps2": self.conditions.disturbance_mps2}
+        """What a row of results says of the world; ``demand_mps2`` is the rms of the dv_long/dt that torques ask for."""
+        assert self.robot.alpha is not None
+        asked = self.robot.alpha * (self.truth.left_nm + self.truth.right_nm)
+        demand = float(np.sqrt(np.mean(asked**2)))
+        level = self.conditions.disturbance_mps2
+        return {"sizes": self.sizes, "disturbance_mps2": level, "demand_mps2": demand}

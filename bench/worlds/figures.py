@@ -12,6 +12,7 @@ from worlds.tables import held_out, said, table, where
 
 Row = dict[str, Any]
 Rows = Sequence[Row]
+CALM_MPS2 = 0.3
 
 
 def blocks(rows: Rows) -> dict[str, str]:
@@ -94,6 +95,7 @@ def asked(hidden: Rows, nothing: Rows) -> str:
         ("wrong", "", share(count(hidden, "wrong"), n)),
         ("nothing hidden: named", "≤ 1 %", share(count(nothing, "false"), silent)),
         ("– in the worst family", "≤ 3 %", worst(nothing, lambda row: row["outcome"] == "false", max)),
+        (f"– on calm drives (torques ask for less than {CALM_MPS2} m/s², rms)", "≤ 2 %", calm_named(nothing)),
         ("– a disagreement without a name", "", share(count(nothing, "unnamed"), silent)),
         ("crashes", "0", str(count([*hidden, *nothing], "error"))),
         ("95 % intervals that hold, declared form", "90 to 99 %", coverage(hidden, same_form=True)),
@@ -103,6 +105,12 @@ def asked(hidden: Rows, nothing: Rows) -> str:
     ]
     scores = held_out([*hidden, *nothing])
     return table(("", "asked", "measured"), lines) + (f"\n\n{scores}" if scores else "")
+
+
+def calm_named(nothing: Rows) -> str:
+    """Share of the calm drives with nothing hidden on which something is named."""
+    calm = [row for row in nothing if row.get("demand_mps2", np.inf) < CALM_MPS2]
+    return share(count(calm, "false"), len(calm))
 
 
 def coverage(rows: Rows, *, same_form: bool) -> str:

@@ -92,6 +92,17 @@ def test_worlds_tell_right_refusals_from_wrong_ones(bench):
     assert "50.0 % (1 of 2;" in line_of(found["worlds_nothing"], "dash")
 
 
+def test_calm_drives_are_counted_apart(bench):
+    nothing = [row for row in WORLDS if not row["effect"] and row["outcome"] != "not driven"]
+    named = [row | {"demand_mps2": 0.1} for row in nothing if row["outcome"] == "false"]
+    rest = [row | {"demand_mps2": 0.5} for row in nothing if row["outcome"] != "false"]
+    quiet = [row | {"demand_mps2": 0.2} for row in rest]
+    for calm, expected in (([*named, *rest], "(1 of 1;"), ([*named, *quiet], f"(1 of {1 + len(quiet)};")):
+        report = bench("worlds.figures").blocks(calm)["worlds_report"]
+        (line,) = (line for line in report.splitlines() if "on calm drives" in line)
+        assert expected in line
+
+
 def test_every_failure_of_the_worlds_is_listed_and_no_other_log(bench):
     lines = bench("worlds.figures").blocks(WORLDS)["worlds_failures"].splitlines()[2:]
     assert [line.split(" | ")[0] for line in lines] == ["| 600002", "| 600003", "| 600005"]
