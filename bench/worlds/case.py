@@ -152,7 +152,7 @@ class World:
         return replace(self.log, mode=None)
 
     def facts(self) -> dict[str, Any]:
-        """What a row of results says of the world; ``demand_mps2`` is the rms of the dv_long/dt that torques ask for."""
+        """What a row of results says of the world; ``demand_mps2``, rms, is what torques ask of dv_long/dt."""
         assert self.robot.alpha is not None
         asked = self.robot.alpha * (self.truth.left_nm + self.truth.right_nm)
         demand = float(np.sqrt(np.mean(asked**2)))
