@@ -152,7 +152,7 @@ class World:
         return replace(self.log, mode=None)
 
     def facts(self) -> dict[str, Any]:
-        """What a row of results says of the world; ``demand_mps2``, rms, is what torques ask of dv_long/dt."""
+        """What a row says of the world; ``demand_mps2``: the dv_long/dt that torques ask for, rms."""
         assert self.robot.alpha is not None
         asked = self.robot.alpha * (self.truth.left_nm + self.truth.right_nm)
         demand = float(np.sqrt(np.mean(asked**2)))

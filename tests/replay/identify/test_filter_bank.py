@@ -22,7 +22,7 @@ from wmr_replay.identify.filter_bank.hypotheses import (
 )
 from wmr_replay.identify.filter_bank.jumps import hypothesise_jump, share_that_jumped, surprising
 from wmr_replay.identify.filter_bank.model import first_habits
-from wmr_replay.identify.filter_bank.predict import predict_covariance, predict_mean
+from wmr_replay.identify.filter_bank.predict import Efforts, predict_covariance, predict_mean
 from wmr_replay.identify.filter_bank.states import (
     AHEAD,
     AROUND,
@@ -66,7 +66,7 @@ def state(x=0.3, y=-0.2, psi=0.7, v_long=3.0, v_lat=-0.4, omega=0.5, ahead=0.0, 
 
 def moved(mean, mode, force=20.0, turn=6.0, dt=STEP_S, rests=(0.0, 0.0)):
     after, jacobian = mean.copy(), np.empty((N_MOVING, N_STATES))
-    predict_mean(after, mode, force, turn, rests, dt, PRIOR, Terms(), jacobian)
+    predict_mean(after, mode, Efforts(force, turn, *rests), dt, PRIOR, Terms(), jacobian)
     return after, jacobian
 
 

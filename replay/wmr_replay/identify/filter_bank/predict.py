@@ -1,6 +1,7 @@
 """One step of a hypothesis through its mode's dynamics, mean and covariance."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,17 @@ DEPENDS_ON = np.array(
 """States on which each moving state depends: where the Jacobian is not zero."""
 
 
+class Efforts(NamedTuple):
+    """Σeffort ``force`` and effort difference ``turn`` in N·m, as far as they tell modes apart; dv_long/dt
+    and dω/dt that are the same in every mode.
+    """
+
+    force: float
+    turn: float
+    ahead: float
+    turning: float
+
+
 @lean
 def lateral_step(
     mean: F64, dt: float, middle: tuple[float, float, float], prior: Prior, jacobian: F64
@@ -79,35 +91,32 @@ def clear(rows: F64, i: int) -> None:
 def predict_mean(
     mean: F64,
     mode: int,
-    force: float,
-    turn: float,
-    rests: tuple[float, float],
+    efforts: Efforts,
     dt: float,
     prior: Prior,
     terms: Terms | None,
     jacobian: F64,
 ) -> None:
-    """Advance the mean by dt under Σeffort ``force`` and effort difference ``turn`` (N·m) and ``rests``, dv_long/dt
-    and dω/dt that are the same in every mode; fill the Jacobian's moving rows.
+    """Advance the mean by dt under the efforts; fill the Jacobian's moving rows.
 
     dv_long/dt and dω/dt as in ``traction``, and s v_lat ω ahead; s = 1/3 in skidding, 1 − 2ρ/3 with both, 0
     elsewhere (σ quasi-steady). Velocities are trapezoidal, the heading is that of the
     step's middle. Without ``terms`` their code is not compiled.
     """
     skids = mode in (SKIDDING, SKIDDING_SLIPPING)
-    by = traction(mean, mode, force, turn, prior)
+    by = traction(mean, mode, efforts.force, efforts.turn, prior)
     v_long, v_lat, omega = mean[V_LONG], mean[V_LAT], mean[OMEGA]
     ahead, aside, turning = 0.0, 0.0, 0.0
     if terms is not None:
         ahead, aside, turning = extra_accelerations(
-            Moving(v_long, v_lat, mean[PSI], omega, force, turn),
+            Moving(v_long, v_lat, mean[PSI], omega, efforts.force, efforts.turn),
             math.exp(mean[LN_ALPHA]),
             math.exp(mean[LN_BETA]) * prior.half_track_m,
             terms,
         )
     new_v, new_omega, new_lat = (
-        v_long + (by.ahead + ahead + mean[AHEAD] + rests[0]) * dt,
-        omega + (by.turning + turning + mean[AROUND] + rests[1]) * dt,
+        v_long + (by.ahead + ahead + mean[AHEAD] + efforts.ahead) * dt,
+        omega + (by.turning + turning + mean[AROUND] + efforts.turning) * dt,
         0.0,
     )
     for i in range(N_MOVING):

@@ -19,7 +19,12 @@ from wmr_replay.identify.filter_bank.jumps import (
     share_that_jumped,
     surprising,
 )
-from wmr_replay.identify.filter_bank.predict import let_disturbances_fade, predict_covariance, predict_mean
+from wmr_replay.identify.filter_bank.predict import (
+    Efforts,
+    let_disturbances_fade,
+    predict_covariance,
+    predict_mean,
+)
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     CAPPED,
@@ -126,19 +131,10 @@ def predict(
         alpha, beta = math.exp(mean[LN_ALPHA]), math.exp(mean[LN_BETA])
         told_force = 0.0 if free_v else told(force, alpha, disturbance)
         told_turn = 0.0 if free_omega else told(turn, beta * half_track, disturbance)
-        rests = rest(force, told_force, alpha), 0.0 if free_omega else rest(turn, told_turn, beta)
+        turning = 0.0 if free_omega else rest(turn, told_turn, beta)
+        efforts = Efforts(told_force, told_turn, rest(force, told_force, alpha), turning)
         for _ in range(pieces):
-            predict_mean(
-                mean,
-                mode,
-                told_force,
-                told_turn,
-                rests,
-                dt,
-                prior,
-                terms,
-                work[:N_MOVING],
-            )
+            predict_mean(mean, mode, efforts, dt, prior, terms, work[:N_MOVING])
             predict_covariance(covariance, work[:N_MOVING], work[N_MOVING : 2 * N_MOVING])
             let_disturbances_fade(mean, covariance, disturbance, around, dt)
             covariance[V_LONG, V_LONG] += (UNKNOWN_ACCELERATION_DIFFUSION if free_v else diffusion) * dt
