@@ -6,6 +6,7 @@ correlation time for a wobble, a first-order process; and grows as b³ and b⁵ 
 acceleration jumps. A fit of all four says how much of each there is.
 """
 
+import math
 from dataclasses import dataclass
 from itertools import product
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from wmr_replay.differentiate.design import KernelSpec, uniform_taps
 from wmr_schemas.arrays import F64
+from wmr_schemas.compiled.lean import lean
 
 BLOCK_DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)
 TIMES_S = (0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)
@@ -42,7 +44,7 @@ class Scale:
         self.b, self._span_s = b, 3 * b * step_s * UNEVEN
         self.stride = 1 << int(np.log2(max(1.0, 1 / (MOST_PER_S * b * step_s))))
         self._tail, self._n = np.empty((5, 0)), 0
-        self._sums = np.zeros((3, 1))
+        self._sums = np.zeros(3)
 
     def push(self, blocks: F64) -> F64:
         """New blocks (5, m): t, x, y, yaw, number of the piece; returns the means of their pairs."""
@@ -63,27 +65,40 @@ class Scale:
         """Differences whose last block is ``end`` or a multiple of ``stride`` behind it; none over a hole or
         a jump of the pose.
         """
-        n = columns.shape[1]
-        if end >= n:
-            return
-        a, b, c, d = (np.ascontiguousarray(columns[:, end - k : n - k : self.stride]) for k in (3, 2, 1, 0))
-        whole = d[0] - a[0]
-        p, q, r = (b[0] - a[0]) / whole, (c[0] - b[0]) / whole, (d[0] - c[0]) / whole
-        weights = [-1 / (p * (p + q)), 1 / (p * q * (q + r)), -1 / ((p + q) * q * r), 1 / ((q + r) * r)]
-        size = np.sqrt(sum(w * w for w in weights))
-        off = weights[0] * (a - d) + weights[1] * (b - d) + weights[2] * (c - d)
-        square = (off[1:4] / size) ** 2
-        good = (whole <= self._span_s) & (a[4] == d[4]) & np.isfinite(square).all(axis=0)
-        square = np.where(good, square, 0.0)
-        added = np.stack([good, 0.5 * (square[0] + square[1]), square[2]])
-        self._sums = np.cumsum(np.concatenate([self._sums, added], axis=1), axis=1)[:, -1:]
+        if end < columns.shape[1]:
+            add_differences(columns, (end, self.stride), self._span_s, self._sums)
 
     @property
     def level(self) -> tuple[float, float, float]:
         """Independent differences, mean squares of position and yaw."""
-        n, position, yaw = self._sums[:, 0].tolist()
+        n, position, yaw = self._sums.tolist()
         overlap = 2.3 if self.stride == 1 else 1.2 if self.stride == 2 else 1.0
         return n / overlap, position / max(n, 1.0), yaw / max(n, 1.0)
+
+
+@lean
+def add_differences(columns: F64, rows: tuple[int, int], span_s: float, sums: F64) -> None:
+    """To number and squares (3,) the third differences of blocks (5, n): of those from a first one on, by a
+    stride, each with the three before it, weighted by when they were.
+    """
+    t, x, y, yaw, piece = columns[0], columns[1], columns[2], columns[3], columns[4]
+    for d in range(rows[0], columns.shape[1], rows[1]):
+        a, b, c = d - 3, d - 2, d - 1
+        whole = t[d] - t[a]
+        if not (whole <= span_s and piece[a] == piece[d]):
+            continue
+        p, q, r = (t[b] - t[a]) / whole, (t[c] - t[b]) / whole, (t[d] - t[c]) / whole
+        w_a, w_b = -1 / (p * (p + q)), 1 / (p * q * (q + r))
+        w_c, w_d = -1 / ((p + q) * q * r), 1 / ((q + r) * r)
+        size = math.sqrt(w_a * w_a + w_b * w_b + w_c * w_c + w_d * w_d)
+        off_x = (w_a * (x[a] - x[d]) + w_b * (x[b] - x[d]) + w_c * (x[c] - x[d])) / size
+        off_y = (w_a * (y[a] - y[d]) + w_b * (y[b] - y[d]) + w_c * (y[c] - y[d])) / size
+        off_yaw = (w_a * (yaw[a] - yaw[d]) + w_b * (yaw[b] - yaw[d]) + w_c * (yaw[c] - yaw[d])) / size
+        square_x, square_y, square_yaw = off_x * off_x, off_y * off_y, off_yaw * off_yaw
+        if math.isfinite(square_x) and math.isfinite(square_y) and math.isfinite(square_yaw):
+            sums[0] += 1.0
+            sums[1] += 0.5 * (square_x + square_y)
+            sums[2] += square_yaw
 
 
 class Scales:

@@ -9,8 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 import polars as pl
 
-from wmr_replay.ingest import LogReader, Losses, RemotePath, gathered, sha256_of
+from wmr_replay.ingest import LogReader, Losses, RemotePath, gathered
+from wmr_replay.jobs.hashing import LogHash
 from wmr_replay.jobs.torque_record import TorqueRecord
+from wmr_replay.jobs.writing_thread import WritingThread
+from wmr_replay.pipeline.ahead import ahead
 from wmr_replay.pipeline.columns import EFFORTS, Columns
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch, wheels_apart
@@ -38,10 +41,14 @@ class Source(Protocol):
     """As ``summary.log`` states it."""
     stem: str
     """Result files are named after it."""
-    sha256: str
-    """Hash of the content."""
-    file_sha256: str | None
-    """The same where it is the hash of a file: ``summary.log_sha256``."""
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the content."""
+
+    @property
+    def file_sha256(self) -> str | None:
+        """The same where it is the hash of a file: ``summary.log_sha256``."""
 
     @property
     def losses(self) -> Losses:
@@ -72,8 +79,20 @@ class FileSource:
     def __init__(self, reader: LogReader, sha256: str | None = None) -> None:
         self._reader = reader
         self.name, self.stem = encodable(reader.path), encodable(reader.path.stem)
-        self.sha256 = sha256 or sha256_of(reader.path)
-        self.file_sha256 = None if isinstance(reader.path, RemotePath) else self.sha256
+        self._known_sha256 = sha256
+        self._hash = None if sha256 else LogHash(reader.path)
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the file, found while it is read."""
+        if self._hash is not None:
+            self._known_sha256 = self._hash.result()
+        return self._known_sha256 or ""
+
+    @property
+    def file_sha256(self) -> str | None:
+        """The same; None of a URL."""
+        return None if isinstance(self._reader.path, RemotePath) else self.sha256
 
     @property
     def losses(self) -> Losses:
@@ -204,10 +223,16 @@ class Replay:
         """The samples table in blocks of ``block_rows`` rows. Raises LogUnusable where they make no result,
         and with ``strict`` DamagedLog when something was lost.
         """
-        blocks = RowBlocks([*SCHEMA, *EFFORTS], block_rows)
-        for columns in self._columns(progress):
-            yield from map(self._counted, blocks.push(columns))
-        yield from map(self._counted, blocks.finish())
+        counting = WritingThread()
+        try:
+            for columns in self._blocks(progress, block_rows):
+                samples = samples_frame(columns)
+                self._torques.push(columns)
+                counting.call(self._tally.push, samples)
+                yield samples
+            counting.finish()
+        finally:
+            counting.stop()
         if strict and self.source.losses.any():
             raise DamagedLog(
                 self.source.name,
@@ -246,10 +271,17 @@ class Replay:
             torque=self._torques.frame,
         )
 
+    def _blocks(self, progress: Progress | None, block_rows: int) -> Iterator[Columns]:
+        """The rows of the samples table in blocks."""
+        blocks = RowBlocks([*SCHEMA, *EFFORTS], block_rows)
+        for columns in self._columns(progress):
+            yield from blocks.push(columns)
+        yield from blocks.finish()
+
     def _columns(self, progress: Progress | None) -> Iterator[Columns]:
         """The rows of the samples table as the engine completes them."""
-        for batch in gathered(self.source.batches()):
-            yield from self.engine.push(batch)
+        for taken in ahead(map(self.engine.take_in, gathered(self.source.batches()))):
+            yield from self.engine.advance(taken)
             if progress is not None:
                 progress(*self.source.position())
         yield from self.engine.finish()
@@ -258,12 +290,6 @@ class Replay:
         rows = hindsight_frame(columns)
         self._later.push(rows)
         return rows
-
-    def _counted(self, columns: Columns) -> pl.DataFrame:
-        samples = samples_frame(columns)
-        self._tally.push(samples)
-        self._torques.push(columns)
-        return samples
 
     def _facts(self) -> LogFacts:
         source, engine, tuning = self.source, self.engine, self.engine.tuning

@@ -1,4 +1,4 @@
-"""A thread that writes while the next rows are computed.
+"""A thread that writes, or counts, while the next rows are computed.
 
 Parquet, Rerun and polars leave Python's lock to other threads, and so do the kernels. On two cores the
 shorter of writing and computing is done within the time of the longer.

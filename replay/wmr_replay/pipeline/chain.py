@@ -30,6 +30,7 @@ from wmr_replay.quality import Observed, Quality
 from wmr_replay.quality.monitors import default_monitors
 from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
 from wmr_replay.quality.reader_bars import ReaderBars
+from wmr_replay.quality.sums import COMPILED
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.status import Status
@@ -63,7 +64,7 @@ class Chain:
         self._known_slip = KnownSlip(model.robot, model.effects)
         self._outliers = OutlierFill(settings.all_modes)
         self._jumps_told = JumpsTold()
-        self._quality = Quality([bars or ReaderBars(), *default_monitors()])
+        self._quality = Quality([bars or ReaderBars(), *default_monitors(COMPILED)])
         self._settings, self._record = settings, record
 
     @property

@@ -5,6 +5,7 @@ align → (initial stretch) → repair → differentiate → identify. Rows of t
 """
 
 from collections.abc import Iterator
+from typing import TypeAlias
 
 from wmr_replay.align import Aligner, SampleBatch, concatenate
 from wmr_replay.pipeline.chain import Chain
@@ -17,15 +18,19 @@ from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality.frozen import RepeatedRows
 from wmr_replay.quality.reader_bars import ReaderBars
-from wmr_schemas.batches import RawBatch
+from wmr_schemas.batches import Bar, RawBatch
 from wmr_schemas.findings import Finding
+
+TakenIn: TypeAlias = tuple[tuple[Bar, ...], SampleBatch]
+"""Bars of the reader, and the measured rows."""
 
 
 class Engine:
     """Stage: ``push(RawBatch)`` and ``finish()`` give batches of :data:`Columns`, every pose row once and in
-    order; the second pass follows where the settings ask for it. The wheel speeds of a ``steered`` robot
-    tell nothing of slipping. ``wheels_alone``: the log's channels hold wheel speeds and no torques, whenever
-    they begin.
+    order; the second pass follows where the settings ask for it. ``push`` is :meth:`take_in` and then
+    :meth:`advance`; another thread may take in the next batch while this one advances. The wheel speeds of a
+    ``steered`` robot tell nothing of slipping. ``wheels_alone``: the log's channels hold wheel speeds and no
+    torques, whenever they begin.
     """
 
     def __init__(
@@ -78,8 +83,17 @@ class Engine:
 
     def push(self, batch: RawBatch) -> list[Columns]:
         """The rows of the table that the batch completes."""
-        self._bars.take(batch.bars)
-        return self._advance(self._intake.push(batch))
+        return self.advance(self.take_in(batch))
+
+    def take_in(self, batch: RawBatch) -> TakenIn:
+        """The batch aligned: what :meth:`advance` is given, in the order of the batches."""
+        return batch.bars, self._intake.push(batch)
+
+    def advance(self, taken: TakenIn) -> list[Columns]:
+        """The rows of the table that what was taken in completes."""
+        bars, rows = taken
+        self._bars.take(bars)
+        return self._advance(rows)
 
     def finish(self) -> list[Columns]:
         """The rows still held; a log that ends within its initial stretch is warming up throughout."""

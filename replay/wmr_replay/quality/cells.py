@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.interface import Observed
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import F64, I64
 
 CELL_S = 0.5
 """Several poses at 10 Hz, and a turn of less than half a circle up to 6 rad/s."""
-HUGE = 1e30
-"""Larger values are no measurement, and would swallow everything that is added to them."""
 
 
 class Means(NamedTuple):
@@ -50,8 +49,9 @@ class Cells:
     Cells without a row are left out.
     """
 
-    def __init__(self) -> None:
-        self._total = self._total_at_begin = np.zeros((2 * N_FIELDS, 1))
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._sums = sums
+        self._total, self._total_at_begin = np.zeros(2 * N_FIELDS), np.zeros((2 * N_FIELDS, 1))
         self._cell: float | None = None
         self._origin = np.zeros(2)
 
@@ -60,26 +60,14 @@ class Cells:
         cell = np.floor(rows.t_s / CELL_S)
         if self._cell is None and len(cell):
             self._cell, self._origin = float(cell[0]), rows.pose_raw[:2, 0]
-        totals = self._totals(rows, len(cell))
         begins = np.flatnonzero(np.diff(cell, prepend=self._cell or 0.0) != 0)
-        edges = np.concatenate([self._total_at_begin, totals[:, begins]], axis=1)
-        self._total, self._total_at_begin = totals[:, -1:], edges[:, -1:]
+        values, edges = np.empty((N_FIELDS, len(cell))), np.empty((2 * N_FIELDS, 1 + len(begins)))
+        _fill_values(values, rows, self._origin)
+        edges[:, :1] = self._total_at_begin
+        self._sums.add_up(values, begins, self._total, edges)
+        self._total_at_begin = edges[:, -1:]
         self._cell = float(cell[-1]) if len(cell) else self._cell
         return begins, _means(np.diff(edges, axis=1))
-
-    def _totals(self, rows: Observed, n: int) -> F64:
-        """The totals and counts before the first of n rows and behind each, (2 fields, 1 + n)."""
-        totals = np.empty((2 * N_FIELDS, 1 + n))
-        totals[:, :1], values = self._total, totals[:N_FIELDS, 1:]
-        _fill_values(values, rows, self._origin)
-        known = np.abs(values) < HUGE  # false for NaN
-        if known.all():
-            totals[N_FIELDS:] = self._total[N_FIELDS:] + np.arange(1.0 + n)
-        else:
-            values[~known] = 0.0
-            totals[N_FIELDS:, 1:] = self._total[N_FIELDS:] + np.cumsum(known, axis=1)
-        np.cumsum(totals[:N_FIELDS], axis=1, out=totals[:N_FIELDS])
-        return totals
 
 
 def _fill_values(out: F64, rows: Observed, origin: F64) -> None:

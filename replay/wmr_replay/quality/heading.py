@@ -18,6 +18,7 @@ from wmr_replay.quality.path_relation import LAG, PathRelation, Relation
 from wmr_replay.quality.path_steps import PathSteps, Steps
 from wmr_replay.quality.still_yaw import StillYaw
 from wmr_replay.quality.stretches import Stretches
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
@@ -140,9 +141,9 @@ def turned(relation: Relation) -> Bool:
 class HeadingMonitor:
     """Monitor: bars rows whose pose has no usable heading, and those of a robot that moves sideways."""
 
-    def __init__(self) -> None:
+    def __init__(self, sums: Sums = PLAIN) -> None:
         self._still = StillYaw()
-        self._steps, self._relation, self._starts = PathSteps(), PathRelation(), StartsFromRest()
+        self._steps, self._relation, self._starts = PathSteps(sums), PathRelation(), StartsFromRest()
         self._state = int(Found.NOTHING)
         self._where = {
             code: Stretches() for code in ("no_heading", "heading_not_along_path", "drives_sideways")

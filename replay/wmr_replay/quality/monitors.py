@@ -9,18 +9,19 @@ from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.interface import Monitor, Observed
 from wmr_replay.quality.noise_colour import NoiseColour
 from wmr_replay.quality.plausibility import PlausibilityMonitor
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.findings import KINDS, Finding, without_explained
 from wmr_schemas.status import Status
 
 
-def default_monitors() -> list[Monitor]:
+def default_monitors(sums: Sums = PLAIN) -> list[Monitor]:
     """Every monitor, the one whose status goes first in front."""
     return [
         ClockOffset(),
-        HeadingMonitor(),
-        NoiseColour(),
-        PlausibilityMonitor(),
+        HeadingMonitor(sums),
+        NoiseColour(sums),
+        PlausibilityMonitor(sums),
     ]
 
 

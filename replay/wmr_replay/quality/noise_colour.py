@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.interface import Observed
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
@@ -38,8 +39,6 @@ class ColourRules:
     """Independent differences: their variance is known to 22 %."""
     scatter_sd: float = 3.0
     """Standard deviations of that variance on top of the excess."""
-    uneven: float = 0.25
-    """Steps may be longer or shorter by that share: a lost pose is left out, jitter is not."""
     least_m: float = 2e-5
     least_rad: float = 2e-5
     """Smaller noise is none of a pose: rounding, or a simulation without noise."""
@@ -60,34 +59,23 @@ class Level(NamedTuple):
 class Differences:
     """Sums of squared third differences over steps of m rows, at every (m/4)-th row."""
 
-    def __init__(self, m: int, step_ns: float) -> None:
+    def __init__(self, m: int, step_ns: float, sums: Sums) -> None:
+        self._add_differences = sums.add_differences
         self.m, self._stride, self._step_ns = m, max(m // 4, 1), m * step_ns
-        self._sums = np.zeros((3, 1))
+        self._sums = np.zeros(3)
 
-    def add(self, columns: F64, n_old: int, first: int, usable_s: F64 | None = None) -> None:
+    def add(self, columns: F64, n_old: int, first: int, usable_s: F64) -> None:
         """Rows t, x, y, yaw (4, n) of which the last from ``n_old`` on are new; ``first`` is the ordinal of
-        column 0, ``usable_s`` (n,) for how long each row has been usable, where not all are.
+        column 0, ``usable_s`` (n,) for how long each row has been usable.
         """
         begin = max(n_old, 3 * self.m)
         begin += -(begin + first) % self._stride
-        end = max(columns.shape[1], begin)
-        grid = np.ascontiguousarray(columns[:, begin - 3 * self.m : end : self._stride])
-        lag = self.m // self._stride
-        n = max(grid.shape[1] - 3 * lag, 0)
-        near = np.abs(grid[0, lag:] - grid[0, :-lag] - self._step_ns) <= RULES.uneven * self._step_ns
-        even = near[:n] & near[lag : lag + n] & near[2 * lag : 2 * lag + n]
-        if usable_s is not None:
-            even &= usable_s[begin : end : self._stride] * NS_PER_S >= 3 * self._step_ns
-        pose, triple = grid[1:], 3 * grid[1:, lag : 2 * lag + n]
-        third = pose[:, 3 * lag :] - triple[:, lag:] + triple[:, :n] - pose[:, :n]
-        square = np.where(even, third**2 / 20, 0.0)
-        added = np.stack([even, (square[0] + square[1]) / 2, square[2]])
-        self._sums = np.cumsum(np.concatenate([self._sums, added], axis=1), axis=1)[:, -1:]
+        self._add_differences(columns, usable_s, (begin, self._stride, self.m), self._step_ns, self._sums)
 
     @property
     def level(self) -> Level:
         """The variances so far."""
-        n, position, yaw = self._sums[:, 0].tolist()
+        n, position, yaw = self._sums.tolist()
         return Level(self.m, n * self._stride / self.m, position / max(n, 1.0), yaw / max(n, 1.0))
 
 
@@ -96,8 +84,8 @@ class NoiseColour:
 
     barred: Mapping[str, Bool] = MappingProxyType({})
 
-    def __init__(self) -> None:
-        self._step_s = np.nan
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._sums, self._step_s = sums, np.nan
         self._moving: list[Differences] = []
         self._resting: list[Differences] = []
         self._held = np.empty((4, 0))
@@ -117,7 +105,7 @@ class NoiseColour:
         step_ns = float(np.median(np.diff(t_ns)))
         self._step_s, self._start_ns = step_ns / NS_PER_S, int(t_ns[0])
         moving, resting = (
-            [Differences(m, step_ns) for m in doublings(longest_s / self._step_s)]
+            [Differences(m, step_ns, self._sums) for m in doublings(longest_s / self._step_s)]
             for longest_s in (RULES.longest_moving_s, RULES.longest_resting_s)
         )
         self._moving, self._resting = moving, resting
@@ -129,8 +117,9 @@ class NoiseColour:
         columns = np.concatenate([self._held, new], axis=1)
         rest_s = np.concatenate([self._rest_s, self._rested(rows)])
         first = self._n - n_old
+        always = np.full(len(rest_s), np.inf)
         for each in self._moving:
-            each.add(columns, n_old, first)
+            each.add(columns, n_old, first, always)
         if (rest_s[n_old:] > 0).any():
             for each in self._resting:
                 each.add(columns, n_old, first, rest_s)

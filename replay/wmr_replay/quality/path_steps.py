@@ -9,21 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.interface import Observed
+from wmr_replay.quality.sum_rules import N_SUMS
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import F64, I64
 
-LEAST_SPEED_MPS = 0.05
-"""Slower motion has no direction: trackers creep as fast."""
-LEAST_SPEED_SD = 10.0
-"""A slower velocity, in its own standard deviations, has a direction known to .1 rad at best."""
-REST_MPS, REST_SD = 0.03, 3.0
-"""At rest: slower than that, or than so many standard deviations."""
-STEP_M, STEP_S = 0.15, 0.2
-"""A step is .15 m and the way of .2 s: a tenth of a small robot's turning circle, and quicker robots steer in
-time rather than in length."""
 LONGEST_STEP_S = 2.0
 """Over longer holes no path is known."""
-
-N_SUMS, STEP_NUMBER = 12, 11
 
 
 class Steps(NamedTuple):
@@ -58,18 +49,19 @@ class Steps(NamedTuple):
 class PathSteps:
     """Stage: rows → the steps that they complete."""
 
-    def __init__(self) -> None:
-        self._sums = np.zeros((N_SUMS, 1))
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._add_rows = sums.add_rows
+        self._sums = np.zeros(N_SUMS)
         self._at_step = np.zeros((N_SUMS, 1))
         self._last_s = np.nan
 
     def push(self, rows: Observed) -> Steps:
         """The next rows, n of them."""
-        sums = np.cumsum(np.concatenate([self._sums, self._amounts(rows)], axis=1), axis=1)
-        ends = np.flatnonzero(np.diff(np.floor(sums[STEP_NUMBER])) > 0)
-        at = sums[:, ends + 1]
+        found = np.empty((len(rows.t_s), N_SUMS))
+        ends = np.empty(len(rows.t_s), np.int64)
+        k = self._add_rows(self._measured(rows), rows.smoothed[2:], self._sums, ends, found)
+        at, ends = np.ascontiguousarray(found[:k].T), ends[:k].copy()
         whole = np.diff(np.concatenate([self._at_step, at], axis=1), axis=1)
-        self._sums = sums[:, -1:]
         if len(ends):
             self._at_step = at[:, -1:]
         mean = whole[4:9] / whole[0]
@@ -87,31 +79,14 @@ class PathSteps:
             whole[10],
         )
 
-    def _amounts(self, rows: Observed) -> F64:
-        """What every row adds to the sums (N_SUMS, n)."""
+    def _measured(self, rows: Observed) -> F64:
+        """What is summed up of n rows, (8, n)."""
         m = rows.motion
-        step_s = self._durations(rows.t_s)
         speed = np.hypot(m.v_long_mps, m.v_lat_mps)
-        known = np.isfinite(speed) & np.isfinite(m.yaw_rate_radps)
-        moving = known & (speed >= np.maximum(LEAST_SPEED_MPS, LEAST_SPEED_SD * m.v_long_mps_sd))
-        resting = known & (speed < np.maximum(REST_MPS, REST_SD * m.v_long_mps_sd))
-        safe = np.where(moving, speed, 1.0)
-        wheels = np.nan_to_num(rows.smoothed[2] + rows.smoothed[3])
-        per_m = np.stack([
-            np.ones_like(speed),
-            m.v_long_mps < 0,
-            m.v_long_mps * wheels < 0,
-            wheels != 0,
-            (m.v_long_mps**2 - m.v_lat_mps**2) / safe**2,
-            2 * m.v_long_mps * m.v_lat_mps / safe**2,
-            rows.smoothed_pose[2],
-            (m.v_lat_mps_sd / safe) ** 2,
-            m.yaw_rate_radps * speed,
+        return np.stack([
+            self._durations(rows.t_s), speed, m.v_long_mps, m.v_lat_mps, m.yaw_rate_radps, m.v_long_mps_sd,
+            m.v_lat_mps_sd, rows.smoothed_pose[2],
         ])  # fmt: skip
-        added = np.where(moving, per_m * (speed * step_s), 0.0)
-        turned = np.where(known, m.yaw_rate_radps * step_s, 0.0)
-        rest_s = np.where(resting, step_s, 0.0)
-        return np.concatenate([added, [turned, rest_s, added[0] / (STEP_M + STEP_S * safe)]])
 
     def _durations(self, t_s: F64) -> F64:
         """Time (n,) since the row before, 0 for the log's first."""

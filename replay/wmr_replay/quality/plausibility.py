@@ -16,6 +16,7 @@ from wmr_replay.quality.ratios import WheelVotes
 from wmr_replay.quality.response import TorqueResponse
 from wmr_replay.quality.snapshot import Snapshot, snapshot
 from wmr_replay.quality.stretches import Stretches
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_replay.quality.turning import PathVotes
 from wmr_schemas.arrays import I8, Bool
 from wmr_schemas.findings import Finding, Severity, finding
@@ -40,8 +41,8 @@ class PlausibilityMonitor:
     It decides at the first row of each half second, on sums over all rows before.
     """
 
-    def __init__(self) -> None:
-        self._cells, self._wheels, self._path = Cells(), WheelVotes(), PathVotes()
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._cells, self._wheels, self._path = Cells(sums), WheelVotes(sums), PathVotes(sums)
         self._response = TorqueResponse()
         self._found, self._bars = np.zeros(len(CODES), bool), np.zeros(len(CODES), bool)
         self._barred = [Stretches() for _ in CODES]

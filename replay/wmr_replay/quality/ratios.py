@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.cells import Means
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_replay.quality.votes import Tally, Votes
 from wmr_schemas.arrays import F64
 from wmr_schemas.robot import RobotParameters
@@ -26,8 +27,8 @@ class WheelRatios(NamedTuple):
 class WheelVotes:
     """Stage: means over cells → tallies. An unknown radius or half track counts as 1 m."""
 
-    def __init__(self) -> None:
-        self._votes = [Votes() for _ in WheelRatios._fields]
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._votes = [Votes(sums) for _ in WheelRatios._fields]
 
     def push(self, means: Means, robot: RobotParameters) -> WheelRatios:
         """The next cells (m,)."""

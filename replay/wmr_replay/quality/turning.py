@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_replay.quality.cells import Means
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_replay.quality.votes import Tally, Votes
 from wmr_schemas.arrays import F64
 
@@ -35,8 +36,8 @@ class PathRatios(NamedTuple):
 class PathVotes:
     """Stage: means over cells → tallies. Where a cell's chord is lost in noise, one over two cells votes."""
 
-    def __init__(self) -> None:
-        self._votes = [Votes() for _ in PathRatios._fields]
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._votes = [Votes(sums) for _ in PathRatios._fields]
         self._last = np.full((5, 2 * LONGEST), np.nan)
 
     def push(self, means: Means) -> PathRatios:

@@ -7,14 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.quality.sums import PLAIN, Sums
 from wmr_schemas.arrays import F64
-
-I32 = np.ndarray[tuple[int, ...], np.dtype[np.int32]]
 
 DECADES, STEP = 6.0, 0.02
 """Factors from 10⁻⁶ to 10⁶ are told apart by 5 %."""
 EDGES = np.arange(-DECADES, DECADES + STEP / 2, STEP)
 CENTRES = (EDGES[:-1] + EDGES[1:]) / 2
+SHARES = np.array([0.25, 0.5, 0.75])
+NO_VOTE = -1
 
 
 class Tally(NamedTuple):
@@ -31,8 +32,9 @@ class Tally(NamedTuple):
 class Votes:
     """Stage: factors, NaN where a cell abstains → the tally after each cell."""
 
-    def __init__(self) -> None:
-        self._below = np.zeros((1, len(CENTRES)), np.int32)
+    def __init__(self, sums: Sums = PLAIN) -> None:
+        self._count = sums.count_votes
+        self._below = np.zeros(len(CENTRES), np.int64)
         self._n_negative = 0
 
     def push(self, factors: F64) -> Tally:
@@ -40,19 +42,11 @@ class Votes:
         cast = np.isfinite(factors) & (factors != 0)
         logs = np.log10(np.abs(np.where(cast, factors, 1.0)))
         place = np.clip(np.floor((logs + DECADES) / STEP), 0, len(CENTRES) - 1)
-        counted = (place[:, None] <= np.arange(len(CENTRES))) & cast[:, None]
-        below = np.cumsum(np.concatenate([self._below, counted]), axis=0, dtype=np.int32)
+        bins = np.where(cast, place, NO_VOTE).astype(np.int64)
         negative = self._n_negative + np.cumsum(cast & (factors < 0))
-        self._below = below[-1:]
         self._n_negative = int(negative[-1]) if len(negative) else self._n_negative
-        below = below[1:]
-        n = below[:, -1].astype(np.float64)
-        low, median, high = (_quantile(below, n, share) for share in (0.25, 0.5, 0.75))
+        n, quantiles = np.empty(len(bins)), np.empty((len(bins), len(SHARES)))
+        self._count(bins, self._below, SHARES, CENTRES, n, quantiles)
+        low, median, high = np.ascontiguousarray(quantiles.T)
         with np.errstate(invalid="ignore"):
             return Tally(n, median, high - low, negative / n)
-
-
-def _quantile(below: I32, n: F64, share: float) -> F64:
-    """The quantile (m,) of histograms with the cumulative counts ``below`` (m, bins)."""
-    place = np.argmax(below >= share * n[:, None], axis=1)
-    return np.where(n > 0, CENTRES[place], np.nan)

@@ -19,7 +19,7 @@ class CalibrationCollector:
 
     def push(self, samples: pl.DataFrame) -> None:
         """Take a batch of the samples table in."""
-        judged = samples.filter(
+        judged = samples.select("mode_true", "status", *POSTERIOR).filter(
             pl.col("mode_true").is_not_null(),
             pl.col("p_ideal").is_not_null(),
             pl.col("status") != Status.WARMING_UP.label,

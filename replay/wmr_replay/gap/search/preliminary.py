@@ -13,9 +13,9 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.modes import bin_identified
-from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.problem import Problem, identity_of
 from wmr_replay.gap.estimation.relabel import without_skid
-from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, SKID
+from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL, SKID, candidate_of
 from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.scan.score import penalised_gain
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, rank_at, roughly, with_candidate
@@ -32,7 +32,7 @@ from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import close_to, may_be_slipping
 from wmr_replay.gap.search.starts import best_start
-from wmr_replay.gap.search.whatever_modes import likeliest_models
+from wmr_replay.gap.search.whatever_modes import is_lasting, likeliest_models
 from wmr_schemas.signals import Log
 
 
@@ -76,7 +76,27 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
         models += found
     for further in (likeliest_models(first, selections.base(first)), in_calm(first, selections)):
         models += [one for one in further if one.effects.keys() not in named(models)]
+    models = distinct(models, first.settings.modes.alike)
     return PreliminaryModels(models, seen_in or (first, selections.of(first)))
+
+
+def distinct(models: list[Extension], share: float) -> list[Extension]:
+    """The models without those that are :func:`alike` an earlier one: the identifier sees the same modes."""
+    kept: list[Extension] = []
+    for model in models:
+        if not any(alike(model, one, share) for one in kept):
+            kept.append(model)
+    return kept
+
+
+def alike(one: Extension, other: Extension, share: float) -> bool:
+    """Whether two models have the same lasting effects, all their sizes the same to a ``share``."""
+    if one.effects.keys() != other.effects.keys() or not all(map(is_lasting, map(candidate_of, one.effects))):
+        return False
+    if identity_of(replace(one, effects={})) != identity_of(replace(other, effects={})):
+        return False
+    pairs = [(a[key], other.effects[name][key]) for name, a in one.effects.items() for key in a]
+    return all(abs(a - b) <= share * max(abs(a), abs(b)) for a, b in pairs)
 
 
 def named(models: list[Extension]) -> list[KeysView[str]]:

@@ -125,6 +125,10 @@ class ModeSettings:
     """First candidates of a stage that are so considered, the best among them. Numerics: each costs a run of
     the identifier and a selection."""
 
+    alike: float = 0.1
+    """Two preliminary models of the same lasting effects whose sizes differ by no more, as a share, are one.
+    Judgement: the identifier knows α to as much, ``alpha_sd``."""
+
     hopeless: float = 30.0
     """A rival that costs so much more than another solution, with modes of its own, is not selected from.
     Statistics: three times "very strong" after Kass and Raftery (1995), since effects beside it gain, too."""
