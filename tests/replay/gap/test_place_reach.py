@@ -1,5 +1,7 @@
 """The interval of the time of a load that comes while no torque acts; the oracle is the motion's equation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
@@ -7,7 +9,8 @@ from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.effects import within_the_log
-from wmr_replay.gap.result.place_reach import reach
+from wmr_replay.gap.result.place_reach import over_slips, reach
+from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
 STEP_S, N = 0.01, 6000
@@ -36,6 +39,28 @@ def test_the_time_of_a_load_reaches_over_all_of_a_pause_and_not_into_the_pushes(
     low, high = reach(problem, fit, "load_step", "t0_s")
     assert 18.0 < low < 19.7
     assert 29.3 < high < 31.0
+
+
+SLIPS_S = [(10.0, 12.0), (12.3, 13.0), (14.0, 15.0), (20.0, 21.0)]
+
+
+@pytest.mark.parametrize(
+    ("ends", "expected"),
+    [
+        ((13.2, 13.4), (10.0, 13.4)),  # the hole of .3 s is of the slips before, that of 1 s is not
+        ((13.2, 13.6), (10.0, 15.0)),
+        ((11.0, 14.5), (10.0, 15.0)),
+        ((16.0, 18.0), (16.0, 18.0)),
+        ((15.4, 19.7), (14.0, 21.0)),
+        ((1.0, 55.0), (1.0, 55.0)),
+    ],
+)
+def test_when_traction_was_lost_reaches_over_the_slips_beside_it(ends, expected):
+    binned = loaded(20.0).binned
+    slipping = np.any([(binned.t_s >= a) & (binned.t_s <= b) for a, b in SLIPS_S], axis=0)
+    slippery = replace(binned, mode=np.where(slipping, ContactMode.SLIPPING, ContactMode.IDEAL))
+    assert over_slips(slippery, ends, 0.5) == pytest.approx(expected, abs=0.1)
+    assert over_slips(binned, ends, 0.5) == ends
 
 
 def test_an_interval_ends_with_the_log():

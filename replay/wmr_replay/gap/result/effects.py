@@ -15,7 +15,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
-from wmr_replay.gap.result.place_reach import reach
+from wmr_replay.gap.result.place_reach import over_slips, reach
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
@@ -23,6 +23,8 @@ from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model
+
+SLIPS_IN_TIME = "slip_interval"
 
 
 def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, ...]:
@@ -40,6 +42,8 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
         if is_place(name, key):
             low, high = reach(problem.all_fitted(), fit, name, key)
             wide = min(ci95[0], low), max(ci95[1], high)
+            if name == SLIPS_IN_TIME:
+                wide = over_slips(problem.binned, wide, own.slip_hole_s)
             ci95 = within_the_log(problem.binned, key, float(value), wide)
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
     return tuple(

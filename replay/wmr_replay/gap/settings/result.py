@@ -93,6 +93,10 @@ class ReportSettings:
     most_steps: int = 100
     """Most steps by which a time or place is so moved, either way. Numerics: half a minute, 15 m."""
 
+    slip_hole_s: float = 0.5
+    """Rolling for less, between two slips, is of them where the interval of when traction was lost or came
+    back reaches over slips, s. Physics: the instant of a switch is known to some .3 s."""
+
     least_blocks: int = 5
     """Fewest degrees of freedom of Student's t for the intervals. Statistics: below, the quantile grows
     beyond use."""
