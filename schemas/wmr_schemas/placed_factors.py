@@ -1,7 +1,8 @@
 """Factors of a term that read time or place, and carry numbers of their own.
 
-    t                  seconds since the log's first pose
-    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y)
+    t  x  y            seconds since the log's first pose; the place, m
+    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y); over t, of K rad/s
+    sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
 
@@ -18,9 +19,12 @@ from wmr_schemas.arrays import F64
 
 Columns = Mapping[str, F64]
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
-WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xys])\)")
+WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst])\)")
+SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
 BELL = re.compile(rf"(bump|hill)\({NUMBER},{NUMBER},{NUMBER}\)")
-FORMS = "t, sin(Kx), cos(Ky), bump(X,Y,R), hill(X,Y,R)"
+FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R)"
+PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
+"""Time and place themselves, with the powers of metre and second of their units."""
 
 
 @dataclass(frozen=True)
@@ -36,11 +40,14 @@ class PlacedFactor:
 
 def placed_factor(text: str) -> PlacedFactor | None:
     """The factor of that text; None where it is none of these."""
-    if text == "t":
-        return PlacedFactor(("t",), lambda c: c["t"], (0, 1))
+    if text in PLAIN:
+        return PlacedFactor((text,), lambda c: c[text], PLAIN[text])
     if wave := WAVE.fullmatch(text):
         function, k, along = (np.sin if wave[1] == "sin" else np.cos), float(wave[2]), wave[3]
         return PlacedFactor((along,), lambda c: np.asarray(function(k * c[along])))
+    if slanted := SLANTED.fullmatch(text):
+        of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3] + slanted[4])
+        return PlacedFactor(("x", "y"), lambda c: np.asarray(of(k * c["x"] + l * c["y"])))
     if (bell := BELL.fullmatch(text)) and float(bell[4]) > 0:
         place = (float(bell[2]), float(bell[3]), float(bell[4]))
         if bell[1] == "bump":
@@ -63,6 +70,12 @@ def hill(c: Columns, x: float, y: float, r: float) -> F64:
 def wave_text(function: str, k_radpm: float, along: str) -> str:
     """The text of a wave."""
     return f"{function}({number(k_radpm)}{along})"
+
+
+def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:
+    """The text of a wave along a direction."""
+    sign = "-" if number(l_radpm).startswith("-") else "+"
+    return f"{function}({number(k_radpm)}x{sign}{number(abs(l_radpm))}y)"
 
 
 def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:

@@ -119,21 +119,21 @@ def best_formula(
     problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
 ) -> Proven | None:
     """The formula beside the library's effects or in their place, where it is better than the selection."""
-    groups = groups_of(problem.binned, problem.settings.formula)
+    tried = groups_of(problem.binned, problem.settings.formula)
     if library:
         selection = replace(
             selection, base=settled(problem, selection.base), fit=settled(problem, selection.fit)
         )
     rest = fit_of_library(problem, selection, library)
-    ways = [grow(problem, rest, without_twins(groups, rest.extension.effects))]
+    ways = [grow(problem, rest, tried.beside(rest.extension.effects))]
     if library:
-        ways.append(grow(problem, selection.base, groups))
+        ways.append(grow(problem, selection.base, tried))
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]
     ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
-        found = proven(problem, selection.base, formula, groups, options)
+        found = proven(problem, selection.base, formula, tried, options)
         if found is None:
             continue
         if found.formula is formula or explains_more(problem, selection, found.formula):
