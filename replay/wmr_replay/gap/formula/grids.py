@@ -39,6 +39,10 @@ OVER_DIRECTION: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
 }
 
 
+SHORT = ("gust", "after")
+"""What efforts do not do: a loss of traction and a load are effects of the library."""
+
+
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Families of the same carriers, each with the numbers (m, k) with which it is tried."""
@@ -127,7 +131,8 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     for channel in TRIED:
         for carriers in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers, plain=True)
-            own_shapes = [one for one in shapes if one[0] != "after" or "effort" not in carriers[0][0]]
+            short = () if "effort" not in carriers[0][0] else SHORT
+            own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
             yield grid_of((family, periods))
 

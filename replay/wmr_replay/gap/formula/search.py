@@ -33,11 +33,15 @@ LOAD_STEP = "load_step"
 def with_formula(
     log: Log, problem: Problem, selection: Selection, extension: Extension, options: GapOptions
 ) -> tuple[Problem, Selection]:
-    """The selection with a formula, where one explains what the selection leaves; else as it is."""
-    if selection.refused or is_rest_of_base(problem, selection):
+    """The selection with a formula, where one explains what the selection leaves; else as it is.
+
+    Where the library is refused, since what it would say may only answer the disturbance, a formula may still
+    say where that is: it has the same gate to pass.
+    """
+    if is_rest_of_base(problem, selection):
         return problem, selection
     whole = problem, selection
-    problem, selection = held_out_apart(*whole)
+    problem, selection = held_out_apart(problem, replace(selection, refused=""))
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
     if outside:
