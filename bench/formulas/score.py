@@ -75,7 +75,7 @@ FACTOR = {
     "x": ("x", lambda at: at.x),
     "y": ("y", lambda at: at.y),
 }
-WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst])\)")
+WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|hill)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(r"(fall|over|bell|ring)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
@@ -131,9 +131,7 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
     return numbered(text, efforts)
 
 
-def numbered(
-    text: str, efforts: Mapping[str, tuple[str, float]]
-) -> tuple[str, Callable[[At], F64]]:
+def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, Callable[[At], F64]]:
     """Factors with numbers, by what the manual says of them."""
     if slanted := SLANTED.fullmatch(text):
         of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3])

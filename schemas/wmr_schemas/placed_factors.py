@@ -1,7 +1,8 @@
 """Factors of a term that read time or place, and carry numbers of their own.
 
     t  x  y            seconds since the log's first pose; the place, m
-    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y); over t, of K rad/s
+    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y); over t, of K rad/s;
+                       over yaw, of K turns a turn: cos(2yaw)
     sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
@@ -19,7 +20,7 @@ from wmr_schemas.arrays import F64
 
 Columns = Mapping[str, F64]
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
-WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst])\)")
+WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
 BELL = re.compile(rf"(bump|hill)\({NUMBER},{NUMBER},{NUMBER}\)")
 FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R)"
@@ -68,8 +69,9 @@ def hill(c: Columns, x: float, y: float, r: float) -> F64:
 
 
 def wave_text(function: str, k_radpm: float, along: str) -> str:
-    """The text of a wave."""
-    return f"{function}({number(k_radpm)}{along})"
+    """The text of a wave; one turn a turn of the heading is its sine or cosine."""
+    k = number(k_radpm)
+    return f"{function}(yaw)" if (k, along) == ("1", "yaw") else f"{function}({k}{along})"
 
 
 def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:

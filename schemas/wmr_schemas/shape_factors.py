@@ -19,7 +19,7 @@ from functools import lru_cache
 import numpy as np
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.placed_factors import NUMBER, Columns, PlacedFactor
+from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""

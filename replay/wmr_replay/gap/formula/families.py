@@ -63,8 +63,8 @@ def values(kind: str, along: str, shapes: F64, columns: Columns) -> F64:
     """The functions (n, m, 1), of a wave (n, m, 2), with each of the numbers ``shapes`` (m, k)."""
     own = {name: column[:, None] for name, column in columns.items()}
     if kind == "wave":
-        numbers = shapes.T if along == "xy" else shapes.T[:1]
-        phase = np.sum([k * own[name] for k, name in zip(numbers, along, strict=True)], axis=0)
+        names = tuple(along) if along == "xy" else (along,)
+        phase = np.sum([k * own[name] for k, name in zip(shapes.T, names, strict=True)], axis=0)
         return np.stack([np.sin(phase), np.cos(phase)], axis=2)
     if kind in BELLS:
         return BELLS[kind](own, *shapes.T)[:, :, None]

@@ -54,9 +54,7 @@ def by_channel(problem: Problem, formula: Formula) -> list[Formula]:
     return sorted(parts, key=lambda part: part.gain)
 
 
-def of_proven_channels(
-    problem: Problem, formula: Formula, tried: Tried, options: GapOptions
-) -> Formula:
+def of_proven_channels(problem: Problem, formula: Formula, tried: Tried, options: GapOptions) -> Formula:
     """The formula without the weakest channel whose terms do not pass the gates beside the others.
 
     Accelerations ahead and in turning are two statements: what one of them explains says nothing of the

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from wmr_schemas.terms import CHANNELS, TermChannel
 
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
 HEADING: tuple[Factors, ...] = (("cos(yaw)",), ("sin(yaw)",))
-PAIRS = tuple((a, b) for i, a in enumerate(SHAPED) for b in SHAPED[i + 1 :])
 OVER_TIME: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
     "longitudinal": (
         *(HEADING, (("v",),), (("sgn(v)",),), (("v", "abs(v)"),), (("effort_sum",),)),
@@ -29,10 +28,22 @@ OVER_TIME: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
 }
 """What may change with the time: wind, drags, gains and pulls to a side."""
 OVER_PLACE: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
-    "longitudinal": (((),), (("cos(yaw)",),), (("sin(yaw)",),), (("v",),), (("sgn(v)",),), (("v", "abs(v)"),)),
+    "longitudinal": (
+        ((),),
+        (("cos(yaw)",),),
+        (("sin(yaw)",),),
+        (("v",),),
+        (("sgn(v)",),),
+        (("v", "abs(v)"),),
+    ),
     "yaw": (((),), (("cos(yaw)",),), (("sin(yaw)",),), (("yaw_rate",),), (("sgn(yaw_rate)",),), (("v",),)),
 }
 """What may change with the place: height and tilt by the heading, drags, and pulls to a side."""
+OVER_HEADING: dict[TermChannel, tuple[Factors, ...]] = {
+    "longitudinal": ((), ("v",), ("sgn(v)",), ("abs(v)",), ("v", "abs(v)"), ("effort_sum",)),
+    "yaw": ((), ("v",), ("yaw_rate",), ("sgn(yaw_rate)",), ("abs(v)",), ("effort_diff",)),
+}
+"""What may change with the heading: a floor with a grain, a cable, wind. One turn ahead is a slope."""
 OVER_DIRECTION: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
     "longitudinal": (HEADING, ((),), (("v",),)),
     "yaw": (HEADING, ((),), (("yaw_rate",),)),
@@ -95,7 +106,7 @@ def carried() -> Iterator[tuple[Factors, str]]:
         for z in SHAPED:
             yield (z,), along
             yield (f"abs({z})",), along
-    for a, b in PAIRS:
+    for a, b in combinations(SHAPED, 2):
         for first, second in product((a, f"abs({a})"), (b, f"abs({b})")):
             carrier = tuple(ordered((first, second)).split("*"))
             yield carrier, a
@@ -105,9 +116,9 @@ def carried() -> Iterator[tuple[Factors, str]]:
 def shapes_of(z: F64, own: FormulaSettings) -> Iterator[tuple[str, F64]]:
     """Each shape with its numbers on a quantity's scale, its root mean square."""
     scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
-    for kind in SHAPES:
-        shares = product(*own.ring_shares) if kind == "ring" else ((k,) for k in own.scale_shares[kind])
-        yield kind, scale * np.array(list(shares))
+    for kind, shares in zip(SHAPES[:-1], own.scale_shares, strict=True):
+        yield kind, scale * np.array(shares)[:, None]
+    yield SHAPES[-1], scale * np.array(list(product(*own.ring_shares)))
 
 
 def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
@@ -150,6 +161,10 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
                 plain = "yaw" not in "".join(carriers[0]) or "yaw_rate" in carriers[0][0]
                 yield grid_of((Family("wave", channel, z, carriers, plain), numbers[z]))
         yield grid_of((Family("wave", channel, "s"), numbers["s"]))
+        for carrier in OVER_HEADING[channel]:
+            named = channel == "longitudinal" and not carrier
+            turns = np.array(own.turns[1:] if named else own.turns)[:, None]
+            yield grid_of((Family("wave", channel, "yaw", (carrier,), plain=bool(carrier)), turns))
         for carriers in OVER_DIRECTION[channel]:
             yield grid_of((Family("wave", channel, "xy", carriers), slanted))
 

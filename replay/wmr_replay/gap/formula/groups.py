@@ -16,7 +16,6 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import Term
 
-
 PRODUCT, CURVE = Family("product"), Family("curve")
 
 

@@ -31,9 +31,7 @@ class Proven:
         return Start(self.problem, formula.fit, formula.rest.extension, formula.price(self.problem))
 
 
-def proven(
-    problem: Problem, base: Fit, formula: Formula, tried: Tried, options: GapOptions
-) -> Proven | None:
+def proven(problem: Problem, base: Fit, formula: Formula, tried: Tried, options: GapOptions) -> Proven | None:
     """What of a formula passes the gates, each channel beside the other; None where that is nothing."""
     formula = of_proven_channels(problem, formula, tried, options)
     failed, proof = why_not(problem, formula, tried, options)

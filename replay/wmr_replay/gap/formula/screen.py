@@ -44,7 +44,7 @@ class Answers:
     nuisance_e: F64
 
     def equations(self, columns: F64) -> tuple[F64, F64]:
-        """s (m, w, q) and G (m, w, w) of groups of w columns (I, B, m, w), the nuisance projected out."""
+        """S (m, w, q) and G (m, w, w) of groups of w columns (I, B, m, w), the nuisance projected out."""
         before = np.zeros_like(columns)
         before[1:] = columns[:-1]
         W = np.concatenate([before, columns], axis=1)

@@ -11,9 +11,6 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 
-UNMOVED = ("after",)
-"""Kinds whose number stays on its grid: a step has no slope by its time."""
-
 
 def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
     """The group at the numbers of the largest gain near its own.
@@ -21,13 +18,17 @@ def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
     A step solves for coefficients and numbers together: the slope of a term by a number is one more column.
     """
     best = scored
-    movable = bool(scored.group.shape) and scored.group.family.kind not in UNMOVED
-    for _ in range(problem.settings.formula.shape_steps if movable else 0):
+    for _ in range(problem.settings.formula.shape_steps if is_movable(scored.group) else 0):
         tried = stepped(problem, at, best)
         if tried.gain < best.gain + problem.settings.refit.enough:
             break
         best = tried
     return best
+
+
+def is_movable(group: Group) -> bool:
+    """Whether its numbers are no whole turns, and have a slope: a step has none by its time."""
+    return bool(group.shape) and group.family.kind != "after" and group.family.along != "yaw"
 
 
 def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:

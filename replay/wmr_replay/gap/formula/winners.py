@@ -16,7 +16,7 @@ def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
     """The best few of each kind, scored by the filter, the best by gain less price first."""
     found = scored_groups(problem, at, (*tried.groups, *best_of_grids(problem, at, tried)))
     kept: dict[str, list[ScoredGroup]] = {}
-    most = problem.settings.formula.rivals
+    most = dict(problem.settings.formula.rivals)
     for one in found:
         kept.setdefault(rival_kind(one.group), []).append(one)
     firsts = [one for kind, some in kept.items() for one in some[: most.get(kind, 1)]]
@@ -26,8 +26,8 @@ def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
 
 def rival_kind(group: Group) -> str:
     """The kind among which a group is one of the best, or not."""
-    kind = "timed" if group.family.along == "t" else group.family.kind
-    return KINDS.get(kind, kind)
+    along = {"t": "timed", "yaw": "heading"}
+    return along.get(group.family.along, KINDS.get(group.family.kind, group.family.kind))
 
 
 def best_of_grids(problem: Problem, at: Fit, tried: Tried) -> list[Group]:

@@ -115,9 +115,16 @@ def own_curves() -> Iterator[tuple[str, ...]]:
         yield f"abs({z})", f"{z}*{z}", f"abs({z})*{z}*{z}"
 
 
-BY_SIGN = ("effort_sum*sgn(v)", "effort_diff*sgn(yaw_rate)", "sgn(v)", "sgn(yaw_rate)", "abs(effort_diff)*sgn(v)")
+BY_SIGN = (
+    "effort_sum*sgn(v)",
+    "effort_diff*sgn(yaw_rate)",
+    "sgn(v)",
+    "sgn(yaw_rate)",
+    "abs(effort_diff)*sgn(v)",
+)
 """What a change of direction changes."""
-FOR_BOTH = dict.fromkeys(PRODUCTS, (*dict.fromkeys(p for c in own_curves() for p in c), *pair_products(), *BY_SIGN))
+POWERS_OF_ONE = tuple(power for curve in own_curves() for power in curve)
+FOR_BOTH = dict.fromkeys(PRODUCTS, (*POWERS_OF_ONE, *pair_products(), *BY_SIGN))
 """Products that are tried on both channels."""
 
 

@@ -1,7 +1,6 @@
 """Settings of formulas: what is missing outside of the library, as a sum of terms of a dictionary."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
@@ -52,16 +51,13 @@ class FormulaSettings:
     least_period_s: float = 4.0
     """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
 
-    scale_shares: Mapping[str, tuple[float, ...]] = field(
-        default_factory=lambda: {
-            "fall": (0.1, 0.3, 0.8, 2.0),
-            "over": (0.2, 0.45, 0.8, 1.3),
-            "bell": (0.25, 0.6, 1.2),
-        }
+    scale_shares: tuple[tuple[float, ...], ...] = (
+        (0.1, 0.3, 0.8, 2.0),
+        (0.2, 0.45, 0.8, 1.3),
+        (0.25, 0.6, 1.2),
     )
-    """Numbers of shapes on the grid, in root mean squares of their quantity. Numerics: between two of them a
-    shape changes by less than Gauss–Newton makes up for.
-    """
+    """Numbers of falls, overs and bells on the grid, in root mean squares of their quantity. Numerics: from
+    one to the next a shape changes by less than Gauss–Newton makes up for."""
 
     ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))
     """Middles and widths of rings, in the same units. As ``scale_shares``."""
@@ -92,21 +88,24 @@ class FormulaSettings:
     most_turns: int = 12
     """Most half turns over a span of a wave along a direction. Numerics: the grid grows by its square."""
 
+    turns: tuple[float, ...] = (1.0, 2.0, 3.0)
+    """Waves over the heading, periods a turn. Physics: a wind has one, a floor with a grain two."""
+
     slanted: float = 0.2
     """Least share of each direction in such a wave. Judgement: 12° off x or y; nearer it is a wave over
     those."""
 
     push_rows: int = 4
-    """Rows of a push, by whose answers groups are scored at once. Numerics: a quarter of a second, within
-    which a robot's motion changes little."""
+    """Rows of a push, by whose answers groups are scored at once. Numerics: .16 s, within which a robot's
+    motion changes little."""
 
     pushes: int = 64
-    """Pushes after which an answer is over. Numerics: 16 s, longer than the slowest disturbance."""
+    """Pushes after which an answer is over. Numerics: 10 s, longer than the filter remembers a push."""
 
     screened: int = 12
     """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 
-    rivals: Mapping[str, int] = field(default_factory=lambda: {"shape": 4, "timed": 2, "curve": 2, "wave": 2})
+    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2))
     """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
     quantities are told apart by their best numbers alone."""
 
