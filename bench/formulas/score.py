@@ -76,9 +76,10 @@ FACTOR = {
     "y": ("y", lambda at: at.y),
 }
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
-BELL = re.compile(r"(bump|hill)\(([^,]+),([^,]+),([^)]+)\)")
+BELL = re.compile(r"(bump|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(r"(fall|over|bell|ring)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
+EDGE = re.compile(r"edge\(([xyt]),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|after|decay)\(([^)]+)\)")
 
 
@@ -120,10 +121,11 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
         x, y, r = (float(bell[i]) for i in (2, 3, 4))
         if bell[1] == "bump":
             return "x y", lambda at: np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+        turn = np.pi / 2 if bell[1] == "tilt" else 0.0
         return (
             "x y yaw",
             lambda at: (
-                ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw))
+                ((at.x - x) * np.cos(at.yaw + turn) + (at.y - y) * np.sin(at.yaw + turn))
                 / r
                 * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
             ),
@@ -143,6 +145,8 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
         if kind == "after":
             return "t", lambda at: 1.0 * (at.t >= first)
         return "t", lambda at: np.exp(-at.t / first)
+    if edge := EDGE.fullmatch(text):
+        return edge[1], lambda at: np.tanh((getattr(at, edge[1]) - float(edge[2])) / float(edge[3]))
     if shape := SHAPE.fullmatch(text):
         column, per = efforts.get(shape[2], (shape[2], 1.0))
         numbers = [float(number) for number in shape[3].split(",")]

@@ -6,6 +6,8 @@
     sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
+    tilt(X,Y,R)        the same with the part to the left of the heading
+    edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y or t
 
 x and y are the pose in the log's world, s the signed distance driven since the first pose.
 """
@@ -22,8 +24,9 @@ Columns = Mapping[str, F64]
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
-BELL = re.compile(rf"(bump|hill)\({NUMBER},{NUMBER},{NUMBER}\)")
-FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R)"
+BELL = re.compile(rf"(bump|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
+EDGE = re.compile(rf"edge\(([xyt]),{NUMBER},{NUMBER}\)")
+FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W)"
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
 """Time and place themselves, with the powers of metre and second of their units."""
 
@@ -49,12 +52,21 @@ def placed_factor(text: str) -> PlacedFactor | None:
     if slanted := SLANTED.fullmatch(text):
         of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3] + slanted[4])
         return PlacedFactor(("x", "y"), lambda c: np.asarray(of(k * c["x"] + l * c["y"])))
-    if (bell := BELL.fullmatch(text)) and float(bell[4]) > 0:
-        place = (float(bell[2]), float(bell[3]), float(bell[4]))
-        if bell[1] == "bump":
-            return PlacedFactor(("x", "y"), lambda c: bump(c, *place))
-        return PlacedFactor(("x", "y", "yaw"), lambda c: hill(c, *place))
-    return None
+    if (line := EDGE.fullmatch(text)) and float(line[3]) > 0:
+        along, at, width = line[1], float(line[2]), float(line[3])
+        return PlacedFactor((along,), lambda c: edge(c[along], at, width))
+    bell = BELL.fullmatch(text)
+    return bell_factor(bell[1], *map(float, bell.groups()[1:])) if bell else None
+
+
+def bell_factor(kind: str, x: float, y: float, r: float) -> PlacedFactor | None:
+    """A bell, or its slope ahead or aside; None where it has no width."""
+    if r <= 0:
+        return None
+    if kind == "bump":
+        return PlacedFactor(("x", "y"), lambda c: bump(c, x, y, r))
+    slope = hill if kind == "hill" else tilt
+    return PlacedFactor(("x", "y", "yaw"), lambda c: slope(c, x, y, r))
 
 
 def bump(c: Columns, x: float, y: float, r: float) -> F64:
@@ -66,6 +78,22 @@ def hill(c: Columns, x: float, y: float, r: float) -> F64:
     """The downhill slope of the bell along the heading."""
     along = (c["x"] - x) * np.cos(c["yaw"]) + (c["y"] - y) * np.sin(c["yaw"])
     return np.asarray(along / r * bump(c, x, y, r))
+
+
+def tilt(c: Columns, x: float, y: float, r: float) -> F64:
+    """The downhill slope of the bell to the left of the heading."""
+    aside = (c["y"] - y) * np.cos(c["yaw"]) - (c["x"] - x) * np.sin(c["yaw"])
+    return np.asarray(aside / r * bump(c, x, y, r))
+
+
+def edge(z: F64, at: float, width: float) -> F64:
+    """From −1 to 1 across a line or a time."""
+    return np.tanh((z - at) / width)
+
+
+def edge_text(along: str, at: float, width: float) -> str:
+    """The text of an edge."""
+    return f"edge({along},{number(at)},{number(width)})"
 
 
 def wave_text(function: str, k_radpm: float, along: str) -> str:

@@ -28,6 +28,8 @@ BY_HAND = {
     "cos(0.8x+0.3y)": math.cos(0.8 * 1.2 - 0.9),
     "v*cos(2yaw)": -0.6 * math.cos(1.0),
     "v*x": -0.72,
+    "v*edge(x,1,0.4)": -0.6 * math.tanh(0.5),
+    "tilt(0.2,-2,1.5)": (-math.cos(0.5) - math.sin(0.5)) / 1.5 * math.exp(-2.0 / 4.5),
 }
 UNITS = {
     "effort_sum*fall(v,0.3)": "m/(s²·N·m)",
@@ -87,7 +89,17 @@ def test_texts_are_read_back() -> None:
     "factor",
     [
         *("fall(x,1)", "fall(v)", "fall(v,0)", "fall(v,-1)", "fall(v,1,2)", "ring(v,1)", "ring(v,1,0)"),
-        *("over(t,1)", "gust(1)", "gust(1,0)", "decay(0)", "after()", "sin(2x+y)", "bell(v,nan)"),
+        *(
+            "over(t,1)",
+            "gust(1)",
+            "gust(1,0)",
+            "decay(0)",
+            "after()",
+            "sin(2x+y)",
+            "bell(v,nan)",
+            "edge(v,1,1)",
+            "edge(x,1,0)",
+        ),
     ],
 )
 def test_other_texts_are_refused(factor: str) -> None:

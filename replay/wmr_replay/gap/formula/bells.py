@@ -4,31 +4,29 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wmr_replay.gap.formula.families import Factors, Family
+from wmr_replay.gap.formula.carriers import HEADING, carriers_of
+from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import TermChannel
 
-CARRIED: tuple[tuple[str, TermChannel, Factors], ...] = (
-    ("hill", "longitudinal", ()),
-    ("bump", "longitudinal", ()),
-    ("bump", "longitudinal", ("v",)),
-    ("bump", "longitudinal", ("sgn(v)",)),
-    ("bump", "yaw", ()),
-    ("bump", "yaw", ("yaw_rate",)),
-    ("bump", "yaw", ("sgn(yaw_rate)",)),
+CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
+    *(("hill", "longitudinal", "1"), ("tilt", "yaw", "1")),
+    *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
+    *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
 )
-"""Height, and what pushes or brakes in a place."""
+"""Height, and what pushes, brakes or blows in a place."""
 
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     """The bells of a log, by what they carry."""
     numbers = {kind: bells_of(kind, binned, settings) for kind in ("hill", "bump")}
-    for kind, channel, carrier in CARRIED:
+    numbers["tilt"] = numbers["hill"]
+    for kind, channel, text in CARRIED:
         if len(numbers[kind]):
-            yield Grid(((Family(kind, channel, "", (carrier,)), numbers[kind]),))
+            yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
 
 
 def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:

@@ -5,22 +5,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.placed_factors import Columns, bell_text, bump, hill, slanted_text, wave_text
+from wmr_schemas.placed_factors import (
+    Columns,
+    bell_text,
+    bump,
+    edge,
+    edge_text,
+    hill,
+    slanted_text,
+    tilt,
+    wave_text,
+)
 from wmr_schemas.shape_factors import OF_SHAPE, shape_text
 from wmr_schemas.terms import Term, TermChannel
 
 Factors = tuple[str, ...]
 WAVES = ("sin", "cos")
-BELLS = {"bump": bump, "hill": hill}
+BELLS = {"bump": bump, "hill": hill, "tilt": tilt}
 SHAPES = ("fall", "over", "bell", "ring")
-PLACED = ("wave", "bump", "hill")
+PLACED = ("wave", "bump", "hill", "tilt")
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, bump, hill, or one of the shapes of
+    ``kind`` is product, curve, wave, edge, bump, hill, tilt, or one of the shapes of
     :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its functions stands times each of the
     ``carriers``, which are products; with ``plain``, these stand beside them as well.
     """
@@ -56,6 +66,8 @@ def texts(kind: str, along: str, shape: tuple[float, ...]) -> tuple[str, ...]:
         return tuple(wave_text(function, shape[0], along) for function in WAVES)
     if kind in BELLS:
         return (bell_text(kind, *shape),)
+    if kind == "edge":
+        return (edge_text(along, *shape),)
     return (shape_text(kind, along, *shape),)
 
 
@@ -68,4 +80,6 @@ def values(kind: str, along: str, shapes: F64, columns: Columns) -> F64:
         return np.stack([np.sin(phase), np.cos(phase)], axis=2)
     if kind in BELLS:
         return BELLS[kind](own, *shapes.T)[:, :, None]
+    if kind == "edge":
+        return edge(own[along], *shapes.T)[:, :, None]
     return np.asarray(OF_SHAPE[kind][0](own[along], *shapes.T))[:, :, None]

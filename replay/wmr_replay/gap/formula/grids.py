@@ -6,6 +6,15 @@ from itertools import combinations, product
 
 import numpy as np
 
+from wmr_replay.gap.formula.carriers import (
+    ALONG,
+    OVER_DIRECTION,
+    OVER_HEADING,
+    OVER_PLACE,
+    OVER_TIME,
+    SHORT,
+    carriers_of,
+)
 from wmr_replay.gap.formula.families import SHAPES, Factors, Family
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of, ordered
@@ -15,43 +24,6 @@ from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
 
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
-HEADING: tuple[Factors, ...] = (("cos(yaw)",), ("sin(yaw)",))
-OVER_TIME: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
-    "longitudinal": (
-        *(HEADING, (("v",),), (("sgn(v)",),), (("v", "abs(v)"),), (("effort_sum",),)),
-        *((("v", "yaw_rate"),), (("abs(yaw_rate)",),), (("abs(v)",),)),
-    ),
-    "yaw": (
-        *(HEADING, (("yaw_rate",),), (("sgn(yaw_rate)",),), (("effort_diff",),), (("v",),)),
-        *((("effort_sum",),), (("abs(v)", "yaw_rate"),), (("v", "yaw_rate"),)),
-    ),
-}
-"""What may change with the time: wind, drags, gains and pulls to a side."""
-OVER_PLACE: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
-    "longitudinal": (
-        ((),),
-        (("cos(yaw)",),),
-        (("sin(yaw)",),),
-        (("v",),),
-        (("sgn(v)",),),
-        (("v", "abs(v)"),),
-    ),
-    "yaw": (((),), (("cos(yaw)",),), (("sin(yaw)",),), (("yaw_rate",),), (("sgn(yaw_rate)",),), (("v",),)),
-}
-"""What may change with the place: height and tilt by the heading, drags, and pulls to a side."""
-OVER_HEADING: dict[TermChannel, tuple[Factors, ...]] = {
-    "longitudinal": ((), ("v",), ("sgn(v)",), ("abs(v)",), ("v", "abs(v)"), ("effort_sum",)),
-    "yaw": ((), ("v",), ("yaw_rate",), ("sgn(yaw_rate)",), ("abs(v)",), ("effort_diff",)),
-}
-"""What may change with the heading: a floor with a grain, a cable, wind. One turn ahead is a slope."""
-OVER_DIRECTION: dict[TermChannel, tuple[tuple[Factors, ...], ...]] = {
-    "longitudinal": (HEADING, ((),), (("v",),)),
-    "yaw": (HEADING, ((),), (("yaw_rate",),)),
-}
-
-
-SHORT = ("gust", "after")
-"""What efforts do not do: a loss of traction and a load are effects of the library."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,23 +66,26 @@ def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]
     """Products of one or two quantities, odd or even in each, shaped by one quantity."""
     shapes = {z: list(shapes_of(columns[z], settings)) for z in SHAPED}
     for channel in TRIED:
-        for carrier, along in carried():
-            family = Family("", channel, along, (carrier,), plain=True)
+        for carriers, along in carried():
+            family = Family("", channel, along, carriers, plain=True)
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes[along]))
 
 
-def carried() -> Iterator[tuple[Factors, str]]:
-    """Each product with each quantity that may shape it: one of any, two of their own."""
+def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
+    """Each product with each quantity that may shape it: one of any, two of their own; and both of one by
+    itself, which acts on one side.
+    """
     for along in SHAPED:
-        yield (), along
+        yield ((),), along
+        yield ((along,), (f"abs({along})",)), along
         for z in SHAPED:
-            yield (z,), along
-            yield (f"abs({z})",), along
+            yield ((z,),), along
+            yield ((f"abs({z})",),), along
     for a, b in combinations(SHAPED, 2):
         for first, second in product((a, f"abs({a})"), (b, f"abs({b})")):
             carrier = tuple(ordered((first, second)).split("*"))
-            yield carrier, a
-            yield carrier, b
+            yield (carrier,), a
+            yield (carrier,), b
 
 
 def shapes_of(z: F64, own: FormulaSettings) -> Iterator[tuple[str, F64]]:
@@ -140,9 +115,9 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     )
     periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
     for channel in TRIED:
-        for carriers in OVER_TIME[channel]:
-            family = Family("wave", channel, "t", carriers, plain=True)
-            short = () if "effort" not in carriers[0][0] else SHORT
+        for text in OVER_TIME[channel]:
+            family = Family("wave", channel, "t", carriers_of(text), plain=True)
+            short = SHORT if "effort" in text else ()
             own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
             yield grid_of((family, periods))
@@ -155,18 +130,27 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     lengths["s"] = own.way_lengths_m[0], min(own.way_lengths_m[1], spans["s"])
     numbers = {z: numbers_of_waves(spans[z], *lengths[z], own) for z in "xys"}
     slanted = directions(spans, own)
+    edges = {z: edges_of(columns[z], own) for z in "xy"}
     for channel in TRIED:
-        for carriers in OVER_PLACE[channel]:
-            for z in "xy":
-                plain = "yaw" not in "".join(carriers[0]) or "yaw_rate" in carriers[0][0]
-                yield grid_of((Family("wave", channel, z, carriers, plain), numbers[z]))
-        yield grid_of((Family("wave", channel, "s"), numbers["s"]))
-        for carrier in OVER_HEADING[channel]:
-            named = channel == "longitudinal" and not carrier
-            turns = np.array(own.turns[1:] if named else own.turns)[:, None]
-            yield grid_of((Family("wave", channel, "yaw", (carrier,), plain=bool(carrier)), turns))
-        for carriers in OVER_DIRECTION[channel]:
-            yield grid_of((Family("wave", channel, "xy", carriers), slanted))
+        for z, text in product("xy", OVER_PLACE[channel]):
+            family = Family("wave", channel, z, carriers_of(text), plain="(yaw)" not in text)
+            yield grid_of((family, numbers[z]))
+            yield grid_of((replace(family, kind="edge", plain=True), edges[z]))
+        for text in ALONG[channel]:
+            yield grid_of((Family("wave", channel, "s", carriers_of(text)), numbers["s"]))
+        for text in OVER_HEADING[channel]:
+            family, named = Family("wave", channel, "yaw", carriers_of(text), plain=text != "1"), text == "1"
+            turns = own.turns[1:] if named and channel == "longitudinal" else own.turns
+            yield grid_of((family, np.array(turns)[:, None]))
+        for text in OVER_DIRECTION[channel]:
+            yield grid_of((Family("wave", channel, "xy", carriers_of(text)), slanted))
+
+
+def edges_of(z: F64, own: FormulaSettings) -> F64:
+    """Places (m, 2) of edges on a grid of the span, from sharp to soft."""
+    low, span = float(np.min(z)), float(np.ptp(z))
+    widths = (span * share for share in own.edge_widths)
+    return np.array([(low + span * at, width) for width in widths for at in own.edge_places])
 
 
 def numbers_of_waves(span: float, shortest: float, longest: float, own: FormulaSettings) -> F64:

@@ -66,6 +66,10 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
     if family.kind in BELLS:
         return within_area(shape, problem)
     columns = columns_of(problem.binned)
+    if family.kind == "edge":
+        z = columns[family.along]
+        narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], own.edge_places[-1]))
+        return np.array([np.clip(shape[0], z.min(), z.max()), np.clip(shape[1], narrow / 2, wide)])
     if family.kind == "gust":
         t_s = columns["t"]
         middle = np.clip(shape[0], t_s[0], t_s[-1])

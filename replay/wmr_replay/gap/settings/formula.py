@@ -48,6 +48,12 @@ class FormulaSettings:
     longest_in_spans: float = 1.0
     """Longest wave over x, y or t, in spans of the log. Statistics: a longer one is not told from a slope."""
 
+    edge_places: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+    """Places of edges on the grid, shares of the span. Numerics: as far apart as their width."""
+
+    edge_widths: tuple[float, ...] = (0.02, 0.1)
+    """Widths of edges on the grid, shares of the span. Judgement: a line on the floor, or a ramp."""
+
     least_period_s: float = 4.0
     """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
 
