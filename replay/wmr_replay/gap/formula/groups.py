@@ -93,9 +93,9 @@ class Tried:
     grids: tuple[Grid, ...] = ()
 
     @property
-    def products(self) -> "Tried":
-        """The products alone."""
-        return Tried(tuple(group for group in self.groups if group.family == PRODUCT))
+    def shaped(self) -> "Tried":
+        """The groups with numbers alone."""
+        return Tried((), self.grids)
 
     @cached_property
     def n_grids(self) -> int:
@@ -114,8 +114,20 @@ class Tried:
         return np.repeat(prices, [len(numbers) for _, numbers in grid.pieces])
 
     def beside(self, effects: Iterable[str]) -> "Tried":
-        """What is no form of the effects."""
-        return replace(self, groups=without_twins(self.groups, effects))
+        """What is no form of the effects: with one of them, its own term does not stand beside a shape."""
+        twins = twins_of(effects)
+        grids = tuple(bare(grid) if holds(grid, twins) else grid for grid in self.grids)
+        return Tried(without_terms(self.groups, twins), grids)
+
+
+def holds(grid: Grid, names: Container[str]) -> bool:
+    """Whether one of the terms without numbers is of these names."""
+    return any(term.name in names for term in grid.first.plain_terms)
+
+
+def bare(grid: Grid) -> Grid:
+    """The grid without those terms."""
+    return Grid(tuple((replace(family, plain=False), numbers) for family, numbers in grid.pieces))
 
 
 def without_twins(groups: Iterable[Group], effects: Iterable[str]) -> tuple[Group, ...]:

@@ -9,7 +9,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
-from wmr_replay.gap.formula.scores import ScoredGroup, log_n
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
@@ -120,19 +120,14 @@ def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | Non
     for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
         here = current if noise is current.noise else evaluate(problem, current.extension, noise)
         finer = [refined(problem, here, one) for one in winners(problem, here, tried)]
-        scores = [expected(problem, one) for one in finer]
+        scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
-        chosen += [one for one, excess in zip(finer, scores, strict=True) if excess > enough]
-    distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: expected(problem, one))}
+        chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
+    distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
     first = list(distinct.values())[-settings.formula.most_fitted :]
     longer = [extended(problem, formula, one) for one in first]
     longer = [one for one in longer if is_sound(problem, one)]
     return max(longer, key=lambda one: score(problem, one), default=None)
-
-
-def expected(problem: Problem, scored: ScoredGroup) -> float:
-    """What a group promises beyond its price."""
-    return scored.gain - scored.group.price(log_n(problem))
 
 
 def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
