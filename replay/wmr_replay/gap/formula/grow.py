@@ -1,5 +1,6 @@
 """A formula grown by one group of terms after the other, and pruned of those that it does not need."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,9 +74,12 @@ def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formul
 
 def is_sound(problem: Problem, formula: Formula) -> bool:
     """Whether no place is steeper than what a robot drives on, and no term is many times as large as what all
-    terms of its channel add up to: such terms describe a few rows by their small difference.
+    terms of its channel add up to: such terms describe a few rows by their small difference. Nor does an
+    effect beside them grow, which they would take back.
     """
     own, values = problem.settings.formula, formula.fit.extension.effects
+    if any(size_of(values[name]) > own.most_change * size_of(alone) for name, alone in beside(formula)):
+        return False
     for group in formula.groups:
         size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
         peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
@@ -91,6 +95,16 @@ def is_sound(problem: Problem, formula: Formula) -> bool:
         for some in parts.values()
         for part in some
     )
+
+
+def beside(formula: Formula) -> Iterable[tuple[str, Mapping[str, float]]]:
+    """The effects that a formula stands beside, with their parameters without it."""
+    return formula.rest.extension.effects.items()
+
+
+def size_of(parameters: Mapping[str, float]) -> float:
+    """The size of an effect of several parameters."""
+    return float(np.hypot.reduce(list(parameters.values())))
 
 
 def rms(values: F64) -> float:
