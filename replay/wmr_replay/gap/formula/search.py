@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
+from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
@@ -35,8 +35,8 @@ def with_formula(
 ) -> tuple[Problem, Selection]:
     """The selection with a formula, where one explains what the selection leaves; else as it is.
 
-    Where the library is refused, since what it would say may only answer the disturbance, a formula may still
-    say where that is: it has the same gate to pass.
+    Where the library is refused, since what it would say may only answer the disturbance, a formula of
+    motion, time and place may still say what that is; one of efforts would be such an answer.
     """
     if is_rest_of_base(problem, selection):
         return problem, selection
@@ -49,7 +49,7 @@ def with_formula(
     hidden = not selection.found and may_slip_less(problem)
     if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
-    if found is None:
+    if found is None or (whole[1].refused and reads_efforts(found.formula)):
         return whole
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
@@ -62,6 +62,11 @@ def with_formula(
         left = not {*found.formula.names} <= twins_of(effects_meant(found))
         return with_formula(log, *again, extension, options) if left else again
     return found.problem, replace(said, not_named=why_not_named(found, again[1]))
+
+
+def reads_efforts(formula: Formula) -> bool:
+    """Whether a term reads an effort."""
+    return any(EFFORT in name for name in formula.names)
 
 
 def stands(
