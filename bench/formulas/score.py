@@ -72,9 +72,15 @@ FACTOR = {
     "cos(yaw)": ("yaw", lambda at: np.cos(at.yaw)),
     "sin(yaw)": ("yaw", lambda at: np.sin(at.yaw)),
     "t": ("t", lambda at: at.t),
+    "x": ("x", lambda at: at.x),
+    "y": ("y", lambda at: at.y),
 }
-WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xys])\)")
-BELL = re.compile(r"(bump|hill)\(([^,]+),([^,]+),([^)]+)\)")
+WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
+BELL = re.compile(r"(bump|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
+SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
+SHAPE = re.compile(r"(fall|over|bell|ring)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
+EDGE = re.compile(r"edge\(([xyt]),([^,]+),([^)]+)\)")
+TIMED = re.compile(r"(gust|after|decay)\(([^)]+)\)")
 
 
 def parts_of(effects: Iterable[Mapping[str, Any]], robot: RobotParameters) -> list[Part]:
@@ -115,15 +121,48 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
         x, y, r = (float(bell[i]) for i in (2, 3, 4))
         if bell[1] == "bump":
             return "x y", lambda at: np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+        turn = np.pi / 2 if bell[1] == "tilt" else 0.0
         return (
             "x y yaw",
             lambda at: (
-                ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw))
+                ((at.x - x) * np.cos(at.yaw + turn) + (at.y - y) * np.sin(at.yaw + turn))
                 / r
                 * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
             ),
         )
+    return numbered(text, efforts)
+
+
+def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, Callable[[At], F64]]:
+    """Factors with numbers, by what the manual says of them."""
+    if slanted := SLANTED.fullmatch(text):
+        of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3])
+        return "x y", lambda at: of(k * at.x + l * at.y)
+    if timed := TIMED.fullmatch(text):
+        kind, (first, *more) = timed[1], map(float, timed[2].split(","))
+        if kind == "gust":
+            return "t", lambda at: np.exp(-0.5 * ((at.t - first) / more[0]) ** 2)
+        if kind == "after":
+            return "t", lambda at: 1.0 * (at.t >= first)
+        return "t", lambda at: np.exp(-at.t / first)
+    if edge := EDGE.fullmatch(text):
+        return edge[1], lambda at: np.tanh((getattr(at, edge[1]) - float(edge[2])) / float(edge[3]))
+    if shape := SHAPE.fullmatch(text):
+        column, per = efforts.get(shape[2], (shape[2], 1.0))
+        numbers = [float(number) for number in shape[3].split(",")]
+        return shape[2], lambda at: shaped(shape[1], np.abs(getattr(at, column) / per), numbers)
     raise ValueError(f"no factor {text!r}")
+
+
+def shaped(kind: str, size: F64, numbers: list[float]) -> F64:
+    """A shape of a quantity's size."""
+    first = numbers[0]
+    if kind == "fall":
+        return np.asarray(first / (first + size))
+    if kind == "over":
+        return np.where(size > first, 1 - first / np.maximum(size, 1e-9), 0.0)
+    middle, width = numbers if kind == "ring" else (0.0, first)
+    return np.asarray(np.exp(-0.5 * ((size - middle) / width) ** 2))
 
 
 def way(at: At) -> F64:

@@ -1,9 +1,13 @@
 """Factors of a term that read time or place, and carry numbers of their own.
 
-    t                  seconds since the log's first pose
-    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y)
+    t  x  y            seconds since the log's first pose; the place, m
+    sin(Kx)  cos(Kx)   a wave over x, y or s, of K rad/m: cos(0.785y); over t, of K rad/s;
+                       over yaw, of K turns a turn: cos(2yaw)
+    sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
+    tilt(X,Y,R)        the same with the part to the left of the heading
+    edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y or t
 
 x and y are the pose in the log's world, s the signed distance driven since the first pose.
 """
@@ -18,9 +22,13 @@ from wmr_schemas.arrays import F64
 
 Columns = Mapping[str, F64]
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
-WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xys])\)")
-BELL = re.compile(rf"(bump|hill)\({NUMBER},{NUMBER},{NUMBER}\)")
-FORMS = "t, sin(Kx), cos(Ky), bump(X,Y,R), hill(X,Y,R)"
+WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
+SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
+BELL = re.compile(rf"(bump|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
+EDGE = re.compile(rf"edge\(([xyt]),{NUMBER},{NUMBER}\)")
+FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W)"
+PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
+"""Time and place themselves, with the powers of metre and second of their units."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +44,29 @@ class PlacedFactor:
 
 def placed_factor(text: str) -> PlacedFactor | None:
     """The factor of that text; None where it is none of these."""
-    if text == "t":
-        return PlacedFactor(("t",), lambda c: c["t"], (0, 1))
+    if text in PLAIN:
+        return PlacedFactor((text,), lambda c: c[text], PLAIN[text])
     if wave := WAVE.fullmatch(text):
         function, k, along = (np.sin if wave[1] == "sin" else np.cos), float(wave[2]), wave[3]
         return PlacedFactor((along,), lambda c: np.asarray(function(k * c[along])))
-    if (bell := BELL.fullmatch(text)) and float(bell[4]) > 0:
-        place = (float(bell[2]), float(bell[3]), float(bell[4]))
-        if bell[1] == "bump":
-            return PlacedFactor(("x", "y"), lambda c: bump(c, *place))
-        return PlacedFactor(("x", "y", "yaw"), lambda c: hill(c, *place))
-    return None
+    if slanted := SLANTED.fullmatch(text):
+        of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3] + slanted[4])
+        return PlacedFactor(("x", "y"), lambda c: np.asarray(of(k * c["x"] + l * c["y"])))
+    if (line := EDGE.fullmatch(text)) and float(line[3]) > 0:
+        along, at, width = line[1], float(line[2]), float(line[3])
+        return PlacedFactor((along,), lambda c: edge(c[along], at, width))
+    bell = BELL.fullmatch(text)
+    return bell_factor(bell[1], *map(float, bell.groups()[1:])) if bell else None
+
+
+def bell_factor(kind: str, x: float, y: float, r: float) -> PlacedFactor | None:
+    """A bell, or its slope ahead or aside; None where it has no width."""
+    if r <= 0:
+        return None
+    if kind == "bump":
+        return PlacedFactor(("x", "y"), lambda c: bump(c, x, y, r))
+    slope = hill if kind == "hill" else tilt
+    return PlacedFactor(("x", "y", "yaw"), lambda c: slope(c, x, y, r))
 
 
 def bump(c: Columns, x: float, y: float, r: float) -> F64:
@@ -60,9 +80,32 @@ def hill(c: Columns, x: float, y: float, r: float) -> F64:
     return np.asarray(along / r * bump(c, x, y, r))
 
 
+def tilt(c: Columns, x: float, y: float, r: float) -> F64:
+    """The downhill slope of the bell to the left of the heading."""
+    aside = (c["y"] - y) * np.cos(c["yaw"]) - (c["x"] - x) * np.sin(c["yaw"])
+    return np.asarray(aside / r * bump(c, x, y, r))
+
+
+def edge(z: F64, at: float, width: float) -> F64:
+    """From −1 to 1 across a line or a time."""
+    return np.tanh((z - at) / width)
+
+
+def edge_text(along: str, at: float, width: float) -> str:
+    """The text of an edge."""
+    return f"edge({along},{number(at)},{number(width)})"
+
+
 def wave_text(function: str, k_radpm: float, along: str) -> str:
-    """The text of a wave."""
-    return f"{function}({number(k_radpm)}{along})"
+    """The text of a wave; one turn a turn of the heading is its sine or cosine."""
+    k = number(k_radpm)
+    return f"{function}(yaw)" if (k, along) == ("1", "yaw") else f"{function}({k}{along})"
+
+
+def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:
+    """The text of a wave along a direction."""
+    sign = "-" if number(l_radpm).startswith("-") else "+"
+    return f"{function}({number(k_radpm)}x{sign}{number(abs(l_radpm))}y)"
 
 
 def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:

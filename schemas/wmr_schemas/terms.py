@@ -3,7 +3,7 @@
     name    = "unnamed:" channel ":" term
     channel = "longitudinal" | "lateral" | "yaw"
     term    = factor { "*" factor }                  up to 6 factors, blanks allowed about "*"
-    factor  = one of FACTORS, or one with numbers of its own (see placed_factors)
+    factor  = one of FACTORS, or one with numbers of its own (placed_factors, shape_factors)
 
 A term is a product of named quantities and nothing else: it is looked up, never evaluated as code. Its one
 parameter is ``coefficient``, and coefficient · term is added to
@@ -25,7 +25,8 @@ import numpy as np
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidTerm
-from wmr_schemas.placed_factors import FORMS, placed_factor
+from wmr_schemas.placed_factors import FORMS, PlacedFactor, placed_factor
+from wmr_schemas.shape_factors import SHAPE_FORMS, shape_factor
 from wmr_schemas.slip_terms import unit_of
 
 TermChannel = Literal["longitudinal", "lateral", "yaw"]
@@ -65,6 +66,8 @@ UNITS: dict[str, tuple[int, int, int]] = {
 """Powers of metre, second and newton metre of a column; a factor without a unit is not here."""
 WITHOUT_UNIT = ("1", "sgn(v)", "sgn(yaw_rate)", "cos(yaw)", "sin(yaw)")
 EVEN = ("abs(v)", "abs(v_lat)", "abs(yaw_rate)", "abs(effort_sum)", "abs(effort_diff)", "1")
+PLACES = ("t", "x", "y", "s")
+"""Columns that are time or place."""
 SIGNED = ("v", "v_lat", "yaw_rate", "effort_sum", "effort_diff")
 """Columns in which a term is odd or even; in the others it has no parity."""
 
@@ -81,9 +84,9 @@ class Term:
             raise InvalidTerm(self.name, f"no channel {self.channel!r}; known are {', '.join(CHANNELS)}")
         if not 1 <= len(self.factors) <= MOST_FACTORS:
             raise InvalidTerm(self.name, f"has {len(self.factors)} factors; 1 to {MOST_FACTORS} are allowed")
-        unknown = [f for f in self.factors if f not in FACTORS and placed_factor(f) is None]
+        unknown = [f for f in self.factors if f not in FACTORS and other_factor(f) is None]
         if unknown:
-            known = f"{', '.join(FACTORS)}, and {FORMS}"
+            known = f"{', '.join(FACTORS)}, and {FORMS}, {SHAPE_FORMS}"
             raise InvalidTerm(self.name, f"no factor {unknown[0]!r}; known are {known}")
 
     @property
@@ -99,7 +102,12 @@ class Term:
     @property
     def is_placed(self) -> bool:
         """Whether it reads time or place."""
-        return any(factor not in FACTORS for factor in self.factors)
+        return any(column in PLACES for column in self.columns)
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether all of its factors are of :data:`FACTORS`, so that :attr:`powers` are the term."""
+        return all(factor in FACTORS for factor in self.factors)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -138,25 +146,30 @@ def evaluate_factor(factor: str, columns: Mapping[str, F64]) -> F64:
     if factor in FACTORS:
         column, of = FACTORS[factor]
         return of(columns[column])
-    placed = placed_factor(factor)
-    assert placed is not None
-    return placed.of(columns)
+    other = other_factor(factor)
+    assert other is not None
+    return other.of(columns)
+
+
+def other_factor(text: str) -> PlacedFactor | None:
+    """A factor that is none of :data:`FACTORS`; None where there is no such one."""
+    return placed_factor(text) or shape_factor(text)
 
 
 def columns_of(factor: str) -> tuple[str, ...]:
     """The columns that a factor reads; 1 reads none."""
     if factor in FACTORS:
         return () if factor == "1" else (FACTORS[factor][0],)
-    placed = placed_factor(factor)
-    return placed.columns if placed else ()
+    other = other_factor(factor)
+    return other.columns if other else ()
 
 
 def powers_of(factor: str) -> tuple[int, int, int]:
     """Powers of metre, second and newton metre in a factor's unit."""
     if factor in FACTORS:
         return (0, 0, 0) if factor in WITHOUT_UNIT else UNITS[FACTORS[factor][0]]
-    placed = placed_factor(factor)
-    return (*placed.unit, 0) if placed else (0, 0, 0)
+    other = other_factor(factor)
+    return (*other.unit, 0) if other else (0, 0, 0)
 
 
 def parse_term(name: str) -> Term:

@@ -28,7 +28,17 @@ def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[s
             )
     if base.provenance.log_sha256 in ("", log_sha256):
         return base, ()
-    kept = tuple(effect for effect in base.effects if effect.name not in TIMED)
-    left_out = [effect.name for effect in base.effects if effect.name in TIMED]
+    left_out = [effect.name for effect in base.effects if is_timed(effect.name)]
+    kept = tuple(effect for effect in base.effects if effect.name not in left_out)
     notes = (f"{name} of the model belongs to the time of another log and is left out" for name in left_out)
     return replace(base, effects=kept), tuple(notes)
+
+
+def is_timed(name: str) -> bool:
+    """Whether an effect acts at a time of its own log: one of :data:`TIMED`, or a term of a gust, a step or a
+    wave over time. A drift begins with every log.
+    """
+    if not name.startswith(UNNAMED_PREFIX) or is_slip_term(name):
+        return name in TIMED
+    factors = parse_term(name).factors
+    return any(factor.startswith(("gust(", "after(")) or factor.endswith("t)") for factor in factors)

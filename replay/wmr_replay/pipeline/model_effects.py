@@ -78,15 +78,15 @@ class ReplayModel:
 
     @property
     def accelerates(self) -> bool:
-        """Whether a user's effect adds an acceleration, or a term that reads time or place."""
-        return bool(acting(self.named, "acceleration") or placed_terms(self.effects))
+        """Whether a user's effect adds an acceleration, or a term of factors with numbers, time or place."""
+        return bool(acting(self.named, "acceleration") or numbered_terms(self.effects))
 
     def own_accelerations(self, at: Columns) -> F64:
-        """dv_long/dt and l·d(yaw_rate)/dt (2, n) in m/s² that users' effects add, and terms that read time or
-        place; 0 where the motion is unknown.
+        """dv_long/dt and l·d(yaw_rate)/dt (2, n) in m/s² that users' effects add, and terms of factors with
+        numbers, time or place; 0 where the motion is unknown.
         """
         total = own_accelerations(self.named, at)
-        for term, coefficient in placed_terms(self.effects):
+        for term, coefficient in numbered_terms(self.effects):
             total[int(term.channel == "yaw")] += coefficient * term.evaluate(as_term_columns(at))
         return np.nan_to_num(total, nan=0.0)
 
@@ -152,10 +152,12 @@ def is_torque_term(effect: Effect) -> bool:
     return effect.name.startswith(UNNAMED_PREFIX) and not is_slip_term(effect.name)
 
 
-def placed_terms(effects: Iterable[Effect]) -> list[tuple[Term, float]]:
-    """The terms that read time or place, with their coefficients; a replay knows no distance driven."""
+def numbered_terms(effects: Iterable[Effect]) -> list[tuple[Term, float]]:
+    """The terms of factors with numbers, time or place, with their coefficients, which no bank tabulates; a
+    replay knows no distance driven.
+    """
     terms = [(parse_term(e.name), e.parameters[COEFFICIENT]) for e in effects if is_torque_term(e)]
-    return [(t, c) for t, c in terms if t.is_placed and "s" not in t.columns and t.channel != "lateral"]
+    return [(t, c) for t, c in terms if not t.is_listed and "s" not in t.columns and t.channel != "lateral"]
 
 
 def as_term_columns(at: Columns) -> dict[str, F64]:
@@ -168,7 +170,7 @@ def as_term_columns(at: Columns) -> dict[str, F64]:
 
 def is_left_out(effect: Effect) -> bool:
     """Whether it is an effect of the wheel-speed base that no part of a replay applies, or a term over the
-    distance driven, or one that reads time or place and acts sideways.
+    distance driven, or one with numbers, time or place that acts sideways.
     """
     if is_known_slip(effect.name):
         return False
@@ -176,7 +178,7 @@ def is_left_out(effect: Effect) -> bool:
         return True
     if is_torque_term(effect):
         term = parse_term(effect.name)
-        return "s" in term.columns or (term.is_placed and term.channel == "lateral")
+        return "s" in term.columns or (not term.is_listed and term.channel == "lateral")
     return effect.name in OF_WHEELS and effect.name not in EFFECTS and effect.name not in PARAMETER_OF
 
 
@@ -188,7 +190,7 @@ def check_needs(effects: Iterable[Effect], robot: RobotParameters) -> None:
             raise InvalidSetting(f"{effect.name} needs the robot's half_track_m")
         if effect.name == "wheel_viscous" and robot.wheel_radius_m is None:
             raise InvalidSetting("wheel_viscous needs the robot's wheel_radius_m")
-        accelerates = acting([(effect.name, effect.parameters)], "acceleration") or placed_terms([effect])
+        accelerates = acting([(effect.name, effect.parameters)], "acceleration") or numbered_terms([effect])
         if accelerates and robot.alpha is None:
             raise InvalidSetting(f"{effect.name} needs the robot's alpha")
 
@@ -221,7 +223,7 @@ def terms_of(effects: Iterable[Effect], robot: RobotParameters) -> Terms:
         for effect in effects
         if is_torque_term(effect)
         for term in [parse_term(effect.name)]
-        if not term.is_placed
+        if term.is_listed
     ]
     theta = theta_of(named, robot.wheel_radius_m or 1.0)
     theta[Theta.FRICTION_SPEED] = friction_speed_mps(e for e in effects if acts_as_term(e.name))

@@ -208,6 +208,25 @@ def test_effects_at_a_time_do_not_follow_the_robot_to_another_log():
     assert notes == ("slip_interval of the model belongs to the time of another log and is left out",)
 
 
+@pytest.mark.parametrize(
+    ("term", "kept"),
+    [
+        ("gust(30,8)*cos(yaw)", False),
+        ("after(12)*v", False),
+        ("sin(0.2t)*effort_diff", False),
+        ("effort_diff*t", True),
+        ("v*fall(t,30)", True),
+        ("v*over(v,0.3)", True),
+        ("sin(0.9x)", True),
+    ],
+)
+def test_a_gust_belongs_to_its_log(term, kept):
+    effects = (Effect(f"unnamed:yaw:{term}", {"coefficient": 0.2}),)
+    base, notes = base_for(Model(effects=effects, provenance=Provenance(log_sha256="a" * 64)), "b" * 64)
+    assert bool(base.effects) is kept
+    assert bool(notes) is not kept
+
+
 def test_a_lateral_term_without_a_name_is_refused_as_a_base(run, log, analysed, tmp_path):
     path = tmp_path / "base.toml"
     path.write_text(

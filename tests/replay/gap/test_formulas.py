@@ -16,13 +16,14 @@ from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import manoeuvres
+from wmr_replay.gap.formula.bells import visits_of
 from wmr_replay.gap.formula.groups import (
     CURVE,
     PRODUCT,
     Group,
+    Tried,
     groups_of,
     plain_groups,
-    visits_of,
     without_twins,
 )
 from wmr_replay.gap.formula.grow import Formula, grow, is_sound
@@ -50,7 +51,7 @@ TWICE_THERE_S = 90.0
 SETTINGS = GateSettings()
 FOUND = (
     *("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome"),
-    *("stribeck_hump", "scrub_saturating"),
+    *("stribeck_hump", "scrub_saturating", "squall", "striped_floor", "battery_sag", "slipping_belt"),
 )
 
 
@@ -263,7 +264,7 @@ def test_what_a_formula_explains_ahead_proves_nothing_of_turning():
     extension = base.extension.with_effect(*groups[0].names, {"coefficient": -0.1})
     extension = extension.with_effect(*groups[1].names, {"coefficient": -0.01})
     formula = Formula(base, fit_model(problem, extension, base.noise), groups)
-    found = proven(problem, base, formula, groups, GapOptions(modes="given"))
+    found = proven(problem, base, formula, Tried(groups), GapOptions(modes="given"))
     assert found.formula.names == ("unnamed:longitudinal:v",)
     assert tuple(found.formula.fit.extension.effects) == found.formula.names
 

@@ -206,3 +206,21 @@ def test_an_effect_that_cannot_be_applied_is_refused_by_name():
 def test_parameters_of_the_model_stand_over_the_logs():
     made = replay_model(Model(robot=RobotParameters(alpha=0.05)), ROBOT)
     assert made.robot == RobotParameters(alpha=0.05, half_track_m=0.5, wheel_radius_m=0.1)
+
+
+@pytest.mark.parametrize(
+    ("product", "by_hand"),
+    [
+        ("v*fall(v,0.3)", 0.6 / 3.0),
+        ("effort_sum*over(effort_sum,4)", 10.0 - 4.0),
+        ("gust(5,2)*cos(2yaw)", np.exp(-0.5) * np.cos(0.8)),
+    ],
+)
+def test_a_term_with_numbers_accelerates_a_replay(product, by_hand):
+    found = replay_model(model(f"unnamed:longitudinal:{product}", coefficient=0.5), ROBOT)
+    at = {"t_s": 7.0, "x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.4, "v_mps": 0.6, "v_lat_mps": 0.0}
+    at |= {"yaw_rate_radps": 0.1, "left_nm": 4.0, "right_nm": 6.0}
+    columns = {name: np.array([value]) for name, value in at.items()}
+    assert found.accelerates
+    assert not found.terms.any
+    np.testing.assert_allclose(found.own_accelerations(columns), [[0.5 * by_hand], [0.0]])

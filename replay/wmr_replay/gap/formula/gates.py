@@ -5,16 +5,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from wmr_replay.gap.estimation.covariance import robust_covariance
+from wmr_replay.gap.estimation.covariance import robust_covariance, time_blocks
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
-from wmr_replay.gap.formula.groups import CURVE, Group
+from wmr_replay.gap.formula.groups import CURVE, Group, Tried
 from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.rests import beyond_rests
 from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
+from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
@@ -53,23 +54,21 @@ def by_channel(problem: Problem, formula: Formula) -> list[Formula]:
     return sorted(parts, key=lambda part: part.gain)
 
 
-def of_proven_channels(
-    problem: Problem, formula: Formula, groups: Sequence[Group], options: GapOptions
-) -> Formula:
+def of_proven_channels(problem: Problem, formula: Formula, tried: Tried, options: GapOptions) -> Formula:
     """The formula without the weakest channel whose terms do not pass the gates beside the others.
 
     Accelerations ahead and in turning are two statements: what one of them explains says nothing of the
     other.
     """
     for part in by_channel(problem, formula) if len(formula.channels) > 1 else ():
-        if why_not(problem, part, groups, options)[0]:
+        if why_not(problem, part, tried, options)[0]:
             left = tuple(group for group in formula.groups if group not in part.groups)
             return Formula(formula.rest, part.rest, left)
     return formula
 
 
 def why_not(
-    problem: Problem, formula: Formula, groups: Sequence[Group], options: GapOptions
+    problem: Problem, formula: Formula, tried: Tried, options: GapOptions
 ) -> tuple[str, Proof | None]:
     """The first gate that a formula does not pass, empty where it passes all; and its held-out proof."""
     settings, rest, fit = problem.settings, formula.rest, formula.fit
@@ -81,7 +80,7 @@ def why_not(
     proof = prove(problem, rest, fit)
     if not proof.holds:
         return "not proven on held-out windows", proof
-    if placebo_p(problem, formula, groups, options.seed) > level:
+    if placebo_p(problem, formula, tried, options.seed) > level:
         return "no more than what logs with nothing missing would show", proof
     small = path_change(problem, rest, fit, options.tolerance_s) < options.tolerance_m
     if small or only_answers(problem, formula):
@@ -130,7 +129,7 @@ def beyond_base_mps2(problem: Problem, formula: Formula) -> float:
     return size_of({c: beyond_rests(value, c, extension, problem.binned, own) for c, value in found.items()})
 
 
-def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed: int) -> float:
+def placebo_p(problem: Problem, formula: Formula, tried: Tried, seed: int) -> float:
     """Share of placebo logs of which one group explains as much as the formula does of the log.
 
     See :mod:`wmr_replay.gap.evidence.placebo`; here every group of the dictionary is tried on each of them.
@@ -138,7 +137,7 @@ def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed:
     rest, noise, settings = formula.rest, formula.fit.noise, problem.settings
     here = evaluate(problem, rest.extension, noise)
     whole = Group(CURVE, tuple(term for group in formula.groups for term in group.terms))
-    all_groups = [whole, *formula.groups, *groups]
+    all_groups = [whole, *formula.groups, *tried.groups]
     train, price = problem.train, log_n(problem)
     left = clipped(formula.fit.innovations[train], settings.refit)
     signs: F64 | None = None
@@ -164,4 +163,21 @@ def placebo_p(problem: Problem, formula: Formula, groups: Sequence[Group], seed:
             inverse = np.linalg.pinv(G[np.ix_(places, places)], rcond=1e-10)
             gains = np.einsum("di,ij,dj->d", placebos[:, places], inverse, placebos[:, places])
             best = np.maximum(best, gains - cost)
+    if signs is not None:
+        best = np.maximum(best, best_of_grids(problem, here, formula, tried, signs))
     return float((1 + np.sum(best >= max(observed, single))) / (1 + len(best)))
+
+
+def best_of_grids(problem: Problem, here: Fit, formula: Formula, tried: Tried, signs: F64) -> F64:
+    """What the best group of the grids explains of each placebo log (draws,), less its price."""
+    left = fitted_innovations(problem, formula.fit.innovations)
+    block = np.zeros(len(problem.binned), int)
+    block[problem.train] = np.unique(
+        time_blocks(problem, problem.settings.placebo.block_s), return_inverse=True
+    )[1]
+    screen = screen_of(problem, here, left[:, :, None] * signs.T[block][:, None], here.psi)
+    price, best = log_n(problem), np.zeros(len(signs))
+    for grid in tried.grids:
+        excess = screen.gains(grid) - tried.prices(grid, price)[:, None]
+        best = np.maximum(best, excess.max(axis=0))
+    return best

@@ -1,52 +1,22 @@
-"""Groups of terms that enter a formula together: products, waves over the place, bells over the plane."""
+"""Groups of terms that enter a formula together: products, curves, and families with numbers."""
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from wmr_replay.gap.formula.bells import bells
+from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.grids import Grid, grids_of
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dictionary import CURVE_TERMS, FORMULA_TERMS, columns_of
+from wmr_replay.gap.model.dictionary import CURVE_TERMS, FORMULA_TERMS
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.placed_factors import bell_text, wave_text
-from wmr_schemas.terms import Term, TermChannel
-
-
-@dataclass(frozen=True)
-class Family:
-    """Terms of one form.
-
-    ``kind`` is product, curve, wave, bump or hill; a wave runs over ``along``, times ``beside``.
-    """
-
-    kind: str
-    channel: TermChannel = "longitudinal"
-    along: str = ""
-    beside: tuple[str, ...] = ()
-
-    def terms(self, shape: tuple[float, ...]) -> tuple[Term, ...]:
-        """The terms with these numbers: K of a wave, or X, Y, R of a bell."""
-        if self.kind == "wave":
-            waves = (wave_text(function, shape[0], self.along) for function in ("sin", "cos"))
-            return tuple(Term(self.channel, (wave, *self.beside)) for wave in waves)
-        return (Term(self.channel, (bell_text(self.kind, *shape),)),)
-
+from wmr_schemas.terms import Term
 
 PRODUCT, CURVE = Family("product"), Family("curve")
-WAVES = (
-    Family("wave", "longitudinal", "x", ("cos(yaw)",)),
-    Family("wave", "longitudinal", "y", ("sin(yaw)",)),
-    Family("wave", "longitudinal", "x"),
-    Family("wave", "longitudinal", "y"),
-    Family("wave", "longitudinal", "s"),
-    Family("wave", "yaw", "x"),
-    Family("wave", "yaw", "y"),
-    Family("wave", "yaw", "s"),
-)
-"""Height that waves over x or y pulls along the heading; the others are resistance in places."""
-BELLS = (Family("hill"), Family("bump"))
 
 
 @dataclass(frozen=True)
@@ -78,11 +48,18 @@ class Group:
 
     @property
     def parts(self) -> tuple["Group", ...]:
-        """The terms of a curve, each of which may be spared once it stands; else the group itself."""
-        if self.family != CURVE:
+        """The terms of a curve, and those of a family that have no numbers, each of which may be spared once
+        the group stands; else the group itself.
+        """
+        if self.family == CURVE:
+            tried = self.n_tried ** (1 / len(self.terms))
+            return tuple(Group(PRODUCT, (term,), n_tried=tried) for term in self.terms)
+        plain = self.family.plain_terms
+        if not plain:
             return (self,)
-        tried = self.n_tried ** (1 / len(self.terms))
-        return tuple(Group(PRODUCT, (term,), n_tried=tried) for term in self.terms)
+        own = replace(self.family, plain=False)
+        shaped = replace(self, family=own, terms=own.terms(self.shape))
+        return (shaped, *(Group(PRODUCT, (term,)) for term in self.terms if term in plain))
 
 
 TWINS = {
@@ -108,72 +85,77 @@ def twins_of(effects: Iterable[str]) -> set[str]:
     return {UNNAMED_PREFIX + term for name in effects for term in TWINS.get(name, ())}
 
 
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """Everything that is tried on a log: groups without numbers, and grids of those with numbers."""
+
+    groups: tuple[Group, ...]
+    grids: tuple[Grid, ...] = ()
+
+    @property
+    def shaped(self) -> "Tried":
+        """The groups with numbers alone."""
+        return Tried((), self.grids)
+
+    @cached_property
+    def n_grids(self) -> int:
+        """How many groups the grids are."""
+        return sum(map(len, self.grids))
+
+    def group(self, grid: Grid, k: int) -> Group:
+        """The k-th group of a grid."""
+        family, shape = grid.at(k)
+        return Group(family, family.terms(shape), shape, self.n_grids)
+
+    def prices(self, grid: Grid, log_n: float) -> F64:
+        """The prices (m,) of a grid's groups."""
+        firsts = np.cumsum([0, *(len(numbers) for _, numbers in grid.pieces)])[:-1]
+        prices = [self.group(grid, int(k)).price(log_n) for k in firsts]
+        return np.repeat(prices, [len(numbers) for _, numbers in grid.pieces])
+
+    def beside(self, effects: Iterable[str]) -> "Tried":
+        """What is no form of the effects: with one of them, its own term does not stand beside a shape."""
+        twins = twins_of(effects)
+        grids = tuple(bare(grid) if holds(grid, twins) else grid for grid in self.grids)
+        return Tried(without_terms(self.groups, twins), grids)
+
+
+def holds(grid: Grid, names: Container[str]) -> bool:
+    """Whether one of the terms without numbers is of these names."""
+    return any(term.name in names for term in grid.first.plain_terms)
+
+
+def bare(grid: Grid) -> Grid:
+    """The grid without those terms."""
+    return Grid(tuple((replace(family, plain=False), numbers) for family, numbers in grid.pieces))
+
+
 def without_twins(groups: Iterable[Group], effects: Iterable[str]) -> tuple[Group, ...]:
     """The groups that are no form of the effects."""
     return without_terms(groups, twins_of(effects))
 
 
 def without_terms(groups: Iterable[Group], names: Container[str]) -> tuple[Group, ...]:
-    """The groups without these terms; a curve stands while two terms of it are left."""
+    """The groups without these terms; a curve stands while two terms of it are left, a family with numbers
+    while those are.
+    """
     left = []
     for group in groups:
         terms = tuple(term for term in group.terms if term.name not in names)
         if len(terms) == len(group.terms) or (group.family == CURVE and len(terms) > 1):
             left.append(replace(group, terms=terms))
+        elif group.family.plain and not {*group.terms} - {*terms} - {*group.family.plain_terms}:
+            bare = replace(group.family, plain=False)
+            left.append(replace(group, family=bare, terms=bare.terms(group.shape)))
     return tuple(left)
 
 
-def groups_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Group, ...]:
+def groups_of(binned: BinnedLog, settings: FormulaSettings) -> Tried:
     """Everything that is tried on a log."""
-    waves = tuple(group for family in WAVES for group in waves_of(family, binned, settings))
-    bells = tuple(group for family in BELLS for group in bells_of(family, binned, settings))
-    placed = (replace(group, n_tried=len(some)) for some in (waves, bells) for group in some)
-    return (*plain_groups(), *placed)
+    return Tried(plain_groups(), (*grids_of(binned, settings), *bells(binned, settings)))
 
 
 def plain_groups() -> tuple[Group, ...]:
     """The products and curves, which have no place."""
     products = tuple(Group(PRODUCT, (term,), n_tried=len(FORMULA_TERMS)) for term in FORMULA_TERMS)
     return (*products, *(Group(CURVE, terms, n_tried=len(CURVE_TERMS)) for terms in CURVE_TERMS))
-
-
-def waves_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> Iterator[Group]:
-    """Waves of every length that the path can tell apart: half a turn over its span from one to the next."""
-    span_m = float(np.ptp(columns_of(binned)[family.along]))
-    shortest, longest = settings.least_length_m, settings.longest_in_spans * span_m
-    if family.along == "s":
-        shortest, longest = settings.way_lengths_m
-        longest = min(longest, span_m)
-    if longest <= 2 * shortest:
-        return
-    first, last = 2 * np.pi / longest, 2 * np.pi / shortest
-    n = min(int((last - first) * span_m / np.pi) + 1, settings.most_waves)
-    for k in np.linspace(first, last, n):
-        yield Group(family, family.terms((float(k),)), (float(k),))
-
-
-def bells_of(family: Family, binned: BinnedLog, settings: FormulaSettings) -> Iterator[Group]:
-    """Bells on a grid of their radius, along the path and beside it, where they are seen at least twice.
-
-    The slope of a hill is steepest a radius from its middle, which need not be passed.
-    """
-    place = binned.pose[:, :2]
-    span_m = float(np.mean(np.ptp(place, axis=0)))
-    here, next_to = np.zeros((1, 2)), np.eye(2)
-    beside = np.vstack([here, next_to, -next_to]) if family.kind == "hill" else here
-    for share in settings.bell_shares:
-        radius_m = max(share * span_m, settings.least_radius_m)
-        on_path = np.unique(np.rint(place / radius_m), axis=0)
-        cells = np.unique((on_path[:, None] + beside).reshape(-1, 2), axis=0)
-        for x, y in cells * radius_m:
-            if visits_of(binned, (float(x), float(y), radius_m), settings) >= settings.visits:
-                shape = (float(x), float(y), radius_m)
-                yield Group(family, family.terms(shape), shape)
-
-
-def visits_of(binned: BinnedLog, shape: tuple[float, ...], settings: FormulaSettings) -> int:
-    """How often the path comes onto a bell's flanks, counted anew after some seconds outside."""
-    x, y, radius_m = shape
-    apart_m = np.hypot(binned.pose[:, 0] - x, binned.pose[:, 1] - y)
-    t_s = binned.t_s[apart_m < settings.flank_radii * radius_m]
-    return int(len(t_s) > 0) + int(np.sum(np.diff(t_s) > settings.apart_s))

@@ -1,6 +1,6 @@
 """A formula grown by one group of terms after the other, and pruned of those that it does not need."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,9 +8,11 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
-from wmr_replay.gap.formula.groups import CURVE, PRODUCT, Group
-from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
+from wmr_replay.gap.formula.families import PLACED
+from wmr_replay.gap.formula.groups import Group, Tried
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
+from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
@@ -44,25 +46,16 @@ class Formula:
         return sum(group.price(log_n(problem)) for group in self.groups)
 
 
-def grow(problem: Problem, rest: Fit, groups: Sequence[Group]) -> Formula:
-    """The formula on top of ``rest``; without groups where none explains enough.
-
-    Behind a product or curve further products are tried first, since waves and bells cost a hundred times as
-    much.
-    """
-    products = [group for group in groups if group.family == PRODUCT]
-    formula, tried = Formula(rest, rest), groups
+def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
+    """The formula on top of ``rest``; without groups where none explains enough."""
+    formula = Formula(rest, rest)
     while len(formula.groups) < problem.settings.formula.most_groups:
         longer = passing(problem, formula, with_next(problem, formula, tried))
-        if longer is not None:
-            last = longer.groups[-1]
-            longer = replace(longer, groups=(*longer.groups[:-1], *last.parts))
-            formula = pruned(problem, longer) if last.family == CURVE else longer
-            tried = groups if last.shape else products
-        elif tried is products:
-            tried = groups
-        else:
+        if longer is None:
             break
+        parts = longer.groups[-1].parts
+        longer = replace(longer, groups=(*longer.groups[:-1], *parts))
+        formula = pruned(problem, longer) if len(parts) > 1 else longer
     return pruned(problem, formula)
 
 
@@ -81,13 +74,16 @@ def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formul
 
 def is_sound(problem: Problem, formula: Formula) -> bool:
     """Whether no place is steeper than what a robot drives on, and no term is many times as large as what all
-    terms of its channel add up to: such terms describe a few rows by their small difference.
+    terms of its channel add up to: such terms describe a few rows by their small difference. Nor does an
+    effect beside them grow, which they would take back.
     """
     own, values = problem.settings.formula, formula.fit.extension.effects
+    if any(size_of(values[name]) > own.most_change * size_of(alone) for name, alone in beside(formula)):
+        return False
     for group in formula.groups:
         size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
         peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
-        if group.shape and size * peak > own.steepest_mps2:
+        if group.family.kind in PLACED and size * peak > own.steepest_mps2:
             return False
     columns = columns_of(problem.binned)
     parts: dict[str, list[F64]] = {}
@@ -99,6 +95,16 @@ def is_sound(problem: Problem, formula: Formula) -> bool:
         for some in parts.values()
         for part in some
     )
+
+
+def beside(formula: Formula) -> Iterable[tuple[str, Mapping[str, float]]]:
+    """The effects that a formula stands beside, with their parameters without it."""
+    return formula.rest.extension.effects.items()
+
+
+def size_of(parameters: Mapping[str, float]) -> float:
+    """The size of an effect of several parameters."""
+    return float(np.hypot.reduce(list(parameters.values())))
 
 
 def rms(values: F64) -> float:
@@ -116,7 +122,7 @@ def held_out(problem: Problem, fit: Fit) -> float:
     return float(fit.row_deviance[~problem.train].sum())
 
 
-def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Formula | None:
+def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | None:
     """The formula with the best further group; None where a scan promises nothing.
 
     As a slow disturbance explains a lasting effect, the best group of a scan with calm disturbances is fitted
@@ -127,22 +133,15 @@ def with_next(problem: Problem, formula: Formula, groups: Sequence[Group]) -> Fo
     chosen: list[ScoredGroup] = []
     for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
         here = current if noise is current.noise else evaluate(problem, current.extension, noise)
-        finer = [refined(problem, here, one) for one in best_of_kinds(scored_groups(problem, here, groups))]
-        scores = [one.gain - one.group.price(log_n(problem)) for one in finer]
+        finer = [refined(problem, here, one) for one in winners(problem, here, tried)]
+        scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
-        chosen += [one for one, expected in zip(finer, scores, strict=True) if expected > enough]
-    distinct = {one.group.names: one for one in chosen}.values()
-    longer = [extended(problem, formula, one) for one in distinct]
+        chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
+    distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
+    first = list(distinct.values())[-settings.formula.most_fitted :]
+    longer = [extended(problem, formula, one) for one in first]
     longer = [one for one in longer if is_sound(problem, one)]
     return max(longer, key=lambda one: score(problem, one), default=None)
-
-
-def best_of_kinds(scored: list[ScoredGroup]) -> list[ScoredGroup]:
-    """The best product, curve, wave, bump and hill, the likelier first."""
-    kinds: dict[str, ScoredGroup] = {}
-    for one in scored:
-        kinds.setdefault(one.group.family.kind, one)
-    return list(kinds.values())
 
 
 def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:

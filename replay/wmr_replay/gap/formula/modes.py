@@ -11,9 +11,10 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, cost_of, evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_slipping
-from wmr_replay.gap.formula.groups import CURVE, groups_of, plain_groups
+from wmr_replay.gap.formula.groups import CURVE, groups_of
 from wmr_replay.gap.formula.grow import grow
-from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n, scored_groups
+from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_schemas.arrays import Bool
@@ -51,16 +52,21 @@ def is_calm(start: Start) -> bool:
 
 def curve_starts(problem: Problem, base: Fit) -> list[Start]:
     """The curves that explain most beside the base model, each fitted: at the disturbance that is left, and
-    at a calm one; of the efforts, which is what slipping looks like, and of the motion.
+    at a calm one; of the efforts, which is what slipping looks like, and of the motion. And the group with
+    numbers that explains most, where it explains more than they do.
     """
-    curves = [group for group in plain_groups() if group.family == CURVE]
+    tried = groups_of(problem.binned, problem.settings.formula)
+    curves = [group for group in tried.groups if group.family == CURVE]
     chosen: dict[tuple[str, ...], ScoredGroup] = {}
     for noise in filter(None, (base.noise, calmed(base.noise, problem.settings.diffusion))):
         here = base if noise is base.noise else evaluate(problem, base.extension, noise)
         kinds: dict[bool, ScoredGroup] = {}
         for one in scored_groups(problem, here, curves):
             kinds.setdefault("effort" in one.group.names[0], one)
-        chosen |= {one.group.names: one for one in kinds.values()}
+        some = [*kinds.values()]
+        least = max(excess(problem, one) for one in some)
+        some += [one for one in winners(problem, here, tried.shaped)[:1] if excess(problem, one) > least]
+        chosen |= {one.group.names: one for one in some}
     return [started(problem, base, one) for one in chosen.values()]
 
 

@@ -9,7 +9,7 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
-from wmr_replay.gap.formula.groups import groups_of, plain_groups, without_twins
+from wmr_replay.gap.formula.groups import Tried, groups_of, plain_groups
 from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.modes import (
     Start,
@@ -120,7 +120,7 @@ def grown_from(start: Start) -> Start:
         return start
     problem, budget = start.problem, start.problem.settings.budget
     rest = fit_model(problem, start.rest, None, budget.base_diffusion)
-    formula = grow(problem, rest, without_twins(plain_groups(), rest.extension.effects))
+    formula = grow(problem, rest, Tried(plain_groups()).beside(rest.extension.effects))
     grown = replace(start, fit=formula.fit, price=formula.price(problem))
     return min(start, grown, key=whole_cost) if formula.groups else start
 
@@ -132,8 +132,8 @@ def proven_with(log: Log, start: Start, extension: Extension, options: GapOption
     base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     if start.rest.effects:
         rest = fit_model(problem, start.rest, start.fit.noise)
-    groups = groups_of(problem.binned, problem.settings.formula)
-    again = grow(problem, rest, without_twins(groups, rest.extension.effects))
+    tried = groups_of(problem.binned, problem.settings.formula)
+    again = grow(problem, rest, tried.beside(rest.extension.effects))
     if not again.groups:
         return None
-    return proven(problem, base, again, groups, options)
+    return proven(problem, base, again, tried, options)

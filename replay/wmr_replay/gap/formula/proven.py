@@ -1,13 +1,12 @@
 """A formula that passes the gates, and the library's effects that it stands beside."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.holdout import Proof
 from wmr_replay.gap.formula.gates import of_proven_channels, why_not
-from wmr_replay.gap.formula.groups import Group
+from wmr_replay.gap.formula.groups import Tried
 from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.modes import Start
 from wmr_replay.gap.options import GapOptions
@@ -32,12 +31,10 @@ class Proven:
         return Start(self.problem, formula.fit, formula.rest.extension, formula.price(self.problem))
 
 
-def proven(
-    problem: Problem, base: Fit, formula: Formula, groups: Sequence[Group], options: GapOptions
-) -> Proven | None:
+def proven(problem: Problem, base: Fit, formula: Formula, tried: Tried, options: GapOptions) -> Proven | None:
     """What of a formula passes the gates, each channel beside the other; None where that is nothing."""
-    formula = of_proven_channels(problem, formula, groups, options)
-    failed, proof = why_not(problem, formula, groups, options)
+    formula = of_proven_channels(problem, formula, tried, options)
+    failed, proof = why_not(problem, formula, tried, options)
     return Proven(problem, base, formula, proof) if not failed and proof is not None else None
 
 

@@ -29,6 +29,11 @@ def log_n(problem: Problem) -> float:
     return float(np.log(3 * problem.train.sum()))
 
 
+def excess(problem: Problem, scored: ScoredGroup) -> float:
+    """What a group promises beyond its price."""
+    return scored.gain - scored.group.price(log_n(problem))
+
+
 def efforts_of(problem: Problem, at: Fit, terms: Sequence[Term]) -> F64:
     """Changes of the efforts (k, n, 2) that give the terms' accelerations."""
     return np.stack([change for _, change in as_efforts(problem.binned, at.extension.base, terms)])

@@ -7,7 +7,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
+from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
@@ -33,11 +33,15 @@ LOAD_STEP = "load_step"
 def with_formula(
     log: Log, problem: Problem, selection: Selection, extension: Extension, options: GapOptions
 ) -> tuple[Problem, Selection]:
-    """The selection with a formula, where one explains what the selection leaves; else as it is."""
-    if selection.refused or is_rest_of_base(problem, selection):
+    """The selection with a formula, where one explains what the selection leaves; else as it is.
+
+    Where the library is refused, since what it would say may only answer the disturbance, a formula of
+    motion, time and place may still say what that is; one of efforts would be such an answer.
+    """
+    if is_rest_of_base(problem, selection):
         return problem, selection
     whole = problem, selection
-    problem, selection = held_out_apart(*whole)
+    problem, selection = held_out_apart(problem, replace(selection, refused=""))
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
     if outside:
@@ -45,7 +49,7 @@ def with_formula(
     hidden = not selection.found and may_slip_less(problem)
     if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
-    if found is None:
+    if found is None or (whole[1].refused and reads_efforts(found.formula)):
         return whole
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
@@ -58,6 +62,11 @@ def with_formula(
         left = not {*found.formula.names} <= twins_of(effects_meant(found))
         return with_formula(log, *again, extension, options) if left else again
     return found.problem, replace(said, not_named=why_not_named(found, again[1]))
+
+
+def reads_efforts(formula: Formula) -> bool:
+    """Whether a term reads an effort."""
+    return any(EFFORT in name for name in formula.names)
 
 
 def stands(
@@ -119,21 +128,21 @@ def best_formula(
     problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
 ) -> Proven | None:
     """The formula beside the library's effects or in their place, where it is better than the selection."""
-    groups = groups_of(problem.binned, problem.settings.formula)
+    tried = groups_of(problem.binned, problem.settings.formula)
     if library:
         selection = replace(
             selection, base=settled(problem, selection.base), fit=settled(problem, selection.fit)
         )
     rest = fit_of_library(problem, selection, library)
-    ways = [grow(problem, rest, without_twins(groups, rest.extension.effects))]
+    ways = [grow(problem, rest, tried.beside(rest.extension.effects))]
     if library:
-        ways.append(grow(problem, selection.base, groups))
+        ways.append(grow(problem, selection.base, tried))
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]
     ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
-        found = proven(problem, selection.base, formula, groups, options)
+        found = proven(problem, selection.base, formula, tried, options)
         if found is None:
             continue
         if found.formula is formula or explains_more(problem, selection, found.formula):

@@ -1,11 +1,13 @@
-"""A wave's number, or a bell's place and radius, by Gauss–Newton from the best point of its grid."""
+"""The numbers of a wave, a bell or a shape, by Gauss–Newton from the best point of their grid."""
 
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.formula.families import BELLS
 from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
+from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 
@@ -16,12 +18,17 @@ def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
     A step solves for coefficients and numbers together: the slope of a term by a number is one more column.
     """
     best = scored
-    for _ in range(problem.settings.formula.shape_steps if scored.group.shape else 0):
+    for _ in range(problem.settings.formula.shape_steps if is_movable(scored.group) else 0):
         tried = stepped(problem, at, best)
         if tried.gain < best.gain + problem.settings.refit.enough:
             break
         best = tried
     return best
+
+
+def is_movable(group: Group) -> bool:
+    """Whether its numbers are no whole turns, and have a slope: a step has none by its time."""
+    return bool(group.shape) and group.family.kind != "after" and group.family.along != "yaw"
 
 
 def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
@@ -50,20 +57,51 @@ def slopes_of(problem: Problem, at: Fit, scored: ScoredGroup, steps: F64) -> F64
 
 
 def allowed(group: Group, shape: F64, problem: Problem) -> F64:
-    """The numbers within what is looked for: no wave without a length, no bell without a width, none beside
-    the area that is driven or as wide as that; such a one is a slope.
+    """The numbers within what is looked for: no wave without a length, no shape far beyond its quantity's
+    scale, no bell without a width, none beside the area that is driven or as wide as that.
     """
-    own = problem.settings.formula
-    if group.family.kind == "wave":
-        return np.clip(shape, group.shape[0] / 2, 2 * np.pi / own.least_length_m)
-    place = problem.binned.pose[:, :2]
+    own, family = problem.settings.formula, group.family
+    if family.kind == "wave":
+        return within_lengths(group, shape, own)
+    if family.kind in BELLS:
+        return within_area(shape, problem)
+    columns = columns_of(problem.binned)
+    if family.kind == "edge":
+        z = columns[family.along]
+        narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], own.edge_places[-1]))
+        return np.array([np.clip(shape[0], z.min(), z.max()), np.clip(shape[1], narrow / 2, wide)])
+    if family.kind == "gust":
+        t_s = columns["t"]
+        middle = np.clip(shape[0], t_s[0], t_s[-1])
+        return np.array([middle, np.clip(shape[1], own.least_gust_s, own.most_gust * np.ptp(t_s))])
+    z = columns[family.along]
+    scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
+    least, most = own.scales
+    return np.clip(shape, least * scale, most * scale)
+
+
+def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:
+    """The numbers of a wave, no less than half of what they were, and no shorter than is looked for."""
+    if group.family.along == "xy":
+        largest = 2 * np.pi / own.least_length_m
+        return np.asarray(shape * min(1.0, largest / max(float(np.hypot(*shape)), 1e-9)))
+    shortest = own.least_period_s if group.family.along == "t" else own.least_length_m
+    return np.clip(shape, group.shape[0] / 2, 2 * np.pi / shortest)
+
+
+def within_area(shape: F64, problem: Problem) -> F64:
+    """The place and radius of a bell."""
+    own, place = problem.settings.formula, problem.binned.pose[:, :2]
     widest_m = own.widest_bell * float(np.mean(np.ptp(place, axis=0)))
     middle = np.clip(shape[:2], place.min(axis=0), place.max(axis=0))
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 
 
 def steps_of(group: Group, settings: FormulaSettings) -> F64:
-    """Steps of the difference quotients: of K in rad/m, or of X, Y, R in shares of the radius."""
+    """Steps of the difference quotients: of K in rad/m or rad/s, of places and times in shares of the width,
+    and of scales in shares of themselves.
+    """
     if group.family.kind == "wave":
-        return np.array([settings.wave_step_radpm])
-    return np.full(len(group.shape), settings.bell_step * group.shape[2])
+        step = settings.wave_step_radps if group.family.along == "t" else settings.wave_step_radpm
+        return np.full(len(group.shape), step)
+    return np.full(len(group.shape), settings.bell_step * group.shape[-1])

@@ -1,6 +1,7 @@
 """Terms that are tried where no effect of the catalogue explains the prediction errors."""
 
 from collections.abc import Iterable, Iterator
+from itertools import combinations, permutations, product
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,8 +11,11 @@ from wmr_replay.effects.efforts import InputEffects
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import Base
 from wmr_schemas.arrays import F64
+from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import Term, TermChannel
+from wmr_schemas.terms import columns_of as columns_in
 
+FIRST = ("effort_sum", "effort_diff", "v", "yaw_rate")
 SMOOTHED_BINS, DEGREE = 19, 3
 """Window and degree of the local polynomials that give speeds: .7 s follow a driver's changes of speed."""
 PRODUCTS: dict[TermChannel, tuple[str, ...]] = {
@@ -82,9 +86,57 @@ def terms_of(products: dict[TermChannel, tuple[str, ...]]) -> tuple[Term, ...]:
     return tuple(Term(c, tuple(product.split("*"))) for c, some in products.items() for product in some)
 
 
+def ordered(factors: Iterable[str]) -> str:
+    """The product with efforts first, then speeds: one name for each."""
+    return "*".join(sorted(factors, key=lambda factor: FIRST.index(columns_in(factor)[0])))
+
+
+def pair_products() -> Iterator[str]:
+    """The products of two signed quantities, odd or even in each of them."""
+    for one, other in combinations(SHAPED, 2):
+        for factors in product((one, f"abs({one})"), (other, f"abs({other})")):
+            yield ordered(factors)
+
+
+def pair_curves() -> Iterator[tuple[str, ...]]:
+    """A quantity whose share changes with the size of another one, or with its sign, by a parabola."""
+    for one, other in permutations(SHAPED, 2):
+        for own in (one, f"abs({one})"):
+            powers = (f"abs({other})",), (other, other), (other,), (other, f"abs({other})")
+            by_size, by_square, by_sign, by_both = (ordered((own, *some)) for some in powers)
+            yield own, by_size, by_square
+            yield by_sign, by_both
+
+
+def own_curves() -> Iterator[tuple[str, ...]]:
+    """Curves of one quantity, odd and even."""
+    for z in SHAPED:
+        yield z, f"{z}*abs({z})", f"{z}*{z}*{z}"
+        yield f"abs({z})", f"{z}*{z}", f"abs({z})*{z}*{z}"
+
+
+BY_SIGN = (
+    "effort_sum*sgn(v)",
+    "effort_diff*sgn(yaw_rate)",
+    "sgn(v)",
+    "sgn(yaw_rate)",
+    "abs(effort_diff)*sgn(v)",
+)
+"""What a change of direction changes."""
+POWERS_OF_ONE = tuple(power for curve in own_curves() for power in curve)
+FOR_BOTH = dict.fromkeys(PRODUCTS, (*POWERS_OF_ONE, *pair_products(), *BY_SIGN))
+"""Products that are tried on both channels."""
+
+
+def curves_of() -> dict[tuple[Term, ...], None]:
+    """Every curve once."""
+    curves = {c: (*some, *own_curves(), *pair_curves()) for c, some in CURVES.items()}
+    return dict.fromkeys(terms_of({c: curve}) for c, some in curves.items() for curve in some)
+
+
 TERMS = terms_of(PRODUCTS)
-FORMULA_TERMS = (*TERMS, *terms_of(OF_FORMULAS))
-CURVE_TERMS = tuple(terms_of({channel: curve}) for channel, curves in CURVES.items() for curve in curves)
+FORMULA_TERMS = tuple(dict.fromkeys((*TERMS, *terms_of(OF_FORMULAS), *terms_of(FOR_BOTH))))
+CURVE_TERMS = tuple(curves_of())
 
 
 def smoothed_slopes(x: F64, step_s: float) -> F64:

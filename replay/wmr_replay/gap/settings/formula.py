@@ -46,7 +46,77 @@ class FormulaSettings:
     """Shortest wave, m. Physics: at 1.5 m/s a wave of 1.5 m passes in a second, 25 bins."""
 
     longest_in_spans: float = 1.0
-    """Longest wave over x or y, in spans of the path. Statistics: a longer one is not told from a slope."""
+    """Longest wave over x, y or t, in spans of the log. Statistics: a longer one is not told from a slope."""
+
+    edge_places: tuple[float, ...] = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+    """Places of edges on the grid, shares of the span. Numerics: as far apart as their width."""
+
+    edge_widths: tuple[float, ...] = (0.02, 0.1)
+    """Widths of edges on the grid, shares of the span. Judgement: a line on the floor, or a ramp."""
+
+    least_period_s: float = 4.0
+    """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
+
+    scale_shares: tuple[tuple[float, ...], ...] = (
+        (0.1, 0.3, 0.8, 2.0),
+        (0.2, 0.45, 0.8, 1.3),
+        (0.25, 0.6, 1.2),
+    )
+    """Numbers of falls, overs and bells on the grid, in root mean squares of their quantity. Numerics: from
+    one to the next a shape changes by less than Gauss–Newton makes up for."""
+
+    ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))
+    """Middles and widths of rings, in the same units. As ``scale_shares``."""
+
+    scales: tuple[float, float] = (0.02, 5.0)
+    """Smallest and largest number of a shape, in the same units. Statistics: beyond, it is a sign, or a
+    constant."""
+
+    least_scale: float = 1e-6
+    """Least root mean square of a quantity. Numerics: what never moves has a shape of no scale."""
+
+    gust_s: tuple[float, ...] = (4.0, 8.0, 16.0)
+    """Widths of gusts on the grid, s. Judgement: from a squall to a shower."""
+
+    least_gust_s: float = 3.0
+    """Narrowest gust, and the least time before and after a step, s. As ``apart_s``: a held-out part must see
+    it too."""
+
+    most_gust: float = 0.5
+    """Widest gust, share of the log. Judgement: a wider one is a drift."""
+
+    step_s: float = 3.0
+    """Time between two steps on the grid, s. Judgement: as the narrowest gust."""
+
+    decay_spans: tuple[float, ...] = (0.1, 0.3, 1.0)
+    """Times of decays on the grid, shares of the log. As ``scale_shares``."""
+
+    most_turns: int = 12
+    """Most half turns over a span of a wave along a direction. Numerics: the grid grows by its square."""
+
+    turns: tuple[float, ...] = (1.0, 2.0, 3.0)
+    """Waves over the heading, periods a turn. Physics: a wind has one, a floor with a grain two."""
+
+    slanted: float = 0.2
+    """Least share of each direction in such a wave. Judgement: 12° off x or y; nearer it is a wave over
+    those."""
+
+    push_rows: int = 4
+    """Rows of a push, by whose answers groups are scored at once. Numerics: .16 s, within which a robot's
+    motion changes little."""
+
+    pushes: int = 64
+    """Pushes after which an answer is over. Numerics: 10 s, longer than the filter remembers a push."""
+
+    screened: int = 12
+    """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
+
+    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2))
+    """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
+    quantities are told apart by their best numbers alone."""
+
+    most_fitted: int = 5
+    """Most groups that are fitted, to choose one. Numerics: each costs a fit with its disturbance."""
 
     way_lengths_m: tuple[float, float] = (1.5, 20.0)
     """Shortest and longest wave along the way, m. Judgement: what turns with a wheel or lies on a floor."""
@@ -78,6 +148,9 @@ class FormulaSettings:
 
     shape_steps: int = 4
     """Gauss–Newton steps of a wave's number or a bell's place and radius. Numerics."""
+
+    wave_step_radps: float = 0.003
+    """The same over time, rad/s. Numerics: a third of a radian over 90 s."""
 
     wave_step_radpm: float = 0.01
     """Step of a wave's number in a difference quotient, rad/m. Numerics: a third of a radian over 30 m."""

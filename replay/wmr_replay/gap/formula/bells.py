@@ -1,0 +1,59 @@
+"""Bells over the plane, where the robot comes onto their flanks at least twice."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from wmr_replay.gap.formula.carriers import HEADING, carriers_of
+from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.grids import Grid
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.settings.formula import FormulaSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.terms import TermChannel
+
+CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
+    *(("hill", "longitudinal", "1"), ("tilt", "yaw", "1")),
+    *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
+    *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
+)
+"""Height, and what pushes, brakes or blows in a place."""
+
+
+def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
+    """The bells of a log, by what they carry."""
+    numbers = {kind: bells_of(kind, binned, settings) for kind in ("hill", "bump")}
+    numbers["tilt"] = numbers["hill"]
+    for kind, channel, text in CARRIED:
+        if len(numbers[kind]):
+            yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
+
+
+def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:
+    """Bells (m, 3) on a grid of their radius, along the path and beside it, where they are seen at least
+    twice.
+
+    The slope of a hill is steepest a radius from its middle, which need not be passed.
+    """
+    place = binned.pose[:, :2]
+    span_m = float(np.mean(np.ptp(place, axis=0)))
+    here, next_to = np.zeros((1, 2)), np.eye(2)
+    beside = np.vstack([here, next_to, -next_to]) if kind == "hill" else here
+    found = []
+    for share in settings.bell_shares:
+        radius_m = max(share * span_m, settings.least_radius_m)
+        on_path = np.unique(np.rint(place / radius_m), axis=0)
+        cells = np.unique((on_path[:, None] + beside).reshape(-1, 2), axis=0)
+        for x, y in cells * radius_m:
+            shape = (float(x), float(y), radius_m)
+            if visits_of(binned, shape, settings) >= settings.visits:
+                found.append(shape)
+    return np.array(found).reshape(-1, 3)
+
+
+def visits_of(binned: BinnedLog, shape: tuple[float, ...], settings: FormulaSettings) -> int:
+    """How often the path comes onto a bell's flanks, counted anew after some seconds outside."""
+    x, y, radius_m = shape
+    apart_m = np.hypot(binned.pose[:, 0] - x, binned.pose[:, 1] - y)
+    t_s = binned.t_s[apart_m < settings.flank_radii * radius_m]
+    return int(len(t_s) > 0) + int(np.sum(np.diff(t_s) > settings.apart_s))

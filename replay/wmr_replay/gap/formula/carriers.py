@@ -1,0 +1,41 @@
+"""What waves, gusts and other factors over time, place and heading stand times: products by channel.
+
+A blank separates carriers that stand together: a direction has a cosine and a sine.
+"""
+
+from wmr_replay.gap.formula.families import Factors
+from wmr_schemas.terms import TermChannel
+
+Table = dict[TermChannel, tuple[str, ...]]
+HEADING = "cos(yaw) sin(yaw)"
+OVER_TIME: Table = {
+    "longitudinal": (
+        *(HEADING, "v", "sgn(v)", "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
+        *("effort_sum", "effort_sum*abs(v)", "abs(effort_sum)", "effort_diff"),
+    ),
+    "yaw": (
+        *(HEADING, "yaw_rate", "sgn(yaw_rate)", "v", "abs(v)", "abs(v)*yaw_rate", "v*yaw_rate"),
+        *("effort_diff", "effort_diff*abs(v)", "effort_diff*abs(yaw_rate)", "effort_sum"),
+    ),
+}
+"""Wind, drags, gains and pulls to a side."""
+SHORT = ("gust", "after")
+"""What efforts do not do: a loss of traction and a load are effects of the library."""
+OVER_PLACE: Table = {
+    "longitudinal": ("1", "cos(yaw)", "sin(yaw)", HEADING, "v", "sgn(v)", "abs(v)", "v*abs(v)"),
+    "yaw": ("1", "cos(yaw)", "sin(yaw)", HEADING, "yaw_rate", "sgn(yaw_rate)", "abs(v)*yaw_rate", "v"),
+}
+"""Height and tilt by the heading, drags, and pulls to a side."""
+OVER_HEADING: Table = {
+    "longitudinal": ("1", "v", "sgn(v)", "abs(v)", "v*abs(v)", "effort_sum"),
+    "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", "abs(v)", "effort_diff"),
+}
+"""A floor with a grain, a cable, wind. One turn ahead is a slope."""
+OVER_DIRECTION: Table = {"longitudinal": (HEADING, "1", "v"), "yaw": (HEADING, "1", "yaw_rate")}
+ALONG: Table = {"longitudinal": ("1", "v", "effort_sum"), "yaw": ("1", "v", "effort_diff")}
+"""What turns with a wheel."""
+
+
+def carriers_of(text: str) -> tuple[Factors, ...]:
+    """The carriers of a text; 1 is none."""
+    return tuple(() if product == "1" else tuple(product.split("*")) for product in text.split())

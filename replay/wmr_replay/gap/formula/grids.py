@@ -1,0 +1,176 @@
+"""The grids of numbers on which families are tried: scales of speeds and efforts, times, and places."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+
+from wmr_replay.gap.formula.carriers import (
+    ALONG,
+    OVER_DIRECTION,
+    OVER_HEADING,
+    OVER_PLACE,
+    OVER_TIME,
+    SHORT,
+    carriers_of,
+)
+from wmr_replay.gap.formula.families import SHAPES, Factors, Family
+from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.dictionary import columns_of, ordered
+from wmr_replay.gap.settings.formula import FormulaSettings
+from wmr_schemas.arrays import F64
+from wmr_schemas.shape_factors import SHAPED
+from wmr_schemas.terms import CHANNELS, TermChannel
+
+TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Families of the same carriers, each with the numbers (m, k) with which it is tried."""
+
+    pieces: tuple[tuple[Family, F64], ...]
+
+    @property
+    def first(self) -> Family:
+        """A family of it: channel, carriers and the terms without numbers are those of all."""
+        return self.pieces[0][0]
+
+    def __len__(self) -> int:
+        """How many groups it is."""
+        return sum(len(numbers) for _, numbers in self.pieces)
+
+    def at(self, k: int) -> tuple[Family, tuple[float, ...]]:
+        """The family and the numbers of its k-th group."""
+        for family, numbers in self.pieces:
+            if k < len(numbers):
+                return family, tuple(float(number) for number in numbers[k])
+            k -= len(numbers)
+        raise IndexError(k)
+
+
+def grid_of(*pieces: tuple[Family, F64]) -> Grid:
+    """The grid of those that have numbers."""
+    return Grid(tuple((family, numbers) for family, numbers in pieces if len(numbers)))
+
+
+def grids_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Grid, ...]:
+    """Everything with numbers that is tried on a log, but for bells."""
+    columns = columns_of(binned)
+    found = [*shaped(columns, settings), *timed(columns, settings), *waves(columns, settings)]
+    return tuple(grid for grid in found if len(grid))
+
+
+def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]:
+    """Products of one or two quantities, odd or even in each, shaped by one quantity."""
+    shapes = {z: list(shapes_of(columns[z], settings)) for z in SHAPED}
+    for channel in TRIED:
+        for carriers, along in carried():
+            family = Family("", channel, along, carriers, plain=True)
+            yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes[along]))
+
+
+def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
+    """Each product with each quantity that may shape it: one of any, two of their own; and both of one by
+    itself, which acts on one side.
+    """
+    for along in SHAPED:
+        yield ((),), along
+        yield ((along,), (f"abs({along})",)), along
+        for z in SHAPED:
+            yield ((z,),), along
+            yield ((f"abs({z})",),), along
+    for a, b in combinations(SHAPED, 2):
+        for first, second in product((a, f"abs({a})"), (b, f"abs({b})")):
+            carrier = tuple(ordered((first, second)).split("*"))
+            yield (carrier,), a
+            yield (carrier,), b
+
+
+def shapes_of(z: F64, own: FormulaSettings) -> Iterator[tuple[str, F64]]:
+    """Each shape with its numbers on a quantity's scale, its root mean square."""
+    scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
+    for kind, shares in zip(SHAPES[:-1], own.scale_shares, strict=True):
+        yield kind, scale * np.array(shares)[:, None]
+    yield SHAPES[-1], scale * np.array(list(product(*own.ring_shares)))
+
+
+def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
+    """What comes, goes, fades or swings in time."""
+    first, last = float(columns["t"][0]), float(columns["t"][-1])
+    span_s = last - first
+    starts = np.arange(first + own.least_gust_s, last - own.least_gust_s, own.step_s)
+    gusts = [
+        (middle, width)
+        for width in own.gust_s
+        if own.most_gust * span_s >= width
+        for middle in np.arange(first, last, width)
+    ]
+    shapes = (
+        ("gust", np.array(gusts).reshape(-1, 2)),
+        ("after", starts[:, None]),
+        ("decay", span_s * np.array(own.decay_spans)[:, None]),
+        ("fall", span_s * np.array(own.decay_spans)[:, None]),
+    )
+    periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
+    for channel in TRIED:
+        for text in OVER_TIME[channel]:
+            family = Family("wave", channel, "t", carriers_of(text), plain=True)
+            short = SHORT if "effort" in text else ()
+            own_shapes = [one for one in shapes if one[0] not in short]
+            yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
+            yield grid_of((family, periods))
+
+
+def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
+    """Waves over x and y, the way, and along other directions."""
+    spans = {z: float(np.ptp(columns[z])) for z in "xys"}
+    lengths = {z: (own.least_length_m, own.longest_in_spans * spans[z]) for z in "xy"}
+    lengths["s"] = own.way_lengths_m[0], min(own.way_lengths_m[1], spans["s"])
+    numbers = {z: numbers_of_waves(spans[z], *lengths[z], own) for z in "xys"}
+    slanted = directions(spans, own)
+    edges = {z: edges_of(columns[z], own) for z in "xy"}
+    for channel in TRIED:
+        for z, text in product("xy", OVER_PLACE[channel]):
+            family = Family("wave", channel, z, carriers_of(text), plain="(yaw)" not in text)
+            yield grid_of((family, numbers[z]))
+            yield grid_of((replace(family, kind="edge", plain=True), edges[z]))
+        for text in ALONG[channel]:
+            yield grid_of((Family("wave", channel, "s", carriers_of(text)), numbers["s"]))
+        for text in OVER_HEADING[channel]:
+            family, named = Family("wave", channel, "yaw", carriers_of(text), plain=text != "1"), text == "1"
+            turns = own.turns[1:] if named and channel == "longitudinal" else own.turns
+            yield grid_of((family, np.array(turns)[:, None]))
+        for text in OVER_DIRECTION[channel]:
+            yield grid_of((Family("wave", channel, "xy", carriers_of(text)), slanted))
+
+
+def edges_of(z: F64, own: FormulaSettings) -> F64:
+    """Places (m, 2) of edges on a grid of the span, from sharp to soft."""
+    low, span = float(np.min(z)), float(np.ptp(z))
+    widths = (span * share for share in own.edge_widths)
+    return np.array([(low + span * at, width) for width in widths for at in own.edge_places])
+
+
+def numbers_of_waves(span: float, shortest: float, longest: float, own: FormulaSettings) -> F64:
+    """Numbers (m, 1) of waves of every length that a span can tell apart: half a turn over it from one to the
+    next.
+    """
+    if longest <= 2 * shortest:
+        return np.zeros((0, 1))
+    first, last = 2 * np.pi / longest, 2 * np.pi / shortest
+    n = min(int((last - first) * span / np.pi) + 1, own.most_waves)
+    return np.linspace(first, last, n)[:, None]
+
+
+def directions(spans: dict[str, float], own: FormulaSettings) -> F64:
+    """Numbers (m, 2) of long waves over x and y, along neither of them."""
+    steps = [np.pi / max(spans[z], own.least_length_m) for z in "xy"]
+    longest = 2 * np.pi / (own.longest_in_spans * max(spans["x"], spans["y"], own.least_length_m))
+    most = own.most_turns
+    grid = np.array([(i * steps[0], j * steps[1]) for i in range(most + 1) for j in range(-most, most + 1)])
+    size = np.hypot(*grid.T)
+    long = (size >= longest) & (size <= 2 * np.pi / own.least_length_m)
+    slanted = np.min(np.abs(grid), axis=1) >= own.slanted * size
+    return np.asarray(grid[long & slanted & (grid[:, 0] > 0)])

@@ -1,0 +1,107 @@
+"""Factors of a term that shape it by one quantity, or by time, with numbers of their own.
+
+    fall(z,K)     1/(1 + |z|/K)               falls to a half at |z| = K: z·fall(z,K) saturates
+    over(z,K)     max(1 − K/|z|, 0)           0 up to K: z·over(z,K) is what z exceeds K by
+    bell(z,K)     exp(−z²/2K²)                acts where z is small
+    ring(z,C,W)   exp(−(|z| − C)²/2W²)        acts where |z| is about C
+    gust(T,W)     exp(−(t − T)²/2W²)          acts about the time T, for some W seconds
+    after(T)      1 from t = T on, 0 before
+    decay(T)      exp(−t/T)
+
+z is v, yaw_rate, effort_sum or effort_diff, and all of its shapes are even in it; fall takes t, too. Numbers
+are in the unit of z, or in seconds; the factors have none.
+"""
+
+import re
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from wmr_schemas.arrays import F64
+from wmr_schemas.placed_factors import NUMBER, PlacedFactor
+
+SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
+"""The quantities that a factor may shape a term by."""
+SHAPE = re.compile(rf"(fall|over|bell|ring)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
+TIMED = re.compile(rf"(gust|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
+SHAPE_FORMS = "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), gust(T,W), after(T), decay(T)"
+LEAST = 1e-12
+
+
+def fall(z: F64, k: float) -> F64:
+    """A half at |z| = K."""
+    return np.asarray(1 / (1 + np.abs(z) / k))
+
+
+def over(z: F64, k: float) -> F64:
+    """The share of z beyond K."""
+    return np.maximum(1 - k / np.maximum(np.abs(z), LEAST), 0.0)
+
+
+def bell(z: F64, k: float) -> F64:
+    """A bell about 0."""
+    return np.asarray(np.exp(-((z / k) ** 2) / 2))
+
+
+def ring(z: F64, c: float, w: float) -> F64:
+    """A bell about |z| = C."""
+    return np.asarray(np.exp(-(((np.abs(z) - c) / w) ** 2) / 2))
+
+
+def gust(t: F64, middle: float, w: float) -> F64:
+    """A bell about a time."""
+    return np.asarray(np.exp(-(((t - middle) / w) ** 2) / 2))
+
+
+def after(t: F64, begins: float) -> F64:
+    """A step up at a time."""
+    return np.asarray(t >= begins, dtype=np.float64)
+
+
+def decay(t: F64, time: float) -> F64:
+    """What dies away from the start on."""
+    return np.asarray(np.exp(-t / time))
+
+
+OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
+    "fall": (fall, 1),
+    "over": (over, 1),
+    "bell": (bell, 1),
+    "ring": (ring, 2),
+    "gust": (gust, 2),
+    "after": (after, 1),
+    "decay": (decay, 1),
+}
+"""Each shape's function, and how many numbers it has; all but a middle and a beginning are above 0."""
+FREE = ("gust", "after")
+"""Shapes whose first number is a time, which may be 0 or below."""
+
+
+@lru_cache(maxsize=4096)
+def shape_factor(text: str) -> PlacedFactor | None:
+    """The factor of that text; None where it is none of these."""
+    if found := SHAPE.fullmatch(text):
+        kind, column, numbers = found[1], found[2], found.groups()[2:]
+        if column not in SHAPED and (kind, column) != ("fall", "t"):
+            return None
+    elif found := TIMED.fullmatch(text):
+        kind, column, numbers = found[1], "t", found.groups()[1:]
+    else:
+        return None
+    function, n = OF_SHAPE[kind]
+    values = [float(number) for number in numbers if number is not None]
+    if len(values) != n or min(values[kind in FREE :], default=1.0) <= 0:
+        return None
+    return PlacedFactor((column,), lambda c: function(c[column], *values))
+
+
+def shape_text(kind: str, along: str, *numbers: float) -> str:
+    """The text of a shape over ``along``, its numbers to four digits."""
+    timed = () if kind in ("gust", "after", "decay") else (along,)
+    return f"{kind}({','.join([*timed, *map(digits, numbers)])})"
+
+
+def digits(value: float) -> str:
+    """A number of four digits, without an exponent's plus."""
+    return f"{float(f'{value:.4g}'):.10g}".replace("e+", "e")
