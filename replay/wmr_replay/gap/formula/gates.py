@@ -11,6 +11,7 @@ from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
+from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.formula.groups import CURVE, Group, Tried
 from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.rests import beyond_rests
@@ -75,7 +76,7 @@ def why_not(
     level = settings.significance.level
     if failed := too_small(problem, formula):
         return failed, None
-    if p_value_of(problem, formula) > level:
+    if p_value_of(problem, formula) > level or all(may_be_nothing(problem, fit, n) for n in formula.names):
         return "not significant", None
     proof = prove(problem, rest, fit)
     if not proof.holds:
