@@ -72,12 +72,13 @@ def search(problem: Problem, extension: Extension, starts: list[F64], iterations
     """Logarithms (5,) of the diffusion, by Fisher's scoring from the best of ``starts``."""
     train, own = problem.train, problem.settings.diffusion
 
-    def evaluated(logs: F64) -> tuple[FilterOutput, float]:
-        output = problem.filtered(extension, diffusion_of(logs, own))
-        penalty = np.sum(((logs - own.start_log) / own.prior_sd) ** 2)
-        return output, float(output.deviance[train].sum() + penalty)
+    def evaluated(each: list[F64]) -> list[tuple[FilterOutput, float]]:
+        outputs = problem.filtered_each([(extension, diffusion_of(logs, own)) for logs in each])
+        penalties = [np.sum(((logs - own.start_log) / own.prior_sd) ** 2) for logs in each]
+        costs = [float(o.deviance[train].sum() + more) for o, more in zip(outputs, penalties, strict=True)]
+        return list(zip(outputs, costs, strict=True))
 
-    tried_first = ((x, evaluated(x)) for x in starts)
+    tried_first = zip(starts, evaluated(starts), strict=True)
     logs, (at, cost) = min(tried_first, key=lambda pair: pair[1][1])
     damping, slopes = own.first_damping, None
     for _ in range(iterations):
@@ -85,7 +86,7 @@ def search(problem: Problem, extension: Extension, starts: list[F64], iterations
         gradient, curvature = slopes
         step = -np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), gradient / 2)
         tried = np.clip(logs + np.clip(step, -own.longest_step, own.longest_step), *own.bounds_log)
-        new, new_cost = evaluated(tried)
+        new, new_cost = evaluated([tried])[0]
         if new_cost >= cost:
             damping *= own.damping_up
             if damping > own.most_damping:
@@ -104,11 +105,12 @@ def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutpu
     gradient, spread = np.zeros(k), np.zeros((int(train.sum()) * 3, k))
     errors = np.zeros_like(spread)
     _, most = own.bounds_log
+    moved = np.tile(logs, (k, 1))
     for j in range(k):
-        moved = logs.copy()
-        moved[j] += own.difference if logs[j] + own.difference <= most[j] else -own.difference
-        size = moved[j] - logs[j]
-        new = problem.filtered(extension, diffusion_of(moved, own))
+        moved[j, j] += own.difference if logs[j] + own.difference <= most[j] else -own.difference
+    outputs = problem.filtered_each([(extension, diffusion_of(one, own)) for one in moved])
+    for j, new in enumerate(outputs):
+        size = moved[j, j] - logs[j]
         gradient[j] = (new.deviance - at.deviance)[train].sum() / size
         spread[:, j] = ((new.log_variances - at.log_variances)[train] / size).ravel()
         errors[:, j] = ((new.innovations - at.innovations)[train] / size).ravel()

@@ -1,20 +1,22 @@
 """A binned log split into fitted and held-out rows, and the likelihood of an extended model on it."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from wmr_replay.gap.estimation.filter import FilterInput, FilterOutput, filter_pass
+from wmr_replay.gap.estimation.lanes import Lane, filter_lanes
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dynamics import N_STATE, V, W
+from wmr_replay.gap.model.dynamics import N_STATE, Base, V, W
 from wmr_replay.gap.model.extension import Extension, Parameters
 from wmr_replay.gap.model.recent import Recent
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.compiled.lanes import WIDTH
 from wmr_schemas.signals import ModeTrack
 
 
@@ -91,24 +93,59 @@ class Problem:
 
         With ``keep``, the output holds the states and the sensitivities to ``targets``.
         """
-        acts = identity_of(extension)
         if keep:
-            return self._filtered(extension, acts, noise, targets, keep=True)
+            return self._filtered(extension, noise, targets, keep=True)
         kept: Recent[FilterOutput] = self.binned.passes
-        return kept.get((acts, noise), lambda: self._filtered(extension, acts, noise, targets))
+        return kept.get((identity_of(extension), noise), lambda: self._filtered(extension, noise, targets))
+
+    def filtered_each(self, models: Sequence[tuple[Extension, Diffusion]]) -> list[FilterOutput]:
+        """:meth:`filtered` with each model and noise, which share their base; several passes at once."""
+        kept: Recent[FilterOutput] = self.binned.passes
+        keys = [(identity_of(extension), noise) for extension, noise in models]
+        missing = {key: model for key, model in zip(keys, models, strict=True) if key not in kept}
+        new = dict(zip(missing, self._in_lanes(list(missing.values())), strict=True))
+
+        def output(key: tuple[Hashable, Diffusion], model: tuple[Extension, Diffusion]) -> FilterOutput:
+            return kept.get(key, lambda: new[key] if key in new else self._filtered(*model))
+
+        return [output(key, model) for key, model in zip(keys, models, strict=True)]
+
+    def _in_lanes(self, models: list[tuple[Extension, Diffusion]]) -> list[FilterOutput]:
+        """A pass with each model and noise; one that is left over, or of other poses, by itself."""
+        if any(extension.own for extension, _ in models):
+            return [self._filtered(*model) for model in models]
+        found: list[FilterOutput] = []
+        for k in range(0, len(models), WIDTH):
+            part = models[k : k + WIDTH]
+            if len(part) == 1:
+                found.append(self._filtered(*part[0]))
+                continue
+            lanes = [Lane(self._rows(extension), extension.theta(), noise) for extension, noise in part]
+            base = part[0][0].base
+            first, settings = self._first(base), self.settings.filter
+            found += filter_lanes(lanes, self.binned.pose, self.variances, first, base, settings)
+        return found
+
+    def _rows(self, extension: Extension) -> F64:
+        """Input rows (n, 12) of an extended model."""
+        return self.binned.inputs.get(identity_of(extension), lambda: extension.rows(self.binned))
+
+    def _first(self, base: Base) -> F64:
+        """The rough state of row 0 (9,), with w = l·yaw_rate."""
+        first = self.first.copy()
+        first[W] *= base.half_track_m
+        return first
 
     def _filtered(
         self,
         extension: Extension,
-        acts: Hashable,
         noise: Diffusion,
-        targets: SensitivityTargets,
+        targets: SensitivityTargets = NO_TARGETS,
         *,
         keep: bool = False,
     ) -> FilterOutput:
         """:meth:`filtered` where the pass is not kept."""
-        rows = self.binned.inputs.get(acts, lambda: extension.rows(self.binned))
-        return self._filtered_rows(extension, rows, noise, targets, keep=keep)
+        return self._filtered_rows(extension, self._rows(extension), noise, targets, keep=keep)
 
     def _filtered_rows(
         self,
@@ -120,8 +157,7 @@ class Problem:
         keep: bool = False,
     ) -> FilterOutput:
         """:meth:`filtered` with other input rows (n, 12) than the extended model's."""
-        first = self.first.copy()
-        first[W] *= extension.base.half_track_m
+        first = self._first(extension.base)
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)

@@ -68,13 +68,15 @@ def with_values(extension: Extension, keys: Keys, values: F64) -> Extension:
 
 def sensitivities(problem: Problem, extension: Extension, noise: Diffusion, keys: Keys, at: F64) -> F64:
     """Ψ (n, 3, q) = −∂e/∂parameter, by differences from the innovations ``at``."""
-    psi = np.zeros((*at.shape, len(keys)))
-    for j, (name, key) in enumerate(keys):
+    psi, sizes, moved = np.zeros((*at.shape, len(keys))), [], []
+    for name, key in keys:
         value, size = extension.effects[name][key], candidate_of(name).steps[key]
         if value + size > candidate_of(name).bounds[key][1]:
             size = -size
-        moved = with_values(extension, ((name, key),), np.array([value + size]))
-        psi[:, :, j] = (at - problem.filtered(moved, noise).innovations) / size
+        sizes.append(size)
+        moved.append((with_values(extension, ((name, key),), np.array([value + size])), noise))
+    for j, (size, new) in enumerate(zip(sizes, problem.filtered_each(moved), strict=True)):
+        psi[:, :, j] = (at - new.innovations) / size
     return psi
 
 

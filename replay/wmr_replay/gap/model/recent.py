@@ -18,6 +18,10 @@ class Recent(Generic[V]):
         self._kept: OrderedDict[Hashable, V] = OrderedDict()
         self._bytes = 0
 
+    def __contains__(self, key: Hashable) -> bool:
+        """Whether the value of ``key`` is kept."""
+        return key in self._kept
+
     def get(self, key: Hashable, compute: Callable[[], V]) -> V:
         """The value of ``key``; computed where it is not kept."""
         if key in self._kept:
