@@ -23,8 +23,6 @@ from wmr_schemas.compiled.lanes import (
 )
 from wmr_schemas.compiled.lean import inlined
 
-LEAST_VARIANCE = 1e-16
-
 
 @inlined
 def across_lanes(f: Any, a: F64, first: int, step: int) -> Any:
@@ -166,4 +164,4 @@ def update_covariances(P: F64, crossed: F64, gains: F64) -> None:
         for j in range(i + 1):
             left = less_product(at(P, 9 * i + j), x, at(crossed, j))
             left = less_product(less_product(left, y, at(crossed, 9 + j)), yaw, at(crossed, 18 + j))
-            put_both(P, i, j, at_least(left, alike(LEAST_VARIANCE)) if i == j else left)
+            put_both(P, i, j, at_least(left, alike(1e-16)) if i == j else left)
