@@ -26,12 +26,3 @@ def inlined(function: Callable[P, R]) -> Callable[P, R]:
     as long as the work. For what is called for every row, from few places: more code takes longer to compile.
     """
     return compiled(nogil=True, forceinline=True, _nrt=False, error_model="numpy")(function)
-
-
-def inlined_finite(function: Callable[P, R]) -> Callable[P, R]:
-    """:func:`inlined`, where 0 times x is 0 and 0 plus x is x whatever x is: no code for a constant 0.
-
-    Finite numbers are the same, but for the sign of a 0; sums and products keep their order and rounding.
-    """
-    options = {"nogil": True, "forceinline": True, "_nrt": False, "error_model": "numpy"}
-    return compiled(fastmath={"nnan", "ninf", "nsz"}, **options)(function)

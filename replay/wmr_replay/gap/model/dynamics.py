@@ -23,7 +23,7 @@ from wmr_replay.effects.motion import (
 from wmr_replay.effects.response import Weights, response, with_stiffness
 from wmr_replay.effects.theta import Theta
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import inlined, inlined_finite, lean
+from wmr_schemas.compiled.lean import inlined, lean
 from wmr_schemas.modes import ContactMode
 
 N_STATE = 9
@@ -189,7 +189,7 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w
 
 
-@inlined_finite
+@inlined
 def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
     """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
     return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w

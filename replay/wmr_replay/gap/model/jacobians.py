@@ -31,7 +31,7 @@ from wmr_replay.gap.model.dynamics import (
     through,
 )
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import inlined, inlined_finite, lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 Two = tuple[float, float]
 Three = tuple[float, float, float]
@@ -87,7 +87,7 @@ class Chain(NamedTuple):
     place: Two
 
 
-@inlined_finite
+@inlined
 def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     z: F64,
     gains: tuple[float, float],
@@ -134,7 +134,7 @@ def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     F[X, D_LAT], F[Y, D_LAT] = -lateral[4] / 2 * aside, lateral[4] / 2 * ahead
 
 
-@inlined_finite
+@inlined
 def column(F: F64, j: int, halfway: Three, at: Four, pushed: Two, chain: Chain) -> None:
     """Column ``j`` of ``F`` (9, 9), its first six rows: the slopes by one number of the state.
 
