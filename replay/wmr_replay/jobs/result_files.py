@@ -69,8 +69,8 @@ def write_results(
 class ResultFiles:
     """The files of one run, growing under temporary names until all are complete.
 
-    Rows are written in a thread. What the timeline states is asked for in the caller's, with the first rows:
-    later rows may change it.
+    Rows are written in a thread, and drawn in another. What the timeline states is asked for in the caller's,
+    with the first rows: later rows may change it.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class ResultFiles:
         self._hindsight: ParquetStream | None = None
         self._timeline: Timeline | None = None
         self._stated: tuple[TimelineFacts, str | None] | None = None
-        self._thread = WritingThread()
+        self._thread, self._drawing = WritingThread(), WritingThread()
 
     def push(self, samples: pl.DataFrame) -> None:
         """Append a batch of samples, which must not change any more."""
@@ -94,14 +94,17 @@ class ResultFiles:
             return
         if self._stated is None and self._facts is not None:
             self._stated = self._facts(), self._live() if callable(self._live) else self._live
-        self._thread.call(self._write, samples)
+        self._thread.call(self._samples.push, samples)
+        if self._stated is not None:
+            self._drawing.call(self._draw, samples)
 
     def push_hindsight(self, rows: pl.DataFrame) -> None:
         """Append a batch of the hindsight table, once all samples are there."""
         self._thread.call(self._write_hindsight, rows)
+        if self._stated is not None:
+            self._drawing.call(self._draw_hindsight, rows)
 
-    def _write(self, samples: pl.DataFrame) -> None:
-        self._samples.push(samples)
+    def _draw(self, samples: pl.DataFrame) -> None:
         if self._timeline is None and self._stated is not None:
             self._timeline = open_timeline(self._names["timeline"], *self._stated)
         if self._timeline is not None:
@@ -111,12 +114,15 @@ class ResultFiles:
         if self._hindsight is None:
             self._hindsight = ParquetStream(self._names["hindsight"], polars_schema(HINDSIGHT))
         self._hindsight.push(rows)
+
+    def _draw_hindsight(self, rows: pl.DataFrame) -> None:
         if self._timeline is not None:
             self._timeline.push_hindsight(rows)
 
     def finish(self, tables: RunTables) -> dict[str, Path]:
         """Complete every file and rename all."""
         self._thread.finish()
+        self._drawing.finish()
         small = self._small(tables)
         with whole_files({kind: self._names[kind] for kind in small}) as parts:
             for kind, write in small.items():
@@ -139,6 +145,7 @@ class ResultFiles:
     def discard(self) -> None:
         """Remove what is unfinished."""
         self._thread.stop()
+        self._drawing.stop()
         self._samples.discard()
         if self._hindsight is not None:
             self._hindsight.discard()

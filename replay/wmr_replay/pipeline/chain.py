@@ -1,5 +1,8 @@
 """The stages behind the initial stretch: repair, differentiate, track the noise, identify."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from wmr_replay.align import SampleBatch
@@ -7,7 +10,7 @@ from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, Motion, motion_of, wheel_slip
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
 from wmr_replay.identify.terms import extra_along
-from wmr_replay.pipeline.beside import Beside
+from wmr_replay.pipeline.beside import LEAST_ROWS, Beside
 from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
 from wmr_replay.pipeline.derivation import Derivation, Tuning
@@ -31,12 +34,25 @@ from wmr_replay.quality.monitors import default_monitors
 from wmr_replay.quality.rate import RateChange, SlowPose, rate_findings
 from wmr_replay.quality.reader_bars import ReaderBars
 from wmr_replay.quality.sums import COMPILED
-from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
+from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.status import Status
 
 PIECE_ROWS = 16384
 """Rows of one pass: as many as a processor's cache holds with everything computed from them."""
+
+
+class Piece(NamedTuple):
+    """Rows of one pass, those ``kept`` that have a measured pose, and what the latter are differentiated to:
+    derivatives, variances (3, n) of the pose with the colour ``which`` of its noise, and the evidence.
+    """
+
+    rows: SampleBatch
+    kept: SampleBatch
+    derivatives: Derivatives
+    variances: F64
+    which: I64
+    evidence: Evidence
 
 
 class Chain:
@@ -66,6 +82,7 @@ class Chain:
         self._jumps_told = JumpsTold()
         self._quality = Quality([bars or ReaderBars(), *default_monitors(COMPILED)])
         self._settings, self._record = settings, record
+        self._under_way: Callable[[], Columns] | None = None
 
     @property
     def findings(self) -> list[Finding]:
@@ -115,25 +132,49 @@ class Chain:
         )
 
     def push(self, rows: SampleBatch) -> list[Columns]:
-        """One row of the table for each row; an outlier's row holds the last verdict."""
-        done = []
+        """One row of the table for each row; an outlier's row holds the last verdict.
+
+        While the identifier is busy with a long piece, the next one is repaired and differentiated, so that
+        the rows of the last one come with the next push, or with :meth:`finish`.
+        """
+        done: list[Columns] = []
+        n = 0
         while len(rows):
-            n = self._rows_left(rows)
+            n = self._rows_left(rows, done)
             if n:
-                done.append(self._advance(rows.part(slice(n))))
+                piece = self._differentiated(rows.part(slice(n)))
+                self._complete(done)
+                self._under_way = self._begin(piece)
                 rows = rows.part(slice(n, None))
             else:
                 self._derivation.change_design(int(rows.t_ns[0]))
+        if n < LEAST_ROWS:
+            self._complete(done)
         return done
 
-    def _rows_left(self, rows: SampleBatch) -> int:
-        """How many rows the present design and rate serve; at a change of the rate, both are chosen again."""
+    def finish(self) -> list[Columns]:
+        """The rows of the piece under way."""
+        done: list[Columns] = []
+        self._complete(done)
+        return done
+
+    def _complete(self, done: list[Columns]) -> None:
+        """Append the rows of the piece under way, if there is one."""
+        if self._under_way is not None:
+            begun, self._under_way = self._under_way, None
+            done.append(begun())
+
+    def _rows_left(self, rows: SampleBatch, done: list[Columns]) -> int:
+        """How many rows the present design and rate serve; at a change of the rate, both are chosen again,
+        and the identifier is told once what is under way is ``done``.
+        """
         n = min(PIECE_ROWS, self._derivation.rows_left(rows.t_ns))
         piece = rows.part(slice(n))
         if not n or (left := self._repairing.rows_left(piece)):
             return left if n else 0
+        self._complete(done)
         self._change_rate(int(rows.t_ns[0]))
-        return self._rows_left(rows)
+        return self._rows_left(rows, done)
 
     def _change_rate(self, t_ns: int) -> None:
         """The row at ``t_ns`` shows another rate: step and noise come from the rows just before it."""
@@ -145,33 +186,52 @@ class Chain:
         at_s = (t_ns - self._start_ns) / NS_PER_S
         self._changes.append(RateChange(at_s, before_s, levels.step_s, window_s, self._derivation.window_s))
 
-    def _advance(self, rows: SampleBatch) -> Columns:
-        """Repair rows, estimate the kept ones, and fill in the others, under one design."""
+    def _differentiated(self, rows: SampleBatch) -> Piece:
+        """Repair rows, and differentiate the kept ones, under one design."""
         rows = self._repairing.push(rows)
-        kept = rows.without_outliers()
-        estimates = self._outliers.push(rows, self._estimate(kept), self._derivation.bridged_ns)
-        if self._record is not None:
-            self._record.push_rows(rows, estimates)
-        return measured_columns(self._start_ns, rows) | estimates
+        kept, slid_m = self._known_slip.push(rows.without_outliers())
+        derivatives = self._derivation.push(kept)
+        variances, which = self._repairing.variances(kept), self._colours[-1].push(kept)
+        evidence = self._evidence(kept, derivatives, variances, which, slid_m)
+        return Piece(rows, kept, derivatives, variances, which, evidence)
 
-    def _estimate(self, rows: SampleBatch) -> Columns:
-        """Motion, slip velocities and verdict of rows without outliers."""
-        rows, slid_m = self._known_slip.push(rows)
-        derivatives = self._derivation.push(rows)
-        variances, which = self._repairing.variances(rows), self._colours[-1].push(rows)
-        evidence = self._evidence(rows, derivatives, variances, which, slid_m)
+    def _begin(self, piece: Piece) -> Callable[[], Columns]:
+        """Begin to identify a piece; what is returned waits for the answer, and gives the table's rows, with
+        those without a measured pose filled in.
+        """
+        estimates = self._begin_estimates(piece)
+        rows, bridged_ns = piece.rows, self._derivation.bridged_ns
+
+        def complete() -> Columns:
+            filled = self._outliers.push(rows, estimates(), bridged_ns)
+            if self._record is not None:
+                self._record.push_rows(rows, filled)
+            return measured_columns(self._start_ns, rows) | filled
+
+        return complete
+
+    def _begin_estimates(self, piece: Piece) -> Callable[[], Columns]:
+        """Motion, slip velocities and verdict of a piece's kept rows, once the identifier has answered."""
+        rows, derivatives, evidence = piece.kept, piece.derivatives, piece.evidence
         answer = self._beside.begin(self._identifier.push, evidence, len(rows))
         barred = self._barred(rows, derivatives, evidence)
         motion, robot = evidence.motion, self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
-        shown = self._colours[-1].shown(motion, derivatives, variances, which, self._derivation.kernel)
-        verdict = undecided_while_filling(answer(), derivatives.state == Status.WARMING_UP, self._all_modes)
-        if self._record is not None and isinstance(self._identifier, BANKS):
-            self._record.push_bins(self._identifier.new_bins)
-        verdict = undecided_where_barred(verdict, barred, self._all_modes)
+        kernel = self._derivation.kernel
+        shown = self._colours[-1].shown(motion, derivatives, piece.variances, piece.which, kernel)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
-        status = self._status(rows, derivatives, verdict.outcome)
-        return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
+        jumped = self._derivation.after_jump(rows.t_ns, rows.restarts)
+
+        def estimates() -> Columns:
+            filling = derivatives.state == Status.WARMING_UP
+            verdict = undecided_while_filling(answer(), filling, self._all_modes)
+            if self._record is not None and isinstance(self._identifier, BANKS):
+                self._record.push_bins(self._identifier.new_bins)
+            verdict = undecided_where_barred(verdict, barred, self._all_modes)
+            status = self._status(derivatives, verdict.outcome, jumped)
+            return estimated_columns(derivatives.estimates[:, 0], shown, slip, verdict, delay_s, status)
+
+        return estimates
 
     def _barred(self, rows: SampleBatch, derivatives: Derivatives, evidence: Evidence) -> I8:
         """The status (n,) that bars each row, whatever the identifier says; ``OK`` where nothing does."""
@@ -252,9 +312,10 @@ class Chain:
         moving = np.stack([motion.v_long_mps, motion.v_lat_mps, yaw_rad, motion.yaw_rate_radps])
         return np.asarray(extra_along(moving, efforts, self._model.gains, terms)[0])
 
-    def _status(self, rows: SampleBatch, derivatives: Derivatives, outcome: I8) -> I8:
-        """The verdict's outcome; where a window has a gap, the reason of the gap."""
-        jumped = self._derivation.after_jump(rows.t_ns, rows.restarts)
+    def _status(self, derivatives: Derivatives, outcome: I8, jumped: Bool) -> I8:
+        """The verdict's outcome; where a window has a gap, the reason of the gap: one that reaches over a
+        jump, or not.
+        """
         reason = np.where(jumped, Status.POSE_JUMP, Status.GAP)
         status = np.where(derivatives.state == Status.GAP, reason, outcome).astype(np.int8)
         self._jumps_told.push(status == Status.POSE_JUMP, jumped)

@@ -98,6 +98,7 @@ class Engine:
     def finish(self) -> list[Columns]:
         """The rows still held; a log that ends within its initial stretch is warming up throughout."""
         done = self._advance(self._intake.finish())
+        done += self._chain.finish() if self._chain is not None else []
         rest = [warming_up_columns(self._start_ns, rows, self.settings.all_modes) for rows in self._stretch]
         self._stretch = []
         return done + rest

@@ -8,6 +8,8 @@ import pyarrow.parquet as pq
 
 from wmr_schemas.files import PartFile, whole_file
 
+LEVEL = -1
+"""Of the compression: a sixth less time than at 1, for half a per cent more bytes."""
 GROUP_ROWS = 131_072
 """Rows of a row group: what a reader holds in memory at a time."""
 
@@ -32,6 +34,7 @@ class ParquetStream:
             self._file.path,
             pl.DataFrame(schema=schema).to_arrow().schema,
             compression="zstd",
+            compression_level=LEVEL,
             use_dictionary=[
                 name for name, dtype in schema.items() if not dtype.is_float() and name != "t_ns"
             ],

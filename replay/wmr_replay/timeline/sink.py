@@ -6,6 +6,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import polars as pl
 import rerun as rr
 import rerun.blueprint as rrb
@@ -101,10 +102,22 @@ class Sink:
         """Labels and colours of a lane."""
         self.recording.log(lane.entity, lane.configuration(), static=True)
 
-    def add_lines(self, series: Series, rows: pl.DataFrame) -> None:
-        """Append rows to a series, leaving holes where a value is null or not finite."""
-        values = rows.select(line.cast(pl.Float64).alias(str(k)) for k, line in enumerate(series.lines))
-        blanked, finite = blank_holes(values.to_numpy())
+    def add_lines(self, each: Sequence[Series], rows: pl.DataFrame) -> None:
+        """Append rows to those series whose columns they have, leaving holes where a value is null or not
+        finite.
+        """
+        each = [series for series in each if series.reads() <= set(rows.columns)]
+        lines = [line.cast(pl.Float64) for series in each for line in series.lines]
+        described = [DESCRIBED_NS] if any(series.at_described for series in each) else []
+        columns = rows.select(expr.alias(str(k)) for k, expr in enumerate([*lines, *described])).get_columns()
+        known = iter(columns)
+        for series in each:
+            values = np.column_stack([next(known).to_numpy() for _ in series.lines])
+            self._add_line(series, columns[-1] if series.at_described else rows["t_ns"], values)
+
+    def _add_line(self, series: Series, t_ns: pl.Series, values: F64) -> None:
+        """Append ``values`` (n, k) of the k lines of a series."""
+        blanked, finite = blank_holes(values)
         first_ever = series.entity not in self.written
         if first_ever and not finite.any():
             return
@@ -112,8 +125,7 @@ class Sink:
         self.written[series.entity] = bool(finite[-1])
         if first_ever:
             self._style(series)
-        at = rows.select(DESCRIBED_NS).to_series() if series.at_described else rows["t_ns"]
-        self._send(series.entity, at.filter(drawn), rr.Scalars.columns(scalars=blanked[drawn]))
+        self._send(series.entity, t_ns.filter(drawn), rr.Scalars.columns(scalars=blanked[drawn]))
 
     def add_changes(self, lane: Lane, rows: pl.DataFrame) -> None:
         """Append state changes (t_ns, state)."""

@@ -142,9 +142,8 @@ class Timeline:
         poses, moving = (self._every(block, self._strides[hz]) for hz in (POSE_HZ, VELOCITY_HZ))
         self._n_written += len(block)
         self._last = block.tail(1)
-        for series in ESTIMATED:
-            if series.reads() <= set(block.columns):
-                self._sink.add_lines(series, slow if series.slow else drawn)
+        self._sink.add_lines([series for series in ESTIMATED if not series.slow], drawn)
+        self._sink.add_lines([series for series in ESTIMATED if series.slow], slow)
         if len(drawn):
             self._frame.include(drawn.select("x_m", "y_m").to_numpy())
             self._sink.add_path(drawn)
@@ -158,7 +157,8 @@ class Timeline:
 
     def _every(self, block: pl.DataFrame, stride: int) -> pl.DataFrame:
         """The rows whose index in the whole log is a multiple of the stride."""
-        return block.gather_every(stride, offset=-self._n_written % stride)
+        first = -self._n_written % stride
+        return pl.DataFrame([column.gather_every(stride, first) for column in block.get_columns()])
 
     def _begin(self, start_ns: int) -> None:
         self._sink.start_ns = start_ns
@@ -168,9 +168,7 @@ class Timeline:
         blocks = [truth.gather_every(stride)] if isinstance(truth, pl.DataFrame) else truth(stride)
         path: list[pl.DataFrame] = []
         for block in blocks:
-            for series in TRUE:
-                if series.reads() <= set(block.columns):
-                    self._sink.add_lines(series, block)
+            self._sink.add_lines(TRUE, block)
             if set(block.columns) >= PATH_COLUMNS:
                 path.append(block.select(PATH_COLUMNS))
             self._sink.flush()
@@ -187,16 +185,16 @@ class Timeline:
             rows = rows.filter(pl.col("t_ns") > self._torque_until_ns)
         if len(rows):
             self._torque_until_ns = int(rows["t_ns"][-1])
-            self._sink.add_lines(TORQUE, rows)
+            self._sink.add_lines([TORQUE], rows)
 
     def _write_nominal(self, end_ns: int) -> None:
         """Levels over the whole log: the nominal α, and what was learnt if the robot were as stated."""
         ends = pl.DataFrame({"t_ns": np.array([self._sink.start_ns, end_ns])})
         if self._alpha_nominal is not None:
-            self._sink.add_lines(NOMINAL, ends.with_columns(alpha=pl.lit(self._alpha_nominal)))
+            self._sink.add_lines([NOMINAL], ends.with_columns(alpha=pl.lit(self._alpha_nominal)))
         for name, value in AS_STATED.items():
             if f"/learnt/{name}/estimate" in self._sink.written:
-                self._sink.add_lines(as_stated(name), ends.with_columns(pl.lit(value).alias(name)))
+                self._sink.add_lines([as_stated(name)], ends.with_columns(pl.lit(value).alias(name)))
 
     def _show_growth(self) -> None:
         """A layout for the log so far, for a viewer that looks on."""

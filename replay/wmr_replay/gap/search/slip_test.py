@@ -13,6 +13,7 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import with_slipping
+from wmr_replay.gap.estimation.unknown_modes import causal_deviance
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.dynamics import Base, Row
@@ -39,11 +40,11 @@ class Rival(NamedTuple):
 def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether the effect ``name`` of the model ``fit`` may be slipping that an identifier missed.
 
-    It may unless it is clearly likelier than slipping in the likeliest history, and no shorter than an
-    interval that is looked for. Where a robot's masses are unknown, so is what its slipping loses,
-    and only a small loss is none. A limit of the torques may be slipping, too: a wheel that slips is driven
-    harder by a controller, on a calm drive harder than ever while it rolls. Always false for other
-    effects, and for modes that are given.
+    It may unless it is clearly likelier than slipping in the likeliest history, also with unknown modes near
+    it (:func:`gain_unlabelled`), and no shorter than an interval that is looked for. Where a robot's masses
+    are unknown, so is what its slipping loses, and only a small loss is none. A limit of the torques may be
+    slipping, too: a wheel that slips is driven harder by a controller, on a calm drive harder than ever while
+    it rolls. Always false for other effects, and for modes that are given.
     """
     if name not in (*LOCAL, SATURATION) or not problem.binned.identified:
         return False
@@ -57,7 +58,21 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
     acts = weight(name, fit.extension.effects[name], problem.binned) > problem.settings.slip.half
     if problem.binned.step_s[acts].sum() < problem.settings.scan.shortest_interval_s:
         return True
-    return slipping_rival(problem, fit, name).excess < least_excess(problem, fit, name)
+    least = least_excess(problem, fit, name)
+    return slipping_rival(problem, fit, name).excess < least or gain_unlabelled(problem, fit, name) < least
+
+
+@lru_cache(maxsize=16)
+def gain_unlabelled(problem: Problem, fit: Fit, name: str) -> float:
+    """By how much an effect makes the log likelier, in −2 log likelihood, where the modes of the rows near it
+    are not known with it nor without it: slips and skids that labels miss explain what they can.
+    """
+    binned = problem.binned
+    acts = weight(name, fit.extension.effects[name], binned) > problem.settings.slip.half
+    unlabelled = replace(problem, train=problem.train & ~close_to(acts, binned))
+    without, with_it = fit.extension.without(name), fit.extension
+    gain = causal_deviance(unlabelled, without, fit.noise) - causal_deviance(unlabelled, with_it, fit.noise)
+    return float(gain.sum())
 
 
 def least_excess(problem: Problem, fit: Fit, name: str) -> float:

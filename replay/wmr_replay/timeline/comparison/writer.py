@@ -101,8 +101,7 @@ def fill(
     drawn = {key: side.drawn(max_rate_hz) for key, side in sides.items()}
     for key, side in sides.items():
         add_lanes(sink, key, side.samples)
-        for quantity in QUANTITIES:
-            sink.add_lines(line_of(quantity, key), drawn[key])
+        sink.add_lines([line_of(quantity, key) for quantity in QUANTITIES], drawn[key])
         frame.include(drawn[key].select(XY).to_numpy())
         add_path(sink, f"/path/{key}", [drawn[key]], PENS[key], order=10.0 + 2 * (key == "b"))
         sink.flush()
@@ -111,8 +110,7 @@ def fill(
     red = (colours.TRUTH, 1.75)
     add_path(sink, "/path/differs", stretches(drawn["a"], named), red, order=14.0)
     rows = differences(drawn["a"], drawn["b"])
-    for series in (*(difference_of(quantity) for quantity in QUANTITIES), POSITION):
-        sink.add_lines(series, rows)
+    sink.add_lines([*(difference_of(quantity) for quantity in QUANTITIES), POSITION], rows)
     sink.add_grid(frame)
     sink.add_text(text)
     span = span_of(sides, sink.start_ns)

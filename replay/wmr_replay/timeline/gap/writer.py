@@ -71,10 +71,11 @@ def write_gap_timeline(
         for lane in lanes:
             sink.add_changes(lane, Changes(lane).push(rows))
         fewer = rows.gather_every(EVERY)
-        sink.add_lines(MEASURED_SPEED, fewer)
+        sink.add_lines([MEASURED_SPEED], fewer)
         for model in ("base", "extended") if extended else ("base",):
-            for series in lines_of(model, MODELS[model]):
-                sink.add_lines(series, fewer if series.slow else rows)
+            lines = lines_of(model, MODELS[model])
+            sink.add_lines([series for series in lines if not series.slow], rows)
+            sink.add_lines([series for series in lines if series.slow], fewer)
         frame = frame_of(traces)
         errors = Errors.of(traces, frame)
         sink.add_grid(frame)
