@@ -1,4 +1,4 @@
-"""Paths of the driver families of the next report: a bed mover, a walker, a ball collector, a goalkeeper."""
+"""Paths of the families that the twelfth report held out: bed mover, walker, ball collector, goalkeeper."""
 
 import numpy as np
 
