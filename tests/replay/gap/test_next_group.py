@@ -10,20 +10,23 @@ import pytest
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula.carriers import IN_PLACE, OVER_PLACE, told_apart
+from wmr_replay.gap.evidence.excitation import manoeuvres
+from wmr_replay.gap.formula.carriers import IN_PLACE, OVER_HEADING, told_apart
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.groups import PRODUCT, Group
-from wmr_replay.gap.formula.grow import margin
+from wmr_replay.gap.formula.grow import is_seen_elsewhere, margin
 from wmr_replay.gap.formula.next_group import alike, fitted_with
 from wmr_replay.gap.formula.scores import ScoredGroup
 from wmr_replay.gap.formula.stated import Formula, score, worth
 from wmr_replay.gap.formula.winners import few_alike
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.terms import parse_term
 
 BENCH = Path(__file__).parents[3] / "bench"
+SEARCH = importlib.import_module("wmr_replay.gap.formula.search")
 SETTINGS = GateSettings()
 AHEAD = np.full(100, 0.8)
 BACK_TOO = np.where(np.arange(100) < 10, -0.5, 0.8)
@@ -52,7 +55,7 @@ def test_a_pull_and_a_resistance_are_told_apart_by_driving_both_ways(v, apart):
     assert ("1" in tried) == apart
     assert ("abs(v)" in tried) == apart
     assert "1" in [*told_apart(IN_PLACE, "yaw", columns, SETTINGS.formula)]
-    assert "1" in [*told_apart(OVER_PLACE, "longitudinal", columns, SETTINGS.formula)]
+    assert "1" in [*told_apart(OVER_HEADING, "longitudinal", columns, SETTINGS.formula)]
 
 
 def test_rivals_of_the_same_quantities_leave_room_for_others():
@@ -96,3 +99,31 @@ def test_another_quantity_explains_more_than_a_wrong_form_leaves(problem):
     assert needed("longitudinal:effort_sum*abs(effort_sum)") == own.margin
     assert needed("yaw:effort_diff") == own.margin
     assert needed("longitudinal:effort_sum*t") == pytest.approx(own.beyond_library * before.gain)
+
+
+@pytest.mark.parametrize(
+    ("in_manoeuvres", "unseen", "stands"), [(90, 5, True), (-1, 5, False), (90, -5, False)]
+)
+def test_a_later_group_of_efforts_is_seen_in_manoeuvres(problem, in_manoeuvres, unseen, stands):
+    problem, fit = problem
+    push, gain = group("longitudinal:v"), group("longitudinal:effort_sum")
+    one = fit.extension.with_effect(push.names[0], {"coefficient": 0.0})
+    before = Formula(fit, replace(fit, extension=one), (push,))
+    large = manoeuvres(problem, before.fit, "longitudinal")
+    change = np.where(large, in_manoeuvres / large.sum(), 0.0) + np.where(problem.train, 0.0, unseen / 9)
+    both = one.with_effect(gain.names[0], {"coefficient": 0.0})
+    after = replace(fit, extension=both, row_deviance=fit.row_deviance - change)
+    assert is_seen_elsewhere(problem, before, Formula(fit, after, (push, gain))) == stands
+
+
+def test_a_formula_that_one_channel_makes_worse_is_left_with_the_other(monkeypatch, problem):
+    problem, fit = problem
+    ahead, turning = group("longitudinal:effort_sum"), group("yaw:effort_diff")
+    extension = fit.extension
+    for one in (ahead, turning):
+        extension = extension.with_effect(one.names[0], {"coefficient": -0.01})
+    formula = Formula(fit, fit_model(problem, extension), (ahead, turning))
+    monkeypatch.setattr(SEARCH, "explains_more", lambda _problem, _selection, one: one.groups == (ahead,))
+    part = SEARCH.better_part(problem, Selection(fit, fit, (), ()), formula)
+    assert part.groups == (ahead,)
+    assert part.fit.extension.effects.keys() == {*ahead.names}

@@ -61,10 +61,7 @@ ALONG: Table = {"longitudinal": ("1", "v", "effort_sum"), "yaw": ("1", "v", "eff
 SHORT = ("gust", "after", "edge")
 """What efforts do not do in time: a loss of traction and a load are effects of the library."""
 AGAINST = {"abs(v)": "v"}
-AGAINST_IN_PLACE: dict[TermChannel, dict[str, str]] = {
-    "longitudinal": {**AGAINST, "1": "sgn(v)"},
-    "yaw": {**AGAINST, "1": "sgn(yaw_rate)"},
-}
+AGAINST_PUSH = {"longitudinal": "sgn(v)", "yaw": "sgn(yaw_rate)"}
 """Carriers that are the same as another one while the robot drives, or turns, one way: the other one changes
 its direction with the motion. What acts one way in a place is a resistance, and no pull along the robot.
 """
@@ -79,7 +76,9 @@ def told_apart(
     table: Table, channel: TermChannel, columns: Mapping[str, F64], own: FormulaSettings
 ) -> Iterator[str]:
     """The carriers of a channel without those that a log cannot tell from a likelier one."""
-    texts, likelier = table[channel], AGAINST_IN_PLACE[channel] if table is IN_PLACE else AGAINST
+    texts, likelier = table[channel], dict(AGAINST)
+    if table is IN_PLACE or (table is OVER_PLACE and channel == "longitudinal"):
+        likelier["1"] = AGAINST_PUSH[channel]
     for text in texts:
         other = likelier.get(text, "")
         if other not in texts or rarer_share(columns[speed_of(other)], own) >= own.least_rarer:

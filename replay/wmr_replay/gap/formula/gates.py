@@ -1,6 +1,6 @@
 """The gates of a formula as a whole: significance, held-out proof, placebo, size, excitation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
@@ -53,6 +53,13 @@ def by_channel(problem: Problem, formula: Formula) -> list[Formula]:
         fit = fit_model(problem, rest, formula.rest.noise, budget.base_diffusion, budget.last_steps)
         parts.append(Formula(fit, formula.fit, mine))
     return sorted(parts, key=lambda part: part.gain)
+
+
+def without_a_channel(problem: Problem, formula: Formula) -> Iterator[Formula]:
+    """A formula of several channels without one of them, the weakest first."""
+    for part in by_channel(problem, formula) if len(formula.channels) > 1 else ():
+        left = tuple(group for group in formula.groups if group not in part.groups)
+        yield Formula(formula.rest, part.rest, left)
 
 
 def of_proven_channels(problem: Problem, formula: Formula, tried: Tried, options: GapOptions) -> Formula:

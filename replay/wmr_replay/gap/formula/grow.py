@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.next_group import with_next
 from wmr_replay.gap.formula.scores import log_n
@@ -29,9 +30,16 @@ def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formul
     """The longer formula where its last group explains enough, and the held-out rows too."""
     if longer is None or worth(problem, longer) < score(problem, before) + margin(problem, before, longer):
         return None
-    if before.groups and held_out(problem, longer.fit) > held_out(problem, before.fit):
-        return None
-    return longer
+    return longer if not before.groups or is_seen_elsewhere(problem, before, longer) else None
+
+
+def is_seen_elsewhere(problem: Problem, before: Formula, longer: Formula) -> bool:
+    """Whether the held-out rows are no less likely with the last group, and where it reads efforts,
+    manoeuvres are likelier by more than it costs: smaller efforts answer what the groups before leave.
+    """
+    if held_out(problem, longer.fit) > held_out(problem, before.fit):
+        return False
+    return gain_in_manoeuvres(before.fit, longer.fit) > longer.groups[-1].price(log_n(problem))
 
 
 def margin(problem: Problem, before: Formula, longer: Formula) -> float:

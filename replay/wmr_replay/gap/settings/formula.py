@@ -122,18 +122,18 @@ class FormulaSettings:
     screened_alike: int = 4
     """Most of them that read the same quantities. As ``most_alike``, before the numbers are refined."""
 
-    most_alike: int = 2
+    most_alike: int = 3
     """Most groups of the same quantities that are rivals. Judgement: a curve is told from another one by its
     best numbers, and no such rival may crowd out other quantities."""
 
-    rivals: int = 16
+    rivals: int = 18
     """Groups whose numbers are refined. Numerics: each costs some steps."""
 
-    most_again: int = 4
+    most_again: int = 6
     """Most groups that are fitted besides, which are best at the disturbance that the best one leaves. As
     ``most_fitted``."""
 
-    most_fitted: int = 7
+    most_fitted: int = 8
     """Most groups that are fitted, to choose one. Numerics: each costs a fit with its disturbance."""
 
     way_lengths_m: tuple[float, float] = (1.5, 20.0)
