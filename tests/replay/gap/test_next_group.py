@@ -64,6 +64,12 @@ def test_rivals_of_the_same_quantities_leave_room_for_others():
     assert few_alike([*by_speed, *others], 2, 4, lambda one: one) == [*by_speed[:2], *others[:2]]
 
 
+def test_every_kind_has_its_best_rival():
+    waves = [Group(Family("wave", along=z), group(f"longitudinal:sin(0.4{z})*v").terms) for z in "xyxy"]
+    bump = Group(Family("bump"), group("longitudinal:bump(1,2,0.5)*v").terms)
+    assert few_alike([*waves, bump], 2, 3, lambda one: one) == [waves[0], bump, waves[1]]
+
+
 def test_disturbances_of_the_same_density_are_alike():
     noise = Diffusion(0.05, 1.0, 0.02, 0.5, 0.01, 0.2, 0.0, 0.0)
     same = noise._replace(long_sd_mps2=0.05 / np.sqrt(3), long_tau_s=3.0)

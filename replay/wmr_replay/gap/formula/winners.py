@@ -24,14 +24,16 @@ def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
 
 
 def few_alike(some: Iterable[T], most: int, in_all: int, group_of: Callable[[T], Group]) -> list[T]:
-    """The first ones, ``in_all`` of them, no more than ``most`` of the same quantities.
+    """The first one of each kind, and the first others, ``in_all`` of them, no more than ``most`` of the same
+    quantities.
 
     A curve has many rivals of its own quantities, which may all be better than any of other quantities at one
-    disturbance, and are not at the one that a formula leaves.
+    disturbance, and are not at the one that a formula leaves. A bell on a coarse grid promises less than it
+    does with its best place.
     """
     alike: Counter[tuple[str, ...]] = Counter()
     kept = []
-    for one in some:
+    for one in kinds_first(some, group_of):
         quantities = group_of(one).quantities
         alike[quantities] += 1
         if alike[quantities] <= most:
@@ -39,6 +41,19 @@ def few_alike(some: Iterable[T], most: int, in_all: int, group_of: Callable[[T],
         if len(kept) == in_all:
             break
     return kept
+
+
+def kinds_first(some: Iterable[T], group_of: Callable[[T], Group]) -> list[T]:
+    """The first one of each kind, then the others, each in their order."""
+    firsts: dict[tuple[str, str], T] = {}
+    others = []
+    for one in some:
+        family = group_of(one).family
+        kind = family.kind, "t" if family.along == "t" else ""
+        if kind in firsts:
+            others.append(one)
+        firsts.setdefault(kind, one)
+    return [*firsts.values(), *others]
 
 
 def best_of_grids(problem: Problem, at: Fit, tried: Tried) -> list[Group]:
