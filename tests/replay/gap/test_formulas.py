@@ -26,9 +26,10 @@ from wmr_replay.gap.formula.groups import (
     plain_groups,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import Formula, grow, is_sound
+from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, is_the_same, stated_by
+from wmr_replay.gap.formula.stated import Formula, is_sound
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
@@ -52,6 +53,7 @@ SETTINGS = GateSettings()
 FOUND = (
     *("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome"),
     *("stribeck_hump", "scrub_saturating", "squall", "striped_floor", "battery_sag", "slipping_belt"),
+    *("polished_strips", "puncture"),
 )
 
 
