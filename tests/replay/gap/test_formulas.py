@@ -53,7 +53,6 @@ SETTINGS = GateSettings()
 FOUND = (
     *("drift_linear", "bumps_x", "cubic_drag", "even_drag", "cross", "scrub_by_speed", "dome"),
     *("stribeck_hump", "scrub_saturating", "squall", "striped_floor", "battery_sag", "slipping_belt"),
-    *("polished_strips", "puncture"),
 )
 
 

@@ -29,7 +29,12 @@ from wmr_replay.gap.search.slip_doubts import (
     slips_as_modelled,
     unlike_slipping,
 )
-from wmr_replay.gap.search.slip_test import least_excess, loses_as_slipping, may_be_slipping
+from wmr_replay.gap.search.slip_test import (
+    gain_unlabelled,
+    least_excess,
+    loses_as_slipping,
+    may_be_slipping,
+)
 from wmr_replay.gap.search.slipping_history import (
     Pieces,
     changes_by_run,
@@ -139,6 +144,8 @@ def test_a_loss_is_told_from_slipping_by_its_size(loss, like):
     size = loss or 1 - extension.base.slip_share
     fit = fit_model(ideal, extension.with_effect("slip_interval", {**lost, "loss": size}))
     assert may_be_slipping(ideal, fit, "slip_interval") is like
+    least = least_excess(ideal, fit, "slip_interval")
+    assert (gain_unlabelled(ideal, fit, "slip_interval") < least) is like
     given = Problem.of(bin_log(log, GateSettings(), log.mode))
     assert not may_be_slipping(given, fit, "slip_interval")
 
