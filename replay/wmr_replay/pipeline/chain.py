@@ -7,9 +7,8 @@ import numpy as np
 
 from wmr_replay.align import SampleBatch
 from wmr_replay.differentiate import Derivatives
-from wmr_replay.identify import Evidence, Motion, motion_of, wheel_slip
+from wmr_replay.identify import Evidence, motion_of, wheel_slip
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
-from wmr_replay.identify.terms import extra_along
 from wmr_replay.pipeline.beside import LEAST_ROWS, Beside
 from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
@@ -23,6 +22,7 @@ from wmr_replay.pipeline.identifiers import (
     undecided_while_filling,
 )
 from wmr_replay.pipeline.jumps_told import JumpsTold
+from wmr_replay.pipeline.known_accelerations import known_acceleration, own_accelerations
 from wmr_replay.pipeline.known_slip import KnownSlip, without_slide
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.outliers import OutlierFill
@@ -245,12 +245,12 @@ class Chain:
         """What the identifier is given of each row."""
         motion = motion_of(derivatives.estimates, derivatives.gains, variances)
         motion = self._colours[-1].widen(motion, derivatives, variances, which, self._derivation.kernel)
-        known = self._known_acceleration(motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
+        known = known_acceleration(self._model, motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
         if self._settings.identifier == JOINT_BANK:
             efforts = self._model.less_resistance(efforts, rows.inputs[2:], rows.pose[2])
         if self._model.accelerates:
-            own = self._own_accelerations(rows.t_ns, motion, derivatives)
+            own = own_accelerations(self._model, rows.t_ns - self._start_ns, motion, derivatives)
             known, efforts = known + own[0], efforts + self._model.as_efforts(own)
         return Evidence(
             t_ns=rows.t_ns,
@@ -286,31 +286,6 @@ class Chain:
             smoothed_pose=derivatives.estimates[:, 0],
             pose_raw=rows.pose_raw,
         )
-
-    def _own_accelerations(self, t_ns: I64, motion: Motion, derivatives: Derivatives) -> F64:
-        """Accelerations (2, n) of users' effects, at the instants that the derivatives describe."""
-        x_m, y_m, yaw_rad = derivatives.estimates[:, 0]
-        return self._model.own_accelerations(
-            {
-                "t_s": (t_ns - self._start_ns) / NS_PER_S - derivatives.delay_s,
-                "x_m": x_m,
-                "y_m": y_m,
-                "yaw_rad": yaw_rad,
-                "v_mps": motion.v_long_mps,
-                "v_lat_mps": motion.v_lat_mps,
-                "yaw_rate_radps": motion.yaw_rate_radps,
-                "left_nm": derivatives.inputs[0],
-                "right_nm": derivatives.inputs[1],
-            }
-        )
-
-    def _known_acceleration(self, motion: Motion, yaw_rad: F64, efforts: F64) -> F64:
-        """dv_long/dt (n,) by the model's further effects, at the instants t − δ of the motion."""
-        terms = self._model.terms
-        if not terms.any:
-            return np.zeros(len(yaw_rad))
-        moving = np.stack([motion.v_long_mps, motion.v_lat_mps, yaw_rad, motion.yaw_rate_radps])
-        return np.asarray(extra_along(moving, efforts, self._model.gains, terms)[0])
 
     def _status(self, derivatives: Derivatives, outcome: I8, jumped: Bool) -> I8:
         """The verdict's outcome; where a window has a gap, the reason of the gap: one that reaches over a
