@@ -26,10 +26,9 @@ from wmr_replay.gap.formula.groups import (
     plain_groups,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.formula.grow import Formula, grow, is_sound
 from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, is_the_same, stated_by
-from wmr_replay.gap.formula.stated import Formula, is_sound
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension

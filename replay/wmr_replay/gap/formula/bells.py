@@ -1,35 +1,32 @@
 """Bells over the plane, where the robot comes onto their flanks at least twice."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
-from wmr_replay.gap.formula.carriers import IN_PLACE, carriers_of, told_apart
+from wmr_replay.gap.formula.carriers import HEADING, carriers_of
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import TermChannel
+
+CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
+    *(("hill", "longitudinal", "1"), ("tilt", "yaw", "1")),
+    *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
+    *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
+)
+"""Height, and what pushes, brakes or blows in a place."""
 
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     """The bells of a log, by what they carry."""
     numbers = {kind: bells_of(kind, binned, settings) for kind in ("hill", "bump")}
     numbers["tilt"] = numbers["hill"]
-    for kind, channel, text in carried(columns_of(binned), settings):
+    for kind, channel, text in CARRIED:
         if len(numbers[kind]):
             yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
-
-
-def carried(columns: Mapping[str, F64], settings: FormulaSettings) -> Iterator[tuple[str, TermChannel, str]]:
-    """Kind, channel and carriers: height, and what pushes, brakes or blows in a place."""
-    yield "hill", "longitudinal", "1"
-    yield "tilt", "yaw", "1"
-    for channel in IN_PLACE:
-        for text in told_apart(IN_PLACE, channel, columns, settings):
-            yield "bump", channel, text
 
 
 def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:

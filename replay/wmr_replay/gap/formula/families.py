@@ -53,11 +53,6 @@ class Family:
         return (*shaped, *self.plain_terms)
 
     @property
-    def n_terms(self) -> int:
-        """How many terms it has."""
-        return len(self.carriers) * ((2 if self.kind == "wave" else 1) + self.plain)
-
-    @property
     def plain_terms(self) -> tuple[Term, ...]:
         """Those of the terms that have no numbers."""
         return tuple(Term(self.channel, carrier or ("1",)) for carrier in self.carriers if self.plain)

@@ -1,6 +1,6 @@
 """The gates of a formula as a whole: significance, held-out proof, placebo, size, excitation."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.special import chdtrc, fdtrc
@@ -13,10 +13,10 @@ from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
 from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.formula.groups import CURVE, Group, Tried
+from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.rests import beyond_rests
 from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
-from wmr_replay.gap.formula.stated import Formula
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.score import NormalEquations, projected
@@ -53,13 +53,6 @@ def by_channel(problem: Problem, formula: Formula) -> list[Formula]:
         fit = fit_model(problem, rest, formula.rest.noise, budget.base_diffusion, budget.last_steps)
         parts.append(Formula(fit, formula.fit, mine))
     return sorted(parts, key=lambda part: part.gain)
-
-
-def without_a_channel(problem: Problem, formula: Formula) -> Iterator[Formula]:
-    """A formula of several channels without one of them, the weakest first."""
-    for part in by_channel(problem, formula) if len(formula.channels) > 1 else ():
-        left = tuple(group for group in formula.groups if group not in part.groups)
-        yield Formula(formula.rest, part.rest, left)
 
 
 def of_proven_channels(problem: Problem, formula: Formula, tried: Tried, options: GapOptions) -> Formula:

@@ -8,14 +8,12 @@ import numpy as np
 
 from wmr_replay.gap.formula.carriers import (
     ALONG,
-    HEADING,
     OVER_DIRECTION,
     OVER_HEADING,
     OVER_PLACE,
     OVER_TIME,
     SHORT,
     carriers_of,
-    told_apart,
 )
 from wmr_replay.gap.formula.families import SHAPES, Factors, Family
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -25,7 +23,6 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
 
-SPEEDS = ("v", "yaw_rate")
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
 
 
@@ -81,9 +78,6 @@ def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
     for along in SHAPED:
         yield ((),), along
         yield ((along,), (f"abs({along})",)), along
-        if along in SPEEDS:
-            yield carriers_of(HEADING), along
-            yield tuple((along, *factors) for factors in carriers_of(HEADING)), along
         for z in SHAPED:
             yield ((z,),), along
             yield ((f"abs({z})",),), along
@@ -116,13 +110,12 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     shapes = (
         ("gust", np.array(gusts).reshape(-1, 2)),
         ("after", starts[:, None]),
-        ("edge", edges_of(columns["t"], own)),
         ("decay", span_s * np.array(own.decay_spans)[:, None]),
         ("fall", span_s * np.array(own.decay_spans)[:, None]),
     )
     periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
     for channel in TRIED:
-        for text in told_apart(OVER_TIME, channel, columns, own):
+        for text in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers_of(text), plain=True)
             short = SHORT if "effort" in text else ()
             own_shapes = [one for one in shapes if one[0] not in short]
@@ -139,18 +132,17 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     slanted = directions(spans, own)
     edges = {z: edges_of(columns[z], own) for z in "xy"}
     for channel in TRIED:
-        over = tuple(told_apart(OVER_PLACE, channel, columns, own))
-        for z, text in product("xy", over):
+        for z, text in product("xy", OVER_PLACE[channel]):
             family = Family("wave", channel, z, carriers_of(text), plain="(yaw)" not in text)
             yield grid_of((family, numbers[z]))
             yield grid_of((replace(family, kind="edge", plain=True), edges[z]))
         for text in ALONG[channel]:
             yield grid_of((Family("wave", channel, "s", carriers_of(text)), numbers["s"]))
-        for text in told_apart(OVER_HEADING, channel, columns, own):
+        for text in OVER_HEADING[channel]:
             family, named = Family("wave", channel, "yaw", carriers_of(text), plain=text != "1"), text == "1"
             turns = own.turns[1:] if named and channel == "longitudinal" else own.turns
             yield grid_of((family, np.array(turns)[:, None]))
-        for text in told_apart(OVER_DIRECTION, channel, columns, own):
+        for text in OVER_DIRECTION[channel]:
             yield grid_of((Family("wave", channel, "xy", carriers_of(text)), slanted))
 
 

@@ -33,17 +33,6 @@ class Group:
         """The effects' names."""
         return tuple(term.name for term in self.terms)
 
-    @property
-    def quantities(self) -> tuple[str, ...]:
-        """The channel, and the quantities that its terms read."""
-        columns = {column for term in self.terms for column in term.columns}
-        return (self.terms[0].channel, *sorted(columns))
-
-    @property
-    def kind_of_terms(self) -> tuple[Family, tuple[str, ...]]:
-        """The same for groups that differ by their numbers alone."""
-        return self.family, self.names if not self.shape else ()
-
     def moved(self, shape: F64) -> "Group":
         """The same with other numbers."""
         numbers = tuple(float(value) for value in shape)
@@ -120,13 +109,9 @@ class Tried:
 
     def prices(self, grid: Grid, log_n: float) -> F64:
         """The prices (m,) of a grid's groups."""
-        tried = 2 * float(np.log(self.n_grids))
-        return np.concatenate(
-            [
-                np.full(len(numbers), family.n_terms * log_n + max(numbers.shape[1] * log_n, tried))
-                for family, numbers in grid.pieces
-            ]
-        )
+        firsts = np.cumsum([0, *(len(numbers) for _, numbers in grid.pieces)])[:-1]
+        prices = [self.group(grid, int(k)).price(log_n) for k in firsts]
+        return np.repeat(prices, [len(numbers) for _, numbers in grid.pieces])
 
     def beside(self, effects: Iterable[str]) -> "Tried":
         """What is no form of the effects: with one of them, its own term does not stand beside a shape."""

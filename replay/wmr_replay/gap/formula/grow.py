@@ -1,16 +1,49 @@
 """A formula grown by one group of terms after the other, and pruned of those that it does not need."""
 
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
-from wmr_replay.gap.formula.next_group import with_next
-from wmr_replay.gap.formula.scores import log_n
-from wmr_replay.gap.formula.stated import Formula, held_out, score, worth
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
+from wmr_replay.gap.formula.shapes import refined
+from wmr_replay.gap.formula.winners import winners
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_schemas.arrays import F64
+from wmr_schemas.terms import COEFFICIENT
+
+
+@dataclass(frozen=True, eq=False)
+class Formula:
+    """Groups of terms on top of the model ``rest``, and the fit with both; the strongest group first."""
+
+    rest: Fit
+    fit: Fit
+    groups: tuple[Group, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all terms."""
+        return tuple(name for group in self.groups for name in group.names)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that have terms."""
+        return tuple(dict.fromkeys(term.channel for group in self.groups for term in group.terms))
+
+    @property
+    def gain(self) -> float:
+        """What the terms lower the deviance by."""
+        return self.rest.deviance - self.fit.deviance
+
+    def price(self, problem: Problem) -> float:
+        """What the terms cost."""
+        return sum(group.price(log_n(problem)) for group in self.groups)
 
 
 def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
@@ -28,31 +61,113 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
 
 def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:
     """The longer formula where its last group explains enough, and the held-out rows too."""
-    if longer is None or worth(problem, longer) < score(problem, before) + margin(problem, before, longer):
+    own = problem.settings.formula
+    if longer is None:
         return None
-    return longer if not before.groups or is_seen_elsewhere(problem, before, longer) else None
+    margin = own.margin if before.groups else own.first_margin
+    if score(problem, longer) < score(problem, before) + margin:
+        return None
+    if before.groups and held_out(problem, longer.fit) > held_out(problem, before.fit):
+        return None
+    return longer
 
 
-def is_seen_elsewhere(problem: Problem, before: Formula, longer: Formula) -> bool:
-    """Whether the held-out rows are no less likely with the last group, and where it reads efforts,
-    manoeuvres are likelier by more than it costs: smaller efforts answer what the groups before leave.
+def is_sound(problem: Problem, formula: Formula) -> bool:
+    """Whether no place is steeper than what a robot drives on, and no term is many times as large as what all
+    terms of its channel add up to: such terms describe a few rows by their small difference. Nor does an
+    effect beside them grow, which they would take back.
     """
-    if held_out(problem, longer.fit) > held_out(problem, before.fit):
+    own, values = problem.settings.formula, formula.fit.extension.effects
+    if any(size_of(values[name]) > own.most_change * size_of(alone) for name, alone in beside(formula)):
         return False
-    return gain_in_manoeuvres(before.fit, longer.fit) > longer.groups[-1].price(log_n(problem))
+    for group in formula.groups:
+        size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
+        peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
+        if group.family.kind in PLACED and size * peak > own.steepest_mps2:
+            return False
+    columns = columns_of(problem.binned)
+    parts: dict[str, list[F64]] = {}
+    for term in (term for group in formula.groups for term in group.terms):
+        part = values[term.name][COEFFICIENT] * term.evaluate(columns)
+        parts.setdefault(term.channel, []).append(part)
+    return all(
+        rms(part) <= own.most_cancelling * rms(np.sum(some, axis=0))
+        for some in parts.values()
+        for part in some
+    )
 
 
-def margin(problem: Problem, before: Formula, longer: Formula) -> float:
-    """What the last group must explain beyond its price: one that brings another quantity to its channel more
-    than the wrong form of those before may leave.
+def beside(formula: Formula) -> Iterable[tuple[str, Mapping[str, float]]]:
+    """The effects that a formula stands beside, with their parameters without it."""
+    return formula.rest.extension.effects.items()
+
+
+def size_of(parameters: Mapping[str, float]) -> float:
+    """The size of an effect of several parameters."""
+    return float(np.hypot.reduce(list(parameters.values())))
+
+
+def rms(values: F64) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def score(problem: Problem, formula: Formula) -> float:
+    """Gain less price."""
+    return formula.gain - formula.price(problem)
+
+
+def held_out(problem: Problem, fit: Fit) -> float:
+    """−2 log likelihood of the held-out rows."""
+    return float(fit.row_deviance[~problem.train].sum())
+
+
+def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | None:
+    """The formula with the best further group; None where a scan promises nothing.
+
+    As a slow disturbance explains a lasting effect, the best group of a scan with calm disturbances is fitted
+    beside the best of the fitted ones.
     """
-    own, channel = problem.settings.formula, longer.groups[-1].terms[0].channel
-    known = {name for group in before.groups for name in group.quantities if channel in group.quantities}
-    if not before.groups:
-        return own.first_margin
-    if not known or {*longer.groups[-1].quantities} <= known:
-        return own.margin
-    return max(own.margin, own.beyond_library * before.gain)
+    settings, current = problem.settings, formula.fit
+    least = settings.candidates.least_score_later if formula.groups else settings.candidates.least_score
+    chosen: list[ScoredGroup] = []
+    for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
+        here = current if noise is current.noise else evaluate(problem, current.extension, noise)
+        finer = [refined(problem, here, one) for one in winners(problem, here, tried)]
+        scores = [excess(problem, one) for one in finer]
+        enough = max(least, settings.candidates.promising * max(scores, default=0.0))
+        chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
+    distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
+    first = list(distinct.values())[-settings.formula.most_fitted :]
+    longer = [extended(problem, formula, one) for one in first]
+    longer = [one for one in longer if is_sound(problem, one)]
+    return max(longer, key=lambda one: score(problem, one), default=None)
+
+
+def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
+    """The formula with one group more, fitted with its diffusion.
+
+    The numbers of a shape are found again at the disturbance that is left beside it.
+    """
+    longer = fitted_with(problem, formula, scored)
+    if not scored.group.shape:
+        return longer
+    there = evaluate(problem, formula.fit.extension, longer.fit.noise)
+    finer = refined(problem, there, scored)
+    if finer.group.names == scored.group.names:
+        return longer
+    again = fitted_with(problem, replace(formula, fit=there), finer)
+    return min(longer, again, key=lambda one: one.fit.deviance)
+
+
+def fitted_with(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
+    """The formula with one group more, fitted with its diffusion."""
+    extension = formula.fit.extension
+    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
+        extension = extension.with_effect(name, {COEFFICIENT: value})
+    budget = problem.settings.budget
+    fit = fit_model(problem, extension, formula.fit.noise, budget.best_diffusion, budget.last_steps)
+    return replace(formula, fit=fit, groups=(*formula.groups, scored.group))
 
 
 def pruned(problem: Problem, formula: Formula) -> Formula:

@@ -10,7 +10,6 @@ and a group costs as much as a small matrix product. Values are taken at the mid
 here is scored anew with the filter itself.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -44,24 +43,26 @@ class Answers:
     nuisance: F64
     nuisance_e: F64
 
-    def equations(self, columns: Sequence[F64]) -> tuple[F64, F64]:
-        """S (m, w, q) and G (m, w, w) of groups of w columns, each (I, B, m), or (I, B, 1) where all groups
-        have the same; the nuisance projected out.
-        """
-        here = [with_before(column) for column in columns]
-        answered = [self.H @ W for W in here]
-        m, w = max(W.shape[2] for W in here), len(here)
+    def equations(self, columns: F64) -> tuple[F64, F64]:
+        """S (m, w, q) and G (m, w, w) of groups of w columns (I, B, m, w), the nuisance projected out."""
+        before = np.zeros_like(columns)
+        before[1:] = columns[:-1]
+        W = np.concatenate([before, columns], axis=1)
+        I, B, m, w = W.shape
+        flat = W.reshape(I, B, m * w)
+        answered = (self.H @ flat).reshape(W.shape)
         G = np.empty((m, w, w))
         for a in range(w):
             for b in range(a + 1):
-                G[:, a, b] = G[:, b, a] = sums(here[a], answered[b])
-        along = [W.reshape(-1, W.shape[2]).T for W in here]
-        s = stacked([one @ self.by_e.reshape(one.shape[1], -1) for one in along], m)
+                G[:, a, b] = G[:, b, a] = np.einsum("irm,irm->m", W[..., a], answered[..., b])
+        along = flat.reshape(I * B, m * w).T
+        s = along @ self.by_e.reshape(I * B, -1)
         if self.nuisance.size:
-            cross = stacked([one @ self.by_nuisance.reshape(one.shape[1], -1) for one in along], m)
+            cross = along @ self.by_nuisance.reshape(I * B, -1)
             s = s - cross @ np.linalg.solve(self.nuisance, self.nuisance_e)
-            G = G - cross @ np.linalg.inv(self.nuisance) @ cross.transpose(0, 2, 1)
-        return s, G
+            cross = cross.reshape(m, w, -1)
+            G = G - np.einsum("mar,mbr->mab", cross @ np.linalg.inv(self.nuisance), cross)
+        return s.reshape(m, w, -1), G
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,25 +83,21 @@ class Screen:
         lam = np.einsum("maq,maq->mq", s, np.linalg.solve(G, s))
         return np.where(blind[:, None], 0.0, lam)
 
-    def of(self, grid: Grid) -> list[F64]:
-        """The columns of a grid's groups as its family's terms, each (I, B, m); those without numbers are
-        (I, B, 1).
-        """
-        family, size = grid.first, self.columns["t"].shape
-        shapes = self.shapes(grid)
-        carriers = [self.carrier(carrier)[:, None] for carrier in family.carriers]
-        parts = [shape * carrier for carrier in carriers for shape in shapes]
-        return [part.reshape(*size, -1) for part in (*parts, *(carriers if family.plain else ()))]
-
-    def shapes(self, grid: Grid) -> F64:
-        """The functions of a grid's numbers at the pushes, one (2, I·B, m) for each of a wave's, else one."""
+    def of(self, grid: Grid) -> F64:
+        """The columns (I, B, m, w) of a grid's groups, as its family's terms."""
+        family = grid.first
         key = tuple((one.kind, one.along, numbers.tobytes()) for one, numbers in grid.pieces)
         if key not in self.known:
             flat = {name: column.ravel() for name, column in self.columns.items()}
             pieces = [values(one.kind, one.along, numbers, flat) for one, numbers in grid.pieces]
-            whole = np.concatenate(pieces, axis=1).transpose(2, 0, 1)
-            self.known[key] = np.ascontiguousarray(whole, dtype=np.float32)
-        return self.known[key]
+            self.known[key] = np.concatenate(pieces, axis=1).astype(np.float32)
+        shaped, size = self.known[key], self.columns["t"].shape
+        carriers = [self.carrier(carrier) for carrier in family.carriers]
+        parts = [shaped * carrier[:, None, None] for carrier in carriers]
+        if family.plain:
+            m = shaped.shape[1]
+            parts += [np.broadcast_to(carrier[:, None, None], (len(carrier), m, 1)) for carrier in carriers]
+        return np.concatenate(parts, axis=2).reshape(*size, shaped.shape[1], -1)
 
     def carrier(self, factors: Factors) -> F64:
         """A product of factors at the pushes (I·B,)."""
@@ -109,25 +106,6 @@ class Screen:
             flat = {name: column.ravel() for name, column in self.columns.items()}
             self.known[key] = Term("yaw", factors or ("1",)).evaluate(flat).astype(np.float32)
         return self.known[key]
-
-
-def with_before(columns: F64) -> F64:
-    """The columns (I, 2B, m) of each stretch behind those of the one before it."""
-    before = np.zeros_like(columns)
-    before[1:] = columns[:-1]
-    return np.concatenate([before, columns], axis=1)
-
-
-def sums(one: F64, other: F64) -> F64:
-    """Sums (m,) over all rows of the products of two columns (I, R, m); the first one may be (I, R, 1)."""
-    if one.shape[2] == 1:
-        return np.asarray(one.ravel() @ other.reshape(one.size, -1))
-    return np.asarray(np.einsum("irm,irm->m", one, other))
-
-
-def stacked(parts: Sequence[F64], m: int) -> F64:
-    """One array (m, w, k) of w ones (m, k), or (1, k)."""
-    return np.stack([np.broadcast_to(part, (m, part.shape[1])) for part in parts], axis=1)
 
 
 def screen_of(problem: Problem, at: Fit, e: F64, nuisance: F64) -> Screen:

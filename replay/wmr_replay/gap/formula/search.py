@@ -9,15 +9,14 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
-from wmr_replay.gap.formula.gates import p_value_of, without_a_channel
+from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
-from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
-from wmr_replay.gap.formula.stated import Formula, held_out
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest
@@ -140,7 +139,7 @@ def best_formula(
         ways.append(grow(problem, selection.base, tried))
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]
-    ways = [better for f in ways if f.groups and (better := better_part(problem, selection, f))]
+    ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
         found = proven(problem, selection.base, formula, tried, options)
@@ -149,14 +148,6 @@ def best_formula(
         if found.formula is formula or explains_more(problem, selection, found.formula):
             return found
     return None
-
-
-def better_part(problem: Problem, selection: Selection, formula: Formula) -> Formula | None:
-    """The formula where it is better than the selection, else what it says of one channel, where that is."""
-    if explains_more(problem, selection, formula):
-        return formula
-    parts = without_a_channel(problem, formula)
-    return next((part for part in parts if explains_more(problem, selection, part)), None)
 
 
 def settled(problem: Problem, fit: Fit) -> Fit:

@@ -101,14 +101,6 @@ class FormulaSettings:
     """Least share of each direction in such a wave. Judgement: 12° off x or y; nearer it is a wave over
     those."""
 
-    least_rarer: float = 0.02
-    """Least share of the rows with the rarer sign of a speed for a pull and a resistance to be told apart.
-    Statistics: two seconds of a log of 90 s."""
-
-    hardly: float = 0.1
-    """From this share of its root mean square on, a speed counts for its sign. Judgement: below it a robot
-    stands."""
-
     push_rows: int = 4
     """Rows of a push, by whose answers groups are scored at once. Numerics: .16 s, within which a robot's
     motion changes little."""
@@ -116,24 +108,14 @@ class FormulaSettings:
     pushes: int = 64
     """Pushes after which an answer is over. Numerics: 10 s, longer than the filter remembers a push."""
 
-    screened: int = 40
-    """Most groups that the filter scores anew. Numerics: a tenth of a pass each."""
+    screened: int = 12
+    """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 
-    screened_alike: int = 4
-    """Most of them that read the same quantities. As ``most_alike``, before the numbers are refined."""
+    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2))
+    """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
+    quantities are told apart by their best numbers alone."""
 
-    most_alike: int = 3
-    """Most groups of the same quantities that are rivals. Judgement: a curve is told from another one by its
-    best numbers, and no such rival may crowd out other quantities."""
-
-    rivals: int = 18
-    """Groups whose numbers are refined. Numerics: each costs some steps."""
-
-    most_again: int = 6
-    """Most groups that are fitted besides, which are best at the disturbance that the best one leaves. As
-    ``most_fitted``."""
-
-    most_fitted: int = 8
+    most_fitted: int = 5
     """Most groups that are fitted, to choose one. Numerics: each costs a fit with its disturbance."""
 
     way_lengths_m: tuple[float, float] = (1.5, 20.0)
