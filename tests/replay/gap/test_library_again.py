@@ -1,5 +1,6 @@
 """A formula of library effects' own terms: the library is asked again, and held against the base's misfit."""
 
+import importlib
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -52,6 +53,17 @@ def test_a_formula_of_a_drags_own_term_is_named_by_the_library(dragged):
     assert selection.found[0].fit.extension.effects["viscous_drag"]["c1_per_s"] == pytest.approx(
         DRAG_PER_S, rel=0.1
     )
+
+
+def test_effects_that_promise_nothing_are_not_asked_for(dragged, monkeypatch):
+    problem, base, formula = dragged
+    found = Proven(problem, base, formula, None)
+    module = importlib.import_module("wmr_replay.gap.formula.library_again")
+    monkeypatch.setattr(module, "scan", lambda *_: SimpleNamespace(scored=()))
+    asked, selection = library_again(found, OPTIONS)
+    assert asked.train.all()
+    assert selection.found == ()
+    assert why_not_named(found, selection) == (("viscous_drag", "others explain more"),)
 
 
 def test_what_a_gate_refuses_is_not_named_and_the_sentence_says_the_gate(dragged):

@@ -30,9 +30,12 @@ def library_again(found: Proven, options: GapOptions) -> tuple[Problem, Selectio
     """What the library says with the formula's modes, beginning with the effects that the formula means, and
     no more of them: with modes that were not made for it, others may be a wrong mode.
 
-    Nothing where that is a loss of traction: the modes in which one is looked for are not these.
+    Nothing where that is a loss of traction: the modes in which one is looked for are not these; nor where
+    none of those effects promises anything beside the disturbance that the formula leaves.
     """
     problem, hints = found.problem.all_fitted(), hints_of(found)
+    if not hints:
+        return problem, Selection(found.base, found.base, (), ())
     few = replace(options, max_effects=min(len(hints), options.max_effects))
     selection = forward_selection(problem, found.base.extension, few, terms=False, hints=hints)
     if any(effect.name in LOCAL for effect in selection.found):
