@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from wmr_replay.regress.tolerance import TABLES, Tolerances
-from wmr_replay.tables import ParquetStream, with_seconds
+from wmr_replay.tables import SMALL, ParquetStream, with_seconds
 from wmr_schemas.errors import InvalidFile, InvalidSetting
 from wmr_schemas.files import whole_files
 
@@ -93,7 +93,7 @@ def write_reference(
 
 def write_compact(path: Path, frame: pl.DataFrame) -> None:
     """One table by significance of its bytes, so that rounding makes it smaller."""
-    stream = ParquetStream(path, frame.schema)
+    stream = ParquetStream(path, frame.schema, level=SMALL)
     stream.push(frame)
     stream.finish()
 

@@ -1,7 +1,7 @@
 """The result tables: columns into polars, Parquet and the summary."""
 
 from wmr_replay.tables.calibration import CalibrationCollector
-from wmr_replay.tables.files import ParquetStream, write_parquet
+from wmr_replay.tables.files import SMALL, ParquetStream, write_parquet
 from wmr_replay.tables.names import MODE_DTYPE, with_names
 from wmr_replay.tables.runs import ModeRuns, RunCollector
 from wmr_replay.tables.samples import hindsight_frame, samples_frame
@@ -10,6 +10,7 @@ from wmr_replay.tables.segments import SegmentCollector, with_seconds
 
 __all__ = [
     "MODE_DTYPE",
+    "SMALL",
     "CalibrationCollector",
     "ModeRuns",
     "ParquetStream",

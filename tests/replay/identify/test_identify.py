@@ -194,7 +194,7 @@ def test_torque_steps_leave_c_d_at_zero_in_ideal_rolling_without_noise(rate_hz):
         np.zeros(n, np.int8),
     )
     chain = Chain(Settings(window_s=0.5), ReplayModel(RobotParameters(alpha=alpha)), rows)
-    (columns,) = chain.push(rows)
+    (columns,) = [*chain.push(rows), *chain.finish()]
     good = np.isfinite(columns["c_d_mps2"])
     assert good.sum() > n - rate_hz
     assert np.abs(columns["c_d_mps2"][good]).max() < 1e-8
