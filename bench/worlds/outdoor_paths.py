@@ -1,4 +1,4 @@
-"""Paths of the driver families of the next report: a pram, a hound, a road of hairpins, a sprayer."""
+"""Paths of driver families that are mostly outdoors: a pram, a hound, a road of hairpins, a sprayer."""
 
 import numpy as np
 
