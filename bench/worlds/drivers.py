@@ -1,4 +1,4 @@
-"""Fifty-four driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Fifty-eight driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -15,7 +15,16 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
-from worlds import duty_paths, late_paths, outdoor_paths, route_paths, site_paths, work_paths, yard_paths
+from worlds import (
+    duty_paths,
+    late_paths,
+    outdoor_paths,
+    practice_paths,
+    route_paths,
+    site_paths,
+    work_paths,
+    yard_paths,
+)
 from worlds.parts import Rng, in_parts
 
 SQUARE_WAVE_SPEED_MPS = 1.2
@@ -293,6 +302,10 @@ FAMILIES = {
     "hound": Family(outdoor_paths.hound, (2.0, 25.0), (0.5, 4.0)),
     "hairpins": Family(outdoor_paths.hairpins, (2.0, 20.0), (0.5, 4.0)),
     "sprayer": Family(outdoor_paths.sprayer, (4.0, 35.0), (0.5, 4.0)),
+    "dance": Family(practice_paths.dance, (3.0, 30.0), (0.5, 3.0)),
+    "babble": Family(practice_paths.babble, (2.0, 20.0), (0.5, 4.0)),
+    "novice": Family(practice_paths.novice, (3.0, 30.0), (0.5, 4.0)),
+    "dolly": Family(practice_paths.dolly, (4.0, 35.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 
