@@ -72,7 +72,10 @@ class Problem:
 
     def middle(self, n: int) -> "Problem":
         """The ``n`` rows in the middle of the log, fitted and held out as here."""
-        rows = slice((len(self.binned) - n) // 2, (len(self.binned) + n) // 2)
+        return self.part(slice((len(self.binned) - n) // 2, (len(self.binned) + n) // 2))
+
+    def part(self, rows: slice) -> "Problem":
+        """Some of the rows, fitted and held out as here."""
         binned = self.binned.part(rows)
         return Problem(binned, self.train[rows], first_state(binned), self.shift_s)
 

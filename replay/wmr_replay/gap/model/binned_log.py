@@ -115,12 +115,15 @@ class BinnedLog:
         return replace(self, t_s=t_s, pose=pose, count=count, mode=mode)
 
     def finer(self) -> "BinnedLog":
-        """The same log in bins of half the length."""
+        """The same rows in bins of half the length."""
         bin_s = self.settings.bins.bin_s
         margin_s = self.margin * bin_s
-        return bin_log(
+        whole = bin_log(
             self.log, self.settings, self.track, bin_s / 2, margin_s=margin_s, names_skid=self.names_skid
         )
+        mine, halves = bin_of(self.t_s, bin_s), bin_of(whole.t_s, bin_s)
+        rows = slice(*np.searchsorted(halves, [mine[0], mine[-1] + 1]).tolist())
+        return whole if len(whole.t_s[rows]) == len(whole) else whole.part(rows)
 
     def relabelled(self, track: ModeTrack) -> "BinnedLog":
         """The same bins with other contact modes, known as well as these."""
@@ -175,7 +178,12 @@ def bin_log(
 
 def bin_starts(t_s: F64, bin_s: float) -> I64:
     """First pose of each bin."""
-    return np.flatnonzero(np.diff(np.floor(t_s / bin_s + 1e-6), prepend=-1.0) > 0).astype(np.int64)
+    return np.flatnonzero(np.diff(bin_of(t_s, bin_s), prepend=-1.0) > 0).astype(np.int64)
+
+
+def bin_of(t_s: F64, bin_s: float) -> F64:
+    """The bin in which each time lies, as a whole number."""
+    return np.asarray(np.floor(t_s / bin_s + 1e-6))
 
 
 def noise_of(pose: PoseTrack, measured: F64, bins: BinSettings) -> F64:

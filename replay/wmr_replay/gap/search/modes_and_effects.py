@@ -20,7 +20,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.labellings import less_slip
-from wmr_replay.gap.search.preliminary import preliminary_models
+from wmr_replay.gap.search.preliminary import PreliminaryModels, preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
@@ -98,9 +98,8 @@ def find_modes_and_effects(
         solutions += solve_with(model, log, selections, least)
     nothing = cost_of(selections.base(first))
     likely = by_cost(solutions, nothing)
-    if preliminary.models and preliminary.seen_in[0] is not first:
-        seen = Solution(*preliminary.seen_in, preliminary.models[0])
-        likely = with_seen(solutions, seen, nothing, selections)
+    if preliminary.models and preliminary.seen_in.problem is not first:
+        likely = with_seen(solutions, preliminary, nothing, selections)
     tell("naming", 0.7)
     confirmed = []
     for solution in chain(likely, plain_solution(first, selections)):
@@ -121,16 +120,23 @@ def by_cost(solutions: Iterable[Solution], nothing: float) -> Iterator[Solution]
 
 
 def with_seen(
-    solutions: list[Solution], seen: Solution, nothing: float, selections: Selections
+    solutions: list[Solution], preliminary: PreliminaryModels, nothing: float, selections: Selections
 ) -> Iterator[Solution]:
-    """:func:`by_cost`, with the selection ``seen`` that the preliminary models come from among them.
+    """:func:`by_cost`, with the selection that the preliminary models come from among them.
 
-    It is made again with its losses as slipping where nothing that is clearly likelier holds.
+    It is made again with its losses as slipping, and of a long log on the whole of it, where nothing that is
+    clearly likelier holds.
     """
-    least = seen.cost - selections.options.gates.modes.far_behind
+    (problem, _, hints, _), model, seen = preliminary.seen_in, preliminary.models[0], preliminary.seen
+    if len(seen.fit.problem.binned) == len(problem.binned):
+        cost = Solution(problem, seen, model).cost
+    else:
+        cost = cost_alone(problem, seen.fit.extension)
+    least = cost - selections.options.gates.modes.far_behind
     yield from by_cost((s for s in solutions if s.cost < least), nothing)
     others = [s for s in solutions if s.cost >= least]
-    yield from by_cost([*others, with_missed_slipping(seen, selections)], nothing)
+    whole = Solution(problem, selections.of(problem, terms=False, hints=hints), model)
+    yield from by_cost([*others, with_missed_slipping(whole, selections)], nothing)
 
 
 def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]:

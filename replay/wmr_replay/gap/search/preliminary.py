@@ -37,12 +37,14 @@ from wmr_schemas.signals import Log
 
 
 class PreliminaryModels(NamedTuple):
-    """Models to identify the modes with, the likeliest first, and a selection that may be the answer itself:
+    """Models to identify the modes with, the likeliest first, and a labelling that may hold the answer itself:
     the one that they come from, or that of the base model's modes where slipping was replaced altogether.
+    ``seen`` is the selection with it, of a long log on a part alone.
     """
 
     models: list[Extension]
-    seen_in: tuple[Problem, Selection]
+    seen_in: Labelling
+    seen: Selection
 
 
 def preliminary_models(log: Log, first: Problem, selections: Selections) -> PreliminaryModels:
@@ -63,21 +65,36 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
         no_slip(first),
     )
     models: list[Extension] = []
-    seen_in: tuple[Problem, Selection] | None = None
+    seen_in, seen = None, None
     until_found = takewhile(lambda one: one.further or not models, tried)
-    for problem, may_be_answer, hints, _ in chain(until_found, doubted_slip(first)):
-        selection = selections.of(problem, terms=problem is first, hints=hints)
+    for one in chain(until_found, doubted_slip(first)):
+        problem = one.problem if one.problem is first else part_of_interest(one, first)
+        selection = selections.of(problem, terms=problem is first, hints=one.hints)
         found = models_from(problem, selections.extension, selection)
-        if not may_be_answer:
+        if not one.may_be_answer:
             found = [lasting_or_alone(model) for model in found]
         if found and seen_in is None:
-            seen_in = (problem, selection) if may_be_answer else (first, selections.of(first))
+            seen_in, seen = (one, selection) if one.may_be_answer else (Labelling(first), None)
             found += models_without_skid(log, problem, selections, found)
         models += found
     for further in (likeliest_models(first, selections.base(first)), in_calm(first, selections)):
         models += [one for one in further if one.effects.keys() not in named(models)]
     models = distinct(models, first.settings.modes.alike)
-    return PreliminaryModels(models, seen_in or (first, selections.of(first)))
+    return PreliminaryModels(models, seen_in or Labelling(first), seen or selections.of(first))
+
+
+def part_of_interest(labelling: Labelling, first: Problem) -> Problem:
+    """The labelling's problem; of a long log, the part about the middle one of the rows where it differs from
+    ``first``.
+    """
+    problem, rows = labelling.problem, first.settings.modes.part_rows
+    n = len(problem.binned)
+    if n < 2 * rows:
+        return problem
+    changed = np.flatnonzero(problem.binned.mode != first.binned.mode)
+    middle = int(changed[len(changed) // 2]) if len(changed) else n // 2
+    start = min(max(middle - rows // 2, 0), n - rows)
+    return problem.part(slice(start, start + rows))
 
 
 def distinct(models: list[Extension], share: float) -> list[Extension]:
@@ -143,6 +160,9 @@ def models_without_skid(
         return []
     track = without_skid(binned.track)
     plain = Problem.of(bin_identified(log, track, problem.settings)).all_fitted()
+    start = int(np.searchsorted(plain.binned.t_s, binned.t_s[0]))
+    if len(binned) < len(plain.binned):
+        plain = plain.part(slice(start, start + len(binned)))
     others = models_from(plain, selections.extension, selections.of(plain, terms=False))[:1]
     return [model for model in others if model.effects.keys() != found[0].effects.keys()]
 

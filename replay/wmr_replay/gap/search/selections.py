@@ -46,12 +46,13 @@ class Selections:
 
 
 def labels_of(problem: Problem) -> Hashable:
-    """The contact modes in the bins and in finer ones, how well their changes are known, and what they may
-    leave out.
+    """Where the rows begin, the contact modes in the bins and in finer ones, how well their changes are known,
+    and what they may leave out.
     """
     binned, track = problem.binned, problem.binned.track
     held: tuple[bytes, ...] = ()
     if track is not None:
         changes = np.flatnonzero(np.diff(track.mode, prepend=-1))
         held = track.t_ns[changes].tobytes(), track.mode[changes].tobytes()
-    return binned.mode.tobytes(), held, binned.margin, binned.names_skid
+    first_s = float(binned.t_s[0])
+    return first_s, binned.mode.tobytes(), held, binned.margin, binned.names_skid

@@ -108,6 +108,13 @@ class FormulaSettings:
     pushes: int = 64
     """Pushes after which an answer is over. Numerics: 10 s, longer than the filter remembers a push."""
 
+    most_stretches: int = 12
+    """About as many stretches of as many pushes are looked at in a long log, to find what is scored anew.
+    Numerics: two minutes of ten."""
+
+    stretches_in_a_row: int = 3
+    """Stretches that follow one another there. Numerics: each run reads one stretch before it, too."""
+
     screened: int = 12
     """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 

@@ -125,6 +125,10 @@ class ModeSettings:
     """First candidates of a stage that are so considered, the best among them. Numerics: each costs a run of
     the identifier and a selection."""
 
+    part_rows: int = 2000
+    """Rows of the part of a log of twice as many or more that preliminary models come from. Numerics: one
+    selection on a whole log of ten minutes costs as much as a log of 90 s altogether, which are 1800 rows."""
+
     alike: float = 0.1
     """Two preliminary models of the same lasting effects whose sizes differ by no more, as a share, are one.
     Judgement: the identifier knows α to as much, ``alpha_sd``."""
