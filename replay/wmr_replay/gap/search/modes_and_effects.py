@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.gap.estimation.diffusion import no_more_than_calm
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
@@ -24,6 +26,7 @@ from wmr_replay.gap.search.preliminary import PreliminaryModels, preliminary_mod
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
+from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
 from wmr_schemas.signals import Log
 
 Progress = Callable[[str, float], None]
@@ -93,9 +96,11 @@ def find_modes_and_effects(
     preliminary = preliminary_models(log, first, selections)
     tell("naming", 0.4)
     solutions: list[Solution] = []
+    behind = FarBehind(first, selections)
     for model in preliminary.models:
-        least = min((one.cost for one in solutions), default=np.inf)
-        solutions += solve_with(model, log, selections, least)
+        best = min(solutions, key=lambda one: one.cost, default=None)
+        if best is None or not behind.is_far(model, best.selection.fit.extension):
+            solutions += solve_with(model, log, selections, np.inf if best is None else best.cost)
     nothing = cost_of(selections.base(first))
     likely = by_cost(solutions, nothing)
     if preliminary.models and preliminary.seen_in.problem is not first:
@@ -112,6 +117,31 @@ def find_modes_and_effects(
     if best.is_skidding:  # a mode, and no effect
         return first, confirm(first, selections.of(first), options)
     return best.problem, best.selection
+
+
+class FarBehind:
+    """Whether one model is far less likely than another one, whatever the modes are.
+
+    To ask an identifier costs far more than a likelihood that sums over the modes. Disturbances are calm, so
+    that they do not explain what a model lacks.
+    """
+
+    def __init__(self, first: Problem, selections: Selections) -> None:
+        self._first, self._selections = first, selections
+
+    @cached_property
+    def _deviance(self) -> Deviance:
+        base, settings = self._selections.base(self._first), self._first.settings
+        return unlabelled_deviance(all_rolling(self._first), no_more_than_calm(base.noise, settings.diffusion))
+
+    def is_far(self, model: Extension, other: Extension) -> bool:
+        """Whether ``model`` is far behind the ``other``; none that tries skidding is, and none of the same
+        effects, whose sizes are found again.
+        """
+        if SKID in model.effects or model.effects.keys() == other.effects.keys():
+            return False
+        own, best = (float(self._deviance(one).sum()) for one in (model, other))
+        return own > best + self._first.settings.modes.out_of_reach
 
 
 def by_cost(solutions: Iterable[Solution], nothing: float) -> Iterator[Solution]:
