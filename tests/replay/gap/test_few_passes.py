@@ -103,6 +103,8 @@ def test_a_selection_that_is_far_behind_is_made_again_only_where_no_other_holds(
     monkeypatch.setattr(
         modes_and_effects, "with_missed_slipping", lambda seen, _: made.append(seen) or costing(seen.cost - 5)
     )
+    monkeypatch.setattr(modes_and_effects, "cost_as_seen", lambda seen: seen.cost)
+    monkeypatch.setattr(modes_and_effects, "made_on_the_whole", lambda seen, _: seen)
     solutions, selections = [costing(200.0), costing(1.0), costing(2.0)], SimpleNamespace(options=GIVEN)
     likely = modes_and_effects.with_seen(solutions, costing(2.0 + far), 150.0, selections)
     assert next(likely).cost == 1.0

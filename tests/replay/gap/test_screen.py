@@ -1,6 +1,7 @@
 """The screen against the filter itself, and the grids that it scores."""
 
 import importlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import Grid
 from wmr_replay.gap.formula.groups import Group, groups_of, twins_of, without_terms
 from wmr_replay.gap.formula.scores import scored_groups
-from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
+from wmr_replay.gap.formula.screen import Columns, answers_of, fitted_innovations, screen_of, some_of
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.settings import GateSettings
@@ -71,3 +72,41 @@ def test_a_family_goes_on_without_terms_that_a_model_has():
     assert bare.moved(np.array([0.4])).names == ("unnamed:longitudinal:effort_sum*fall(v,0.4)",)
     assert without_terms([tried], set(bare.names)) == ()
     assert [part.names for part in tried.parts] == [bare.names, ("unnamed:longitudinal:effort_sum",)]
+
+
+@pytest.mark.parametrize("n", [7, 12, 47])
+def test_some_stretches_are_spread_all_along(n):
+    own = SETTINGS.formula
+    chosen = some_of(n, own)
+    assert chosen[0]
+    assert chosen.all() == (n < 2 * own.most_stretches)
+    assert chosen.sum() <= 2 * own.most_stretches
+    starts = np.flatnonzero(np.diff(chosen, prepend=False) & chosen)
+    assert len(starts) == 1 or np.ptp(np.diff(starts)) == 0
+
+
+@pytest.mark.parametrize("chosen", [[1, 1, 1, 1, 1], [0, 1, 1, 0, 1], [1, 0, 0, 1, 0]])
+def test_the_equations_are_those_of_the_answers_in_the_chosen_stretches(chosen):
+    """Against answers that are added up push by push."""
+    own = replace(SETTINGS.formula, push_rows=2, pushes=3)
+    rng, chosen, rows, B = np.random.default_rng(5), np.array(chosen, bool), 6, 3
+    n = rows * len(chosen)
+    psi, e = rng.normal(size=(n, 3, B)), rng.normal(size=(n, 3, 1))
+    answers = answers_of(psi, e, np.zeros((n, 3, 0)), chosen, own)
+    shaped, plain = rng.normal(size=(len(chosen), B, 2, 4)), rng.normal(size=(len(chosen), B, 1))
+    read = answers.stretches
+    s, G = answers.equations(Columns(*(one[read].astype(np.float32) for one in (shaped, plain))))
+    for k in range(4):
+        pushed = np.concatenate([shaped[:, :, :, k], plain], axis=2)
+        effect = np.zeros((n, 3, 3))
+        for row in range(n):
+            stretch, push = row // rows, row % rows // own.push_rows
+            for b in range(B):
+                source = stretch if b <= push else stretch - 1
+                if source >= 0:
+                    effect[row] += psi[row, :, b, None] * pushed[source, b]
+        seen = np.repeat(chosen, rows)
+        np.testing.assert_allclose(G[k], np.einsum("nia,nib->ab", effect[seen], effect[seen]), rtol=1e-4)
+        np.testing.assert_allclose(
+            s[k], np.einsum("nia,niq->aq", effect[seen], e[seen]), rtol=1e-3, atol=1e-4
+        )

@@ -177,7 +177,7 @@ def some_of(n: int, own: FormulaSettings) -> Bool:
     """Which of n stretches are looked at (n,): all of them, or about ``most_stretches`` in runs all along."""
     run = own.stretches_in_a_row
     every = max(n // own.most_stretches, 1)
-    return (np.arange(n) // run) % every == 0
+    return np.asarray((np.arange(n) // run) % every == 0)
 
 
 def answers_of(psi: F64, e: F64, nuisance: F64, chosen: Bool, own: FormulaSettings) -> Answers:
@@ -225,8 +225,9 @@ def halves_joined(H: F64, by_e: F64, by_nuisance: F64, chosen: Bool) -> tuple[F6
 
     twice_E = np.zeros((I, B, B))
     twice_E[chosen] = 2 * H[:, B:, :B]
-    sums = (joined(some[:, :B], some[:, B:]) for some in (by_e, by_nuisance))
-    return joined(H[:, :B, :B], H[:, B:, B:]), twice_E, *sums
+    D = joined(H[:, :B, :B], H[:, B:, B:])
+    of_e, of_nuisance = (joined(some[:, :B], some[:, B:]) for some in (by_e, by_nuisance))
+    return D, twice_E, of_e, of_nuisance
 
 
 def pushed_columns(binned: BinnedLog, stretches: int, own: FormulaSettings) -> dict[str, F64]:

@@ -132,7 +132,9 @@ class FarBehind:
     @cached_property
     def _deviance(self) -> Deviance:
         base, settings = self._selections.base(self._first), self._first.settings
-        return unlabelled_deviance(all_rolling(self._first), no_more_than_calm(base.noise, settings.diffusion))
+        return unlabelled_deviance(
+            all_rolling(self._first), no_more_than_calm(base.noise, settings.diffusion)
+        )
 
     def is_far(self, model: Extension, other: Extension) -> bool:
         """Whether ``model`` is far behind the ``other``; none that tries skidding is, and none of the same
@@ -157,16 +159,28 @@ def with_seen(
     It is made again with its losses as slipping, and of a long log on the whole of it, where nothing that is
     clearly likelier holds.
     """
-    (problem, _, hints, _), model, seen = preliminary.seen_in, preliminary.models[0], preliminary.seen
-    if len(seen.fit.problem.binned) == len(problem.binned):
-        cost = Solution(problem, seen, model).cost
-    else:
-        cost = cost_alone(problem, seen.fit.extension)
-    least = cost - selections.options.gates.modes.far_behind
+    least = cost_as_seen(preliminary) - selections.options.gates.modes.far_behind
     yield from by_cost((s for s in solutions if s.cost < least), nothing)
     others = [s for s in solutions if s.cost >= least]
-    whole = Solution(problem, selections.of(problem, terms=False, hints=hints), model)
-    yield from by_cost([*others, with_missed_slipping(whole, selections)], nothing)
+    seen = with_missed_slipping(made_on_the_whole(preliminary, selections), selections)
+    yield from by_cost([*others, seen], nothing)
+
+
+def cost_as_seen(preliminary: PreliminaryModels) -> float:
+    """The cost of the selection that the preliminary models come from; about that, where a part of a long log
+    was looked at.
+    """
+    problem, seen = preliminary.seen_in.problem, preliminary.seen
+    if len(seen.fit.problem.binned) < len(problem.binned):
+        return cost_alone(problem, seen.fit.extension)
+    return Solution(problem, seen, preliminary.models[0]).cost
+
+
+def made_on_the_whole(preliminary: PreliminaryModels, selections: Selections) -> Solution:
+    """The selection that the preliminary models come from, on the whole log."""
+    problem, _, hints, _ = preliminary.seen_in
+    selection = selections.of(problem, terms=False, hints=hints)
+    return Solution(problem, selection, preliminary.models[0])
 
 
 def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]:

@@ -37,8 +37,8 @@ from wmr_schemas.signals import Log
 
 
 class PreliminaryModels(NamedTuple):
-    """Models to identify the modes with, the likeliest first, and a labelling that may hold the answer itself:
-    the one that they come from, or that of the base model's modes where slipping was replaced altogether.
+    """Models to identify the modes with, the likeliest first, and a labelling that may hold the answer: the
+    one that they come from, or that of the base model's modes where slipping was replaced altogether.
     ``seen`` is the selection with it, of a long log on a part alone.
     """
 

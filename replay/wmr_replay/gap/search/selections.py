@@ -46,8 +46,8 @@ class Selections:
 
 
 def labels_of(problem: Problem) -> Hashable:
-    """Where the rows begin, the contact modes in the bins and in finer ones, how well their changes are known,
-    and what they may leave out.
+    """Where the rows begin, the contact modes in the bins and in finer ones, how well their changes are
+    known, and what they may leave out.
     """
     binned, track = problem.binned, problem.binned.track
     held: tuple[bytes, ...] = ()
