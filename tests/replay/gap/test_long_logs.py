@@ -1,4 +1,4 @@
-"""What long logs spare: selections on a part, stretches that are not looked at, models that are far behind."""
+"""What long logs spare: selections on a part, stretches that are left out, and models that are far behind."""
 
 from dataclasses import replace
 from types import SimpleNamespace
