@@ -48,15 +48,21 @@ LANES: tuple[Lane, ...] = (
 
 
 class Changes:
-    """Finds the rows where a lane's state differs from the row before, across batches."""
+    """Finds the rows where a lane's state differs from the row before, across batches.
+
+    Only rows where a column that it is read from changes are asked for the state.
+    """
 
     def __init__(self, lane: Lane) -> None:
         self.lane = lane
+        self._reads = lane.state.meta.root_names()
         self._last: str | None = None
 
     def push(self, samples: pl.DataFrame) -> pl.DataFrame:
         """Rows (t_ns, state) at which a known state begins."""
-        rows = samples.select("t_ns", state=self.lane.state)
+        read = samples.select(self._reads)
+        changes = pl.any_horizontal(pl.all().ne_missing(pl.all().shift(1))) | (pl.int_range(pl.len()) == 0)
+        rows = samples.filter(read.select(changes).to_series()).select("t_ns", state=self.lane.state)
         before = rows["state"].shift(1, fill_value=self._last)
         self._last = rows["state"][-1]
         return rows.filter(rows["state"].ne_missing(before) & rows["state"].is_not_null())

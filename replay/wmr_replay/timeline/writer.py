@@ -138,8 +138,10 @@ class Timeline:
             self._begin(int(block["t_ns"][0]))
         for lane, changes in self._lanes:
             self._sink.add_changes(lane, changes.push(block))
-        drawn, slow = self._every(block, self._stride), self._every(block, self._strides[SLOW_HZ])
-        poses, moving = (self._every(block, self._strides[hz]) for hz in (POSE_HZ, VELOCITY_HZ))
+        drawn = self._every(block, self._stride)
+        slow, poses, moving = (
+            self._every_of(block, drawn, self._strides[hz]) for hz in (SLOW_HZ, POSE_HZ, VELOCITY_HZ)
+        )
         self._n_written += len(block)
         self._last = block.tail(1)
         self._sink.add_lines([series for series in ESTIMATED if not series.slow], drawn)
@@ -157,8 +159,15 @@ class Timeline:
 
     def _every(self, block: pl.DataFrame, stride: int) -> pl.DataFrame:
         """The rows whose index in the whole log is a multiple of the stride."""
-        first = -self._n_written % stride
-        return pl.DataFrame([column.gather_every(stride, first) for column in block.get_columns()])
+        return gather_every(block, stride, -self._n_written % stride)
+
+    def _every_of(self, block: pl.DataFrame, drawn: pl.DataFrame, stride: int) -> pl.DataFrame:
+        """The same, taken from those that are drawn where they are among them."""
+        times, rest = divmod(stride, self._stride)
+        if rest:
+            return self._every(block, stride)
+        n_drawn = -(-self._n_written // self._stride)
+        return gather_every(drawn, times, -n_drawn % times)
 
     def _begin(self, start_ns: int) -> None:
         self._sink.start_ns = start_ns
@@ -230,3 +239,8 @@ class Timeline:
         }
         arrow_s = self._scales().arrow_s if self._last is not None else None
         return how_to_read(self._rate_hz, self._rate_hz / self._stride, arrow_s, **parts)
+
+
+def gather_every(rows: pl.DataFrame, stride: int, first: int) -> pl.DataFrame:
+    """Every so many rows, from the one with index ``first`` on."""
+    return pl.DataFrame([column.gather_every(stride, first) for column in rows.get_columns()])
