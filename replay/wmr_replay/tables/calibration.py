@@ -28,9 +28,9 @@ class CalibrationCollector:
             return
         posterior = judged.select(pl.col(POSTERIOR).fill_null(0.0)).to_numpy()
         true = judged["mode_true"].to_numpy()
-        hit = np.eye(len(MODES))[true]
+        of_true = np.take_along_axis(posterior, true[:, None].astype(np.int64), axis=1)
         self._n += len(true)
-        self._squares += float(np.sum((posterior - hit) ** 2))
+        self._squares += float(np.sum(posterior**2) - 2 * np.sum(of_true) + len(true))
         confidence = posterior.max(axis=1)
         index = np.minimum((confidence * N_BINS).astype(int), N_BINS - 1)
         right = posterior.argmax(axis=1) == true

@@ -27,7 +27,7 @@ class ParquetStream:
 
     The bytes of the file depend on its rows alone, not on the batches in which they come. Measured numbers
     hardly repeat: their bytes are written by significance, which is smaller and takes a fifth of the time of
-    looking for repetitions.
+    looking for repetitions. Row groups are found by time, mode and status, of which alone extremes are kept.
     """
 
     def __init__(
@@ -43,6 +43,9 @@ class ParquetStream:
                 name for name, dtype in schema.items() if not dtype.is_float() and name != "t_ns"
             ],
             use_byte_stream_split=[name for name, dtype in schema.items() if dtype.is_float()],
+            write_statistics=[
+                name for name, dtype in schema.items() if name == "t_s" or not dtype.is_float()
+            ],
         )
         self._waiting: list[pl.DataFrame] = []
         self._n_waiting = 0
