@@ -159,7 +159,7 @@ class Timeline:
 
     def _every(self, block: pl.DataFrame, stride: int) -> pl.DataFrame:
         """The rows whose index in the whole log is a multiple of the stride."""
-        return gather_every(block, stride, -self._n_written % stride)
+        return block[-self._n_written % stride :: stride]
 
     def _every_of(self, block: pl.DataFrame, drawn: pl.DataFrame, stride: int) -> pl.DataFrame:
         """The same, taken from those that are drawn where they are among them."""
@@ -167,7 +167,7 @@ class Timeline:
         if rest:
             return self._every(block, stride)
         n_drawn = -(-self._n_written // self._stride)
-        return gather_every(drawn, times, -n_drawn % times)
+        return drawn[-n_drawn % times :: times]
 
     def _begin(self, start_ns: int) -> None:
         self._sink.start_ns = start_ns
@@ -239,8 +239,3 @@ class Timeline:
         }
         arrow_s = self._scales().arrow_s if self._last is not None else None
         return how_to_read(self._rate_hz, self._rate_hz / self._stride, arrow_s, **parts)
-
-
-def gather_every(rows: pl.DataFrame, stride: int, first: int) -> pl.DataFrame:
-    """Every so many rows, from the one with index ``first`` on."""
-    return pl.DataFrame([column.gather_every(stride, first) for column in rows.get_columns()])
