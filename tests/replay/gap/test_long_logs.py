@@ -9,12 +9,15 @@ import pytest
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at
+from wmr_replay.gap.formula import search
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID
 from wmr_replay.gap.search.labellings import Labelling
 from wmr_replay.gap.search.modes_and_effects import FarBehind
 from wmr_replay.gap.search.preliminary import part_of_interest
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode
@@ -84,3 +87,20 @@ def test_a_model_is_far_behind_where_it_explains_far_less_and_has_other_effects(
     assert not behind.is_far(true, extension.with_effect("payload", {"mass_ratio": 0.5}))
     skids = SimpleNamespace(effects={SKID: {}})
     assert not behind.is_far(skids, true)
+
+
+@pytest.mark.parametrize(("seconds", "asked"), [(15.0, False), (60.0, True)])
+def test_beside_what_is_named_a_part_of_a_long_log_must_show_a_formula(monkeypatch, drive, seconds, asked):
+    problem, extension = drive
+    problem = problem.part(slice(0, round(seconds / SHORT.bins.bin_s)))
+    fit = fit_model(problem, extension.with_effect("viscous_drag", {"c1_per_s": 0.2}))
+    nothing = Selection(fit_model(problem, extension), fit, (), ())
+    rows = []
+
+    def best_formula(part, seen, *_):
+        rows.append((len(part.binned), len(seen.fit.innovations), len(seen.base.innovations)))
+
+    monkeypatch.setattr(search, "points_outside", lambda *_: True)
+    monkeypatch.setattr(search, "best_formula", best_formula)
+    assert search.a_part_shows(problem, nothing, (), OPTIONS) is not asked
+    assert rows == [(400, 400, 400)] * asked

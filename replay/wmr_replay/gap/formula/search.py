@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
@@ -44,6 +44,7 @@ def with_formula(
     problem, selection = held_out_apart(problem, replace(selection, refused=""))
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
+    outside = outside and (not library or a_part_shows(problem, selection, library, options))
     if outside:
         found = best_formula(problem, selection, library, options)
     hidden = not selection.found and may_slip_less(problem)
@@ -62,6 +63,21 @@ def with_formula(
         left = not {*found.formula.names} <= twins_of(effects_meant(found))
         return with_formula(log, *again, extension, options) if left else again
     return found.problem, replace(said, not_named=why_not_named(found, again[1]))
+
+
+def a_part_shows(
+    problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
+) -> bool:
+    """Whether the middle of a long log shows a formula beside what is named, or in its place; of a short log
+    nobody knows before.
+    """
+    rows = problem.settings.modes.part_rows
+    if len(problem.binned) < 2 * rows:
+        return True
+    part = problem.middle(rows)
+    base, fit = (evaluate(part, one.extension, one.noise) for one in (selection.base, selection.fit))
+    seen = replace(selection, base=base, fit=fit)
+    return points_outside(part, seen) and best_formula(part, seen, library, options) is not None
 
 
 def reads_efforts(formula: Formula) -> bool:

@@ -21,8 +21,8 @@ from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
-from wmr_replay.gap.search.labellings import less_slip
-from wmr_replay.gap.search.preliminary import PreliminaryModels, preliminary_models
+from wmr_replay.gap.search.labellings import Labelling, less_slip
+from wmr_replay.gap.search.preliminary import PreliminaryModels, part_of_interest, preliminary_models
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
@@ -221,11 +221,25 @@ def with_missed_slipping(solution: Solution, selections: Selections) -> Solution
     if problem is solution.problem:
         return with_settled_losses(solution)
     doubted = less_slip(problem, selections.extension)
-    for other, _, hints, _ in islice(doubted, problem.settings.slip.most_doubts):
+    for doubt in islice(doubted, problem.settings.slip.most_doubts):
+        other, hints = doubt.problem, doubt.hints
+        if not is_shown_nearby(doubt, problem, selections):
+            continue
         again = selections.of(other, hints=hints)
         if again.found and missed_slipping(other, again.fit) is other:
             return with_settled_losses(solution._replace(problem=other, selection=again))
     return solution._replace(problem=problem, selection=selections.of(problem))
+
+
+def is_shown_nearby(doubt: Labelling, problem: Problem, selections: Selections) -> bool:
+    """Whether the part of a long log about a doubtful interval shows what a selection on the whole is asked
+    for; of a short log nobody knows before.
+    """
+    part = part_of_interest(doubt, problem)
+    if part is doubt.problem:
+        return True
+    selection = selections.of(part, terms=False, hints=doubt.hints)
+    return bool(selection.found) and missed_slipping(part, selection.fit) is part
 
 
 def with_settled_losses(solution: Solution) -> Solution:

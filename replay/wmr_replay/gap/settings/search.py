@@ -126,8 +126,9 @@ class ModeSettings:
     the identifier and a selection."""
 
     part_rows: int = 2000
-    """Rows of the part of a log of twice as many or more that preliminary models come from. Numerics: one
-    selection on a whole log of ten minutes costs as much as a log of 90 s altogether, which are 1800 rows."""
+    """Rows of the part of a log of twice as many or more that preliminary models come from, and that must
+    show a formula beside what is named. Numerics: one selection on a whole log of ten minutes costs as much
+    as a log of 90 s altogether, which are 2250 rows."""
 
     alike: float = 0.1
     """Two preliminary models of the same lasting effects whose sizes differ by no more, as a share, are one.
