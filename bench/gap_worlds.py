@@ -26,7 +26,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402 (numpy reads the environment)
 from worlds import runs, tables  # noqa: E402
 from worlds.best_fit import fitted_sizes  # noqa: E402
-from worlds.case import Case, RanAway, World  # noqa: E402
+from worlds.case import DURATION_S, Case, RanAway, World  # noqa: E402
 from worlds.held_out import held_out_scores  # noqa: E402
 from worlds.oracle import judged  # noqa: E402
 from worlds.plant_two.effects import EFFECTS  # noqa: E402
@@ -56,7 +56,7 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
         seed = first + k
         chosen.check(plant, family, seed)
         noise = noises[(lap + lap // len(noises)) % len(noises)]
-        yield Case(plant, family, noise, effect_of(lap, cell, options.effect), seed)
+        yield Case(plant, family, noise, effect_of(lap, cell, options.effect), seed, options.seconds)
 
 
 def wanted(cell: tuple[int, str], options: argparse.Namespace) -> bool:
@@ -133,6 +133,7 @@ def main() -> None:
     parser.add_argument("--family")
     parser.add_argument("--plant", type=int, choices=(1, 2, 3))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))
+    parser.add_argument("--seconds", type=float, default=DURATION_S, help="length of each log")
     parser.add_argument("--mixed", action="store_true", help="in an order that may be stopped anywhere")
     parser.add_argument(
         "--thinned",
