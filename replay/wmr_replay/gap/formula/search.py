@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
@@ -14,7 +14,7 @@ from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, wit
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
-from wmr_replay.gap.formula.other_modes import with_other_modes
+from wmr_replay.gap.formula.other_modes import middle_of, with_other_modes
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
@@ -71,12 +71,10 @@ def a_part_shows(
     """Whether the middle of a long log shows a formula beside what is named, or in its place; of a short log
     nobody knows before.
     """
-    rows = problem.settings.modes.part_rows
-    if len(problem.binned) < 2 * rows:
+    part, base = middle_of(problem, selection.base)
+    if part is problem:
         return True
-    part = problem.middle(rows)
-    base, fit = (evaluate(part, one.extension, one.noise) for one in (selection.base, selection.fit))
-    seen = replace(selection, base=base, fit=fit)
+    seen = replace(selection, base=base, fit=middle_of(problem, selection.fit)[1])
     return points_outside(part, seen) and best_formula(part, seen, library, options) is not None
 
 
