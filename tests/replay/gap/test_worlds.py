@@ -35,11 +35,11 @@ def test_cases_of_a_run_stay_in_their_part_and_mix_noise_and_effect(worlds):
 
     worlds("case")
     run = importlib.import_module("gap_worlds")
-    options = argparse.Namespace(
-        split="report", n=864, first_seed=None, effect="all", family=None, plant=None, noise=None, mixed=True
-    )
+    every = {"effect": "all", "family": None, "plant": None, "noise": None}
+    options = argparse.Namespace(split="report", n=864, first_seed=None, mixed=True, seconds=600.0, **every)
     cases = list(run.cases(options))
     assert len({case.seed for case in cases}) == 864
+    assert {case.duration_s for case in cases} == {600.0}
     assert min(case.seed for case in cases) >= 5_400_000
     nothing = [case.noise for case in cases if not case.effect]
     assert len(nothing) == 288

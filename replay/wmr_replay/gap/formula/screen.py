@@ -2,9 +2,9 @@
 
 The innovations are linear in a small acceleration u, ψ = L u. One pass with pushes of a few rows, as many
 apart as an answer lasts, gives all columns of L: within a stretch of that length, the answer to pushes of the
-stretch and of the one before it. So for every stretch i, with M its answers to (uᵢ₋₁, uᵢ),
+stretch and of the one before it. So for every stretch i, with M its answers to (u_(i−1), u_i),
 
-    G = Σ (uᵢ₋₁, uᵢ)ᵀ MᵀM (uᵢ₋₁, uᵢ) = Σ uᵢᵀ(Dᵢ uᵢ + 2 Eᵢᵀ uᵢ₋₁),   s = Σ (uᵢ₋₁, uᵢ)ᵀ Mᵀe,
+    G = Σ (u_(i−1), u_i)ᵀ MᵀM (u_(i−1), u_i) = Σ u_iᵀ(D_i u_i + 2 E_iᵀ u_(i−1)),   s = Σ (u_(i−1), u_i)ᵀ Mᵀe,
 
 D the blocks of MᵀM that two stretches have in common, E what is between them, and a group costs as much as a
 small matrix product. Terms without numbers are the same in all groups of a grid, and their product is made
@@ -59,7 +59,7 @@ class Answers:
     nuisance_e: F64
 
     def pushed(self, columns: F64) -> F64:
-        """Dᵢ uᵢ + 2 Eᵢᵀ uᵢ₋₁ (I·B, k) of columns u (I, B, k)."""
+        """D_i u_i + 2 E_iᵀ u_(i−1) (I·B, k) of columns u (I, B, k)."""
         before = np.zeros_like(columns)
         before[1:] = columns[:-1]
         return merged(self.H @ np.concatenate([columns, before], axis=1))

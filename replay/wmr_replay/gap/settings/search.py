@@ -145,7 +145,7 @@ class ModeSettings:
 
     out_of_reach: float = 1000.0
     """A preliminary model that is so much less likely than a solution of other effects, whatever the modes,
-    is left out. Worlds: of 48 logs to develop, models that were behind by up to 560 still led to the
+    is left out. Judgement: of 48 logs to develop, models that were behind by up to 560 still led to the
     likeliest solution, since their sizes are found with wrong modes; none did from 580 on."""
 
     change_cost: float = 9.4
