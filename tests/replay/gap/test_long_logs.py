@@ -1,106 +1,64 @@
-"""What long logs spare: selections on a part, stretches that are left out, and models that are far behind."""
+"""Long logs: a diffusion that is searched on a part, and passes of the filter that are kept."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from wmr_replay.gap import GapOptions
-from wmr_replay.gap.analyse import base_model
+from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.estimation.relabel import with_mode_at
-from wmr_replay.gap.formula import search
+from wmr_replay.gap.estimation.process_noise import Diffusion
+from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import SKID
-from wmr_replay.gap.search.labellings import Labelling
-from wmr_replay.gap.search.modes_and_effects import FarBehind
-from wmr_replay.gap.search.preliminary import part_of_interest
-from wmr_replay.gap.search.select import Selection
-from wmr_replay.gap.search.selections import Selections
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.recent import Recent
+from wmr_replay.gap.scan.score import product
 from wmr_replay.gap.settings import GateSettings
-from wmr_schemas.modes import ContactMode
-from wmr_synth import hidden_log
+from wmr_synth import Sensors, synthesise
 
-OPTIONS = GapOptions(modes="given")
-SHORT = replace(GateSettings(), modes=replace(GateSettings().modes, part_rows=400))
+SETTINGS = GateSettings()
+NOISE = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
 
 
 @pytest.fixture(scope="module")
-def drive():
-    """A log with a viscous drag, all rolling, of which 400 rows are a part; and its base model."""
-    log, _ = hidden_log("patrol", seed=90_121, hide=["viscous_drag:c1_per_s=.2"], noise="rtk")
-    return Problem.of(bin_log(log, SHORT)).all_fitted(), base_model(log, None, OPTIONS).extension
+def minutes():
+    """Five minutes at 25 Hz, and the model that drove them."""
+    log = synthesise("random", seed=3, duration_s=300.0, sensors=Sensors(rate_hz=25.0)).log
+    return log, Extension(base_of(log.robot))
 
 
-def slipping(problem, first, last):
-    """The problem with slipping in rows."""
-    rows = np.zeros(len(problem.binned), bool)
-    rows[first:last] = True
-    return problem.relabelled(with_mode_at(problem.binned, rows, ContactMode.SLIPPING))
+def test_the_diffusion_of_a_long_log_is_as_likely_as_one_that_is_searched_on_the_whole(minutes):
+    log, extension = minutes
+    whole = replace(SETTINGS, diffusion=replace(SETTINGS.diffusion, part_rows=10**9))
+    short, full = (Problem.of(bin_log(log, chosen, log.mode)) for chosen in (SETTINGS, whole))
+    assert len(short.binned) >= 2 * SETTINGS.diffusion.part_rows
+    found, best = fit_diffusion(short, extension), fit_diffusion(full, extension)
+    assert found != best
+    assert full.deviance(extension, found) - full.deviance(extension, best) < 1.0
 
 
-def test_a_part_in_finer_bins_is_that_part_of_the_whole_in_finer_bins(drive):
-    problem, _ = drive
-    whole, part = problem.finer().binned, problem.part(slice(300, 700)).finer().binned
-    half_s = SHORT.bins.bin_s / 2
-    edges = problem.binned.t_s[300] - half_s, problem.binned.t_s[699] + half_s
-    within = (whole.t_s > edges[0]) & (whole.t_s < edges[1])
-    np.testing.assert_array_equal(part.t_s, whole.t_s[within])
-    np.testing.assert_array_equal(part.pose, whole.pose[within])
-    assert len(part) == pytest.approx(800, abs=2)
+def test_a_pass_is_kept_until_the_model_or_the_noise_is_another(minutes):
+    log, extension = minutes
+    problem = Problem.of(bin_log(log, SETTINGS, log.mode))
+    pass_ = problem.filtered(extension, NOISE)
+    assert problem.filtered(replace(extension), Diffusion(*NOISE)) is pass_
+    others = [
+        problem.filtered(extension, NOISE._replace(yaw_sd_mps2=0.06)),
+        problem.filtered(extension.with_effect("viscous_drag", {"c1_per_s": 0.1}), NOISE),
+        problem.filtered(replace(extension, base=extension.base._replace(alpha=0.1)), NOISE),
+    ]
+    assert all(np.any(other.innovations != pass_.innovations) for other in others)
 
 
-def test_parts_with_the_same_labels_are_two(drive):
-    problem, extension = drive
-    selections = Selections(extension, OPTIONS)
-    one, other = (problem.part(slice(first, first + 400)) for first in (0, 500))
-    assert selections.known(one) is one
-    assert selections.known(other) is other
-    assert selections.known(problem.part(slice(500, 900))) is other
+def test_what_was_used_last_is_kept():
+    computed, recent = [], Recent[bytes](30, len)
+    for key in "abcadb":
+        recent.get(key, lambda key=key: computed.append(key) or bytes(10))
+    assert "".join(computed) == "abcdb"
 
 
-@pytest.mark.parametrize(("rows", "first"), [((600, 640), 419), ((0, 10), 0), ((2200, 2240), None)])
-def test_of_a_long_log_the_part_about_what_differs_is_looked_at(drive, rows, first):
-    problem, _ = drive
-    part = part_of_interest(Labelling(slipping(problem, *rows)), problem).binned
-    begin = first if first is not None else len(problem.binned) - 400
-    np.testing.assert_allclose(part.t_s, problem.binned.t_s[begin : begin + 400], atol=0.1)
-    assert np.any(part.mode == ContactMode.SLIPPING)
-
-
-def test_a_short_log_is_looked_at_as_a_whole(drive):
-    problem, _ = drive
-    short = problem.part(slice(0, 799))
-    labelled = slipping(short, 100, 120)
-    assert part_of_interest(Labelling(labelled), short) is labelled
-
-
-def test_a_model_is_far_behind_where_it_explains_far_less_and_has_other_effects(drive):
-    problem, extension = drive
-    settings = replace(SHORT, modes=replace(SHORT.modes, out_of_reach=100.0))
-    behind = FarBehind(problem.under(settings), Selections(extension, OPTIONS))
-    true = extension.with_effect("viscous_drag", {"c1_per_s": 0.2})
-    assert behind.is_far(extension.with_effect("payload", {"mass_ratio": 0.5}), true)
-    assert not behind.is_far(extension.with_effect("viscous_drag", {"c1_per_s": 0.8}), true)
-    assert not behind.is_far(true, extension.with_effect("payload", {"mass_ratio": 0.5}))
-    skids = SimpleNamespace(effects={SKID: {}})
-    assert not behind.is_far(skids, true)
-
-
-@pytest.mark.parametrize(("seconds", "asked"), [(15.0, False), (60.0, True)])
-def test_beside_what_is_named_a_part_of_a_long_log_must_show_a_formula(monkeypatch, drive, seconds, asked):
-    problem, extension = drive
-    problem = problem.part(slice(0, round(seconds / SHORT.bins.bin_s)))
-    fit = fit_model(problem, extension.with_effect("viscous_drag", {"c1_per_s": 0.2}))
-    nothing = Selection(fit_model(problem, extension), fit, (), ())
-    rows = []
-
-    def best_formula(part, seen, *_):
-        rows.append((len(part.binned), len(seen.fit.innovations), len(seen.base.innovations)))
-
-    monkeypatch.setattr(search, "points_outside", lambda *_: True)
-    monkeypatch.setattr(search, "best_formula", best_formula)
-    assert search.a_part_shows(problem, nothing, (), OPTIONS) is not asked
-    assert rows == [(400, 400, 400)] * asked
+def test_products_over_marked_rows_are_those_of_their_copy():
+    rng = np.random.default_rng(0)
+    left, right, rows = rng.normal(size=(50, 3, 4)), rng.normal(size=(50, 3, 2)), rng.random(50) < 0.6
+    copied = left[rows].reshape(-1, 4).T @ right[rows].reshape(-1, 2)
+    np.testing.assert_allclose(product(left, right, rows), copied, rtol=1e-12)
