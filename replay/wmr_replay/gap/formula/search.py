@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
@@ -74,7 +74,8 @@ def a_part_shows(
     part, base = middle_of(problem, selection.base)
     if part is problem:
         return True
-    seen = replace(selection, base=base, fit=middle_of(problem, selection.fit)[1])
+    fit = evaluate(part, selection.fit.extension, selection.fit.noise)
+    seen = replace(selection, base=base, fit=fit)
     return points_outside(part, seen) and best_formula(part, seen, library, options) is not None
 
 
