@@ -30,7 +30,7 @@ from worlds.case import DURATION_S, Case, RanAway, World  # noqa: E402
 from worlds.held_out import held_out_scores  # noqa: E402
 from worlds.oracle import judged  # noqa: E402
 from worlds.plant_two.effects import EFFECTS  # noqa: E402
-from worlds.score import holds, outcome  # noqa: E402
+from worlds.score import holds, outcome, terms_said  # noqa: E402
 from worlds.simulate import SAME_FORM, simulated  # noqa: E402
 from worlds.split import part  # noqa: E402
 
@@ -94,7 +94,8 @@ def row_of(case: Case, *, held_out: bool = False, thinned: tuple[int, int] = (1,
     if judgement is not None:
         row |= {"inseparable": sorted(judgement.inseparable), "own": judgement.own}
         row |= {"may_refuse": judgement.may_refuse, "rivals": judgement.rivals}
-    row |= world.facts() | {"fitted": fitted_sizes(world, SAME_FORM[case.plant])} | analysed(seen)
+    row |= world.facts() | analysed(seen)
+    row["fitted"] = fitted_sizes(world, SAME_FORM[case.plant], terms_said(row))
     if held_out and "error" not in row:
         row |= held_out_scores(world, row)
     return row | {"outcome": outcome(row, judgement), "holds": holds(row)}

@@ -32,6 +32,16 @@ def names_said(effects: Sequence[Row]) -> set[str]:
     return said & set(effects_of("torque"))
 
 
+def terms_said(row: Row) -> list[str]:
+    """The terms of the formula that the answer gives."""
+    return [effect["name"] for effect in row.get("effects", ()) if is_term(effect)]
+
+
+def is_term(effect: Row) -> bool:
+    """Whether an effect of an answer is a formula's term."""
+    return bool(effect["name"].startswith(UNNAMED_PREFIX))
+
+
 def says_mode(row: Row, judgement: Judgement) -> bool:
     """Whether the sentence or notes speak of the contact mode that is as likely as what is hidden."""
     words = {SLIPPING: "slip", SKIDDING: "skid"}
@@ -50,8 +60,8 @@ def outcome(row: Row, judgement: Judgement | None) -> str:
         return "right" if judgement.may_refuse or says_mode(row, judgement) else "refused"
     hidden, said = row["effect"], names_said(row["effects"])
     allowed = judgement.inseparable | exact_class(hidden) | {hidden}
-    terms = sum(effect["name"].startswith(UNNAMED_PREFIX) for effect in row["effects"])
-    one = len(row["effects"]) - (0 if row.get("same_form", True) else terms) == 1
+    terms = 0 if row.get("same_form", True) else len(terms_said(row))
+    one = len(row["effects"]) - terms == 1
     return "right" if one and hidden in said and said <= allowed else "wrong"
 
 

@@ -11,7 +11,7 @@ from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 from wmr_replay.effects.motion import sign
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.modes import lasting_effects
-from wmr_replay.gap.estimation.own_form import has_own_form, with_own_form
+from wmr_replay.gap.estimation.own_form import has_own_form, spread_of_forms, with_own_form
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.model.base import BaseModel
@@ -113,6 +113,24 @@ def test_a_round_dead_zone_leaves_no_gain(passed, own):
 
     assert (gained_by_a_gain(usual.extension) > 30) is own
     assert gained_by_a_gain(fit.extension) < 10
+
+
+def rounded(x, share=0.075):
+    """Zone of 0.06 N·m that sets in over ``share`` of it."""
+    over = 0.06 * share
+    return np.sign(x) * over * (np.logaddexp(0.0, (np.abs(x) - 0.06) / over) - np.logaddexp(0.0, -1 / share))
+
+
+def test_a_corner_between_those_that_are_tried_is_found_and_told():
+    problem = Problem.of(bin_log(zoned_log(rounded), SETTINGS)).all_fitted()
+    usual = fit_model(problem, Extension(BASE, {"torque_deadzone": {"threshold_nm": 0.04}}))
+    fit = with_own_form(usual, "torque_deadzone")
+    assert fit.extension.corner_share == pytest.approx(0.075, abs=0.02)
+    nearest = gauss_newton(problem, fit.extension.in_form("corner_share", 0.1), fit.noise, 6)
+    off = nearest.values[0] - fit.values[0]
+    told, left = (float(np.sqrt(spread_of_forms(one)[0, 0])) for one in (nearest, fit))
+    assert told > 0.7 * abs(off)
+    assert left < 0.7 * told
 
 
 def test_a_share_goes_into_the_model_and_comes_back_with_it():

@@ -1,15 +1,20 @@
-"""The interval of the time of a load that comes while no torque acts; the oracle is the motion's equation."""
+"""Intervals of times and places: of a load that comes while no torque acts, of a patch that is crossed.
+
+The oracles are the motion's equation, and circles through points that are off by chance.
+"""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.effects import within_the_log
-from wmr_replay.gap.result.place_reach import over_slips, reach
+from wmr_replay.gap.result.place_reach import circle_covariance, over_slips, reach
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -76,3 +81,64 @@ def test_the_time_of_a_load_that_comes_in_a_push_hardly_reaches_anywhere():
     fit = fit_model(problem, Extension(BASE, {"load_step": {"mass_ratio": 0.4, "t0_s": 12.4}}))
     low, high = reach(problem, fit, "load_step", "t0_s")
     assert high - low < 1.0
+
+
+def test_a_time_behind_a_bump_is_as_likely_and_one_behind_a_hill_is_none():
+    """−2 log likelihood is 0 at 24 s and from 30 to 31 s, and higher by 8 between; from 32 s on by 20."""
+    at = Extension(BASE, {"load_step": {"mass_ratio": 0.4, "t0_s": 24.0}})
+
+    def deviance(extension, noise):
+        t0_s = extension.effects["load_step"]["t0_s"]
+        return float(
+            np.interp(t0_s, [22, 23, 25, 27, 29, 30, 31, 32, 40, 41], [20, 0, 0, 8, 8, 0, 0, 20, 20, 0])
+        )
+
+    problem = SimpleNamespace(settings=loaded(20.0).settings, deviance=deviance)
+    low, high = reach(problem, SimpleNamespace(extension=at, noise=None), "load_step", "t0_s")
+    assert low == pytest.approx(22.8, abs=0.31)
+    assert high == pytest.approx(31.1, abs=0.31)
+
+
+def crossing(angles_rad, circle, extent_m=40.0):
+    """A path that goes in and out of the circle at the angles, and far beyond."""
+    x_m, y_m, radius_m = circle
+    shares = np.array([1.1, 0.9, 0.9, 1.1] * len(angles_rad))[: 2 * len(angles_rad)]
+    angles = np.repeat(angles_rad, 2)
+    pose = np.zeros((len(angles) + 2, 3))
+    pose[1:-1, :2] = [x_m, y_m] + radius_m * shares[:, None] * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    pose[[0, -1], :2] = [[x_m - extent_m / 2, y_m], [x_m + extent_m / 2, y_m]]
+    return SimpleNamespace(pose=pose)
+
+
+def test_a_patch_is_known_as_well_as_circles_through_its_crossings():
+    circle, sd_m, angles = np.array([3.0, -2.0, 1.5]), 0.15, np.array([0.2, 1.6, 2.9, 4.4])
+    rng, normals = np.random.default_rng(2), np.column_stack([np.cos(angles), np.sin(angles)])
+
+    def through(points):
+        return least_squares(lambda c: np.hypot(*(points - c[:2]).T) - c[2], circle).x
+
+    found = [
+        through(circle[:2] + (circle[2] + sd_m * rng.normal(size=(4, 1))) * normals) for _ in range(2000)
+    ]
+    at = {"x_m": circle[0], "y_m": circle[1], "radius_m": circle[2]}
+    V = circle_covariance(crossing(angles, circle), at, sd_m)
+    np.testing.assert_allclose(np.sqrt(np.diag(V)), np.std(found, axis=0), rtol=0.08)
+
+
+def test_a_patch_that_is_crossed_once_may_be_small_or_large():
+    """Of all circles through two points, small and large, none is likelier."""
+    circle, points = (0.0, 0.0, 5.0), np.array([-0.2, 0.2])
+    V = circle_covariance(crossing(points, circle), {"x_m": 0.0, "y_m": 0.0, "radius_m": 5.0}, 0.15)
+    chord_m, sd = 2 * 5.0 * np.sin(0.2), np.sqrt(np.diag(V))
+    smallest = np.array([5.0 * np.cos(0.2), 0.0, chord_m / 2])  # the circle whose diameter is the chord
+    assert np.all(np.abs(np.array(circle) - smallest) < sd + 1e-9)
+    assert sd[1] < 1.0  # along the chord it is known
+
+
+def test_one_place_of_an_edge_has_one_form_however_often_it_is_crossed():
+    circle, keys = (0.0, 0.0, 2.0), {"x_m": 0.0, "y_m": 0.0, "radius_m": 2.0}
+    once = circle_covariance(crossing(np.array([0.0, 2.0]), circle), keys, 0.15)
+    often = circle_covariance(crossing(np.array([0.0, 2.0] * 20), circle), keys, 0.15)
+    np.testing.assert_allclose(often, once, rtol=0.05)

@@ -189,6 +189,20 @@ def test_another_form_is_fitted_near_the_size_that_was_drawn(worlds, plant):
     assert found == drawn
 
 
+def test_what_a_formula_says_of_a_form_is_none_of_the_size(worlds):
+    """On plant 2 the ground of a slope undulates; with those waves beside it, the drawn slope is closest."""
+    simulate, best_fit = worlds("simulate"), worlds("best_fit")
+    world = simulate.simulated(case_of(worlds, effect="slope"))
+    waves = [
+        f"unnamed:longitudinal:sin({0.8 * 2 * np.pi / 7:.5f}x+{0.6 * 2 * np.pi / 7:.5f}y)*{of}(yaw)"
+        for of in ("cos", "sin")
+    ]
+    alone, beside = (best_fit.fitted_sizes(world, simulate.SAME_FORM[2], terms) for terms in ((), waves))
+    off = {key: (abs(alone[key] - size), abs(beside[key] - size)) for key, size in world.sizes.items()}
+    assert max(before for before, _ in off.values()) > 0.003
+    assert max(after for _, after in off.values()) < 0.0005
+
+
 def test_a_load_that_comes_late_is_fitted_late(worlds):
     """On plant 3 a load settles with a time constant of .15 s: the nearest step is as late."""
     drawn, found = fitted(worlds, 3, "load_step")

@@ -6,12 +6,16 @@
 - A dead zone and a limit of the torques set in at once, or over a share of their threshold. What a sharp
   corner leaves of a round one looks like a gain beside it.
 
-So v₀ and the share are nuisance parameters: where such an effect is fitted, they are the likeliest of a few.
+So v₀ and the share are nuisance parameters: where such an effect is fitted, they are the likeliest of a few,
+and what lies between those is interpolated.
 """
 
-import numpy as np
+from typing import NamedTuple
 
-from wmr_replay.gap.estimation.refit import Fit, fit_model, gauss_newton, keys_of
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from wmr_replay.gap.estimation.refit import Fit, Keys, fit_model, gauss_newton, keys_of
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS, WITHHOLDING
 
@@ -30,6 +34,33 @@ def has_own_form(fit: Fit, name: str) -> bool:
     return bool(field) and getattr(fit.extension, field) > 0.0
 
 
+class Forms(NamedTuple):
+    """The forms of a fitted effect: values f of its freedom (k,), which rise, and the fit at each.
+
+    What lies between them is a cubic spline over √f, which spreads small values out.
+    """
+
+    freedoms: F64
+    fits: tuple[Fit, ...]
+
+    @property
+    def deviances(self) -> F64:
+        """−2 log likelihood (k,)."""
+        return np.array([fit.deviance for fit in self.fits])
+
+    @property
+    def best(self) -> Fit:
+        """The likeliest of them."""
+        return self.fits[int(np.argmin(self.deviances))]
+
+    def between(self) -> tuple[F64, F64, F64]:
+        """Values of the freedom, evenly spread in √f (m,), the deviances (m,) and the parameters (m, q)."""
+        known = np.sqrt(self.freedoms)
+        fine = np.linspace(known[0], known[-1], self.best.problem.settings.forms.fine)
+        values = np.array([fit.values for fit in self.fits])
+        return fine**2, CubicSpline(known, self.deviances)(fine), CubicSpline(known, values)(fine)
+
+
 def with_own_form(fit: Fit, name: str) -> Fit:
     """The fit in the likeliest form of the effect ``name``, where another than the usual one is worth a
     parameter, ln n of the deviance. The fit itself for effects whose form is given.
@@ -38,33 +69,46 @@ def with_own_form(fit: Fit, name: str) -> Fit:
     if not field:
         return fit
     problem, budget, values = fit.problem, fit.problem.settings.budget, fit.problem.settings.forms
-    others = [fit.extension.in_form(field, value) for value in values.tried[field]]
-    tried = [gauss_newton(problem, one, fit.noise, 1) for one in others]
-    best = min(tried, key=lambda one: one.deviance)
-    if best.deviance >= fit.deviance:
+    tried = forms_at(fit, field, values.tried[field], 1, keys_of(fit.extension))
+    if tried.best is fit:
         return fit
-    again = fit_model(problem, best.extension, fit.noise, budget.ranked_diffusion, budget.ranked_steps)
+    for _ in range(values.looks):
+        freedoms, deviances, _ = tried.between()
+        likeliest = float(freedoms[np.argmin(deviances)])
+        if np.isclose(likeliest, tried.freedoms, atol=values.alike).any():
+            break
+        tried = forms_at(fit, field, (*tried.freedoms, likeliest), 1, keys_of(fit.extension))
+    again = fit_model(problem, tried.best.extension, fit.noise, budget.ranked_diffusion, budget.ranked_steps)
     return again if again.deviance < fit.deviance - np.log(3 * problem.train.sum()) else fit
+
+
+def forms_at(fit: Fit, field: str, values: tuple[float, ...], steps: int, keys: Keys) -> Forms:
+    """The fit beside those at other values of a freedom, with the parameters ``keys`` found again."""
+    here = getattr(fit.extension, field) or fit.problem.settings.forms.usual[field]
+    fits = {here: fit}
+    for value in values:
+        if value != here:
+            fits[value] = gauss_newton(
+                fit.problem, fit.extension.in_form(field, value), fit.noise, steps, keys=keys
+            )
+    freedoms = sorted(fits)
+    return Forms(np.array(freedoms), tuple(fits[value] for value in freedoms))
 
 
 def spread_of_forms(fit: Fit) -> F64:
     """What not knowing a form's freedom f adds to the covariance (q, q) of the fitted parameters θ̂:
 
-        Σ_f w_f (θ_f − θ̂)(θ_f − θ̂)ᵀ,    w_f = exp(−D_f/2) / Σ_g exp(−D_g/2)
+        ∫ w(f) (θ(f) − θ̂)(θ(f) − θ̂)ᵀ d√f,    w(f) = exp(−D(f)/2) / ∫ exp(−D(g)/2) d√g
 
-    with θ_f the parameters at f, D_f the deviance there, every value as likely as another. The values are
-    closer than those that a fit tries: between two of them, c₀ moves by far more than noise moves it. 0 where
-    no effect with such a freedom is fitted.
+    with θ(f) the parameters at f and D(f) the deviance there. Between two values that are fitted a threshold
+    or a c₀ moves by far more than noise moves it. 0 where no effect with such a freedom is fitted.
     """
     spread, values = np.zeros((len(fit.keys), len(fit.keys))), fit.problem.settings.forms
     steps, sizes = fit.problem.settings.budget.last_steps, keys_of(fit.extension, places=False)
     for field, names in FREEDOMS.items():
         if not names & fit.extension.effects.keys():
             continue
-        others = [fit.extension.in_form(field, value) for value in values.reported[field]]
-        tried = [fit, *(gauss_newton(fit.problem, one, fit.noise, steps, keys=sizes) for one in others)]
-        deviances = np.array([one.deviance for one in tried])
-        weights = np.exp((deviances.min() - deviances) / 2)
-        off = np.array([one.values - fit.values for one in tried])
+        _, deviances, found = forms_at(fit, field, values.reported[field], steps, sizes).between()
+        weights, off = np.exp((deviances.min() - deviances) / 2), found - fit.values
         spread += off.T @ (off * weights[:, None]) / weights.sum()
     return spread

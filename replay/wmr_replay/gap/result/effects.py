@@ -15,7 +15,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import declaration_of, is_place
 from wmr_replay.gap.model.confounds import confound_class, separate_with
 from wmr_replay.gap.model.extension import WEIGHTS
-from wmr_replay.gap.result.place_reach import over_slips, reach
+from wmr_replay.gap.result.place_reach import over_slips, place_covariance, reach
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
@@ -33,7 +33,7 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
         return ()
     fit, own = selection.fit, problem.settings.report
     V, n_blocks = interval_covariance(problem, fit)
-    V = V + np.diag([place_variance(name, key, own) for name, key in fit.keys])
+    V = V + place_covariance(fit, problem.binned)
     width = -stdtrit(max(n_blocks - len(V), own.least_blocks), own.interval_tail) * np.sqrt(np.diag(V))
     names = tuple(effect.name for effect in selection.found)
     estimates: dict[str, dict[str, Estimate]] = {name: {} for name in names}
@@ -87,13 +87,6 @@ def within_the_log(
     spans = {"x_m": (x_m.min(), x_m.max()), "y_m": (y_m.min(), y_m.max()), "radius_m": (0.0, across_m)}
     first, last = spans.get(key, (binned.t_s[0], binned.t_s[-1]))
     return max(ci95[0], min(float(first), value)), min(ci95[1], max(float(last), value))
-
-
-def place_variance(name: str, key: str, settings: ReportSettings) -> float:
-    """Variance that the unknown form of an edge adds to a time [s²] or a place [m²]."""
-    if not is_place(name, key):
-        return 0.0
-    return (settings.edge_sd_s if key.endswith("_s") else settings.edge_sd_m) ** 2
 
 
 def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], fit: Fit, binned: BinnedLog) -> Model:

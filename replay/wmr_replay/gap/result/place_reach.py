@@ -5,33 +5,77 @@ likelihood is flat: its curvature says nothing of how wide the flat part is. Whe
 model knows it, a loss of traction tells no more: it may begin before such a slip, and end after it.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.binned_log import BinnedLog
+from wmr_replay.gap.model.candidates import is_place
 from wmr_replay.gap.search.starts import shifted
 from wmr_schemas.arrays import F64
 
+CIRCLE = ("x_m", "y_m", "radius_m")
+
 
 def reach(problem: Problem, fit: Fit, name: str, key: str) -> tuple[float, float]:
-    """The values of a time or place of the model ``fit`` up to which −2 log likelihood rises by no more than
-    ``ReportSettings.flat``, everything else as it is; in steps of what an edge's form leaves open.
+    """The furthest values of a time or place of the model ``fit`` at which −2 log likelihood is higher by no
+    more than ``ReportSettings.flat``, everything else as it is; in steps of what an edge's form leaves open.
+    Between them it may be higher by up to ``ReportSettings.bump``.
     """
     own = problem.settings.report
     step = own.edge_sd_s if key.endswith("_s") else own.edge_sd_m
-    most = problem.deviance(fit.extension, fit.noise) + own.flat
+    least = problem.deviance(fit.extension, fit.noise)
     ends = []
     for by in (-step, step):
-        extension, steps = fit.extension, 0
-        while steps < own.most_steps:
+        extension, furthest_value = fit.extension, fit.extension.effects[name][key]
+        for _ in range(own.most_steps):
             further = shifted(extension, name, key, by)
-            stays = further.effects[name][key] == extension.effects[name][key]
-            if stays or problem.deviance(further, fit.noise) > most:
+            value = further.effects[name][key]
+            rise = problem.deviance(further, fit.noise) - least
+            if value == extension.effects[name][key] or rise > own.bump:
                 break
-            extension, steps = further, steps + 1
-        ends.append(extension.effects[name][key])
+            extension = further
+            furthest_value = value if rise <= own.flat else furthest_value
+        ends.append(furthest_value)
     return ends[0], ends[1]
+
+
+def place_covariance(fit: Fit, binned: BinnedLog) -> F64:
+    """What the unknown form of edges adds to the covariance (q, q) of the fitted parameters.
+
+    A time has the variance of its edge. A patch, a circle of centre c and radius r, is known by the places p
+    where the path crosses its edge, each up to its form's standard deviation σ along the outward normal n:
+
+        n·δc + δr = ε,    ε ~ N(0, σ²)
+
+    Two crossings leave one direction open: the same stretch of the path lies in small circles and large ones.
+    So the covariance is (Σaaᵀ/σ² + I/s²)⁻¹ with a = (n, 1), and s the extent of the path.
+    """
+    own, V = binned.settings.report, np.zeros((len(fit.keys), len(fit.keys)))
+    for j, (name, key) in enumerate(fit.keys):
+        if is_place(name, key) and key.endswith("_s"):
+            V[j, j] = own.edge_sd_s**2
+    for name, values in fit.extension.effects.items():
+        columns = [fit.keys.index((name, key)) for key in CIRCLE if (name, key) in fit.keys]
+        if columns:
+            V[np.ix_(columns, columns)] = circle_covariance(binned, values, own.edge_sd_m)
+    return V
+
+
+def circle_covariance(binned: BinnedLog, circle: Mapping[str, float], sd_m: float) -> F64:
+    """The covariance (3, 3) of centre and radius, from where the path crosses the circle; what lies within 2σ
+    of its edge has one form, however often it is crossed.
+    """
+    across, along = binned.pose[:, 0] - circle["x_m"], binned.pose[:, 1] - circle["y_m"]
+    crosses = np.flatnonzero(np.diff(np.hypot(across, along) < circle["radius_m"]))
+    angle = np.arctan2(along, across)[crosses]
+    stretch = np.round(angle * circle["radius_m"] / (2 * sd_m))
+    angle = angle[np.unique(stretch, return_index=True)[1]]
+    a = np.column_stack([np.cos(angle), np.sin(angle), np.ones(len(angle))])
+    extent_m = float(np.hypot(*np.ptp(binned.pose[:, :2], axis=0)))
+    return np.asarray(np.linalg.inv(a.T @ a / sd_m**2 + np.eye(len(CIRCLE)) / extent_m**2))
 
 
 def over_slips(binned: BinnedLog, ends: tuple[float, float], hole_s: float) -> tuple[float, float]:

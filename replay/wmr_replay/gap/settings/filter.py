@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.effects.motion import SOFT_SIGN
 from wmr_schemas.arrays import F64
 
 
@@ -206,6 +207,21 @@ class FormSettings:
 
     reported_shares: tuple[float, ...] = (0.0, 0.06, 0.1, 0.16, 0.25, 0.35, 0.5)
     """The same for the interval of its size. Numerics: between those that are tried one more."""
+
+    looks: int = 2
+    """Looks between the values that are tried, for the likeliest. Numerics: a spline through four values is
+    off by a step of the reported ones; through those near its least, by far less than noise."""
+
+    alike: float = 1e-4
+    """Difference below which two values are one, in m/s or of a share. Numerics: nothing differs by it."""
+
+    fine: int = 200
+    """Values at which what lies between is looked up. Numerics: a tenth of what noise makes of a share."""
+
+    @property
+    def usual(self) -> dict[str, float]:
+        """The values where an extended model says nothing."""
+        return {"friction_speed_mps": SOFT_SIGN, "corner_share": 0.0}
 
     @property
     def tried(self) -> dict[str, tuple[float, ...]]:

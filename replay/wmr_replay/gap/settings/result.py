@@ -90,6 +90,10 @@ class ReportSettings:
     """Rise of −2 log likelihood up to which a time or place may lie elsewhere. Statistics: χ² with one degree
     of freedom exceeds it in 5 % of cases."""
 
+    bump: float = 12.0
+    """Rise up to which one looks beyond for a time or place as likely as the fitted one. Statistics: what is
+    less likely by e⁻⁶ is over with."""
+
     most_steps: int = 100
     """Most steps by which a time or place is so moved, either way. Numerics: half a minute, 15 m."""
 
