@@ -11,10 +11,10 @@ import pytest
 from scipy.optimize import least_squares
 from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 
-from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.estimation.refit import fit_model, keys_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.effects import within_the_log
-from wmr_replay.gap.result.place_reach import circle_covariance, over_slips, reach
+from wmr_replay.gap.result.place_reach import circle_covariance, over_slips, place_covariance, reach
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -142,3 +142,13 @@ def test_one_place_of_an_edge_has_one_form_however_often_it_is_crossed():
     once = circle_covariance(crossing(np.array([0.0, 2.0]), circle), keys, 0.15)
     often = circle_covariance(crossing(np.array([0.0, 2.0] * 20), circle), keys, 0.15)
     np.testing.assert_allclose(often, once, rtol=0.05)
+
+
+def test_a_lever_arm_has_no_edge_and_a_time_the_one_of_its_form():
+    problem = loaded(20.0)
+    effects = {"pose_lever_arm": {"x_m": 0.1, "y_m": 0.0}, "load_step": {"mass_ratio": 0.4, "t0_s": 24.0}}
+    fit = SimpleNamespace(extension=Extension(BASE, effects), keys=keys_of(Extension(BASE, effects)))
+    V = place_covariance(fit, problem.binned)
+    at = fit.keys.index(("load_step", "t0_s"))
+    assert V[at, at] == problem.settings.report.edge_sd_s**2
+    assert V.sum() == V[at, at]

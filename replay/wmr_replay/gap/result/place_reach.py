@@ -58,8 +58,8 @@ def place_covariance(fit: Fit, binned: BinnedLog) -> F64:
         if is_place(name, key) and key.endswith("_s"):
             V[j, j] = own.edge_sd_s**2
     for name, values in fit.extension.effects.items():
-        columns = [fit.keys.index((name, key)) for key in CIRCLE if (name, key) in fit.keys]
-        if columns:
+        if values.keys() >= {*CIRCLE}:
+            columns = [fit.keys.index((name, key)) for key in CIRCLE]
             V[np.ix_(columns, columns)] = circle_covariance(binned, values, own.edge_sd_m)
     return V
 

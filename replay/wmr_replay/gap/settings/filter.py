@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.effects.motion import SOFT_SIGN
 from wmr_schemas.arrays import F64
+from wmr_schemas.terms import SOFT_SIGN
 
 
 class FilterSettings(NamedTuple):
