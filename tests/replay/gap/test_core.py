@@ -253,6 +253,25 @@ def test_sensitivities_are_finite_differences_of_the_innovations(disturbed, plac
     assert difference < 0.05 * np.linalg.norm(expected)
 
 
+def test_a_loss_that_is_long_over_is_forgotten_and_leaves_the_others_as_they_are(disturbed):
+    """Against a filter that forgets nothing: what it forgets is nothing that anyone reads."""
+    n = len(disturbed.binned)
+    targets = NO_TARGETS._replace(cells=np.arange(n) // 10, n_cells=(n - 1) // 10 + 1)
+    settings = disturbed.settings
+
+    def sensitivities(forgotten):
+        filtering = settings.filter._replace(forgotten=forgotten)
+        other = disturbed.under(replace(settings, filter=filtering))
+        return other.filtered(Extension(BASE), NOISE, targets, keep=True).sensitivities
+
+    kept, told = sensitivities(0.0), sensitivities(settings.filter.forgotten)
+    lost = (kept != 0.0) & (told == 0.0)
+    assert np.mean(lost) > 0.05
+    assert np.abs(kept[lost]).max() < 1e-8
+    np.testing.assert_array_equal(told[~lost], kept[~lost])
+    assert np.abs(told[:, :, :20]).max(axis=(0, 1)).min() > 1e-3
+
+
 def test_smoothed_slopes_are_those_of_savitzky_and_golay():
     path = np.cumsum(np.random.default_rng(3).normal(size=(120, 3)), axis=0)
     expected = savgol_filter(path, SMOOTHED_BINS, DEGREE, deriv=1, delta=0.04, axis=0)

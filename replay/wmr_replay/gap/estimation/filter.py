@@ -24,6 +24,7 @@ from wmr_replay.gap.estimation.sensitivity import (
     StepScratch,
     active_ranges,
     add_step_slopes,
+    leave_forgotten,
     measurement_sensitivity,
     n_columns,
     predict_sensitivities,
@@ -329,4 +330,5 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
                 update_sensitivities(S, active, gains[c], slopes, output.sensitivities[k, c], math.sqrt(s))
         update_covariance(P, crossed, gains)
         if keep:
+            leave_forgotten(S, active, settings.forgotten)
             copy(output.states[k], z)

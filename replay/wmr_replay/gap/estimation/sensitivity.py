@@ -1,7 +1,7 @@
 """Sensitivity of the filtered state to parameters, S = ∂z/∂parameter (9, p), beside the filter.
 
 Time update S⁻ = F S + ∂step/∂parameter; measurement update S = S⁻ − K (H S⁻ + ∂h/∂parameter). Only
-columns whose parameter has acted already are computed. Source: see :mod:`.filter`.
+columns whose parameter has acted already, and is not forgotten, are computed. Source: see :mod:`.filter`.
 """
 
 from typing import NamedTuple
@@ -194,3 +194,26 @@ def update_sensitivities(S: F64, active: I64, gain: F64, slopes: F64, whitened: 
         scale(whitened[a:b], 1.0 / sd, slopes[a:b])
         for i in range(N_STATE):
             add(S[i, a:b], -gain[i], slopes[a:b])
+
+
+@inlined
+def leave_forgotten(S: F64, active: I64, least: float) -> None:
+    """Set to 0, and leave, the first columns of cells whose sensitivities are all below ``least``.
+
+    The filter forgets a loss that is over within seconds. What is left of it falls below the smallest normal
+    number, with which processors are a hundred times slower.
+    """
+    for k in range(1, len(active)):
+        while active[k, 0] < active[k, 1] - 1 and is_below(S[:, active[k, 0]], least):
+            for i in range(N_STATE):
+                S[i, active[k, 0]] = 0.0
+            active[k, 0] += 1
+
+
+@lean
+def is_below(values: F64, least: float) -> bool:
+    """Whether all values are closer to 0 than ``least``."""
+    most = 0.0
+    for i in range(len(values)):
+        most = max(most, abs(values[i]))
+    return bool(most < least)

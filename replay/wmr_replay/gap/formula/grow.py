@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
+from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
@@ -47,8 +48,10 @@ class Formula:
 
 
 def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
-    """The formula on top of ``rest``; without groups where none explains enough."""
-    formula = Formula(rest, rest)
+    """The formula on top of ``rest``; without groups where none explains enough. On a long log it begins with
+    what the middle shows.
+    """
+    formula = shown_by_a_part(problem, rest, tried)
     while len(formula.groups) < problem.settings.formula.most_groups:
         longer = passing(problem, formula, with_next(problem, formula, tried))
         if longer is None:
@@ -57,6 +60,20 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         formula = pruned(problem, longer) if len(parts) > 1 else longer
     return pruned(problem, formula)
+
+
+def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:
+    """The formula that the middle of a long log shows, where it explains enough of the whole; else none."""
+    nothing, (part, there) = Formula(rest, rest), middle_of(problem, rest)
+    if part is problem:
+        return nothing
+    shown, budget = grow(part, there, tried), problem.settings.budget
+    if not shown.groups:
+        return nothing
+    fit = fit_model(problem, shown.fit.extension, rest.noise, budget.best_diffusion, budget.last_steps)
+    whole = pruned(problem, Formula(rest, fit, shown.groups))
+    enough = score(problem, whole) >= problem.settings.formula.first_margin
+    return whole if enough and held_out(problem, whole.fit) <= held_out(problem, rest) else nothing
 
 
 def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:

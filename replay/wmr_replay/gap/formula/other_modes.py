@@ -7,7 +7,7 @@ from wmr_replay.gap.estimation.diffusion import no_more_than_calm
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.formula.groups import Tried, groups_of, plain_groups
 from wmr_replay.gap.formula.grow import grow
@@ -23,6 +23,7 @@ from wmr_replay.gap.formula.modes import (
     sees_the_same,
     whole_cost,
 )
+from wmr_replay.gap.formula.part import is_long, middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
@@ -67,7 +68,8 @@ def seen_with_curves(
     if found is None and slips_as_modelled(problem, selection.base):
         return []
     seen = [] if found is None else [once_more(log, found.model, options)]
-    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
+    settled = found is not None and (is_calm(found.model) or is_long(problem))
+    if settled and sees_the_same(seen[0].problem, problem):
         return []
     if not any(is_calm(start) for start in seen):
         part, base = middle_of(problem, selection.base)
@@ -78,18 +80,6 @@ def seen_with_curves(
             starts = not_hopeless(starts, problem, selection)
         seen += [once_more(log, start, options) for start in starts]
     return seen
-
-
-def middle_of(problem: Problem, fit: Fit) -> tuple[Problem, Fit]:
-    """The middle of a long log, with the model there as it is; a short log itself.
-
-    A start says what to identify the modes of the whole log with, and is fitted again with them.
-    """
-    rows = problem.settings.modes.part_rows
-    if len(problem.binned) < 2 * rows:
-        return problem, fit
-    part = problem.middle(rows)
-    return part, evaluate(part, fit.extension, fit.noise)
 
 
 def not_hopeless(starts: Sequence[Start], problem: Problem, selection: Selection) -> list[Start]:

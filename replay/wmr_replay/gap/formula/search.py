@@ -14,7 +14,8 @@ from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, wit
 from wmr_replay.gap.formula.grow import Formula, grow, held_out
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
-from wmr_replay.gap.formula.other_modes import middle_of, with_other_modes
+from wmr_replay.gap.formula.other_modes import with_other_modes
+from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension

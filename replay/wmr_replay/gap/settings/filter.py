@@ -30,6 +30,10 @@ class FilterSettings(NamedTuple):
     """Probability, before its pose, below which a pair of modes before and now is left out where modes are
     not known. Numerics: a switch within a bin of 0.04 s has 2e-3."""
 
+    forgotten: float = 1e-12
+    """Sensitivity to a loss of traction below which it is 0, in SI units. Numerics: a millimetre of noise is
+    10⁹ times as large."""
+
     first_variance: float = 0.25
     """Variance of the first pose and speeds, (0.5 m, rad, m/s)². Statistics: wide beside what the first rows
     say, so that it does not act."""
