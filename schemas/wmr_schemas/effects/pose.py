@@ -1,6 +1,14 @@
 """Errors of the measured pose: a turned or drifting heading, a sensor away from the axle."""
 
-from wmr_schemas.effects.declaration import BOTH, EffectDeclaration, Exact, Parameter, Range, Separable
+from wmr_schemas.effects.declaration import (
+    BOTH,
+    EffectDeclaration,
+    Exact,
+    Parameter,
+    Range,
+    Search,
+    Separable,
+)
 from wmr_schemas.effects.manoeuvres import Manoeuvre
 
 EFFECTS = (
@@ -28,6 +36,7 @@ EFFECTS = (
         acts_on="pose",
         models=BOTH,
         number=26,
+        search=Search(starts=tuple(sign * n / 1000 for n in range(1, 12, 2) for sign in (-1, 1))),
         ranges={"rate_radps": Range(0.002, 0.01, signed=True)},
         relevant=0.002,
         needs_excitation=False,

@@ -31,6 +31,7 @@ from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.formulas import parity_of, text_of
 from wmr_replay.gap.result.result import Estimate, FoundEffect
@@ -297,3 +298,11 @@ def with_deviance(problem, fitted, held_out):
     rows = np.where(train, fitted / train.sum(), held_out / (~train).sum())
     fit = made_fit(problem, Extension(BASE), np.zeros((len(train), 3)))
     return replace(fit, deviance=fitted, row_deviance=rows)
+
+
+@pytest.mark.parametrize(
+    ("term", "at_600_s"), [("effort_sum", 1.0), ("v*t", 600.0), ("effort_sum*t*t", 600.0**2)]
+)
+def test_a_step_of_a_coefficient_stays_small_on_long_logs(term, at_600_s):
+    """A step that adds an acceleration of m/s² makes the model run away, and tells no slope."""
+    assert candidate_of(f"unnamed:longitudinal:{term}").steps["coefficient"] * at_600_s < 0.01

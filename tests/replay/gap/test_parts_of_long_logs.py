@@ -102,5 +102,22 @@ def test_beside_what_is_named_a_part_of_a_long_log_must_show_a_formula(monkeypat
 
     monkeypatch.setattr(search, "points_outside", lambda *_: True)
     monkeypatch.setattr(search, "best_formula", best_formula)
-    assert search.a_part_shows(problem, nothing, (), OPTIONS) is not asked
+    library = (SimpleNamespace(name="viscous_drag"),)
+    ways = search.ways_to_look(problem, nothing, library, OPTIONS)
+    assert ways == (() if asked else tuple(search.Way))
+    assert search.ways_to_look(problem, nothing, (), OPTIONS) == (search.Way.BESIDE,)
     assert rows == [(400, 400, 400)] * asked
+
+
+@pytest.mark.parametrize("effects", [{}, {"viscous_drag": {"c1_per_s": 0.2}}])
+def test_a_formula_stands_where_the_part_shows_it(monkeypatch, drive, effects):
+    """Beside the library's effects, or in their place: the other one is not looked for on the whole."""
+    problem, extension = drive
+    fit = fit_model(problem, extension.with_effect("viscous_drag", {"c1_per_s": 0.2}))
+    selection = Selection(fit_model(problem, extension), fit, (), ())
+    rest = SimpleNamespace(extension=SimpleNamespace(effects=effects))
+    found = SimpleNamespace(formula=SimpleNamespace(rest=rest))
+    monkeypatch.setattr(search, "points_outside", lambda *_: True)
+    monkeypatch.setattr(search, "best_formula", lambda *_: found)
+    way = search.Way.BESIDE if effects else search.Way.IN_PLACE
+    assert search.ways_to_look(problem, selection, (SimpleNamespace(name="viscous_drag"),), OPTIONS) == (way,)

@@ -10,7 +10,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.formula.groups import Tried, groups_of, plain_groups
-from wmr_replay.gap.formula.grow import grow
+from wmr_replay.gap.formula.grow import grow, pruned
 from wmr_replay.gap.formula.modes import (
     Start,
     curve_starts,
@@ -47,6 +47,8 @@ def with_other_modes(
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
     something is a model to identify with; the likeliest one is grown from the start.
     """
+    if found is not None and is_long(problem):
+        return with_its_modes(log, problem, found, options)
     seen = seen_with_curves(log, problem, selection, found, options)
     best = likeliest(seen)
     if best is None or (found is None and not takes_place(best, problem, selection)):
@@ -59,6 +61,24 @@ def with_other_modes(
     return again if takes_place(again.model, problem, selection) else None
 
 
+def with_its_modes(log: Log, problem: Problem, found: Proven, options: GapOptions) -> Proven:
+    """What is found on a long log with the modes that the identifier sees with it, where that is likelier.
+
+    On short logs every curve is a model to identify with; the longer a log, the more sees to it that what is
+    found first is what is there, and the more each of them costs.
+    """
+    seen = once_more(log, found.model, options)
+    if sees_the_same(seen.problem, problem):
+        return found
+    rest = fit_model(seen.problem, found.formula.rest.extension, seen.fit.noise)
+    base = fit_model(seen.problem, found.base.extension, seen.fit.noise)
+    formula = pruned(seen.problem, replace(found.formula, rest=rest, fit=seen.fit))
+    again = proven(
+        seen.problem, base, formula, groups_of(seen.problem.binned, problem.settings.formula), options
+    )
+    return again if again is not None and is_likelier(again.model, found.model) else found
+
+
 def seen_with_curves(
     log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
 ) -> list[Start]:
@@ -68,8 +88,7 @@ def seen_with_curves(
     if found is None and slips_as_modelled(problem, selection.base):
         return []
     seen = [] if found is None else [once_more(log, found.model, options)]
-    settled = found is not None and (is_calm(found.model) or is_long(problem))
-    if settled and sees_the_same(seen[0].problem, problem):
+    if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
         return []
     if not any(is_calm(start) for start in seen):
         part, base = middle_of(problem, selection.base)

@@ -1,6 +1,7 @@
 """Beyond the library: a formula in the place of what the selection says, or beside it."""
 
 from dataclasses import replace
+from enum import Enum
 
 import numpy as np
 
@@ -45,9 +46,10 @@ def with_formula(
     problem, selection = held_out_apart(problem, replace(selection, refused=""))
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
-    outside = outside and (not library or a_part_shows(problem, selection, library, options))
+    ways = ways_to_look(problem, selection, library, options) if outside else ()
+    outside = bool(ways)
     if outside:
-        found = best_formula(problem, selection, library, options)
+        found = best_formula(problem, selection, library, options, ways)
     hidden = not selection.found and may_slip_less(problem)
     if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
@@ -66,18 +68,28 @@ def with_formula(
     return found.problem, replace(said, not_named=why_not_named(found, again[1]))
 
 
-def a_part_shows(
+class Way(Enum):
+    """Where a formula stands."""
+
+    BESIDE = "beside the library's effects"
+    IN_PLACE = "in their place"
+
+
+def ways_to_look(
     problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
-) -> bool:
-    """Whether the middle of a long log shows a formula beside what is named, or in its place; of a short log
-    nobody knows before.
-    """
+) -> tuple[Way, ...]:
+    """Where to look for a formula: of a long log whose library has a name, where its middle shows one."""
+    if not library:
+        return (Way.BESIDE,)
     part, base = middle_of(problem, selection.base)
     if part is problem:
-        return True
+        return tuple(Way)
     fit = evaluate(part, selection.fit.extension, selection.fit.noise)
     seen = replace(selection, base=base, fit=fit)
-    return points_outside(part, seen) and best_formula(part, seen, library, options) is not None
+    found = best_formula(part, seen, library, options, tuple(Way)) if points_outside(part, seen) else None
+    if found is None:
+        return ()
+    return (Way.BESIDE if found.formula.rest.extension.effects else Way.IN_PLACE,)
 
 
 def reads_efforts(formula: Formula) -> bool:
@@ -141,7 +153,11 @@ def points_outside(problem: Problem, selection: Selection) -> bool:
 
 
 def best_formula(
-    problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
+    problem: Problem,
+    selection: Selection,
+    library: tuple[FittedCandidate, ...],
+    options: GapOptions,
+    looked: tuple[Way, ...],
 ) -> Proven | None:
     """The formula beside the library's effects or in their place, where it is better than the selection."""
     tried = groups_of(problem.binned, problem.settings.formula)
@@ -149,9 +165,11 @@ def best_formula(
         selection = replace(
             selection, base=settled(problem, selection.base), fit=settled(problem, selection.fit)
         )
-    rest = fit_of_library(problem, selection, library)
-    ways = [grow(problem, rest, tried.beside(rest.extension.effects))]
-    if library:
+    ways: list[Formula] = []
+    if Way.BESIDE in looked:
+        rest = fit_of_library(problem, selection, library)
+        ways.append(grow(problem, rest, tried.beside(rest.extension.effects)))
+    if Way.IN_PLACE in looked:
         ways.append(grow(problem, selection.base, tried))
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]

@@ -32,12 +32,14 @@ def is_movable(group: Group) -> bool:
 
 
 def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
-    """The group after a step of its numbers, its gain found again."""
+    """The group after a step of its numbers, its gain found again; as it is, where no row tells of them."""
     group, n = scored.group, len(scored.group.terms)
     steps = steps_of(group, problem.settings.formula)
     columns = [efforts_of(problem, at, group.terms), slopes_of(problem, at, scored, steps)]
     normal = equations_of(problem, at, np.concatenate(columns))
     _, delta = normal.gain(list(range(n + len(steps))))
+    if not np.all(np.isfinite(delta)):
+        return scored
     reach = problem.settings.formula.shape_reach * steps
     there = group.moved(allowed(group, np.array(group.shape) + np.clip(delta[n:], -reach, reach), problem))
     gain, found = equations_of(problem, at, efforts_of(problem, at, there.terms)).gain(list(range(n)))

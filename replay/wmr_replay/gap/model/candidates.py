@@ -17,6 +17,8 @@ from wmr_schemas.terms import COEFFICIENT, parse_term
 
 COEFFICIENT_STEP = 1e-4
 """Step of a term's coefficient: terms are of the order of 1, so that it moves the path by millimetres."""
+LONG_S = 100.0
+"""For each power of the time in a term, a step is so many times smaller: times are of this order."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ def declaration_of(name: str) -> EffectDeclaration:
     if name in catalogue():
         return declared(name)
     term = parse_term(name)
-    coefficient = Parameter(term.unit, COEFFICIENT_STEP)
+    coefficient = Parameter(term.unit, COEFFICIENT_STEP / LONG_S ** term.factors.count("t"))
     return EffectDeclaration(
         name, term.channel, term.formula, {COEFFICIENT: coefficient}, acts_on="acceleration"
     )
