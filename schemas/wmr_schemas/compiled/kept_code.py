@@ -8,13 +8,46 @@ are brought up to date where something is compiled, or where the code needs what
 numba's count of references.
 """
 
+import sys
+from importlib import import_module
 from typing import Any, NamedTuple, Self
 
 from llvmlite.binding import address_of_symbol
 from numba.core.compiler import CompileResult
+from numba.core.environment import Environment, lookup_environment
 
 INTRINSIC = "llvm."
 """How the names of functions begin that LLVM replaces by code."""
+
+
+class KeptEnvironment(NamedTuple):
+    """What a compiled function finds beside its code: the module it is from, its constants, and its name."""
+
+    module: str
+    constants: tuple[Any, ...]
+    name: str
+
+    @classmethod
+    def of(cls, environment: Any) -> Self:
+        """What to keep of one."""
+        module = environment.globals["__name__"]
+        return cls(module, tuple(environment.consts), environment.env_name)
+
+    def restored(self) -> Any:
+        """The environment in this process. Of a function of numba's own that nothing has imported, it has no
+        module: machine code reads its constants alone.
+        """
+        known = lookup_environment(self.name)
+        if known is not None:
+            return known
+        names = {"__name__": self.module}
+        if self.module in sys.modules or not self.module.startswith("numba."):
+            names = vars(import_module(self.module))
+        environment = Environment(names)
+        environment.consts[:] = self.constants
+        environment.env_name = self.name
+        Environment._memo[self.name] = environment
+        return environment
 
 
 class KeptCode(NamedTuple):
@@ -30,7 +63,7 @@ class KeptCode(NamedTuple):
     object_mode: bool
     reload_init: tuple[Any, ...]
     """Functions to call before."""
-    environments: tuple[Any, ...]
+    environments: tuple[KeptEnvironment, ...]
     """Those that the code refers to."""
 
     @classmethod
@@ -47,7 +80,7 @@ class KeptCode(NamedTuple):
             result.signature,
             result.objectmode,
             tuple(result.reload_init),
-            tuple(result._find_referenced_environments()),
+            tuple(map(KeptEnvironment.of, result._find_referenced_environments())),
         )
 
     def restored(self, target: Any) -> CompileResult:
@@ -63,11 +96,12 @@ class KeptCode(NamedTuple):
         library._finalize_final_module()
         codegen._engine._defined_symbols.add(self.descriptor.llvm_cpython_wrapper_name)
         entry = target.get_executable(library, self.descriptor, self.environment)
-        for environment in self.environments:
+        environments = [kept.restored() for kept in self.environments]
+        for environment in environments:
             codegen.set_env(environment.env_name, environment)
-        return self._result(target, library, entry)
+        return self._result(target, library, entry, environments)
 
-    def _result(self, target: Any, library: Any, entry: Any) -> CompileResult:
+    def _result(self, target: Any, library: Any, entry: Any, environments: list[Any]) -> CompileResult:
         known = {
             "typing_context": target.typing_context,
             "target_context": target,
@@ -79,7 +113,7 @@ class KeptCode(NamedTuple):
             "library": library,
             "environment": self.environment,
             "reload_init": self.reload_init,
-            "referenced_envs": self.environments,
+            "referenced_envs": environments,
         }
         return CompileResult(**{**dict.fromkeys(CompileResult._fields), **known})
 
