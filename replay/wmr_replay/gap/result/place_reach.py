@@ -74,7 +74,7 @@ def circle_covariance(binned: BinnedLog, circle: Mapping[str, float], sd_m: floa
     stretch = np.round(angle * circle["radius_m"] / (2 * sd_m))
     angle = angle[np.unique(stretch, return_index=True)[1]]
     a = np.column_stack([np.cos(angle), np.sin(angle), np.ones(len(angle))])
-    extent_m = float(np.hypot(*np.ptp(binned.pose[:, :2], axis=0)))
+    extent_m = max(float(np.hypot(*np.ptp(binned.pose[:, :2], axis=0))), sd_m)
     return np.asarray(np.linalg.inv(a.T @ a / sd_m**2 + np.eye(len(CIRCLE)) / extent_m**2))
 
 
