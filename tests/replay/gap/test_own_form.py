@@ -126,6 +126,8 @@ def test_a_corner_between_those_that_are_tried_is_found_and_told():
     usual = fit_model(problem, Extension(BASE, {"torque_deadzone": {"threshold_nm": 0.04}}))
     fit = with_own_form(usual, "torque_deadzone")
     assert fit.extension.corner_share == pytest.approx(0.075, abs=0.02)
+    (stated,) = fit.extension.with_forms((Effect("torque_deadzone", {"threshold_nm": 0.06}),))
+    assert type(stated.corner_share) is float  # as a file holds it
     nearest = gauss_newton(problem, fit.extension.in_form("corner_share", 0.1), fit.noise, 6)
     off = nearest.values[0] - fit.values[0]
     told, left = (float(np.sqrt(spread_of_forms(one)[0, 0])) for one in (nearest, fit))

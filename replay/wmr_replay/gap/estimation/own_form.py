@@ -86,7 +86,7 @@ def forms_at(fit: Fit, field: str, values: tuple[float, ...], steps: int, keys: 
     """The fit beside those at other values of a freedom, with the parameters ``keys`` found again."""
     here = getattr(fit.extension, field) or fit.problem.settings.forms.usual[field]
     fits = {here: fit}
-    for value in values:
+    for value in map(float, values):
         if value != here:
             fits[value] = gauss_newton(
                 fit.problem, fit.extension.in_form(field, value), fit.noise, steps, keys=keys
