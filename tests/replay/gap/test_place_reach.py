@@ -14,7 +14,13 @@ from tests.replay.gap.plain_loop import BASE, ROBOT, problem_of
 from wmr_replay.gap.estimation.refit import fit_model, keys_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.effects import within_the_log
-from wmr_replay.gap.result.place_reach import circle_covariance, over_slips, place_covariance, reach
+from wmr_replay.gap.result.place_reach import (
+    circle_covariance,
+    crossed_once,
+    over_slips,
+    place_covariance,
+    reach,
+)
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
@@ -152,3 +158,15 @@ def test_a_lever_arm_has_no_edge_and_a_time_the_one_of_its_form():
     at = fit.keys.index(("load_step", "t0_s"))
     assert V[at, at] == problem.settings.report.edge_sd_s**2
     assert V.sum() == V[at, at]
+
+
+@pytest.mark.parametrize(("angles", "told"), [([-0.2, 0.2], True), ([0.2, 1.6, 2.9, 4.4], False)])
+def test_a_patch_that_is_crossed_once_is_said_with_the_places(angles, told):
+    binned = crossing(np.array(angles), (0.0, 0.0, 5.0))
+    binned.settings = loaded(20.0).settings
+    circle = {"x_m": 0.0, "y_m": 0.0, "radius_m": 5.0, "loss": 0.5}
+    fit = SimpleNamespace(extension=Extension(BASE, {"low_friction_patch": circle}))
+    notes = crossed_once(binned, fit)
+    assert len(notes) == told
+    if told:
+        assert "at (4.9, -1.0) m and (4.9, 1.0) m alone" in notes[0]

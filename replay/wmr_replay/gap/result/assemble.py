@@ -13,6 +13,7 @@ from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
+from wmr_replay.gap.result.place_reach import crossed_once
 from wmr_replay.gap.result.result import CandidateScore, GapResult, Where
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.traces import residual, traces_of
@@ -41,6 +42,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
     sentence, in_modes = sentence_of(verdict, effects, notes), tuple[str, ...]()
+    if verdict in ("named", "ambiguous"):
+        notes = (*notes, *crossed_once(binned, fit))
     if verdict in ("nothing_missing", "not_enough_excitation"):
         in_modes = (*slipping_note(problem), *skidding_note(problem, detectable))
     trained = windows_within(problem, problem.fold(0).train)

@@ -65,17 +65,40 @@ def place_covariance(fit: Fit, binned: BinnedLog) -> F64:
 
 
 def circle_covariance(binned: BinnedLog, circle: Mapping[str, float], sd_m: float) -> F64:
-    """The covariance (3, 3) of centre and radius, from where the path crosses the circle; what lies within 2σ
-    of its edge has one form, however often it is crossed.
+    """The covariance (3, 3) of centre and radius, from where the path crosses the circle."""
+    angle = crossings(binned, circle, sd_m)
+    a = np.column_stack([np.cos(angle), np.sin(angle), np.ones(len(angle))])
+    extent_m = max(float(np.hypot(*np.ptp(binned.pose[:, :2], axis=0))), sd_m)
+    return np.asarray(np.linalg.inv(a.T @ a / sd_m**2 + np.eye(len(CIRCLE)) / extent_m**2))
+
+
+def crossings(binned: BinnedLog, circle: Mapping[str, float], sd_m: float) -> F64:
+    """The directions from the centre, in rad, in which the path crosses the edge; within 2σ it has one form,
+    however often it is crossed there.
     """
     across, along = binned.pose[:, 0] - circle["x_m"], binned.pose[:, 1] - circle["y_m"]
     crosses = np.flatnonzero(np.diff(np.hypot(across, along) < circle["radius_m"]))
     angle = np.arctan2(along, across)[crosses]
     stretch = np.round(angle * circle["radius_m"] / (2 * sd_m))
-    angle = angle[np.unique(stretch, return_index=True)[1]]
-    a = np.column_stack([np.cos(angle), np.sin(angle), np.ones(len(angle))])
-    extent_m = max(float(np.hypot(*np.ptp(binned.pose[:, :2], axis=0))), sd_m)
-    return np.asarray(np.linalg.inv(a.T @ a / sd_m**2 + np.eye(len(CIRCLE)) / extent_m**2))
+    return np.asarray(angle[np.unique(stretch, return_index=True)[1]])
+
+
+def crossed_once(binned: BinnedLog, fit: Fit) -> tuple[str, ...]:
+    """A note for each patch of the model ``fit`` of whose edge the path crosses two places alone."""
+    notes = []
+    for name, circle in fit.extension.effects.items():
+        if not circle.keys() >= {*CIRCLE}:
+            continue
+        angle = crossings(binned, circle, binned.settings.report.edge_sd_m)
+        if len(angle) <= 2:
+            x_m = circle["x_m"] + circle["radius_m"] * np.cos(angle)
+            y_m = circle["y_m"] + circle["radius_m"] * np.sin(angle)
+            ends = " and ".join(f"({x:.1f}, {y:.1f}) m" for x, y in zip(x_m, y_m, strict=True))
+            notes.append(
+                f"the path crosses the edge of the {name} at {ends} alone: all circles through these places, "
+                "small ones and large ones beside the path, look alike"
+            )
+    return tuple(notes)
 
 
 def over_slips(binned: BinnedLog, ends: tuple[float, float], hole_s: float) -> tuple[float, float]:
