@@ -2,6 +2,7 @@
 share of a threshold over which a dead zone or a limit of the torques sets in. The oracles are plain loops.
 """
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from tests.replay.gap.plain_loop import BASE, KEPT, ROBOT, SETTINGS
 from wmr_replay.effects.motion import sign
 from wmr_replay.effects.theta import N_THETA, Theta
 from wmr_replay.gap.estimation.modes import lasting_effects
-from wmr_replay.gap.estimation.own_form import has_own_form, spread_of_forms, with_own_form
+from wmr_replay.gap.estimation.own_form import Forms, forms_at, has_own_form, spread_of_forms, with_own_form
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton
 from wmr_replay.gap.model.base import BaseModel
@@ -133,6 +134,16 @@ def test_a_corner_between_those_that_are_tried_is_found_and_told():
     told, left = (float(np.sqrt(spread_of_forms(one)[0, 0])) for one in (nearest, fit))
     assert told > 0.7 * abs(off)
     assert left < 0.7 * told
+
+
+def test_a_form_with_which_the_model_runs_away_is_none(monkeypatch):
+    problem = Problem.of(bin_log(zoned_log(sharp), SETTINGS)).all_fitted()
+    fit = fit_model(problem, Extension(BASE, {"torque_deadzone": {"threshold_nm": 0.06}}))
+    lost = replace(fit, deviance=np.inf)
+    monkeypatch.setattr(sys.modules[Forms.__module__], "gauss_newton", lambda *_, **__: lost)
+    assert forms_at(fit, "corner_share", (0.1, 0.25), 1, fit.keys) == Forms(np.array([0.0]), (fit,))
+    assert with_own_form(fit, "torque_deadzone") is fit
+    np.testing.assert_array_equal(spread_of_forms(fit), 0.0)
 
 
 def test_a_share_goes_into_the_model_and_comes_back_with_it():

@@ -17,6 +17,7 @@ from wmr_replay.gap.result.effects import within_the_log
 from wmr_replay.gap.result.place_reach import (
     circle_covariance,
     crossed_once,
+    crossings,
     over_slips,
     place_covariance,
     reach,
@@ -170,3 +171,11 @@ def test_a_patch_that_is_crossed_once_is_said_with_the_places(angles, told):
     assert len(notes) == told
     if told:
         assert "at (4.9, -1.0) m and (4.9, 1.0) m alone" in notes[0]
+
+
+def test_noise_about_one_place_of_an_edge_makes_no_other_places():
+    """Wherever the place lies: also where directions begin again, at half a turn."""
+    circle, jitter = (0.0, 0.0, 2.0), np.array([-0.02, 0.03, -0.01, 0.02])
+    for at in np.linspace(-np.pi, np.pi, 41):
+        path = crossing(np.concatenate([at + jitter, at + 2.0 + jitter]), circle)
+        assert len(crossings(path, {"x_m": 0.0, "y_m": 0.0, "radius_m": 2.0}, 0.15)) == 2

@@ -55,6 +55,8 @@ class Forms(NamedTuple):
 
     def between(self) -> tuple[F64, F64, F64]:
         """Values of the freedom, evenly spread in √f (m,), the deviances (m,) and the parameters (m, q)."""
+        if len(self.fits) == 1:
+            return self.freedoms, self.deviances, self.best.values[np.newaxis]
         known = np.sqrt(self.freedoms)
         fine = np.linspace(known[0], known[-1], self.best.problem.settings.forms.fine)
         values = np.array([fit.values for fit in self.fits])
@@ -83,7 +85,9 @@ def with_own_form(fit: Fit, name: str) -> Fit:
 
 
 def forms_at(fit: Fit, field: str, values: tuple[float, ...], steps: int, keys: Keys) -> Forms:
-    """The fit beside those at other values of a freedom, with the parameters ``keys`` found again."""
+    """The fit beside those at other values of a freedom, with the parameters ``keys`` found again. A value at
+    which the model runs away is left out.
+    """
     here = getattr(fit.extension, field) or fit.problem.settings.forms.usual[field]
     fits = {here: fit}
     for value in map(float, values):
@@ -91,7 +95,7 @@ def forms_at(fit: Fit, field: str, values: tuple[float, ...], steps: int, keys: 
             fits[value] = gauss_newton(
                 fit.problem, fit.extension.in_form(field, value), fit.noise, steps, keys=keys
             )
-    freedoms = sorted(fits)
+    freedoms = sorted(value for value, one in fits.items() if np.isfinite(one.deviance))
     return Forms(np.array(freedoms), tuple(fits[value] for value in freedoms))
 
 

@@ -73,14 +73,17 @@ def circle_covariance(binned: BinnedLog, circle: Mapping[str, float], sd_m: floa
 
 
 def crossings(binned: BinnedLog, circle: Mapping[str, float], sd_m: float) -> F64:
-    """The directions from the centre, in rad, in which the path crosses the edge; within 2σ it has one form,
-    however often it is crossed there.
+    """The directions from the centre, in rad, in which the path crosses the edge, 2σ apart or more: nearer to
+    one another the edge has one form, however often it is crossed there.
     """
     across, along = binned.pose[:, 0] - circle["x_m"], binned.pose[:, 1] - circle["y_m"]
     crosses = np.flatnonzero(np.diff(np.hypot(across, along) < circle["radius_m"]))
-    angle = np.arctan2(along, across)[crosses]
-    stretch = np.round(angle * circle["radius_m"] / (2 * sd_m))
-    return np.asarray(angle[np.unique(stretch, return_index=True)[1]])
+    apart, kept = 2 * sd_m / circle["radius_m"], list[float]()
+    for angle in np.sort(np.arctan2(along, across)[crosses]).tolist():
+        from_last, from_first = (angle - kept[-1], kept[0] + 2 * np.pi - angle) if kept else (np.inf, np.inf)
+        if min(from_last, from_first) >= apart:
+            kept.append(angle)
+    return np.array(kept)
 
 
 def crossed_once(binned: BinnedLog, fit: Fit) -> tuple[str, ...]:

@@ -220,7 +220,7 @@ def merge_habits(hypotheses: HypothesisSet, twin: int, candidate: int) -> None:
 
 @lean
 def log_of_sum(one: float, other: float) -> float:
-    """Ln(eᵃ + eᵇ). A process that loads it needs none of numba's functions of numpy, which take .1 s."""
+    """Ln(exp(one) + exp(other)), as ``logaddexp``, which would import numba's functions of numpy: .1 s."""
     if one == other:
         return float(one + LN_2)
     more, less = (one, other) if one > other else (other, one)
