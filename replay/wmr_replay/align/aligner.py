@@ -6,7 +6,7 @@ import numpy as np
 
 from wmr_replay.align.batch import SampleBatch
 from wmr_replay.align.hold import hold_mean, last_before
-from wmr_replay.align.reorder import EARLIEST, Reorder, join, take
+from wmr_replay.align.reorder import EARLIEST, Reorder, between, join, take
 from wmr_schemas.absurd import without_absurd
 from wmr_schemas.arrays import F64, I8, I64, NS_PER_S
 from wmr_schemas.batches import RawBatch, Rows
@@ -105,7 +105,7 @@ class Aligner:
         means, signal.t_ns, used = hold_mean(
             pose_ns, before_ns, rows.t_ns, rows.values, signal.t_ns, signal.values, self._max_hold_ns
         )
-        signal.waiting = take(rows, np.arange(used, len(rows)))
+        signal.waiting = between(rows, slice(used, None))
         return means
 
     def _with_wheels(self, inputs: F64, pose_ns: I64, arrived: Rows) -> F64:
@@ -122,5 +122,5 @@ class Aligner:
         mode, used = last_before(pose_ns, rows.t_ns, rows.values[0], self._mode)
         if used:
             self._mode = float(rows.values[0, used - 1])
-        self._modes = take(rows, np.arange(used, len(rows)))
+        self._modes = between(rows, slice(used, None))
         return np.where((mode >= 0) & (mode <= 3), mode, -1).astype(np.int8)

@@ -8,6 +8,7 @@ acceleration jumps. A fit of all four says how much of each there is.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -121,13 +122,18 @@ class Scales:
         return found[0], found[1:]
 
 
-def correlation_of(one: F64, other: F64, times_s: F64, step_s: float) -> F64:
-    """Σ_ij one_i other_j exp(−|i − j| step/τ) for each τ (k,)."""
+def products_by_lag(one: F64, other: F64) -> F64:
+    """Σ_ij one_i other_j over |i − j| = 0, 1 … n − 1, of two series (n,)."""
     n = 1 << int(np.ceil(np.log2(2 * len(one))))
     crossed = np.fft.irfft(np.fft.rfft(one, n) * np.conj(np.fft.rfft(other, n)), n)
-    lags = np.minimum(np.arange(n), n - np.arange(n))
-    used = lags < len(one)
-    return np.asarray(np.exp(-lags[used] * step_s / times_s[:, None]) @ crossed[used])
+    found = crossed[: len(one)].copy()
+    found[1:] += crossed[: -len(one) : -1]
+    return found
+
+
+def correlated(by_lag: F64, times_s: F64, step_s: float) -> F64:
+    """Σ_ij one_i other_j exp(−|i − j| step/τ) for each τ (k,), of products by lag (n,)."""
+    return np.asarray(np.exp(-np.arange(len(by_lag)) * step_s / times_s[:, None]) @ by_lag)
 
 
 def shapes_of(blocks: list[int], step_s: float) -> F64:
@@ -141,7 +147,7 @@ def shapes_of(blocks: list[int], step_s: float) -> F64:
     for k, b in enumerate(blocks):
         weights = np.repeat(BLOCK_DIFFERENCE, b) / b
         out[:, k, WHITE] = 1 / b
-        out[:, k, WOBBLE] = correlation_of(weights, weights, times, step_s)
+        out[:, k, WOBBLE] = correlated(products_by_lag(weights, weights), times, step_s)
         velocity = np.cumsum(np.cumsum(weights)) * step_s
         out[:, k, VELOCITY] = (velocity**2).sum() * step_s
         out[:, k, ACCELERATION] = (np.cumsum(velocity) ** 2).sum() * step_s**3
@@ -179,25 +185,40 @@ def known_scales(n: F64, squares: F64, shapes: F64) -> tuple[F64, F64, F64] | No
     return np.minimum(n[known], TRUSTED), squares[known], shapes[:, known]
 
 
-def colour_of(n: F64, squares: F64, shapes: F64) -> Colour | None:
-    """The colour that explains the mean squares (k,) of ``n`` (k,) differences; None where too few scales
-    tell.
+@dataclass(frozen=True)
+class Explained:
+    """Sizes (τ, 4) of the four sources for each correlation time and the deviance (τ,) that they leave; and
+    the same without a wobble, (4,) and a number.
+    """
+
+    sizes: F64
+    deviance: F64
+    sizes_white: F64
+    deviance_white: float
+    tracked: float
+    """Mean square of neighbouring rows' differences, a tracker's variance of white noise."""
+
+
+def explanations(n: F64, squares: F64, shapes: F64) -> Explained | None:
+    """What explains the mean squares (k,) of ``n`` (k,) differences best, with each correlation time and
+    without a wobble; None where too few scales tell.
     """
     known = known_scales(n, squares, shapes)
     if known is None:
         return None
+    sizes, deviance = explained(*known)
     trust, seen, shapes = known
-    sizes, deviance = explained(trust, seen, shapes)
+    plain, left = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
+    return Explained(sizes, deviance, plain[0], float(left[0]), float(squares[0]))
+
+
+def colour_of(found: Explained) -> Colour:
+    """The colour that explains most; of two times that do, the longer."""
+    deviance = found.deviance
     at = int(np.flatnonzero(deviance <= deviance.min() + NEARLY_AS_GOOD)[-1])
-    white, wobble, velocity, acceleration = sizes[at].tolist()
-    evidence = only_white(*known)[1] - float(deviance[at]) if wobble else 0.0
-    return Colour(white, wobble, TIMES_S[at], velocity, acceleration, float(squares[0]), evidence)
-
-
-def only_white(trust: F64, seen: F64, shapes: F64) -> tuple[F64, float]:
-    """Sizes (4,) without a wobble, and the deviance that white noise and motion leave."""
-    sizes, deviance = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
-    return sizes[0], float(deviance[0])
+    white, wobble, velocity, acceleration = found.sizes[at].tolist()
+    evidence = found.deviance_white - float(deviance[at]) if wobble else 0.0
+    return Colour(white, wobble, TIMES_S[at], velocity, acceleration, found.tracked, evidence)
 
 
 def explained(trust: F64, seen: F64, shapes: F64) -> tuple[F64, F64]:
@@ -239,22 +260,27 @@ class KernelNoise:
 PAIRS = ((0, 0), (0, 1), (1, 1), (2, 2))
 
 
-def kernel_noise(colour: Colour, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoise:
-    """What a colour makes of a kernel's estimates."""
+@dataclass(frozen=True, eq=False)
+class KernelSums:
+    """What a colour's factors and biases are made of: the taps' products by lag (4, n) for each pair of
+    orders, and the squares (2, 3) of the errors by a jump of velocity and of acceleration, summed over when
+    it was.
+    """
+
+    by_lag: F64
+    squares: F64
+
+
+@lru_cache(maxsize=64)
+def kernel_sums(spec: KernelSpec, n_taps: int, step_s: float) -> KernelSums:
+    """The sums of a kernel."""
     taps = uniform_taps(spec, n_taps, step_s)
-    time_s = np.array([colour.time_s])
-    factors = []
-    for a, b in PAIRS:
-        plain = float(taps[a] @ taps[b])
-        coloured = float(correlation_of(taps[a], taps[b], time_s, step_s)[0])
-        whole = colour.white * plain + colour.wobble * coloured
-        factors.append(max(whole / (colour.tracked * plain), 1.0) if plain > 0 else 1.0)
-    delay_s = spec.delay_s((n_taps - 1) * step_s)
-    return KernelNoise(tuple(factors), biases_of(colour, taps, delay_s, step_s))  # type: ignore[arg-type]
+    by_lag = np.stack([products_by_lag(taps[a], taps[b]) for a, b in PAIRS])
+    return KernelSums(by_lag, errors_by_jumps(taps, spec.delay_s((n_taps - 1) * step_s), step_s))
 
 
-def biases_of(colour: Colour, taps: F64, delay_s: float, step_s: float) -> tuple[float, float, float]:
-    """Mean squares of the errors of the orders 0, 1, 2 by jumps of velocity and acceleration at any time."""
+def errors_by_jumps(taps: F64, delay_s: float, step_s: float) -> F64:
+    """∫ e² dt (2, 3) of the errors of the orders 0, 1, 2 by a unit jump of velocity, and of acceleration."""
     k = np.arange(taps.shape[1], dtype=float)
     ages = k * step_s
     sums = [np.cumsum(taps * power, axis=1) - taps * power for power in (1.0, k, k * k)]
@@ -263,9 +289,22 @@ def biases_of(colour: Colour, taps: F64, delay_s: float, step_s: float) -> tuple
     velocity = step_s * (k * sums[0] - sums[1]) - np.stack([ago, behind, 0 * ago])
     parabola = 0.5 * step_s**2 * (k * k * sums[0] - 2 * k * sums[1] + sums[2])
     acceleration = parabola - np.stack([0.5 * ago**2, ago, behind])
-    squares = colour.velocity_jumps * velocity**2 + colour.acceleration_jumps * acceleration**2
-    position, speed, acceleration_error = (squares.sum(axis=1) * step_s).tolist()
-    return position, speed, acceleration_error
+    return np.stack([(error**2).sum(axis=1) * step_s for error in (velocity, acceleration)])
+
+
+def kernel_noise(colour: Colour, spec: KernelSpec, n_taps: int, step_s: float) -> KernelNoise:
+    """What a colour makes of a kernel's estimates."""
+    sums, time_s = kernel_sums(spec, n_taps, step_s), np.array([colour.time_s])
+    plain = sums.by_lag[:, 0]
+    whole = colour.white * plain + colour.wobble * np.array(
+        [correlated(one, time_s, step_s)[0] for one in sums.by_lag]
+    )
+    known = plain > 0
+    factors = np.maximum(whole / np.where(known, colour.tracked * plain, 1.0), 1.0)
+    position, speed, acceleration = (
+        np.array([colour.velocity_jumps, colour.acceleration_jumps]) @ sums.squares
+    ).tolist()
+    return KernelNoise(tuple(np.where(known, factors, 1.0).tolist()), (position, speed, acceleration))
 
 
 def worst_factor(noise: KernelNoise) -> float:

@@ -12,11 +12,8 @@ from wmr_replay.differentiate.colour import (
     TIMES_S,
     WHITE,
     WOBBLE,
-    explained,
-    known_scales,
-    only_white,
+    Explained,
 )
-from wmr_schemas.arrays import F64
 
 FORGOTTEN_S = 0.2
 """To a filter that remembers so long, a slower wobble is motion."""
@@ -42,24 +39,21 @@ class LikelyNoise(NamedTuple):
 UNKNOWN = LikelyNoise(0.0, 0.0, 0.0)
 
 
-def likely_noise(n: F64, squares: F64, shapes: F64, step_s: float) -> LikelyNoise:
-    """The noise behind mean squares (k,) of ``n`` (k,) differences ``step_s`` apart; 0 where too few tell.
+def likely_noise(found: Explained | None, step_s: float) -> LikelyNoise:
+    """The noise behind what explains the mean squares of differences ``step_s`` apart; 0 where too few tell.
 
     A wobble of w for τ hides as white noise of its density at the angular frequency 1/T, T =
     :data:`FORGOTTEN_S`: w 2 τ/(1 + (τ/T)²) over the step. Its weight is exp(−deviance/2), with
     :data:`COST`, times the prior.
     """
-    known = known_scales(n, squares, shapes)
-    if known is None:
+    if found is None:
         return UNKNOWN
-    sizes, deviance = explained(*known)
-    plain, left = only_white(*known)
-    times_s = np.array(TIMES_S)
+    sizes, times_s = found.sizes, np.array(TIMES_S)
     hides = 2 * times_s / (1 + (times_s / FORGOTTEN_S) ** 2) / step_s
-    each = np.append(sizes[:, WHITE] + hides * sizes[:, WOBBLE], plain[WHITE])
+    each = np.append(sizes[:, WHITE] + hides * sizes[:, WOBBLE], found.sizes_white[WHITE])
     wobble = np.append(sizes[:, WOBBLE], 0.0)
     prior = np.append(np.full(len(times_s), (1 - NONE) / len(times_s)), NONE)
-    cost = np.append(deviance + COST, left)
+    cost = np.append(found.deviance + COST, found.deviance_white)
     weight = prior * np.exp(-0.5 * (cost - cost.min()))
     weight /= weight.sum()
-    return LikelyNoise(float(weight @ each), float(squares[0]), float(weight @ wobble))
+    return LikelyNoise(float(weight @ each), found.tracked, float(weight @ wobble))

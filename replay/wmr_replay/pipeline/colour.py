@@ -15,9 +15,11 @@ from wmr_replay.differentiate.colour import (
     EVIDENCE,
     LEAST_GAIN,
     Colour,
+    Explained,
     KernelNoise,
     Scales,
     colour_of,
+    explanations,
     kernel_noise,
     shapes_of,
     worst_factor,
@@ -124,26 +126,30 @@ class PoseColour:
     def _find(self, now_s: float) -> None:
         """Look again; what is found holds from now on."""
         self._next_s = max(now_s + 1e-6, min(GROWTH * self._next_s, self._next_s + LONGEST_S))
-        position, yaw = (colour_of(*one, self._shapes) for one in self._levels())
-        colours = None if position is None or yaw is None else (position, yaw)
-        self.found.append(Found(colours, self._factors(), log_s=0.0 if colours is None else now_s))
+        position, yaw = explained = self._explained()
+        colours = None if position is None or yaw is None else (colour_of(position), colour_of(yaw))
+        log_s = 0.0 if colours is None else now_s
+        self.found.append(Found(colours, self._factors(explained), log_s=log_s))
 
-    def _levels(self) -> list[tuple[F64, F64]]:
-        """Differences and mean squares by scale, of position and of yaw, so far."""
+    def _explained(self) -> tuple[Explained | None, Explained | None]:
+        """What explains the differences of position and of yaw so far, at every scale."""
         n, squares = self._scales.levels()
-        return list(zip((2 * n, n), squares, strict=True))
+        position, yaw = (
+            explanations(one, seen, self._shapes) for one, seen in zip((2 * n, n), squares, strict=True)
+        )
+        return position, yaw
 
-    def _factors(self) -> tuple[float, float]:
-        """On the tracked variances of position and yaw, as the log so far makes them likely."""
-        p, y = (likely_noise(*one, self._shapes, self._step_s).factor for one in self._levels())
-        return p, y
+    def _factors(self, explained: tuple[Explained | None, Explained | None]) -> tuple[float, float]:
+        """On the tracked variances of position and yaw, as what explains them makes them likely."""
+        position, yaw = (likely_noise(one, self._step_s).factor for one in explained)
+        return position, yaw
 
     def in_hindsight(self) -> tuple[I64, F64]:
         """From which stamps on (k,) which ratios (k, 2) raise the factors of position and yaw that the log so
         far gave to those of all rows pushed. None is lowered: what seemed likely was no mere chance of noise.
         """
         given = np.array([found.factors for found in self.found])
-        return np.array(self._since_ns), np.maximum(np.array(self._factors()) / given, 1.0)
+        return np.array(self._since_ns), np.maximum(np.array(self._factors(self._explained())) / given, 1.0)
 
     def widen(
         self,

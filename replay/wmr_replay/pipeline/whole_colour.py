@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.differentiate.colour import Scales, shapes_of
+from wmr_replay.differentiate.colour import Scales, explanations, shapes_of
 from wmr_replay.differentiate.likely_noise import likely_noise
 from wmr_schemas.arrays import F64
 
@@ -36,5 +36,8 @@ def whole_colour(t_s: F64, pose: F64) -> WholeColour:
     shapes = shapes_of([scale.b for scale in scales.scales], step_s)
     scales.push(np.stack([t_s, *pose, np.zeros(len(t_s))]))
     n, squares = scales.levels()
-    found = [likely_noise(one, seen, shapes, step_s) for one, seen in zip((2 * n, n), squares, strict=True)]
+    found = [
+        likely_noise(explanations(one, seen, shapes), step_s)
+        for one, seen in zip((2 * n, n), squares, strict=True)
+    ]
     return WholeColour(*np.array(found).T)

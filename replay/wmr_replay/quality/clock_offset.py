@@ -22,7 +22,7 @@ from wmr_replay.quality.best_lag import best_lag
 from wmr_replay.quality.even_grid import EvenGrid
 from wmr_replay.quality.interface import Observed
 from wmr_replay.quality.lag_costs import BlockCosts, PooledCosts
-from wmr_schemas.arrays import F64, I8, Bool
+from wmr_schemas.arrays import F64, I8, I64, Bool
 from wmr_schemas.findings import Finding, Severity, finding
 from wmr_schemas.status import Status
 
@@ -99,19 +99,14 @@ class ClockOffset:
     def push(self, rows: Observed) -> I8:
         """Take rows in; none is barred."""
         self._holds.push(rows.t_s, rows.inputs[2])
-        motion, (left_nm, right_nm, left_radps, right_radps) = rows.motion, rows.smoothed
-        signals = np.stack(
-            [
-                motion.v_long_mps,
-                motion.yaw_rate_radps,
-                motion.a_long_mps2,
-                motion.yaw_acc_radps2,
-                left_radps + right_radps,
-                right_radps - left_radps,
-                left_nm + right_nm,
-                right_nm - left_nm,
-            ]
-        )
+        m = rows.motion
+        measured = m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2
+
+        def signals(at: I64) -> F64:
+            left_nm, right_nm, left_radps, right_radps = rows.smoothed[:, at]
+            sums = left_radps + right_radps, right_radps - left_radps, left_nm + right_nm, right_nm - left_nm
+            return np.stack([*(one[at] for one in measured), *sums])
+
         points = self._grid.push(rows.t_s, signals)
         for k in range(2):
             speed, acceleration, wheels, effort = points[k], points[2 + k], points[4 + k], points[6 + k]

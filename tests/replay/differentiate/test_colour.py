@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from wmr_replay.differentiate import KernelSpec, uniform_taps
-from wmr_replay.differentiate.colour import EVIDENCE, Scales, colour_of, kernel_noise, shapes_of
+from wmr_replay.differentiate.colour import EVIDENCE, Scales, colour_of, explanations, kernel_noise, shapes_of
 
 STEP_S, N = 0.01, 12_000
 
@@ -28,7 +28,8 @@ def found(columns, pieces=1):
     for part in np.array_split(columns, pieces, axis=1):
         scales.push(part)
     n, squares = scales.levels()
-    return colour_of(n, squares[0], shapes_of([scale.b for scale in scales.scales], STEP_S))
+    shapes = shapes_of([scale.b for scale in scales.scales], STEP_S)
+    return colour_of(explanations(n, squares[0], shapes))
 
 
 def motion(n):

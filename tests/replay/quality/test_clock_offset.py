@@ -158,7 +158,10 @@ def test_the_grid_is_linear_between_rows_and_holes_stay_unknown(cuts, seed):
     rng = np.random.default_rng(seed)
     t_s = np.cumsum(rng.choice([0.01, 0.03, 0.8], 200, p=[0.5, 0.45, 0.05]))
     grid = EvenGrid(0.05, 1, 0.5)
-    points = [grid.push(t_s[a:b], 3.0 * t_s[None, a:b]) for a, b in pairwise([0, *sorted(cuts), 200])]
+    points = [
+        grid.push(t_s[a:b], lambda at, a=a: 3.0 * t_s[None, a + at])
+        for a, b in pairwise([0, *sorted(cuts), 200])
+    ]
     points = np.concatenate(points, axis=1)[0]
     expected = 3.0 * 0.05 * np.arange(np.floor(t_s[0] / 0.05) + 1, np.floor(t_s[-1] / 0.05) + 1)
     known = np.isfinite(points)
@@ -174,7 +177,7 @@ def test_the_grid_is_linear_between_rows_and_holes_stay_unknown(cuts, seed):
 def test_holes_of_years_are_filled_with_a_few_points_only(cut):
     t_s = np.concatenate([np.arange(40) * 0.05, 3e9 + np.arange(40) * 0.05, 6e9 + np.arange(40) * 0.05])
     grid = EvenGrid(0.05, 1, 0.5)
-    parts = [grid.push(part, np.ones((1, len(part)))) for part in (t_s[: 40 + cut], t_s[40 + cut :])]
+    parts = [grid.push(part, lambda at: np.ones((1, len(at)))) for part in (t_s[: 40 + cut], t_s[40 + cut :])]
     points = np.concatenate(parts, axis=1)[0]
     assert len(points) == pytest.approx(120 + 2 * 6 * 20, abs=4)
     assert np.isfinite(points).sum() == pytest.approx(120, abs=6)
