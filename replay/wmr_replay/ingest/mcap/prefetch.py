@@ -13,7 +13,7 @@ from wmr_replay.ingest.storage.source import LogPath
 
 N_THREADS = 2
 _N_AHEAD = 2
-_GROUP_BYTES, _GROUP_MESSAGES = 8 << 20, 1 << 14
+_GROUP_BYTES, _GROUP_MESSAGES = 8 << 20, 1 << 15
 """Spans are handed over together and become one batch: what Python does, it does once for all of them. More
 messages than that take memory behind ingest, and save no time.
 """
