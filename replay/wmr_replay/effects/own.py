@@ -14,8 +14,9 @@ Named = Iterable[tuple[str, Values]]
 
 def acting(effects: Named, acts_on: str) -> list[tuple[OwnEffect, Values]]:
     """The users' effects among ``effects`` that act there, in their order."""
-    known = own_effects()
-    found = [(known[name], values) for name, values in effects if name in known]
+    named = list(effects)
+    known = own_effects() if named else {}
+    found = [(known[name], values) for name, values in named if name in known]
     return [(effect, values) for effect, values in found if effect.declaration.acts_on == acts_on]
 
 
