@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from wmr_replay.effects.measurement import yaw_error
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_MOTION, N_STATE, V_LAT, Base, Row, V, W, measured, skids, step
 from wmr_replay.gap.model.extension import Extension
@@ -166,7 +167,7 @@ def window_residuals(binned: BinnedLog, extension: Extension, windows: Windows) 
     """The residuals of each window, simulated from its own fitted start."""
     own = binned.settings.windows
     for (a, b), window in zip(windows, cut(binned, extension, windows), strict=True):
-        start = starting_motion(binned, a, extension.base)
+        start = starting_motion(binned, a, extension.base, turned_rad(window))
         _, whitened = fit_window(start, window, own.rounds, own.tries)
         yield (a, b), near(whitened, own.far_sd) * window.scale, window.scale
 
@@ -193,11 +194,13 @@ def moved_path(
     own, farthest = binned.settings.windows, 0.0
     cuts = (cut(binned, model, windows) for model in (without, with_it))
     for (a, _), before, after in zip(windows, *cuts, strict=True):
-        z, there = fit_window(starting_motion(binned, a, with_it.base), after, own.rounds, own.tries)
+        start = starting_motion(binned, a, with_it.base, turned_rad(after))
+        z, there = fit_window(start, after, own.rounds, own.tries)
         if same_start:
             other = simulated(z, before)
         else:
-            _, other = fit_window(starting_motion(binned, a, without.base), before, own.rounds, own.tries)
+            start = starting_motion(binned, a, without.base, turned_rad(before))
+            _, other = fit_window(start, before, own.rounds, own.tries)
         apart = (near(other, own.far_sd) - near(there, own.far_sd)) * after.scale
         farthest = max(farthest, float(np.hypot(*apart[:, :2].T).max()))
     return farthest
@@ -210,12 +213,20 @@ def simulated(z0: F64, window: Window) -> F64:
     return left.reshape(-1, 3)
 
 
-def starting_motion(binned: BinnedLog, a: int, base: Base) -> F64:
-    """Pose and speeds (9,) at row ``a`` by least squares over the next ten rows."""
+def turned_rad(window: Window) -> float:
+    """By how much the model says that the yaw of a window's first row is off."""
+    return sum(yaw_error(window.rows[0, Row.AGE], 1.0, window.theta))
+
+
+def starting_motion(binned: BinnedLog, a: int, base: Base, off_rad: float = 0.0) -> F64:
+    """Pose and speeds (9,) at row ``a`` by least squares over the next ten rows, of whose yaw so much is an
+    error: from the other side of the circle no step leads back.
+    """
     head = slice(a, a + binned.settings.windows.start_rows)
     slopes = np.polyfit(binned.t_s[head] - binned.t_s[a], binned.pose[head], 1)
     z = np.zeros(N_STATE)
     z[:3] = slopes[1]
+    z[2] -= off_rad
     cos, sin = np.cos(z[2]), np.sin(z[2])
     z[V] = slopes[0, 0] * cos + slopes[0, 1] * sin
     in_skid = binned.mode[a] in (ContactMode.SKIDDING, ContactMode.SKIDDING_SLIPPING)

@@ -20,6 +20,7 @@ from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.begun import Begun, beginning_of, begins_long, begun_with
 from wmr_replay.gap.search.fit_candidates import price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
 from wmr_replay.gap.search.preliminary import PreliminaryModels, part_of_interest, preliminary_models
@@ -83,8 +84,9 @@ def find_modes_and_effects(
     Preliminary models come from the base model's modes. With each, the modes are identified again and the
     selection is made from the start. What is less likely than the base model's modes with nothing missing is
     no solution: slip and skid explain more. Where none holds, the answer is that of the base model's modes,
-    or why the log cannot carry a verdict.
+    or why the log cannot carry a verdict. A long log is answered as its beginning is, where that holds.
     """
+    begun = shown_at_first(log, extension, options)
     track = likely_modes(log, extension, options.gates)
     first = Problem.of(bin_identified(log, track, options.gates)).all_fitted()
     extension = with_sideslip(first, extension)
@@ -93,6 +95,8 @@ def find_modes_and_effects(
     selections = Selections(extension, options)
     first = selections.known(first)
     tell("naming", 0.2)
+    if begun is not None and (answer := answer_as_begun(log, first, begun, selections)) is not None:
+        return answer.problem, answer.selection
     preliminary = preliminary_models(log, first, selections)
     tell("naming", 0.4)
     solutions: list[Solution] = []
@@ -117,6 +121,28 @@ def find_modes_and_effects(
     if best.is_skidding:  # a mode, and no effect
         return first, confirm(first, selections.of(first), options)
     return best.problem, best.selection
+
+
+def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun | None:
+    """What the beginning of a long log shows to be missing throughout, if anything."""
+    if extension.misfit or not begins_long(log, options.gates):
+        return None
+    _, shown = find_modes_and_effects(
+        beginning_of(log, options.gates), extension, options, lambda _stage, _share: None
+    )
+    return begun_with(shown.found, shown.stages, shown.fit.extension, options.gates)
+
+
+def answer_as_begun(log: Log, first: Problem, begun: Begun, selections: Selections) -> Solution | None:
+    """The solution of a long log that begins with what its beginning shows, where that holds."""
+    so_begun = Selections(selections.extension, selections.options, begun)
+    so_begun.known(first)
+    solution = solve_with(begun.model(selections.extension), log, so_begun, np.inf)[0]
+    if solution.cost >= cost_of(selections.base(first)):
+        return None
+    selection = confirm(solution.problem, solution.selection, selections.options)
+    solution = solution._replace(selection=selection)
+    return solution if solution.holds else None
 
 
 class FarBehind:

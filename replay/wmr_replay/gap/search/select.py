@@ -15,6 +15,7 @@ from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
+from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
 from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
@@ -47,16 +48,23 @@ def select(problem: Problem, extension: Extension, options: GapOptions) -> Selec
 
 
 def forward_selection(
-    problem: Problem, extension: Extension, options: GapOptions, *, terms: bool = True, hints: Hints = ()
+    problem: Problem,
+    extension: Extension,
+    options: GapOptions,
+    *,
+    terms: bool = True,
+    hints: Hints = (),
+    begun: Begun | None = None,
 ) -> Selection:
     """One effect after the other while the best candidate is significant.
 
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
-    are effects at which a fit may start.
+    are effects at which a fit may start; what is ``begun`` stands in front.
     """
     base = current = base_fit(problem, extension)
-    found: list[FittedCandidate] = []
-    stages: list[tuple[FittedCandidate, ...]] = []
+    stages = [] if begun is None else fitted_on_the_whole(problem, base, begun)
+    found = [stage[0] for stage in stages]
+    current = found[-1].fit if found else base
     while len(stages) < options.max_effects:
         fitted = fit_candidates(problem, current, terms=False, hints=hints)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)

@@ -11,15 +11,19 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.begun import Begun, is_whole
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.select import Selection, base_fit, forward_selection
 
 
 class Selections:
-    """Forward selections over the base model ``extension``, every row of the log fitted."""
+    """Forward selections over the base model ``extension``, every row of the log fitted.
 
-    def __init__(self, extension: Extension, options: GapOptions) -> None:
-        self.extension, self.options = extension, options
+    Those on the whole of a long log begin with what is ``begun``, if anything is.
+    """
+
+    def __init__(self, extension: Extension, options: GapOptions, begun: Begun | None = None) -> None:
+        self.extension, self.options, self.begun = extension, options, begun
         self._problems: dict[Hashable, Problem] = {}
         self._made: dict[Hashable, Selection] = {}
 
@@ -33,7 +37,10 @@ class Selections:
         key = labels_of(problem), terms, starts
         if key not in self._made:
             same = self.known(problem)
-            self._made[key] = forward_selection(same, self.extension, self.options, terms=terms, hints=hints)
+            begun = self.begun if is_whole(same) else None
+            self._made[key] = forward_selection(
+                same, self.extension, self.options, terms=terms, hints=hints, begun=begun
+            )
         return self._made[key]
 
     def base(self, problem: Problem) -> Fit:

@@ -36,6 +36,7 @@ from wmr_replay.gap.settings.result import (
 )
 from wmr_replay.gap.settings.scan import MisfitSettings, ScanSettings
 from wmr_replay.gap.settings.search import (
+    BegunSettings,
     CandidateFitSettings,
     ModeSettings,
     SelectionSettings,
@@ -66,6 +67,7 @@ class GateSettings:
     candidates: CandidateFitSettings = field(default_factory=CandidateFitSettings)
     selection: SelectionSettings = field(default_factory=SelectionSettings)
     modes: ModeSettings = field(default_factory=ModeSettings)
+    begun: BegunSettings = field(default_factory=BegunSettings)
     unlabelled: UnlabelledSettings = field(default_factory=UnlabelledSettings)
     slip: SlipSettings = field(default_factory=SlipSettings)
     significance: SignificanceSettings = field(default_factory=SignificanceSettings)

@@ -194,6 +194,19 @@ class UnlabelledSettings:
 
 
 @dataclass(frozen=True)
+class BegunSettings:
+    """What the beginning of a long log is asked for."""
+
+    lasts_s: float = 120.0
+    """Length of the beginning. Statistics: what ninety seconds name nine times of ten, two minutes do; of 36
+    logs of ten minutes to develop they named 30 as the whole does, and wrongly one loss and one drag."""
+
+    long_s: float = 360.0
+    """Logs that last so long are begun so. Numerics: from three times the beginning on, that costs less than
+    the preliminary models and their selections on the whole."""
+
+
+@dataclass(frozen=True)
 class SlipSettings:
     """The test of a loss of traction against the base model's own slipping."""
 
