@@ -16,7 +16,10 @@ from wmr_replay.gap.search.fit_candidates import (
     FittedCandidate,
     assessed,
     compare_in_fine_bins,
+    is_at_an_end,
+    only_answers,
     with_candidate,
+    with_own_forms,
 )
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import NS_PER_S
@@ -101,10 +104,13 @@ def fitted_on_the_whole(problem: Problem, base: Fit, begun: Begun) -> list[Stage
     current, stages = base, list[Stage]()
     for stage in begun.stages:
         new = (one for one in stage if one.name not in current.extension.effects)
-        again = [fitted_again(problem, current, one) for one in new]
-        if not again:
-            continue
-        ranked = compare_in_fine_bins(problem, tuple(sorted(again, key=lambda one: -one.score)))
+        again = sorted((fitted_again(problem, current, one) for one in new), key=lambda one: -one.score)
+        formed = with_own_forms(
+            problem, current, [one for one in again if may_be(problem, one)], len(BY_NAME)
+        )
+        ranked = compare_in_fine_bins(problem, tuple(formed))
+        if not ranked:
+            break
         best = ranked[0]
         if best.failed or best.score <= 0 or best.p_value > problem.settings.significance.level:
             break
@@ -112,6 +118,11 @@ def fitted_on_the_whole(problem: Problem, base: Fit, begun: Begun) -> list[Stage
         stages.append((replace(best, alternatives=others), *ranked[1:]))
         current = best.fit
     return stages
+
+
+def may_be(problem: Problem, one: FittedCandidate) -> bool:
+    """Whether a fitted candidate is one on the whole log, too."""
+    return not (is_at_an_end(problem, one.fit, one.name) or only_answers(problem, one.fit, one.name))
 
 
 def fitted_again(problem: Problem, current: Fit, one: FittedCandidate) -> FittedCandidate:
