@@ -39,10 +39,11 @@ def log():
 
 @pytest.fixture(scope="module")
 def drive(log):
-    """The log in bins, all rolling; its base model; and what a selection on its beginning shows."""
+    """The log in bins with its modes; its base model; and what a selection on its beginning shows."""
     extension = base_model(log, None, GIVEN).extension
-    early = Problem.of(bin_log(beginning_of(log, SHORT), SHORT)).all_fitted()
-    return Problem.of(bin_log(log, SHORT)).all_fitted(), extension, forward_selection(early, extension, GIVEN)
+    early = Problem.of(bin_log(beginning_of(log, SHORT), SHORT, log.mode)).all_fitted()
+    whole = Problem.of(bin_log(log, SHORT, log.mode)).all_fitted()
+    return whole, extension, forward_selection(early, extension, GIVEN)
 
 
 def begun_of(selection):
@@ -126,10 +127,10 @@ def test_what_the_whole_does_not_show_is_not_begun_with(drive):
     drag = selection.found[0]
     wrong = replace(
         drag,
-        scored=replace(drag.scored, name="scrub_torque", parameters={"mu_mps2": 0.01}),
-        fit=replace(drag.fit, extension=extension.with_effect("scrub_torque", {"mu_mps2": 0.01})),
+        scored=replace(drag.scored, name="scrub_torque", parameters={"d0_mps2": 0.01}),
+        fit=replace(drag.fit, extension=extension.with_effect("scrub_torque", {"d0_mps2": 0.01})),
     )
-    assert fitted_again(problem, base, wrong).score < 0
+    assert fitted_again(problem, base, wrong, base.noise).score < 0
     assert fitted_on_the_whole(problem, base, Begun(((wrong,), (drag,)), wrong.fit.extension)) == []
     (stage,) = fitted_on_the_whole(problem, base, Begun(((drag, wrong),), drag.fit.extension))
     assert stage[0].name == "viscous_drag"

@@ -4,11 +4,12 @@ Two minutes name what acts throughout as ninety seconds do, and at a fifth of wh
 whole log it is fitted again, beside its near rivals, and has to pass every gate there.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
@@ -18,7 +19,6 @@ from wmr_replay.gap.search.fit_candidates import (
     compare_in_fine_bins,
     is_at_an_end,
     only_answers,
-    with_candidate,
     with_own_forms,
 )
 from wmr_replay.gap.settings import GateSettings
@@ -103,21 +103,40 @@ def fitted_on_the_whole(problem: Problem, base: Fit, begun: Begun) -> list[Stage
     """
     current, stages = base, list[Stage]()
     for stage in begun.stages:
-        new = (one for one in stage if one.name not in current.extension.effects)
-        again = sorted((fitted_again(problem, current, one) for one in new), key=lambda one: -one.score)
-        formed = with_own_forms(
-            problem, current, [one for one in again if may_be(problem, one)], len(BY_NAME)
-        )
-        ranked = compare_in_fine_bins(problem, tuple(formed))
-        if not ranked:
+        new = [one for one in stage if one.name not in current.extension.effects]
+        ranked = ranked_again(problem, current, new) if new else ()
+        best = next((one for one in ranked if is_significant(problem, one)), None)
+        if best is None:
             break
-        best = ranked[0]
-        if best.failed or best.score <= 0 or best.p_value > problem.settings.significance.level:
-            break
-        others = tuple((one.name, best.score - one.score) for one in ranked[1:] if one.score > 0)
-        stages.append((replace(best, alternatives=others), *ranked[1:]))
+        others = tuple(one for one in ranked if one is not best)
+        near = tuple((one.name, best.score - one.score) for one in others if 0 < one.score <= best.score)
+        stages.append((replace(best, alternatives=near), *others))
         current = best.fit
     return stages
+
+
+def is_significant(problem: Problem, one: FittedCandidate) -> bool:
+    """Whether a candidate explains something for certain, and passes the gates so far."""
+    return not one.failed and one.score > 0 and one.p_value <= problem.settings.significance.level
+
+
+def ranked_again(problem: Problem, current: Fit, stage: Sequence[FittedCandidate]) -> Stage:
+    """The candidates of the beginning beside the current model, by what they explain of the whole log, all at
+    the diffusion that the first one leaves there.
+    """
+    noise = diffusion_beside(problem, current, stage[0])
+    again = sorted((fitted_again(problem, current, one, noise) for one in stage), key=lambda one: -one.score)
+    known = [one for one in again if may_be(problem, one)]
+    return compare_in_fine_bins(problem, tuple(with_own_forms(problem, current, known, len(BY_NAME))))
+
+
+def diffusion_beside(problem: Problem, current: Fit, one: FittedCandidate) -> Diffusion:
+    """The diffusion that a candidate leaves, from that of the beginning and from the current one on: a few
+    iterations may not lead from either to the other.
+    """
+    start, iterations = started(current, one), problem.settings.budget.base_diffusion
+    fits = (fit_model(problem, start, noise, iterations) for noise in (current.noise, one.fit.noise))
+    return min(fits, key=lambda fit: fit.deviance).noise
 
 
 def may_be(problem: Problem, one: FittedCandidate) -> bool:
@@ -125,10 +144,18 @@ def may_be(problem: Problem, one: FittedCandidate) -> bool:
     return not (is_at_an_end(problem, one.fit, one.name) or only_answers(problem, one.fit, one.name))
 
 
-def fitted_again(problem: Problem, current: Fit, one: FittedCandidate) -> FittedCandidate:
+def started(current: Fit, one: FittedCandidate) -> Extension:
+    """The current model with a candidate as the beginning shows it."""
+    own = one.fit.extension
+    return current.extension.as_in(own).with_effect(one.name, dict(own.effects[one.name]))
+
+
+def fitted_again(
+    problem: Problem, current: Fit, one: FittedCandidate, noise: Diffusion | None
+) -> FittedCandidate:
     """A candidate of the beginning beside the current model, with what it explains of the whole log."""
-    extension = current.extension.as_in(one.fit.extension)
-    scored = replace(one.scored, parameters=dict(one.fit.extension.effects[one.name]))
-    start = with_candidate(replace(current, extension=extension), scored)
-    fit = fit_model(problem, start, one.fit.noise, problem.settings.budget.best_diffusion)
+    budget = problem.settings.budget
+    start = started(current, one)
+    fit = fit_model(problem, start, noise, budget.ranked_diffusion, budget.ranked_steps)
+    scored = replace(one.scored, parameters=dict(start.effects[one.name]))
     return assessed(problem, current, scored, fit, len(BY_NAME))

@@ -17,13 +17,18 @@ from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.candidates import LOCAL, SKID
+from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begins_long, begun_with
-from wmr_replay.gap.search.fit_candidates import price_of
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
-from wmr_replay.gap.search.preliminary import PreliminaryModels, part_of_interest, preliminary_models
+from wmr_replay.gap.search.preliminary import (
+    PreliminaryModels,
+    one_effect,
+    part_of_interest,
+    preliminary_models,
+)
 from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
@@ -134,15 +139,33 @@ def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun
 
 
 def answer_as_begun(log: Log, first: Problem, begun: Begun, selections: Selections) -> Solution | None:
-    """The solution of a long log that begins with what its beginning shows, where that holds."""
+    """The solution of a long log that begins with what its beginning shows, where that holds.
+
+    Of two effects that explain the whole about equally well, the modes are identified with either.
+    """
     so_begun = Selections(selections.extension, selections.options, begun)
     so_begun.known(first)
-    solution = solve_with(begun.model(selections.extension), log, so_begun, np.inf)[0]
+    model = begun.model(selections.extension)
+    solution = solve_with(model, log, so_begun, np.inf)[0]
+    rival = near_rival(solution, model)
+    if rival is not None:
+        other = one_effect(selections.extension, rival)
+        solution = min([solution, *solve_with(other, log, so_begun, solution.cost)], key=lambda one: one.cost)
     if solution.cost >= cost_of(selections.base(first)):
         return None
     selection = confirm(solution.problem, solution.selection, selections.options)
     solution = solution._replace(selection=selection)
     return solution if solution.holds else None
+
+
+def near_rival(solution: Solution, model: Extension) -> FittedCandidate | None:
+    """The best of the candidates that explain about as much as the first effect of a solution and are not in
+    its preliminary ``model``; None without one.
+    """
+    hopeless = solution.problem.settings.modes.hopeless
+    stage = solution.selection.stages[0] if solution.selection.found else ()
+    others = (one for one in stage if one.name in BY_NAME and one.name not in (*model.effects, *LOCAL))
+    return next((one for one in others if stage[0].score - one.score < hopeless), None)
 
 
 class FarBehind:
