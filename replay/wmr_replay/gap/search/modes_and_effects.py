@@ -281,14 +281,15 @@ def with_missed_slipping(solution: Solution, selections: Selections) -> Solution
 
 
 def is_shown_nearby(doubt: Labelling, problem: Problem, selections: Selections) -> bool:
-    """Whether the part of a long log about a doubtful interval shows what a selection on the whole is asked
-    for; of a short log nobody knows before.
+    """Whether the part of a long log about a doubtful interval shows a loss of traction, which a selection on
+    the whole is asked for; of a short log nobody knows before.
     """
     part = part_of_interest(doubt, problem)
     if part is doubt.problem:
         return True
     selection = selections.of(part, terms=False, hints=doubt.hints)
-    return bool(selection.found) and missed_slipping(part, selection.fit) is part
+    loses = any(one.name in LOCAL for one in selection.found)
+    return loses and missed_slipping(part, selection.fit) is part
 
 
 def with_settled_losses(solution: Solution) -> Solution:

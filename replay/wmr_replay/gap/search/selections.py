@@ -19,7 +19,8 @@ from wmr_replay.gap.search.select import Selection, base_fit, forward_selection
 class Selections:
     """Forward selections over the base model ``extension``, every row of the log fitted.
 
-    Those on the whole of a long log begin with what is ``begun``, if anything is.
+    Those on the whole of a long log begin with what is ``begun``, if anything is, and leave terms to the
+    formula that is looked for behind them.
     """
 
     def __init__(self, extension: Extension, options: GapOptions, begun: Begun | None = None) -> None:
@@ -38,6 +39,7 @@ class Selections:
         if key not in self._made:
             same = self.known(problem)
             begun = self.begun if is_whole(same) else None
+            terms = terms and not is_whole(same)
             self._made[key] = forward_selection(
                 same, self.extension, self.options, terms=terms, hints=hints, begun=begun
             )
