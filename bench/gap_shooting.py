@@ -34,7 +34,7 @@ def shot_names(log: Log) -> list[str]:
     """Effects by forward selection on BIC, up to three."""
     binned = bin_log(log, GateSettings(), log.mode)
     base = Extension(base_of(log.robot), {}, log.robot.wheel_radius_m)
-    current = fitted(binned, base, starting_motion(binned, 0, base.base))
+    current = fitted(binned, base, starting_motion(binned, 0, base.base, 0.0))
     for _ in range(MOST_EFFECTS):
         tried = [fitted(binned, extension, current.start) for extension in promising(binned, current)]
         best = min(tried, key=lambda shot: shot.bic, default=current)

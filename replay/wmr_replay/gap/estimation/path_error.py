@@ -218,7 +218,7 @@ def turned_rad(window: Window) -> float:
     return sum(yaw_error(window.rows[0, Row.AGE], 1.0, window.theta))
 
 
-def starting_motion(binned: BinnedLog, a: int, base: Base, off_rad: float = 0.0) -> F64:
+def starting_motion(binned: BinnedLog, a: int, base: Base, off_rad: float) -> F64:
     """Pose and speeds (9,) at row ``a`` by least squares over the next ten rows, of whose yaw so much is an
     error: from the other side of the circle no step leads back.
     """
