@@ -5,6 +5,7 @@ import pytest
 
 from wmr_replay.effects.efforts import FIELDS, InputEffects, limited, static_part
 from wmr_replay.effects.measurement import ON_POSE, to_axle
+from wmr_replay.effects.own import acting
 from wmr_replay.effects.theta import CONVERTED, PLACES, Theta, from_place, theta_of, to_place
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
@@ -190,3 +191,9 @@ def test_a_round_corner_leaves_small_torques_and_the_limit_alone(share):
     np.testing.assert_allclose(limited(np.array([-90.0, 90.0]), 2.0, share), [-2.0, 2.0], rtol=1e-9)
     zone = static_part(np.array([[90.0], [-90.0]]), InputEffects(deadzone_nm=2.0, corner_share=share))
     np.testing.assert_allclose(zone, [[88.0], [-88.0]], rtol=1e-9)
+
+
+def test_without_effects_nobody_looks_for_those_of_users(monkeypatch):
+    """Every installed package would be asked for its entry points."""
+    monkeypatch.setattr("wmr_replay.effects.own.own_effects", lambda: pytest.fail("looked for"))
+    assert acting([], "acceleration") == []

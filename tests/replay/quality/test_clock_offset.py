@@ -173,6 +173,19 @@ def test_the_grid_is_linear_between_rows_and_holes_stay_unknown(cuts, seed):
     assert not (known & inside).any()
 
 
+def test_signals_are_asked_for_beside_points_alone():
+    t_s, asked = np.arange(10_000) * 1e-3, []
+    grid = EvenGrid(0.05, 1, 0.5)
+
+    def squares(at):
+        asked.append(len(at))
+        return np.square(t_s[None, at])
+
+    points = grid.push(t_s, squares)[0]
+    np.testing.assert_allclose(points, np.square(0.05 * np.arange(1, 200)), atol=1e-6)
+    assert sum(asked) <= 2 * len(points) + 1
+
+
 @pytest.mark.parametrize("cut", [0, 1, 2, 50])
 def test_holes_of_years_are_filled_with_a_few_points_only(cut):
     t_s = np.concatenate([np.arange(40) * 0.05, 3e9 + np.arange(40) * 0.05, 6e9 + np.arange(40) * 0.05])
