@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 from wmr_replay.ingest.reading import PARTS, joined
 from wmr_schemas.batches import RawBatch
 
-MOST_ROWS = 1 << 15
-"""Rows of all signals in a batch. At one rate of pose and torques that is 16384 of each, as many as one pass
+MOST_ROWS = 1 << 16
+"""Rows of all signals in a batch. At one rate of pose and torques that is 32768 of each, as many as one pass
 of the later stages takes.
 """
 

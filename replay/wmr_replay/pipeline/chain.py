@@ -38,8 +38,10 @@ from wmr_schemas.arrays import F64, I8, I64, NS_PER_S, Bool
 from wmr_schemas.findings import Finding, without_explained
 from wmr_schemas.status import Status
 
-PIECE_ROWS = 16384
-"""Rows of one pass: as many as a processor's cache holds with everything computed from them."""
+PIECE_ROWS = 32768
+"""Rows of one pass: what Python does is done once for all of them. Half as many take 5 % more time, and
+30 MiB less.
+"""
 
 
 class Piece(NamedTuple):

@@ -10,6 +10,9 @@ import pyarrow.parquet as pq
 
 from wmr_replay.ingest import LogPath
 
+STATES = ("t_ns", "x_m", "y_m", "yaw_rad", "v_long_mps", "v_lat_mps", "yaw_rate_radps")
+"""Columns of the side file that are asked for."""
+
 
 @dataclass(frozen=True)
 class SideTruth:
@@ -24,8 +27,9 @@ class SideTruth:
             return
         n_read = 0
         with pq.ParquetFile(self.states_file) as file:
+            known = [name for name in STATES if name in file.schema_arrow.names]
             for group in range(file.num_row_groups):
-                rows = pl.DataFrame(file.read_row_group(group))
+                rows = pl.DataFrame(file.read_row_group(group, columns=known))
                 yield rows.gather_every(stride, offset=-n_read % stride)
                 n_read += len(rows)
 
