@@ -39,6 +39,8 @@ DRAWN_ROWS = 32_768
 """Rows that are drawn at one time: what a series costs each time it is written is half of the time at 6,500
 of them.
 """
+MOST_BLOCKS = 8
+"""Blocks of which no more rows' states are held: of a fast log few rows are drawn."""
 READING = "The log is being read."
 GROWTH = 2.0
 """A viewer that looks on gets a new layout when the log has grown by this factor."""
@@ -152,7 +154,7 @@ class Timeline:
         self._n_written += len(block)
         self._n_picked += len(drawn)
         self._last = block.tail(1)
-        if self._live or self._n_picked >= DRAWN_ROWS:
+        if self._live or self._n_picked >= DRAWN_ROWS or len(self._states) >= MOST_BLOCKS:
             self._draw()
 
     def _pick_anew(self) -> None:

@@ -24,6 +24,7 @@ from wmr_replay.gap.search.begun import (
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import base_fit, forward_selection
 from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.errors import InvalidSignal
 from wmr_synth import hidden_log
 
 USUAL = GateSettings()
@@ -150,6 +151,42 @@ def test_a_long_log_gets_the_answer_of_the_whole(monkeypatch, log, wrong):
     assert [effect.name for effect in result.effects] == [effect.name for effect in plain.effects]
     assert [effect.name for effect in result.effects] == ["viscous_drag"]
     assert result.verdict == plain.verdict == "named"
+
+
+def cut(track, rows):
+    return type(track)(**{field.name: getattr(track, field.name)[rows] for field in fields(track)})
+
+
+@pytest.mark.parametrize("lacks", ["torques", "known torques", "poses"])
+def test_a_long_log_whose_beginning_tells_nothing_is_analysed_as_a_whole(log, lacks):
+    """As where the torques' driver starts late, or the tracker is lost at first."""
+    pose, torque = log.pose, log.torque
+    torque_s, pose_s = ((track.t_ns - pose.t_ns[0]) / 1e9 for track in (torque, pose))
+    if lacks == "torques":
+        torque = cut(torque, torque_s > 35)
+    elif lacks == "known torques":
+        torque = replace(torque, left_nm=np.where(torque_s > 35, torque.left_nm, np.nan))
+    else:
+        pose = cut(pose, (pose_s < 0.5) | (pose_s > 35))
+    late = replace(log, pose=pose, torque=torque)
+    result, plain = (analyse(late, None, GapOptions(gates=gates)) for gates in (SHORT, USUAL))
+    assert result.verdict == plain.verdict
+    assert [effect.name for effect in result.effects] == [effect.name for effect in plain.effects]
+
+
+@pytest.mark.parametrize("known", [slice(0, 0), slice(None)])
+def test_a_log_without_a_known_torque_is_refused(log, known):
+    torque = cut(log.torque, known)
+    nothing = replace(log, torque=replace(torque, left_nm=np.full(len(torque), np.nan)))
+    with pytest.raises(InvalidSignal, match="the log has none"):
+        analyse(nothing)
+
+
+def test_a_log_whose_first_pose_stands_alone_is_refused(log):
+    pose_s = (log.pose.t_ns - log.pose.t_ns[0]) / 1e9
+    alone = replace(log, pose=cut(log.pose, (pose_s < 0.001) | (pose_s > 35)))
+    with pytest.raises(InvalidSignal, match="a hole of 35 s follows"):
+        analyse(alone)
 
 
 def test_a_window_begins_on_the_side_that_the_model_turns_the_yaw_to():

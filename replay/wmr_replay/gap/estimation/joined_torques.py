@@ -15,7 +15,7 @@ from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.model.inputs import TorqueHistory
+from wmr_replay.gap.model.inputs import TorqueHistory, are_known
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.settings.log import TorqueSettings
 from wmr_schemas.arrays import F64, NS_PER_S
@@ -27,7 +27,8 @@ def with_likelier_torques(log: Log, extension: Extension, options: GapOptions) -
     says so ("" where they stay held). Torques that come often are not asked.
     """
     own = options.gates.torque
-    if log.torque is None or (period_s := median_period_s(log.torque)) < own.slow_s:
+    period_s = np.inf if log.torque is None else median_period_s(log.torque)
+    if log.torque is None or not own.slow_s <= period_s < np.inf:
         return log, ""
     line = joined(log.torque, own)
     lines = replace(log, torque=line)
@@ -44,13 +45,13 @@ def with_likelier_torques(log: Log, extension: Extension, options: GapOptions) -
 
 def median_period_s(track: TorqueTrack) -> float:
     """Of known torques; infinite for fewer than two."""
-    known = track.t_ns[np.isfinite(track.left_nm) & np.isfinite(track.right_nm)]
+    known = track.t_ns[are_known(track)]
     return float(np.median(np.diff(known))) / NS_PER_S if len(known) > 1 else np.inf
 
 
 def joined(track: TorqueTrack, settings: TorqueSettings) -> TorqueTrack:
     """The known torques, each line between two of them in held pieces of its mean."""
-    known = np.isfinite(track.left_nm) & np.isfinite(track.right_nm)
+    known = are_known(track)
     stamps = track.t_ns[known]
     periods = np.diff(stamps)
     whole = periods <= settings.longest_periods * np.median(periods)

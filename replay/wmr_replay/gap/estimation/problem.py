@@ -17,6 +17,7 @@ from wmr_replay.gap.model.recent import Recent
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.compiled.lanes import WIDTH
+from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import ModeTrack
 
 
@@ -186,8 +187,15 @@ def identity_of(extension: Extension) -> Hashable:
 
 
 def first_state(binned: BinnedLog) -> F64:
-    """Pose of the first bin, and speeds by least squares over the first 0.4 s (w still as yaw rate)."""
+    """Pose of the first bin, and speeds by least squares over the first 0.4 s (w still as yaw rate). Raises
+    InvalidSignal where a hole follows the first bin.
+    """
     head = binned.t_s <= binned.t_s[0] + binned.settings.split.start_s
+    if not head[1:].any():
+        hole_s = binned.t_s[1] - binned.t_s[0]
+        raise InvalidSignal(
+            "pose", f"a hole of {hole_s:.3g} s follows the first ones: leave these out (start)"
+        )
     slopes = np.polyfit(binned.t_s[head] - binned.t_s[0], binned.pose[head], 1)
     z = np.zeros(N_STATE)
     z[:3] = slopes[1]

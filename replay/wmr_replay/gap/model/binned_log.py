@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from wmr_replay.differentiate.noise import robust_sigma
-from wmr_replay.gap.model.inputs import TorqueHistory
+from wmr_replay.gap.model.inputs import TorqueHistory, are_known
 from wmr_replay.gap.model.recent import Recent
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.log import BinSettings
@@ -147,7 +147,7 @@ def bin_log(
     ``mode`` None means ideal rolling throughout. Its changes are known to ``margin_s`` (default: one bin of
     the settings). Raises InvalidSignal without torques and where the log is too short.
     """
-    if log.torque is None:
+    if log.torque is None or not are_known(log.torque).any():
         raise InvalidSignal("torque", "the log has none: nothing to simulate the robot with")
     bins = settings.bins
     bin_s, margin_s = bin_s or bins.bin_s, margin_s or bins.bin_s

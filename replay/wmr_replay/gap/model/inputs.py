@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wmr_replay.effects.efforts import InputEffects, static_part
-from wmr_schemas.arrays import F64, NS_PER_S
+from wmr_schemas.arrays import F64, NS_PER_S, Bool
 from wmr_schemas.compiled.lean import lean
 from wmr_schemas.signals import TorqueTrack
 
@@ -21,7 +21,7 @@ class TorqueHistory:
     @classmethod
     def of(cls, track: TorqueTrack, start_ns: int) -> "TorqueHistory":
         """Rows with a known effort on both wheels."""
-        known = np.isfinite(track.left_nm) & np.isfinite(track.right_nm)
+        known = are_known(track)
         t_s = (track.t_ns[known] - start_ns) / NS_PER_S
         return cls(t_s, np.stack([track.left_nm[known], track.right_nm[known]]))
 
@@ -37,6 +37,11 @@ class TorqueHistory:
         steps = np.diff(edges_s)
         first = acting[:, [max(int(np.searchsorted(self.t_s, at_s[0], side="right")) - 1, 0)]]
         return np.concatenate([first, np.diff(integral, axis=1) / steps], axis=1)
+
+
+def are_known(track: TorqueTrack) -> Bool:
+    """Which rows (n,) hold the efforts of both wheels."""
+    return np.asarray(np.isfinite(track.left_nm) & np.isfinite(track.right_nm))
 
 
 @lean

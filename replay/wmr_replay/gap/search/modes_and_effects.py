@@ -33,6 +33,7 @@ from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
+from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import Log
 
 Progress = Callable[[str, float], None]
@@ -129,12 +130,17 @@ def find_modes_and_effects(
 
 
 def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun | None:
-    """What the beginning of a long log shows to be missing throughout, if anything."""
+    """What the beginning of a long log shows to be missing throughout, if anything. A recording may begin
+    without torques, or with hardly a pose.
+    """
     if extension.misfit or not begins_long(log, options.gates):
         return None
-    _, shown = find_modes_and_effects(
-        beginning_of(log, options.gates), extension, options, lambda _stage, _share: None
-    )
+    try:
+        _, shown = find_modes_and_effects(
+            beginning_of(log, options.gates), extension, options, lambda _stage, _share: None
+        )
+    except InvalidSignal:
+        return None
     return begun_with(shown.found, shown.stages, shown.fit.extension, options.gates)
 
 
