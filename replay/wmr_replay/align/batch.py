@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class SampleBatch:
         """Rows before the repair: every row is kept and no pose is changed."""
         return cls(t_ns, pose, pose, inputs, mode_true, np.full(len(t_ns), Status.OK, np.int8))
 
-    @property
+    @cached_property
     def kept(self) -> Bool:
         """Mask (n,) of the rows whose pose is a measurement: no outlier, and not frozen."""
         return np.asarray((self.repair != Status.OUTLIER) & (self.repair != Status.GAP))
@@ -47,7 +48,7 @@ class SampleBatch:
         """Mask (n,) of the rows that repeat a frozen pose."""
         return np.asarray(self.repair == Status.GAP)
 
-    @property
+    @cached_property
     def restarts(self) -> Bool:
         """Mask (n,) of the rows before which the pose has jumped; no window may reach back behind them."""
         return np.asarray(self.repair == Status.POSE_JUMP)

@@ -35,6 +35,7 @@ UNEVEN = 1.5
 """Four blocks that span more than this times their nominal length hold a hole."""
 SUBSETS = np.array([s for s in product((0.0, 1.0), repeat=4) if any(s)])
 WHITE, WOBBLE, VELOCITY, ACCELERATION = range(4)
+WITHOUT_WOBBLE = np.array([1.0, 0.0, 1.0, 1.0])
 REWEIGHTINGS = 5
 
 
@@ -206,10 +207,9 @@ def explanations(n: F64, squares: F64, shapes: F64) -> Explained | None:
     known = known_scales(n, squares, shapes)
     if known is None:
         return None
-    sizes, deviance = explained(*known)
     trust, seen, shapes = known
-    plain, left = explained(trust, seen, shapes[:1] * np.array([1.0, 0.0, 1.0, 1.0]))
-    return Explained(sizes, deviance, plain[0], float(left[0]), float(squares[0]))
+    sizes, deviance = explained(trust, seen, np.concatenate([shapes, shapes[:1] * WITHOUT_WOBBLE]))
+    return Explained(sizes[:-1], deviance[:-1], sizes[-1], float(deviance[-1]), float(squares[0]))
 
 
 def colour_of(found: Explained) -> Colour:

@@ -24,10 +24,36 @@ class Motion(NamedTuple):
     yaw_acc_radps2_sd: F64
 
 
+class Derived(NamedTuple):
+    """What the differentiator knows of each row, (n,): velocities and accelerations along x and y, yaw, yaw
+    rate and its derivative, Σ h_a h_b of the kernel's orders, and variances of position and yaw.
+    """
+
+    v_x: F64
+    v_y: F64
+    a_x: F64
+    a_y: F64
+    yaw: F64
+    yaw_rate: F64
+    yaw_acc: F64
+    g00: F64
+    g01: F64
+    g11: F64
+    g22: F64
+    position: F64
+    heading: F64
+
+    @classmethod
+    def of(cls, estimates: F64, gains: F64, variances: F64) -> "Derived":
+        """Views of ``estimates`` (3, 3, n) (signal, order), ``gains`` (3, 3, n) and ``variances`` (2, n)."""
+        (_, v_x, a_x), (_, v_y, a_y), (yaw, yaw_rate, yaw_acc) = estimates
+        g = gains[0, 0], gains[0, 1], gains[1, 1], gains[2, 2]
+        return cls(v_x, v_y, a_x, a_y, yaw, yaw_rate, yaw_acc, *g, *variances)
+
+
 @lean
-def body_motion(estimates: F64, gains: F64, variances: F64, out: F64) -> None:
-    """``out`` ← rows of :class:`Motion`, (10, n), from ``estimates`` (3, 3, n) (signal, order), ``gains`` (3,
-    3, n), ``variances`` (2, n).
+def body_motion(rows: Derived, out: F64) -> None:
+    """``out`` ← rows of :class:`Motion`, (10, n).
 
     With e = (cos ψ, sin ψ), n = (−sin ψ, cos ψ), p = (x, y) and ω = ψ̇: v_long = ṗ·e, v_lat = ṗ·n, dv_long/dt
     = p̈·e + ω v_lat (paper §4.2 in REP 103). First-order propagation of white noise of variance s² on x and y
@@ -35,16 +61,15 @@ def body_motion(estimates: F64, gains: F64, variances: F64, out: F64) -> None:
     G₀₀; var ω = s_ψ² G₁₁; var ω̇ = s_ψ² G₂₂; var a = s² (G₂₂ + ω² G₁₁) + s_ψ² (d² G₀₀ + 2 d v_lat G₀₁ +
     v_lat² G₁₁), d = p̈·n − ω v_long.
     """
-    for i in range(estimates.shape[2]):
-        cos, sin = math.cos(estimates[2, 0, i]), math.sin(estimates[2, 0, i])
-        vx, vy, ax, ay = estimates[0, 1, i], estimates[1, 1, i], estimates[0, 2, i], estimates[1, 2, i]
-        rate = estimates[2, 1, i]
+    for i in range(out.shape[1]):
+        cos, sin = math.cos(rows.yaw[i]), math.sin(rows.yaw[i])
+        vx, vy, ax, ay, rate = rows.v_x[i], rows.v_y[i], rows.a_x[i], rows.a_y[i], rows.yaw_rate[i]
         v_long, v_lat = vx * cos + vy * sin, vy * cos - vx * sin
-        g00, g01, g11, g22 = gains[0, 0, i], gains[0, 1, i], gains[1, 1, i], gains[2, 2, i]
-        position, yaw = variances[0, i], variances[1, i]
+        g00, g01, g11, g22 = rows.g00[i], rows.g01[i], rows.g11[i], rows.g22[i]
+        position, yaw = rows.position[i], rows.heading[i]
         d = ay * cos - ax * sin - rate * v_long
         out[0, i], out[1, i], out[2, i] = v_long, v_lat, rate
-        out[3, i], out[4, i] = ax * cos + ay * sin + rate * v_lat, estimates[2, 2, i]
+        out[3, i], out[4, i] = ax * cos + ay * sin + rate * v_lat, rows.yaw_acc[i]
         out[5, i] = math.sqrt(position * g11 + v_lat**2 * yaw * g00)
         out[6, i] = math.sqrt(position * g11 + v_long**2 * yaw * g00)
         out[7, i], out[9, i] = math.sqrt(yaw * g11), math.sqrt(yaw * g22)
@@ -52,11 +77,10 @@ def body_motion(estimates: F64, gains: F64, variances: F64, out: F64) -> None:
         out[8, i] = math.sqrt(position * (g22 + rate**2 * g11) + yaw * max(from_yaw, 0.0))
 
 
-def motion_of(estimates: F64, gains: F64, variances: F64) -> Motion:
+def motion_of(rows: Derived) -> Motion:
     """The rows of :func:`body_motion` as a :class:`Motion`."""
-    out = np.empty((len(Motion._fields), estimates.shape[2]))
-    contiguous = np.ascontiguousarray  # one layout, so that one version is compiled
-    body_motion(contiguous(estimates), contiguous(gains), contiguous(variances), out)
+    out = np.empty((len(Motion._fields), len(rows.yaw)))
+    body_motion(rows, out)
     return Motion(*out)
 
 

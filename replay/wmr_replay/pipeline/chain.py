@@ -9,6 +9,7 @@ from wmr_replay.align import SampleBatch
 from wmr_replay.differentiate import Derivatives
 from wmr_replay.identify import Evidence, motion_of, wheel_slip
 from wmr_replay.identify.independence import UNKNOWN, fresh_independence, track_independence
+from wmr_replay.identify.motion import Derived
 from wmr_replay.pipeline.beside import LEAST_ROWS, Beside
 from wmr_replay.pipeline.colour import PoseColour
 from wmr_replay.pipeline.columns import Columns, estimated_columns, measured_columns
@@ -46,13 +47,14 @@ PIECE_ROWS = 32768
 
 class Piece(NamedTuple):
     """Rows of one pass, those ``kept`` that have a measured pose, and what the latter are differentiated to:
-    derivatives, variances (3, n) of the pose with the colour ``which`` of its noise, and the evidence.
+    derivatives, what of them motion is ``derived`` from, the colour ``which`` of the pose's noise, and the
+    evidence.
     """
 
     rows: SampleBatch
     kept: SampleBatch
     derivatives: Derivatives
-    variances: F64
+    derived: Derived
     which: I64
     evidence: Evidence
 
@@ -194,8 +196,9 @@ class Chain:
         kept, slid_m = self._known_slip.push(rows.without_outliers())
         derivatives = self._derivation.push(kept)
         variances, which = self._repairing.variances(kept), self._colours[-1].push(kept)
-        evidence = self._evidence(kept, derivatives, variances, which, slid_m)
-        return Piece(rows, kept, derivatives, variances, which, evidence)
+        derived = Derived.of(derivatives.estimates, derivatives.gains, variances)
+        evidence = self._evidence(kept, derivatives, derived, which, slid_m)
+        return Piece(rows, kept, derivatives, derived, which, evidence)
 
     def _begin(self, piece: Piece) -> Callable[[], Columns]:
         """Begin to identify a piece; what is returned waits for the answer, and gives the table's rows, with
@@ -220,7 +223,7 @@ class Chain:
         motion, robot = evidence.motion, self._model.robot
         slip = wheel_slip(motion, derivatives.inputs[2:], robot.wheel_radius_m, robot.half_track_m)
         kernel = self._derivation.kernel
-        shown = self._colours[-1].shown(motion, derivatives, piece.variances, piece.which, kernel)
+        shown = self._colours[-1].shown(motion, piece.derived, piece.which, kernel)
         delay_s = np.where(np.isnan(motion.v_long_mps), np.nan, derivatives.delay_s)
         jumped = self._derivation.after_jump(rows.t_ns, rows.restarts)
 
@@ -242,11 +245,10 @@ class Chain:
         return np.where(slow == Status.OK, self._quality.push(observed), slow).astype(np.int8)
 
     def _evidence(
-        self, rows: SampleBatch, derivatives: Derivatives, variances: F64, which: I64, slid_m: F64
+        self, rows: SampleBatch, derivatives: Derivatives, derived: Derived, which: I64, slid_m: F64
     ) -> Evidence:
         """What the identifier is given of each row."""
-        motion = motion_of(derivatives.estimates, derivatives.gains, variances)
-        motion = self._colours[-1].widen(motion, derivatives, variances, which, self._derivation.kernel)
+        motion = self._colours[-1].widen(motion_of(derived), derived, which, self._derivation.kernel)
         known = known_acceleration(self._model, motion, derivatives.estimates[2, 0], derivatives.inputs[:2])
         efforts = rows.inputs[:2]
         if self._settings.identifier == JOINT_BANK:
@@ -261,7 +263,7 @@ class Chain:
             motion=motion,
             force=derivatives.inputs[0] + derivatives.inputs[1],
             known_acceleration=known,
-            variances=self._colours[-1].as_white(variances, which),
+            variances=self._colours[-1].as_white(derived, which),
             independence=self._independence_of(rows),
             restarts=rows.restarts,
             wheels=rows.inputs[2:],

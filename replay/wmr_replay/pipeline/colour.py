@@ -5,12 +5,14 @@ of white noise as long as it looks white. Those of the tables always hold the no
 bias of the kernel's window.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
 from wmr_replay.align import SampleBatch
-from wmr_replay.differentiate import Derivatives, KernelSpec
+from wmr_replay.differentiate import KernelSpec
 from wmr_replay.differentiate.colour import (
     EVIDENCE,
     LEAST_GAIN,
@@ -26,7 +28,9 @@ from wmr_replay.differentiate.colour import (
 )
 from wmr_replay.differentiate.likely_noise import likely_noise
 from wmr_replay.identify import Motion
-from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
+from wmr_replay.identify.coloured_motion import Deviations
+from wmr_replay.identify.motion import Derived
+from wmr_schemas.arrays import F64, I64, NS_PER_S
 
 FIRST_S, GROWTH, LONGEST_S = 2.0, 1.4, 60.0
 """The colour is found after 2 s, whenever the log has grown by two fifths, and every minute."""
@@ -151,80 +155,39 @@ class PoseColour:
         given = np.array([found.factors for found in self.found])
         return np.array(self._since_ns), np.maximum(np.array(self._factors(self._explained())) / given, 1.0)
 
-    def widen(
-        self,
-        motion: Motion,
-        derivatives: Derivatives,
-        variances: F64,
-        which: I64,
-        kernel: tuple[KernelSpec, int],
-    ) -> Motion:
+    def widen(self, motion: Motion, rows: Derived, which: I64, kernel: tuple[KernelSpec, int]) -> Motion:
         """The motion with intervals as wide as a colour asks for, on rows where one is evident."""
-        for k in ordinals(which):
+        widened = Deviations(motion, rows)
+        for k, part in runs(which):
             noises = self.found[k].of_kernel(*kernel, self._step_s)
             if noises is not None and self.found[k].counts(noises):
-                motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
-        return motion
+                widened.widen(part, as_array(noises))
+        return widened.motion
 
-    def shown(
-        self,
-        motion: Motion,
-        derivatives: Derivatives,
-        variances: F64,
-        which: I64,
-        kernel: tuple[KernelSpec, int],
-    ) -> Motion:
+    def shown(self, motion: Motion, rows: Derived, which: I64, kernel: tuple[KernelSpec, int]) -> Motion:
         """The motion with the intervals of the tables: the noise as it was found, evident or not, and the
         window's bias.
         """
-        for k in ordinals(which):
-            noises = self.found[k].shown_of_kernel(*kernel, self._step_s)
-            motion = where(which == k, widened(motion, derivatives, variances, noises), motion)
-        return motion
+        widened = Deviations(motion, rows)
+        for k, part in runs(which):
+            widened.widen(part, as_array(self.found[k].shown_of_kernel(*kernel, self._step_s)))
+        return widened.motion
 
-    def as_white(self, variances: F64, which: I64) -> F64:
+    def as_white(self, rows: Derived, which: I64) -> F64:
         """Variances (2, n) of white noise that tells a filter as much about motion as the likely one."""
-        factors = np.array([found.factors for found in self.found])
-        return np.asarray(variances * factors[which].T)
+        white = np.stack([rows.position, rows.heading])
+        for k, part in runs(which):
+            white[:, part] *= np.array(self.found[k].factors)[:, None]
+        return white
 
 
-def ordinals(which: I64) -> range:
-    """What holds for any of the rows (n,): of what was found, the later holds for later rows."""
-    return range(int(which[0]), int(which[-1]) + 1) if len(which) else range(0)
+def runs(which: I64) -> Iterator[tuple[int, slice]]:
+    """What holds for rows (n,), and for which of them: of what was found, the later holds for later rows."""
+    edges = np.flatnonzero(np.diff(which)) + 1
+    for first, end in pairwise([0, *edges.tolist(), len(which)] if len(which) else []):
+        yield int(which[first]), slice(first, end)
 
 
-def where(mask: Bool, one: Motion, other: Motion) -> Motion:
-    """Rows of ``one`` where ``mask`` (n,) is set, of ``other`` elsewhere."""
-    if mask.all():
-        return one
-    return Motion(*(np.where(mask, a, b) for a, b in zip(one, other, strict=True)))
-
-
-def widened(
-    motion: Motion, derivatives: Derivatives, variances: F64, noises: tuple[KernelNoise, KernelNoise]
-) -> Motion:
-    """The motion with the standard deviations that coloured noise and the window's bias give it.
-
-    The formulas of :func:`wmr_replay.identify.motion.body_motion`, with s² G_ab of position and of yaw each
-    times its own factor, and the bias of the order on top.
-    """
-    gains, estimates = derivatives.gains, derivatives.estimates
-    plain = gains[0, 0], gains[0, 1], gains[1, 1], gains[2, 2]
-    (p00, p01, p11, p22), (y00, y01, y11, y22) = (
-        [factor * s * g for factor, g in zip(noise.factors, plain, strict=True)]
-        for s, noise in zip(variances, noises, strict=True)
-    )
-    del p00, p01
-    p11, p22 = p11 + noises[0].biases[1], p22 + noises[0].biases[2]
-    y00, y11, y22 = (y + bias for y, bias in zip((y00, y11, y22), noises[1].biases, strict=True))
-    cos, sin = np.cos(estimates[2, 0]), np.sin(estimates[2, 0])
-    rate, v_long, v_lat = motion.yaw_rate_radps, motion.v_long_mps, motion.v_lat_mps
-    across = estimates[1, 2] * cos - estimates[0, 2] * sin - rate * v_long
-    from_yaw = np.maximum(across**2 * y00 + 2 * across * v_lat * y01 + v_lat**2 * y11, 0.0)
-    return motion._replace(
-        v_long_mps_sd=np.sqrt(p11 + v_lat**2 * y00),
-        v_lat_mps_sd=np.sqrt(p11 + v_long**2 * y00),
-        yaw_rate_radps_sd=np.sqrt(y11),
-        a_long_mps2_sd=np.sqrt(p22 + rate**2 * p11 + from_yaw),
-        yaw_acc_radps2_sd=np.sqrt(y22),
-    )
+def as_array(noises: KernelNoises) -> F64:
+    """Factors and biases of position and yaw, (2, 7)."""
+    return np.array([[*noise.factors, *noise.biases] for noise in noises])

@@ -21,11 +21,12 @@ class RateWatch:
         """How many of the rows (n,) come before the one at which most of the last steps of the ``measured``
         ones are of another rate.
         """
-        at = np.flatnonzero(measured)
-        steps = np.diff(np.concatenate([self._recent, t_ns[at]]))
+        steps = np.diff(np.concatenate([self._recent, t_ns[measured]]))
         if len(steps) < WATCHED:
             return len(t_ns)
         nominal_ns = self.step_s * NS_PER_S
+        if steps.min() >= nominal_ns / CHANGED and steps.max() <= CHANGED * nominal_ns:
+            return len(t_ns)
         n_old = max(len(self._recent) - 1, 0)
         changed = most(steps > CHANGED * nominal_ns) | most(steps < nominal_ns / CHANGED)
         ends = np.arange(WATCHED - 1, len(steps))
@@ -33,7 +34,7 @@ class RateWatch:
         if not found.size:
             return len(t_ns)
         row = int(found[0]) - n_old + (0 if len(self._recent) else 1)
-        return int(at[row])
+        return int(np.flatnonzero(measured)[row])
 
     def push(self, t_ns: I64) -> None:
         """Stamps of measured rows that were used up."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.quality.interface import Observed
 from wmr_replay.quality.sums import PLAIN, Sums
+from wmr_replay.quality.thinning import Thinning
 from wmr_schemas.arrays import F64, I64
 
 CELL_S = 0.5
@@ -46,11 +47,11 @@ class Cells:
     """Stage: rows → rows (m,) that begin a cell, and the means over the cell before.
 
     Running sums are carried on from batch to batch, one row after another, so that batches change no bit.
-    Cells without a row are left out.
+    Cells without a row are left out. Of a fast log every few rows are averaged.
     """
 
     def __init__(self, sums: Sums = PLAIN) -> None:
-        self._sums = sums
+        self._sums, self._thinning = sums, Thinning()
         self._total, self._total_at_begin = np.zeros(2 * N_FIELDS), np.zeros((2 * N_FIELDS, 1))
         self._cell: float | None = None
         self._origin = np.zeros(2)
@@ -61,25 +62,28 @@ class Cells:
         if self._cell is None and len(cell):
             self._cell, self._origin = float(cell[0]), rows.pose_raw[:2, 0]
         begins = np.flatnonzero(np.diff(cell, prepend=self._cell or 0.0) != 0)
-        values, edges = np.empty((N_FIELDS, len(cell))), np.empty((2 * N_FIELDS, 1 + len(begins)))
-        _fill_values(values, rows, self._origin)
+        at = self._thinning.push(rows.t_ns)
+        values, edges = _values(rows, at, self._origin), np.empty((2 * N_FIELDS, 1 + len(begins)))
         edges[:, :1] = self._total_at_begin
-        self._sums.add_up(values, begins, self._total, edges)
+        self._sums.add_up(values, np.searchsorted(at, begins), self._total, edges)
         self._total_at_begin = edges[:, -1:]
         self._cell = float(cell[-1]) if len(cell) else self._cell
         return begins, _means(np.diff(edges, axis=1))
 
 
-def _fill_values(out: F64, rows: Observed, origin: F64) -> None:
-    """What is averaged into ``out`` (fields, n), in the order of :class:`Means`."""
+def _values(rows: Observed, at: I64, origin: F64) -> F64:
+    """What is averaged of the rows ``at`` (k,), in the order of :class:`Means`: (fields, k)."""
     m = rows.motion
-    out[0], out[3], out[4] = rows.t_s, rows.pose_raw[2], rows.variances[0]
-    np.subtract(rows.pose_raw[:2], origin[:, None], out=out[1:3])
-    out[5], out[6], out[7], out[8] = m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2
     sd = m.v_long_mps_sd, m.yaw_rate_radps_sd, m.a_long_mps2_sd, m.yaw_acc_radps2_sd
-    for row, column in zip(out[9:13], sd, strict=True):
-        np.square(column, out=row)
-    out[13:N_FIELDS] = rows.smoothed
+    return np.stack([
+        rows.t_s[at],
+        *(column[at] - zero for column, zero in zip(rows.pose_raw[:2], origin, strict=True)),
+        rows.pose_raw[2][at],
+        rows.variances[0][at],
+        *(column[at] for column in (m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2)),
+        *(np.square(column[at]) for column in sd),
+        *(column[at] for column in rows.smoothed),
+    ])  # fmt: skip
 
 
 def _means(sums: F64) -> Means:

@@ -7,7 +7,6 @@ of products.
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from wmr_schemas.arrays import F64
 
@@ -52,10 +51,11 @@ class LaggedSums:
         known_x, known_y = np.isfinite(x).all(axis=0), np.isfinite(y)
         if not (known_x.any() and known_y.any()):
             return None
-        ones = np.where(known_x, np.vstack([np.ones(x.shape[1]), x]), 0.0)
+        ones = np.where(known_x, [np.ones(x.shape[1]), *x], 0.0)
         products = ones[self._rows] * ones[self._columns]
-        powers = np.where(known_y, np.stack([np.ones(len(y)), y, y**2]), 0.0)
-        return np.asarray(sliding_window_view(products, len(y), axis=1) @ powers.T)
+        powers = np.where(known_y, [np.ones(len(y)), y, y**2], 0.0)
+        sums = [[np.correlate(product, power) for power in powers] for product in products]
+        return np.array(sums).transpose(0, 2, 1)
 
     def fits(self, sums: F64) -> tuple[F64, F64]:
         """By lag the number of points (lags,), and the share of the variance of y that is explained."""

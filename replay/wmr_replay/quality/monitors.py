@@ -37,16 +37,17 @@ class Quality:
 
     def push(self, rows: Observed) -> I8:
         """The status (n,) that bars each row, ``OK`` where nothing does."""
+        every = [(monitor.push(rows), monitor.barred) for monitor in self._monitors]
         barred = np.full(len(rows.t_ns), Status.OK, np.int8)
+        if not any((found != Status.OK).any() for found, _ in every):
+            return barred
         decided, masks = np.zeros(len(barred), bool), dict[str, Bool]()
-        for monitor in self._monitors:
-            found = monitor.push(rows)
-            if (found != Status.OK).any():
-                barred = np.where(barred == Status.OK, found, barred).astype(np.int8)
-            if not monitor.barred:
+        for found, marked in every:
+            barred = np.where(barred == Status.OK, found, barred).astype(np.int8)
+            if not marked:
                 decided |= barred != Status.OK
-            masks |= monitor.barred
-        return with_causes(barred, masks, ~decided) if (barred != Status.OK).any() else barred
+            masks |= marked
+        return with_causes(barred, masks, ~decided)
 
     def findings(self) -> list[Finding]:
         """What was found so far, without what another finding explains."""

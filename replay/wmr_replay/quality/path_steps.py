@@ -11,6 +11,7 @@ import numpy as np
 from wmr_replay.quality.interface import Observed
 from wmr_replay.quality.sum_rules import N_SUMS
 from wmr_replay.quality.sums import PLAIN, Sums
+from wmr_replay.quality.thinning import Thinning
 from wmr_schemas.arrays import F64, I64
 
 LONGEST_STEP_S = 2.0
@@ -47,23 +48,25 @@ class Steps(NamedTuple):
 
 
 class PathSteps:
-    """Stage: rows → the steps that they complete."""
+    """Stage: rows → the steps that they complete, by every few rows of a fast log."""
 
     def __init__(self, sums: Sums = PLAIN) -> None:
-        self._add_rows = sums.add_rows
+        self._add_rows, self._thinning = sums.add_rows, Thinning()
         self._sums = np.zeros(N_SUMS)
         self._at_step = np.zeros((N_SUMS, 1))
         self._last_s = np.nan
 
     def push(self, rows: Observed) -> Steps:
         """The next rows, n of them."""
-        found = np.empty((len(rows.t_s), N_SUMS))
-        ends = np.empty(len(rows.t_s), np.int64)
-        k = self._add_rows(self._measured(rows), rows.smoothed[2:], self._sums, ends, found)
-        at, ends = np.ascontiguousarray(found[:k].T), ends[:k].copy()
-        whole = np.diff(np.concatenate([self._at_step, at], axis=1), axis=1)
+        at = self._thinning.push(rows.t_ns)
+        found, ends = np.empty((len(at), N_SUMS)), np.empty(len(at), np.int64)
+        k = self._add_rows(
+            self._measured(rows, at), np.take(rows.smoothed[2:], at, axis=1), self._sums, ends, found
+        )
+        sums, ends = np.ascontiguousarray(found[:k].T), at[ends[:k]]
+        whole = np.diff(np.concatenate([self._at_step, sums], axis=1), axis=1)
         if len(ends):
-            self._at_step = at[:, -1:]
+            self._at_step = sums[:, -1:]
         mean = whole[4:9] / whole[0]
         return Steps(
             ends,
@@ -79,14 +82,16 @@ class PathSteps:
             whole[10],
         )
 
-    def _measured(self, rows: Observed) -> F64:
-        """What is summed up of n rows, (8, n)."""
+    def _measured(self, rows: Observed, at: I64) -> F64:
+        """What is summed up of the rows ``at`` (k,), (8, k)."""
         m = rows.motion
-        speed = np.hypot(m.v_long_mps, m.v_lat_mps)
-        return np.stack([
-            self._durations(rows.t_s), speed, m.v_long_mps, m.v_lat_mps, m.yaw_rate_radps, m.v_long_mps_sd,
-            m.v_lat_mps_sd, rows.smoothed_pose[2],
-        ])  # fmt: skip
+        v_long, v_lat, *others = (
+            column[at]
+            for column in (m.v_long_mps, m.v_lat_mps, m.yaw_rate_radps, m.v_long_mps_sd, m.v_lat_mps_sd)
+        )
+        yaw = rows.smoothed_pose[2, at]
+        durations = self._durations(rows.t_s[at])
+        return np.stack([durations, np.hypot(v_long, v_lat), v_long, v_lat, *others, yaw])
 
     def _durations(self, t_s: F64) -> F64:
         """Time (n,) since the row before, 0 for the log's first."""

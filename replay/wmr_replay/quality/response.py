@@ -52,7 +52,7 @@ class TorqueResponse:
     """Stage: means over cells → response."""
 
     def __init__(self) -> None:
-        self._total = np.zeros((len(_PRODUCTS) + 3, 1))
+        self._total = np.zeros((len(_ROWS) + 3, 1))
 
     def push(self, means: Means) -> Response:
         """The next cells (m,)."""
@@ -61,7 +61,7 @@ class TorqueResponse:
         return _response(totals[:, 1:])
 
 
-_PRODUCTS = [(i, j) for i in range(N_TERMS + 2) for j in range(i, N_TERMS + 2)]
+_ROWS, _COLUMNS = np.triu_indices(N_TERMS + 2)
 """Pairs of terms and, behind them, the two accelerations."""
 
 
@@ -70,7 +70,7 @@ def _products(means: Means) -> F64:
     efforts = means.left_nm + means.right_nm, means.right_nm - means.left_nm
     terms = *efforts, means.v_mps, means.yaw_rate_radps, np.ones(len(means.t_s))
     signals = np.stack([*terms, means.a_mps2, means.yaw_acc_radps2])
-    products = np.stack([signals[i] * signals[j] for i, j in _PRODUCTS])
+    products = signals[_ROWS] * signals[_COLUMNS]
     compared = np.concatenate([products, [means.a_var, means.yaw_acc_var, np.ones(len(means.t_s))]])
     compared[:, ~np.isfinite(compared).all(axis=0)] = 0.0
     return compared
@@ -81,31 +81,46 @@ def _response(totals: F64) -> Response:
     n = totals[-1] * CELL_S
     size = N_TERMS + 2
     full = np.zeros((len(n), size, size))
-    for k, (i, j) in enumerate(_PRODUCTS):
-        full[:, i, j] = full[:, j, i] = totals[k]
+    full[:, _ROWS, _COLUMNS] = full[:, _COLUMNS, _ROWS] = totals[: len(_ROWS)].T
     # Correlations in place of products: the same answer whatever the units.
     scale = np.sqrt(np.diagonal(full, axis1=1, axis2=2))
     scale = np.where(scale > 0, scale, 1.0)
     full /= scale[:, :, None] * scale[:, None, :]
-    answers = [
-        _answer(full, scale, term, target, totals[target - 3], n) for target in (0, 1) for term in (0, 1)
+    return Response(n, *_answers(full, scale, totals[-3:-1], n))
+
+
+def _answers(full: F64, scale: F64, variances: F64, n: F64) -> list[Answer]:
+    """Of both accelerations, whose noise has the ``variances`` (2, m), to sum and difference of the efforts,
+    from products (m, terms, terms) that are scaled.
+    """
+    rests = [_rest(full, term) for term in (0, 1)]
+    return [
+        _answer(rests[term], (scale[:, term], scale[:, N_TERMS + target]), target, variances[target], n)
+        for target in (0, 1)
+        for term in (0, 1)
     ]
-    return Response(n, *answers)
 
 
-def _answer(full: F64, scale: F64, term: int, target: int, variance: F64, n: F64) -> Answer:
-    """One term's partial slope, share and t, from products (m, terms, terms) that are scaled."""
-    others, pair = [k for k in range(N_TERMS) if k != term], [term, N_TERMS + target]
-    inner = full[:, others][:, :, others] + RIDGE * np.eye(len(others))
-    outer = full[:, others][:, :, pair]
-    rest = full[:, pair][:, :, pair] - outer.transpose(0, 2, 1) @ np.linalg.solve(inner, outer)
-    own, both, every = rest[:, 0, 0], rest[:, 0, 1], rest[:, 1, 1]
+def _rest(full: F64, term: int) -> F64:
+    """Products (m, 3, 3) of a term and both accelerations, less what the other terms explain of each."""
+    others, rest = [k for k in range(N_TERMS) if k != term], [term, N_TERMS, N_TERMS + 1]
+    inner, outer, own = (
+        full[:, np.array(rows)[:, None], columns]
+        for rows, columns in ((others, others), (others, rest), (rest, rest))
+    )
+    answer = np.linalg.solve(inner + RIDGE * np.eye(len(others)), outer)
+    return np.asarray(own - outer.transpose(0, 2, 1) @ answer)
+
+
+def _answer(rest: F64, scales: tuple[F64, F64], target: int, variance: F64, n: F64) -> Answer:
+    """One term's partial slope, share and t, from what the others leave; ``scales`` of term and target."""
+    own, both, every = rest[:, 0, 0], rest[:, 0, 1 + target], rest[:, 1 + target, 1 + target]
     clear = (own > 10 * RIDGE) & (every > 0)
     slope = np.where(clear, both / np.where(clear, own, 1.0), np.nan)
     explained = np.where(clear, both * slope, 0.0)
-    noise = variance / scale[:, pair[1]] ** 2
+    noise = variance / scales[1] ** 2
     share = explained / np.maximum(np.maximum(every - noise, explained), TINY)
     t = np.sign(slope) * np.sqrt(
         explained / np.maximum(every - explained, TINY) * np.maximum(n - N_TERMS, 0.0)
     )
-    return Answer(slope * scale[:, pair[1]] / scale[:, term], share, np.nan_to_num(t))
+    return Answer(slope * scales[1] / scales[0], share, np.nan_to_num(t))

@@ -15,6 +15,7 @@ from wmr_replay.identify import Evidence, Motion, make_rules, motion_of
 from wmr_replay.identify.algebraic import AlgebraicIdentifier, make_priors
 from wmr_replay.identify.algebraic import regression as reg
 from wmr_replay.identify.independence import INDEPENDENT, NOT_INDEPENDENT
+from wmr_replay.identify.motion import Derived
 from wmr_replay.identify.terms import Terms
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.modes import ContactMode
@@ -41,7 +42,7 @@ def evidence_of(name, seed, sensors, duration_s=None, window_s=0.4):
     )
     derivatives = differentiator.push(t_ns, pose, efforts)
     variances = np.ones((2, len(t_ns))) * [[sensors.noise_xy_sd_m**2], [sensors.noise_yaw_sd_rad**2]]
-    motion = motion_of(derivatives.estimates, derivatives.gains, variances)
+    motion = motion_of(Derived.of(derivatives.estimates, derivatives.gains, variances))
     force = derivatives.inputs[0] + derivatives.inputs[1]
     true = log.mode.mode[np.searchsorted(log.mode.t_ns, t_ns, side="right") - 1]
     nothing, independence = np.zeros(len(t_ns)), np.full(len(t_ns), float(INDEPENDENT))

@@ -12,7 +12,7 @@ from wmr_replay.identify.independence import (
     fresh_independence,
     track_independence,
 )
-from wmr_replay.identify.motion import Motion
+from wmr_replay.identify.motion import Derived, Motion
 from wmr_replay.identify.thresholds.identifier import PaperIdentifier, not_excluded
 from wmr_replay.pipeline.chain import Chain
 from wmr_replay.pipeline.model_effects import ReplayModel
@@ -41,8 +41,8 @@ def test_standard_deviations_of_body_motion_are_those_of_monte_carlo():
     root = np.linalg.cholesky(covariance)
     noise = np.stack([s * root @ rng.normal(size=(3, n)) for s in sd])
     variances = np.repeat(np.array([[sd[0] ** 2], [sd[2] ** 2]]), n, axis=1)
-    estimated = motion_of(truth[:, :, None] + noise, gains, variances)
-    exact = motion_of(np.repeat(truth[:, :, None], 1, axis=2), gains[:, :, :1], variances[:, :1])
+    estimated = motion_of(Derived.of(truth[:, :, None] + noise, gains, variances))
+    exact = motion_of(Derived.of(np.repeat(truth[:, :, None], 1, axis=2), gains[:, :, :1], variances[:, :1]))
     for name in ("v_long_mps", "v_lat_mps", "yaw_rate_radps", "a_long_mps2", "yaw_acc_radps2"):
         assert getattr(exact, f"{name}_sd")[0] == pytest.approx(getattr(estimated, name).std(), rel=0.02), (
             name
@@ -57,7 +57,7 @@ def test_body_motion_of_a_skidding_arc_is_its_closed_form():
     estimates = np.array(
         [[0, velocity[0], acceleration[0]], [0, velocity[1], acceleration[1]], [yaw, rate, 0]]
     )
-    motion = motion_of(estimates[:, :, None], constant_gains(1)[0], np.zeros((2, 1)))
+    motion = motion_of(Derived.of(estimates[:, :, None], constant_gains(1)[0], np.zeros((2, 1))))
     assert motion.v_long_mps[0] == pytest.approx(u)
     assert motion.v_lat_mps[0] == pytest.approx(w)
     assert motion.a_long_mps2[0] == pytest.approx(0, abs=1e-12)

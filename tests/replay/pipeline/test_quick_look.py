@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from wmr_replay.identify.motion import motion_of
+from wmr_replay.identify.motion import Derived, motion_of
 from wmr_replay.pipeline.engine import Engine
 from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.pipeline.model_effects import ReplayModel
@@ -92,7 +92,7 @@ def test_the_formulas_of_the_motion_are_those_of_a_replay():
     gains, variances = root @ root.T, np.array([0.01, 0.02])
     each = np.repeat(gains[:, :, None], 50, axis=2), np.repeat(variances[:, None], 50, axis=1)
     np.testing.assert_allclose(
-        body_motion(estimates, gains, variances), motion_of(estimates, *each), rtol=1e-12
+        body_motion(estimates, gains, variances), motion_of(Derived.of(estimates, *each)), rtol=1e-12
     )
 
 

@@ -3,8 +3,6 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from wmr_replay.identify.filter_bank.priors import PRIORS
 from wmr_replay.identify.filter_bank.states import (
     AHEAD,
@@ -33,17 +31,6 @@ from wmr_schemas.compiled.lean import lean
 MOST_C_MPS2 = PRIORS.most_c_mps2
 AVERAGE_SPEED_FLOOR_MPS = PRIORS.average_speed_floor_mps
 DISTURBANCE_TIME_S = PRIORS.disturbance_time_s
-DEPENDS_ON = np.array(
-    [
-        [X, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
-        [Y, PSI, V_LONG, V_LAT, OMEGA, LN_ALPHA],
-        [PSI, OMEGA, LN_BETA, -1, -1, -1],
-        [V_LONG, V_LAT, OMEGA, LN_ALPHA, RHO, AHEAD],
-        [V_LONG, V_LAT, OMEGA, LN_C, -1, -1],
-        [OMEGA, LN_BETA, RHO, AROUND, -1, -1],
-    ]
-)
-"""States on which each moving state depends: where the Jacobian is not zero."""
 
 
 class Efforts(NamedTuple):
@@ -158,24 +145,44 @@ def predict_mean(
 
 @lean
 def predict_covariance(covariance: F64, jacobian: F64, work: F64) -> None:
-    """P ← J P Jᵀ, with the zeros of J left out. ``work`` (6, 12) is scratch."""
-    n_states = work.shape[1]  # no constant: the compiler takes several columns at once, and does not unroll
+    """P ← J P Jᵀ, with the zeros of J left out: first the rows of J P. ``work`` (6, 12) is scratch.
+
+    Written out, with J in variables (``x_v``: how x depends on v_long), the compiler takes several columns at
+    once.
+    """
+    n_states = work.shape[1]  # no constant, or the compiler unrolls the loops
+    P, J, W = covariance, jacobian, work
+    x_p, x_v, x_u, x_w, x_a = J[X, PSI], J[X, V_LONG], J[X, V_LAT], J[X, OMEGA], J[X, LN_ALPHA]
+    y_p, y_v, y_u, y_w, y_a = J[Y, PSI], J[Y, V_LONG], J[Y, V_LAT], J[Y, OMEGA], J[Y, LN_ALPHA]
+    w_b, w_r, w_d = J[OMEGA, LN_BETA], J[OMEGA, RHO], J[OMEGA, AROUND]
+    p_w, p_b, v_d = J[PSI, OMEGA], J[PSI, LN_BETA], J[V_LONG, AHEAD]
+    v_u, v_w, v_a, v_r = J[V_LONG, V_LAT], J[V_LONG, OMEGA], J[V_LONG, LN_ALPHA], J[V_LONG, RHO]
+    u_v, u_u, u_w, u_c = J[V_LAT, V_LONG], J[V_LAT, V_LAT], J[V_LAT, OMEGA], J[V_LAT, LN_C]
+    w_b, w_r, w_d = J[OMEGA, LN_BETA], J[OMEGA, RHO], J[OMEGA, AROUND]
+    for j in range(n_states):
+        p, v, u, w, a = P[PSI, j], P[V_LONG, j], P[V_LAT, j], P[OMEGA, j], P[LN_ALPHA, j]
+        b, c, r = P[LN_BETA, j], P[LN_C, j], P[RHO, j]
+        W[X, j] = P[X, j] + x_p * p + x_v * v + x_u * u + x_w * w + x_a * a
+        W[Y, j] = P[Y, j] + y_p * p + y_v * v + y_u * u + y_w * w + y_a * a
+        W[PSI, j] = p + p_w * w + p_b * b
+        W[V_LONG, j] = v + v_u * u + v_w * w + v_a * a + v_r * r + v_d * P[AHEAD, j]
+        W[V_LAT, j] = u_v * v + u_u * u + u_w * w + u_c * c
+        W[OMEGA, j] = w + w_b * b + w_r * r + w_d * P[AROUND, j]
     for i in range(N_MOVING):
-        clear(work, i)
-        for k in DEPENDS_ON[i]:
-            if k >= 0:
-                factor = jacobian[i, k]
-                for j in range(n_states):
-                    work[i, j] += factor * covariance[k, j]
+        row = W[i]
+        p, v, u, w, a = row[PSI], row[V_LONG], row[V_LAT], row[OMEGA], row[LN_ALPHA]
+        b, c, r = row[LN_BETA], row[LN_C], row[RHO]
+        P[i, X] = row[X] + p * x_p + v * x_v + u * x_u + w * x_w + a * x_a
+        P[i, Y] = row[Y] + p * y_p + v * y_v + u * y_u + w * y_w + a * y_a
+        P[i, PSI] = p + w * p_w + b * p_b
+        P[i, V_LONG] = v + u * v_u + w * v_w + a * v_a + r * v_r + row[AHEAD] * v_d
+        P[i, V_LAT] = v * u_v + u * u_u + w * u_w + c * u_c
+        P[i, OMEGA] = w + b * w_b + r * w_r + row[AROUND] * w_d
+        for j in range(N_MOVING, n_states):
+            P[i, j] = P[j, i] = row[j]
     for i in range(N_MOVING):
-        for j in range(i, N_MOVING):
-            total = 0.0
-            for k in DEPENDS_ON[j]:
-                if k >= 0:
-                    total += work[i, k] * jacobian[j, k]
-            covariance[i, j] = covariance[j, i] = total
-        for j in range(N_MOVING, N_STATES):
-            covariance[i, j] = covariance[j, i] = work[i, j]
+        for j in range(i):
+            P[i, j] = P[j, i]
 
 
 @lean
