@@ -59,12 +59,15 @@ def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:
     return uniform, np.flatnonzero((windows.state == Status.OK) & new & ~uniform)
 
 
-def start_answer(signals: Signals, uniform: Bool, gains: F64) -> Answer:
-    """NaN everywhere, but for the gains of uniform windows."""
+def start_answer(signals: Signals, uniform: Bool, n_old: int, gains: F64) -> Answer:
+    """NaN everywhere, but for the gains of uniform windows; what every new row is given is left as it is."""
     n = len(uniform)
-    estimates = np.full((len(signals.samples), 3, n), np.nan)
-    known = np.where(uniform, gains[:, :, None], np.nan)
-    return Answer(estimates, np.full((len(signals.inputs), n), np.nan), known, np.empty(0, np.int8))
+    shapes = (len(signals.samples), 3, n), (len(signals.inputs), n), (3, 3, n)
+    estimates, inputs, known = (np.empty(shape) for shape in shapes)
+    known[:] = gains[:, :, None]
+    if not uniform[n_old:].all():
+        estimates[:], inputs[:], known[:, :, ~uniform] = np.nan, np.nan, np.nan
+    return Answer(estimates, inputs, known, np.empty(0, np.int8))
 
 
 def cut(answer: Answer, windows: Windows, n_old: int) -> Answer:
@@ -88,7 +91,7 @@ class BlockBackend:
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
         """See :class:`Backend`."""
         uniform, irregular = split(windows, n_old)
-        answer = start_answer(signals, uniform, self._gains)
+        answer = start_answer(signals, uniform, n_old, self._gains)
         if uniform.any():
             uniform_rows(signals, self._step_s, uniform, self._design, answer[:2])
         if irregular.size:
@@ -109,7 +112,7 @@ class DirectBackend:
     def rows(self, signals: Signals, windows: Windows, n_old: int) -> Answer:
         """See :class:`Backend`."""
         uniform, irregular = split(windows, n_old)
-        answer = start_answer(signals, uniform, self._gains)
+        answer = start_answer(signals, uniform, n_old, self._gains)
         for s, signal in enumerate(signals.samples):
             apply_taps(self._taps, SUMS, signal, uniform, answer.estimates[s])
         for k, taps in enumerate(self._input_taps):

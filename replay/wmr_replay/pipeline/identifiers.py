@@ -83,6 +83,8 @@ def follow_rate(identifier: Identifier, step_s: float) -> None:
 
 def undecided_while_filling(verdict: Verdict, filling: Bool, all_modes: ModeSet) -> Verdict:
     """Rows of the mask ``filling`` get no verdict: the differentiator's window is not full there."""
+    if not filling.any():
+        return verdict
     return verdict._replace(
         posterior=np.where(filling, np.nan, verdict.posterior),
         wheels=None if verdict.wheels is None else verdict.wheels.without(filling),

@@ -19,7 +19,8 @@ class JumpsTold:
         """Which rows (n,) have the status ``pose_jump``, and which lie within a window after a jump that was
         taken out.
         """
-        if not len(told):
+        if not told.any():
+            self._open = self._open and not len(told)
             return
         begins = told & ~np.concatenate([[self._open], told[:-1]])
         self.n += int(np.count_nonzero(begins & ~taken_out))

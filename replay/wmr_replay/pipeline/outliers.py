@@ -31,11 +31,11 @@ class OutlierFill:
         kept = rows.kept
         if not len(kept):
             return estimates
+        if kept.all():
+            self._last, self._last_ns = last_row(estimates), int(rows.t_ns[-1])
+            return estimates
         kept_ns = np.concatenate([np.array([self._last_ns], np.int64), rows.t_ns[kept]])
         self._last_ns = int(kept_ns[-1])
-        if kept.all():
-            self._last = last_row(estimates)
-            return estimates
         known = {
             name: np.concatenate([self._last.get(name, column[:0]), column])
             for name, column in estimates.items()
