@@ -58,32 +58,32 @@ class Cells:
 
     def push(self, rows: Observed) -> tuple[I64, Means]:
         """The next rows."""
-        cell = np.floor(rows.t_s / CELL_S)
+        at = self._thinning.push(rows.t_ns)
+        cell = np.floor(rows.t_s.take(at) / CELL_S)
         if self._cell is None and len(cell):
             self._cell, self._origin = float(cell[0]), rows.pose_raw[:2, 0]
         begins = np.flatnonzero(np.diff(cell, prepend=self._cell or 0.0) != 0)
-        at = self._thinning.push(rows.t_ns)
         values, edges = _values(rows, at, self._origin), np.empty((2 * N_FIELDS, 1 + len(begins)))
         edges[:, :1] = self._total_at_begin
-        self._sums.add_up(values, np.searchsorted(at, begins), self._total, edges)
+        self._sums.add_up(values, begins, self._total, edges)
         self._total_at_begin = edges[:, -1:]
         self._cell = float(cell[-1]) if len(cell) else self._cell
-        return begins, _means(np.diff(edges, axis=1))
+        return at[begins], _means(np.diff(edges, axis=1))
 
 
 def _values(rows: Observed, at: I64, origin: F64) -> F64:
     """What is averaged of the rows ``at`` (k,), in the order of :class:`Means`: (fields, k)."""
-    m = rows.motion
+    m, (x_m, y_m, yaw_rad) = rows.motion, rows.pose_raw
     sd = m.v_long_mps_sd, m.yaw_rate_radps_sd, m.a_long_mps2_sd, m.yaw_acc_radps2_sd
-    return np.stack([
-        rows.t_s[at],
-        *(column[at] - zero for column, zero in zip(rows.pose_raw[:2], origin, strict=True)),
-        rows.pose_raw[2][at],
-        rows.variances[0][at],
-        *(column[at] for column in (m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2)),
-        *(np.square(column[at]) for column in sd),
-        *(column[at] for column in rows.smoothed),
-    ])  # fmt: skip
+    averaged = (
+        *(rows.t_s, x_m, y_m, yaw_rad, rows.variances[0]),
+        *(m.v_long_mps, m.yaw_rate_radps, m.a_long_mps2, m.yaw_acc_radps2),
+        *(*sd, *rows.smoothed),
+    )
+    values = np.stack([column.take(at) for column in averaged])
+    values[1:3] -= origin[:, None]
+    np.square(values[9:13], out=values[9:13])
+    return values
 
 
 def _means(sums: F64) -> Means:

@@ -49,6 +49,9 @@ class EvenGrid:
     def _without_long_holes(self, t_s: F64) -> F64:
         """The rows' times (n,), less what holes last beyond the longest."""
         gaps_s = np.diff(t_s, prepend=self._before_s)
+        if not self._left_out_s and not (gaps_s > LONGEST_HOLE_S).any():
+            self._before_s = float(t_s[-1])
+            return t_s
         beyond_s = np.where(gaps_s > LONGEST_HOLE_S, gaps_s - LONGEST_HOLE_S, 0.0)
         left_out_s = np.cumsum(np.concatenate([[self._left_out_s], beyond_s]))[1:]
         self._before_s, self._left_out_s = float(t_s[-1]), float(left_out_s[-1])

@@ -131,6 +131,8 @@ class NoiseColour:
         """For how long (n,) the wheels have stood still."""
         with np.errstate(invalid="ignore"):
             still = np.asarray((np.abs(rows.inputs[2:]) <= RULES.rest_radps).all(axis=0))
+        if not still.any():
+            return np.zeros(len(still))
         before = float(self._rest_s[-1]) if len(self._rest_s) else 0.0
         since = rows.t_s[0] - before if len(rows.t_s) else 0.0
         moved_s = np.maximum.accumulate(np.where(still, since, rows.t_s))

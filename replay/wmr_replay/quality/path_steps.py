@@ -86,11 +86,11 @@ class PathSteps:
         """What is summed up of the rows ``at`` (k,), (8, k)."""
         m = rows.motion
         v_long, v_lat, *others = (
-            column[at]
+            column.take(at)
             for column in (m.v_long_mps, m.v_lat_mps, m.yaw_rate_radps, m.v_long_mps_sd, m.v_lat_mps_sd)
         )
-        yaw = rows.smoothed_pose[2, at]
-        durations = self._durations(rows.t_s[at])
+        yaw = rows.smoothed_pose[2].take(at)
+        durations = self._durations(rows.t_s.take(at))
         return np.stack([durations, np.hypot(v_long, v_lat), v_long, v_lat, *others, yaw])
 
     def _durations(self, t_s: F64) -> F64:

@@ -16,6 +16,7 @@ from wmr_replay.pipeline.memory import as_batch
 from wmr_replay.pipeline.model_effects import ReplayModel
 from wmr_replay.pipeline.settings import Settings
 from wmr_replay.quality import Observed
+from wmr_replay.quality.heading import HeadingMonitor
 from wmr_replay.quality.plausibility import PlausibilityMonitor
 from wmr_schemas import PAPER_ROBOT, RobotParameters
 from wmr_schemas.findings import KINDS, Finding, Severity
@@ -141,14 +142,14 @@ def test_every_code_of_the_monitor_is_declared() -> None:
         assert KINDS[code].bars == (Status.IMPLAUSIBLE if bars or code == "torque_unit" else None)
 
 
-def rows(n: int, *, sign: float = -1.0) -> Observed:
-    """n rows at 20 Hz of a robot that drives to and fro and turns, its torques times ``sign``."""
+def rows(n: int, *, sign: float = -1.0, rate_hz: float = 20.0) -> Observed:
+    """n rows of a robot that drives to and fro and turns, its torques times ``sign``."""
     rng = np.random.default_rng(5)
-    t_s = np.arange(n) / 20
+    t_s = np.arange(n) / rate_hz
     speed, turning = 1 + 0.8 * np.sin(t_s), 0.5 * np.sin(0.7 * t_s)
     ahead, turn = 0.8 * np.cos(t_s), 0.35 * np.cos(0.7 * t_s)
-    yaw = np.cumsum(turning) / 20
-    xy = np.cumsum([speed * np.cos(yaw), speed * np.sin(yaw)], axis=1) / 20
+    yaw = np.cumsum(turning) / rate_hz
+    xy = np.cumsum([speed * np.cos(yaw), speed * np.sin(yaw)], axis=1) / rate_hz
     efforts = np.array([ahead - turn, ahead + turn]) * 5 * sign + 0.1 * rng.normal(size=(2, n))
     inputs = np.concatenate([efforts, [speed - turning, speed + turning]])
     sd = np.full(n, 0.01)
@@ -169,7 +170,34 @@ def part(o: Observed, cut: slice) -> Observed:
     return o._replace(**cuts)
 
 
-WHOLE = rows(600)
+def without_heading(o: Observed) -> Observed:
+    """The same drive with a heading that has nothing to do with the path."""
+    other = 0.4 * o.t_s**2
+    m = o.motion
+    x_mps = m.v_long_mps * np.cos(o.pose[2]) - m.v_lat_mps * np.sin(o.pose[2])
+    y_mps = m.v_long_mps * np.sin(o.pose[2]) + m.v_lat_mps * np.cos(o.pose[2])
+    cos, sin = np.cos(other), np.sin(other)
+    seen = m._replace(
+        v_long_mps=x_mps * cos + y_mps * sin, v_lat_mps=y_mps * cos - x_mps * sin, yaw_rate_radps=0.8 * o.t_s
+    )
+    pose = np.stack([*o.pose[:2], other])
+    return o._replace(pose=pose, smoothed_pose=pose, pose_raw=pose, motion=seen)
+
+
+Kind = type[PlausibilityMonitor] | type[HeadingMonitor]
+MONITORS: list[Kind] = [PlausibilityMonitor, HeadingMonitor]
+WHOLE, FAST = rows(600), rows(30_000, rate_hz=1000.0)
+
+
+def test_of_a_fast_log_every_few_rows_are_enough() -> None:
+    """At 1 kHz a fault is found in the same half second as at 20 Hz."""
+    at_s = [
+        float(log.t_s[np.argmax(PlausibilityMonitor().push(log) == Status.IMPLAUSIBLE)])
+        for log in (WHOLE, FAST)
+    ]
+    assert at_s[0] > 0
+    assert at_s[1] == pytest.approx(at_s[0], abs=0.5)
+    assert not (PlausibilityMonitor().push(rows(30_000, sign=1.0, rate_hz=1000.0)) != Status.OK).any()
 
 
 def test_rows_are_barred_from_the_detection_on_alone() -> None:
@@ -182,21 +210,26 @@ def test_rows_are_barred_from_the_detection_on_alone() -> None:
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.lists(st.integers(0, 600), max_size=8))
-def test_batches_change_neither_status_nor_findings(cuts: list[int]) -> None:
-    whole, cut = PlausibilityMonitor(), PlausibilityMonitor()
-    status = whole.push(WHOLE)
-    edges = [0, *sorted(cuts), 600]
-    pieces = [cut.push(part(WHOLE, slice(a, b))) for a, b in pairwise(edges)]
+@given(st.lists(st.floats(0, 1), max_size=8), st.booleans(), st.sampled_from(MONITORS))
+def test_batches_change_neither_status_nor_findings(cuts: list[float], fast: bool, kind: Kind) -> None:
+    log = FAST if fast else WHOLE
+    log = log if kind is PlausibilityMonitor else without_heading(log)
+    whole, cut = kind(), kind()
+    status = whole.push(log)
+    edges = [0, *sorted(round(c * len(log.t_s)) for c in cuts), len(log.t_s)]
+    pieces = [cut.push(part(log, slice(a, b))) for a, b in pairwise(edges)]
+    assert (status != Status.OK).any()
     np.testing.assert_array_equal(np.concatenate(pieces), status)
     assert cut.findings() == whole.findings()
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 600))
-def test_a_prefix_has_the_statuses_of_the_whole(n: int) -> None:
-    status = PlausibilityMonitor().push(WHOLE)
-    np.testing.assert_array_equal(PlausibilityMonitor().push(part(WHOLE, slice(0, n))), status[:n])
+@given(st.floats(0, 1), st.booleans())
+def test_a_prefix_has_the_statuses_of_the_whole(share: float, fast: bool) -> None:
+    log = FAST if fast else WHOLE
+    n = round(share * len(log.t_s))
+    status = PlausibilityMonitor().push(log)
+    np.testing.assert_array_equal(PlausibilityMonitor().push(part(log, slice(0, n))), status[:n])
 
 
 def test_absurd_values_do_not_spoil_what_comes_behind() -> None:
