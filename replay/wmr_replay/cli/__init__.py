@@ -23,10 +23,9 @@ from wmr_schemas.text import shown_lines
 EXIT_CHECK_FAILED, EXIT_USAGE, EXIT_LOG_UNUSABLE, EXIT_INTERNAL, EXIT_INTERRUPTED = 1, 2, 3, 70, 130
 EXIT_READER_LEFT = 141
 """As of a program that the signal SIGPIPE ends."""
-COLLECTED_AFTER = 100_000, 100
-"""Objects between two searches for garbage, 700 by default, and searches between two of older objects, 10:
-most objects are those of imported packages, and searching them again and again is an eighth of a short
-command.
+COLLECTED_AFTER = 20_000
+"""Objects between two searches for garbage, 700 by default: most objects are those of imported packages, and
+searching them again and again is an eighth of a short command.
 """
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Linear algebra in one thread, unless the environment says otherwise: our matrices are small, threads wait
@@ -55,7 +54,7 @@ def cli(ctx: click.Context) -> None:
 
 def main() -> None:
     """Entry point of ``wmr-replay``."""
-    gc.set_threshold(*COLLECTED_AFTER)
+    gc.set_threshold(COLLECTED_AFTER)
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
     prepare_streams()

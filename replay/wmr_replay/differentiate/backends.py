@@ -60,7 +60,9 @@ def split(windows: Windows, n_old: int) -> tuple[Bool, I64]:
 
 
 def start_answer(signals: Signals, uniform: Bool, n_old: int, gains: F64) -> Answer:
-    """NaN everywhere, but for the gains of uniform windows; what every new row is given is left as it is."""
+    """NaN, but for the gains of uniform windows; where all rows from ``n_old`` on are uniform, estimates and
+    inputs are left empty: each of them is filled.
+    """
     n = len(uniform)
     shapes = (len(signals.samples), 3, n), (len(signals.inputs), n), (3, 3, n)
     estimates, inputs, known = (np.empty(shape) for shape in shapes)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from wmr_replay.identify.motion import Derived, Motion
+from wmr_replay.identify.motion import Derived, Motion, put_deviations
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
 
@@ -22,21 +22,20 @@ def fill_deviations(
     """
     of_position, of_yaw = noises[0], noises[1]
     for i in range(part[0], part[1]):
-        v_long, v_lat, rate, g11, g22 = speeds[0][i], speeds[1][i], rows.yaw_rate[i], rows.g11[i], rows.g22[i]
-        p11 = of_position[2] * rows.position[i] * g11 + of_position[5]
-        p22 = of_position[3] * rows.position[i] * g22 + of_position[6]
-        y00 = of_yaw[0] * rows.heading[i] * rows.g00[i] + of_yaw[4]
-        y01 = of_yaw[1] * rows.heading[i] * rows.g01[i]
-        y11 = of_yaw[2] * rows.heading[i] * g11 + of_yaw[5]
-        y22 = of_yaw[3] * rows.heading[i] * g22 + of_yaw[6]
+        v_long, rate, g11, g22 = speeds[0][i], rows.yaw_rate[i], rows.g11[i], rows.g22[i]
         cos, sin = math.cos(rows.yaw[i]), math.sin(rows.yaw[i])
-        across = rows.a_y[i] * cos - rows.a_x[i] * sin - rate * v_long
-        from_yaw = max(across * across * y00 + 2 * across * v_lat * y01 + v_lat * v_lat * y11, 0.0)
-        out[0, i] = math.sqrt(p11 + v_lat * v_lat * y00)
-        out[1, i] = math.sqrt(p11 + v_long * v_long * y00)
-        out[2, i] = math.sqrt(y11)
-        out[3, i] = math.sqrt(p22 + rate * rate * p11 + from_yaw)
-        out[4, i] = math.sqrt(y22)
+        motion = v_long, speeds[1][i], rate, rows.a_y[i] * cos - rows.a_x[i] * sin - rate * v_long
+        position = (
+            of_position[2] * rows.position[i] * g11 + of_position[5],
+            of_position[3] * rows.position[i] * g22 + of_position[6],
+        )
+        yaw = (
+            of_yaw[0] * rows.heading[i] * rows.g00[i] + of_yaw[4],
+            of_yaw[1] * rows.heading[i] * rows.g01[i],
+            of_yaw[2] * rows.heading[i] * g11 + of_yaw[5],
+            of_yaw[3] * rows.heading[i] * g22 + of_yaw[6],
+        )
+        put_deviations(out, i, motion, position, yaw)
 
 
 class Deviations:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from wmr_schemas.arrays import F64
-from wmr_schemas.compiled.lean import lean
+from wmr_schemas.compiled.lean import inlined, lean
 
 
 class Motion(NamedTuple):
@@ -51,9 +51,31 @@ class Derived(NamedTuple):
         return cls(v_x, v_y, a_x, a_y, yaw, yaw_rate, yaw_acc, *g, *variances)
 
 
+@inlined
+def put_deviations(
+    out: F64,
+    i: int,
+    motion: tuple[float, float, float, float],
+    position: tuple[float, float],
+    yaw: tuple[float, float, float, float],
+) -> None:
+    """Column ``i`` of ``out`` (5, n) ← the deviations of :class:`Motion`, in its order.
+
+    ``motion``: v_long, v_lat, ω and d = p̈·n − ω v_long; ``position``: mean squares of ṗ and p̈, s² G₁₁ and
+    s² G₂₂; ``yaw``: s_ψ² times G₀₀, G₀₁, G₁₁, G₂₂.
+    """
+    v_long, v_lat, rate, d = motion
+    (p11, p22), (y00, y01, y11, y22) = position, yaw
+    from_yaw = max(d * d * y00 + 2 * d * v_lat * y01 + v_lat * v_lat * y11, 0.0)
+    out[0, i] = math.sqrt(p11 + v_lat * v_lat * y00)
+    out[1, i] = math.sqrt(p11 + v_long * v_long * y00)
+    out[2, i], out[4, i] = math.sqrt(y11), math.sqrt(y22)
+    out[3, i] = math.sqrt(p22 + rate * rate * p11 + from_yaw)
+
+
 @lean
-def body_motion(rows: Derived, out: F64) -> None:
-    """``out`` ← rows of :class:`Motion`, (10, n).
+def body_motion(rows: Derived, out: F64, deviations: F64) -> None:
+    """``out`` and ``deviations`` ← rows of :class:`Motion`, (5, n) each.
 
     With e = (cos ψ, sin ψ), n = (−sin ψ, cos ψ), p = (x, y) and ω = ψ̇: v_long = ṗ·e, v_lat = ṗ·n, dv_long/dt
     = p̈·e + ω v_lat (paper §4.2 in REP 103). First-order propagation of white noise of variance s² on x and y
@@ -65,22 +87,18 @@ def body_motion(rows: Derived, out: F64) -> None:
         cos, sin = math.cos(rows.yaw[i]), math.sin(rows.yaw[i])
         vx, vy, ax, ay, rate = rows.v_x[i], rows.v_y[i], rows.a_x[i], rows.a_y[i], rows.yaw_rate[i]
         v_long, v_lat = vx * cos + vy * sin, vy * cos - vx * sin
-        g00, g01, g11, g22 = rows.g00[i], rows.g01[i], rows.g11[i], rows.g22[i]
-        position, yaw = rows.position[i], rows.heading[i]
-        d = ay * cos - ax * sin - rate * v_long
         out[0, i], out[1, i], out[2, i] = v_long, v_lat, rate
         out[3, i], out[4, i] = ax * cos + ay * sin + rate * v_lat, rows.yaw_acc[i]
-        out[5, i] = math.sqrt(position * g11 + v_lat**2 * yaw * g00)
-        out[6, i] = math.sqrt(position * g11 + v_long**2 * yaw * g00)
-        out[7, i], out[9, i] = math.sqrt(yaw * g11), math.sqrt(yaw * g22)
-        from_yaw = d * d * g00 + 2 * d * v_lat * g01 + v_lat**2 * g11
-        out[8, i] = math.sqrt(position * (g22 + rate**2 * g11) + yaw * max(from_yaw, 0.0))
+        g11, g22, position, yaw = rows.g11[i], rows.g22[i], rows.position[i], rows.heading[i]
+        motion = v_long, v_lat, rate, ay * cos - ax * sin - rate * v_long
+        of_yaw = yaw * rows.g00[i], yaw * rows.g01[i], yaw * g11, yaw * g22
+        put_deviations(deviations, i, motion, (position * g11, position * g22), of_yaw)
 
 
 def motion_of(rows: Derived) -> Motion:
     """The rows of :func:`body_motion` as a :class:`Motion`."""
     out = np.empty((len(Motion._fields), len(rows.yaw)))
-    body_motion(rows, out)
+    body_motion(rows, out[:5], out[5:])
     return Motion(*out)
 
 

@@ -19,9 +19,9 @@ class JumpsTold:
         """Which rows (n,) have the status ``pose_jump``, and which lie within a window after a jump that was
         taken out.
         """
-        if not told.any():
-            self._open = self._open and not len(told)
+        if not len(told):
             return
-        begins = told & ~np.concatenate([[self._open], told[:-1]])
-        self.n += int(np.count_nonzero(begins & ~taken_out))
+        if told.any():
+            begins = told & ~np.concatenate([[self._open], told[:-1]])
+            self.n += int(np.count_nonzero(begins & ~taken_out))
         self._open = bool(told[-1])

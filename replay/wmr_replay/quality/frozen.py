@@ -33,12 +33,11 @@ class RepeatedRows:
             return
         if self._start_ns is None:
             self._start_ns = self._measured_ns = int(t_ns[0])
+        self._n += len(t_ns)
         if not self._open and not frozen.any():
-            self._n += len(t_ns)
             self._measured_ns = int(t_ns[-1])
             return
         self._stretches.push((t_ns - self._start_ns) / NS_PER_S, frozen)
-        self._n += len(t_ns)
         self._count_runs(t_ns, frozen)
 
     def _count_runs(self, t_ns: I64, frozen: Bool) -> None:

@@ -5,11 +5,11 @@ import numpy as np
 from wmr_schemas.arrays import I64
 
 STEP_NS = 4_000_000
-"""A robot turns by .02 rad in it, and its derivatives come from a window a hundred times as long."""
+"""A robot turns by .02 rad in it, and moves by 2 cm: less than the steps and means that are compared."""
 
 
 class Thinning:
-    """Stage: stamps → the rows to look at: the first in each 4 ms of their clock, all of slower logs."""
+    """Stage: stamps → the rows to look at: the first in each 4 ms of their clock."""
 
     def __init__(self) -> None:
         self._last: int | None = None
