@@ -34,14 +34,19 @@ class ModesInHindsight(NamedTuple):
 
 
 def modes_in_hindsight(
-    log: Log, model: ReplayModel, settings: Settings | None = None, *, alpha_sd: float | None = None
+    log: Log,
+    model: ReplayModel,
+    settings: Settings | None = None,
+    *,
+    alpha_sd: float | None = None,
+    bank: BankSettings | None = None,
 ) -> ModesInHindsight:
     """The modes of ``log`` by ``model``, whose α is known, its logarithm to ``alpha_sd`` (default: the
     bank's), and which has no accelerations of users' effects.
 
     There is no interval where the log is too short for the bank to start.
     """
-    settings = settings or Settings()
+    settings, settings_of_bank = settings or Settings(), bank or BankSettings()
     intake = Intake(settings, model)
     rows = concatenate([intake.push(as_batch(log)), intake.finish()])
     n_stretch = stretch_length(rows, settings) if len(rows) else 0
@@ -49,16 +54,15 @@ def modes_in_hindsight(
         return ModesInHindsight(np.empty(0, np.int64), np.empty((4, 0)))
     stretch = rows.part(slice(n_stretch))
     levels = initial_levels(stretch.without_outliers())
-    settings_of_bank = BankSettings()
     driven = torque_model(model.robot, settings_of_bank, model.terms)
     if alpha_sd is not None:
         driven = replace(driven, prior=driven.prior._replace(ln_alpha_sd=alpha_sd))
-    bank = Bank(driven, levels.step_s, settings_of_bank, N_MODES)
+    identifier = Bank(driven, levels.step_s, settings_of_bank, N_MODES)
     kept = rows.without_outliers()
     colour = whole_colour((kept.t_ns - kept.t_ns[0]) / NS_PER_S, kept.pose)
     repairing = Repairing(levels, stretch, settings.noise_time_constant_s)
-    pieces = list(first_pass(bank, rows, repairing, colour.factor))
-    second = bank.looking_back(settings.hindsight_lag_s)
+    pieces = list(first_pass(identifier, rows, repairing, colour.factor))
+    second = identifier.looking_back(settings.hindsight_lag_s)
     found = [] if second is None else [*(second.push(bins) for bins in pieces), second.finish()]
     ends = np.concatenate([np.empty(0, np.int64), *(part.end_ns for part in found)])
     posterior = np.concatenate([np.empty((4, 0)), *(part.posterior for part in found)], axis=1)

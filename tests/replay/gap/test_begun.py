@@ -10,13 +10,12 @@ from wmr_replay.gap import GapOptions, analyse
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation.path_error import window_errors, windows_of
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import modes_and_effects
 from wmr_replay.gap.search.begun import (
     Begun,
     beginning_of,
-    begins_long,
     begun_with,
     fitted_again,
     fitted_on_the_whole,
@@ -73,8 +72,8 @@ def test_the_beginning_is_every_signal_up_to_its_end(log):
 @pytest.mark.parametrize(("seconds", "long"), [(59.9, False), (60.1, True)])
 def test_a_log_is_long_by_its_length(log, seconds, long):
     part = beginning_of(log, replace(USUAL, begun=replace(USUAL.begun, lasts_s=seconds)))
-    assert begins_long(part, SHORT) == long
-    assert not begins_long(part, USUAL)
+    assert lasts_long(part.pose, SHORT) == long
+    assert not lasts_long(part.pose, USUAL)
 
 
 def test_only_what_acts_throughout_is_begun_with():

@@ -9,6 +9,7 @@ import pytest
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.analyse import base_model
 from wmr_replay.gap.estimation import problem as filtered_logs
+from wmr_replay.gap.estimation.diffusion import fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton, newton_step, sensitivities
 from wmr_replay.gap.estimation.relabel import with_slipping
@@ -64,6 +65,25 @@ def test_a_fit_that_starts_at_its_optimum_takes_no_step(dragged, passes):
     again = gauss_newton(fresh, there.extension, noise, 4)
     assert len(passes) - n_before == 2  # the start and its slope
     assert again.extension == there.extension
+
+
+def test_what_was_fitted_is_known_on_the_same_rows_alone(dragged, passes):
+    problem, extension, noise = dragged
+    fit, found = gauss_newton(problem, extension, noise, 3), fit_diffusion(problem, extension, noise, 3)
+    n_before = len(passes)
+    assert gauss_newton(replace(problem), replace(extension), noise, 3) is fit
+    assert fit_diffusion(replace(problem), replace(extension), noise, 3) is found
+    assert len(passes) == n_before
+    whole, keys = problem.all_fitted(), (("viscous_drag", "c1_per_s"),)
+    calmer = noise._replace(yaw_sd_mps2=noise.yaw_sd_mps2 / 2)
+    started = extension.with_effect("viscous_drag", {"c1_per_s": 0.1})
+    assert gauss_newton(whole, extension, noise, 3).deviance != fit.deviance
+    assert gauss_newton(problem, extension, calmer, 3).deviance != fit.deviance
+    assert gauss_newton(problem, extension, noise, 0).extension == extension
+    assert gauss_newton(problem, extension, noise, 3, keys=()).extension == extension
+    assert gauss_newton(problem, started, noise, 3, keys=keys).extension != started
+    assert fit_diffusion(whole, extension, noise, 3) != found
+    assert fit_diffusion(problem, started, noise, 3) != found
 
 
 def test_a_curved_fit_ends_at_its_optimum(dragged):

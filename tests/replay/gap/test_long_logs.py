@@ -1,4 +1,6 @@
-"""Long logs: a diffusion that is searched on a part, and passes of the filter that are kept."""
+"""Long logs: a diffusion that is searched on a part, modes in longer bins, passes of the filter that are
+kept, and products without copies.
+"""
 
 from dataclasses import replace
 
@@ -6,13 +8,14 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
+from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.recent import Recent
-from wmr_replay.gap.scan.score import product
+from wmr_replay.gap.scan.score import product, projected
 from wmr_replay.gap.settings import GateSettings
 from wmr_synth import Sensors, synthesise
 
@@ -62,3 +65,26 @@ def test_products_over_marked_rows_are_those_of_their_copy():
     left, right, rows = rng.normal(size=(50, 3, 4)), rng.normal(size=(50, 3, 2)), rng.random(50) < 0.6
     copied = left[rows].reshape(-1, 4).T @ right[rows].reshape(-1, 2)
     np.testing.assert_allclose(product(left, right, rows), copied, rtol=1e-12)
+
+
+def test_what_the_nuisance_explains_is_left_out_of_the_sensitivities():
+    rng = np.random.default_rng(1)
+    psi, nuisance = rng.normal(size=(80, 3, 6)), rng.normal(size=(80, 3, 4))
+    nuisance[:, :, 1], nuisance[:, :, 3] = 0.0, -2.0 * nuisance[:, :, 0]
+    flat, other = psi.reshape(-1, 6), nuisance.reshape(-1, 4)
+    left = flat - other @ np.linalg.lstsq(other, flat, rcond=1e-8)[0]
+    np.testing.assert_allclose(projected(psi, nuisance), left, atol=1e-12)
+    np.testing.assert_array_equal(projected(psi, np.zeros((80, 3, 2))), flat)
+    np.testing.assert_array_equal(projected(psi, nuisance[:, :, :0]), flat)
+
+
+def test_the_modes_of_a_long_log_are_as_right_in_longer_bins():
+    log = synthesise("random", seed=4, duration_s=120.0, sensors=Sensors(rate_hz=50.0)).log
+    extension, usual = Extension(base_of(log.robot)), SETTINGS
+    long = replace(SETTINGS, begun=replace(SETTINGS.begun, long_s=60.0))
+    seen = [identified_modes(log, extension, settings) for settings in (usual, long)]
+    binned = [bin_log(log, SETTINGS, track) for track in (log.mode, *seen)]
+    right = [np.mean(one.mode == binned[0].mode) for one in binned[1:]]
+    assert np.median(np.diff(seen[1].t_ns)) > np.median(np.diff(seen[0].t_ns)) + 10**7
+    assert right[1] > right[0] - 0.01
+    assert right[0] > 0.8

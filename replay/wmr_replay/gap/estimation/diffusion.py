@@ -9,7 +9,7 @@ curvature. Source: Kristensen, Madsen, Jørgensen, Automatica 40 (2004) 225.
 import numpy as np
 
 from wmr_replay.gap.estimation.filter import FilterOutput
-from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.problem import Problem, identity_of
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.extension import Extension
@@ -59,8 +59,14 @@ def fit_diffusion(
     a calm one; without ``start``, at the prior's median. Takes up to ``iterations`` (default: the settings').
     On a long log, a part from its middle says where the whole log begins.
     """
-    own = problem.settings.diffusion
     iterations = iterations or problem.settings.budget.diffusion
+    of = "diffusion", identity_of(extension), start, iterations
+    return problem.fitted_once(of, lambda: likeliest(problem, extension, start, iterations))
+
+
+def likeliest(problem: Problem, extension: Extension, start: Diffusion | None, iterations: int) -> Diffusion:
+    """:func:`fit_diffusion` where its answer is not known."""
+    own = problem.settings.diffusion
     starts = starting_points(start, own)
     if len(problem.binned) >= 2 * own.part_rows:
         rough = search(problem.middle(own.part_rows), extension, starts, iterations)

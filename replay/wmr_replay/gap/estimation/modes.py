@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.effects.efforts import combined
-from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
+from wmr_replay.gap.model.binned_log import BinnedLog, bin_log, lasts_long
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS, Extension, change_by
 from wmr_replay.gap.settings import GateSettings
+from wmr_replay.identify.filter_bank import BankSettings
 from wmr_replay.pipeline.bank_alone import modes_in_hindsight
 from wmr_replay.pipeline.memory import hindsight_columns
 from wmr_replay.pipeline.model_effects import FOLLOWED, replay_model
@@ -33,7 +34,8 @@ def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> 
         mode = np.where(mode == ContactMode.UNDECIDED, ContactMode.IDEAL, mode)
         return ModeTrack(t_ns, mode.astype(np.int8))
     alpha_sd = settings.modes.alpha_sd if extension.acting else None
-    start_ns, posterior = modes_in_hindsight(log, model, alpha_sd=alpha_sd)
+    bank = BankSettings(bin_s=settings.begun.bank_bin_s) if lasts_long(log.pose, settings) else None
+    start_ns, posterior = modes_in_hindsight(log, model, alpha_sd=alpha_sd, bank=bank)
     if not len(start_ns):
         return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))
     sure = posterior.max(axis=0) >= LEAST_CONFIDENCE

@@ -1,8 +1,9 @@
 """A binned log split into fitted and held-out rows, and the likelihood of an extended model on it."""
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.compiled.lanes import WIDTH
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import ModeTrack
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +168,14 @@ class Problem:
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
+
+    def fitted_once(self, of: Hashable, fit: Callable[[], T]) -> T:
+        """What ``fit`` finds on the fitted rows, and on these alone; known where ``of`` was fitted before.
+
+        A search comes back to the same model with the same candidate many times.
+        """
+        found: T = self.binned.fits.get((self.train.tobytes(), self.shift_s, of), fit)
+        return found
 
     def deviance(self, extension: Extension, noise: Diffusion) -> float:
         """−2 log likelihood of the fitted rows."""

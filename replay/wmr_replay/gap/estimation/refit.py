@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from wmr_replay.gap.estimation.diffusion import fit_diffusion
-from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.problem import Problem, identity_of
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.model.candidates import candidate_of, is_place
 from wmr_replay.gap.model.extension import Extension
@@ -31,6 +31,11 @@ class Fit:
     deviance: float
     innovations: F64
     row_deviance: F64
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays."""
+        return self.innovations.nbytes + self.row_deviance.nbytes
 
     @property
     def keys(self) -> Keys:
@@ -90,7 +95,14 @@ def gauss_newton(
     has the same Ψ. In times and places they never are: what a step promises there says little of a part of
     it.
     """
-    own, keys = problem.settings.refit, keys_of(extension) if keys is None else keys
+    keys = keys_of(extension) if keys is None else keys
+    of = "model", identity_of(extension), tuple(extension.misfit.items()), noise, steps, keys
+    return problem.fitted_once(of, lambda: stepwise(problem, extension, noise, steps, keys))
+
+
+def stepwise(problem: Problem, extension: Extension, noise: Diffusion, steps: int, keys: Keys) -> Fit:
+    """:func:`gauss_newton` where its answer is not known."""
+    own = problem.settings.refit
     smooth = not any(is_place(*key) for key in keys)
     at, psi = evaluate(problem, extension, noise), None
     for _ in range(steps if keys and np.isfinite(at.deviance) else 0):

@@ -20,8 +20,10 @@ from wmr_schemas.signals import Log, ModeTrack, PoseTrack
 VOTES_PER_STEP = 4
 OF_COMPONENT = [0, 0, 1]
 """Of x, y and yaw, whether it is a position or the yaw."""
-PASSES_BYTES, INPUTS_BYTES = 16_000_000, 6_000_000
-"""What a binned log keeps of the last passes and of their inputs: about a hundred passes of a log of 90 s."""
+PASSES_BYTES, INPUTS_BYTES, FITS_BYTES = 16_000_000, 12_000_000, 24_000_000
+"""What a binned log keeps of the last passes, of their inputs and of fits: about a hundred passes of a log of
+90 s.
+"""
 
 KNOWN_COLOURS: WeakKeyDictionary[PoseTrack, WholeColour] = WeakKeyDictionary()
 """The colours of the logs that are analysed: an analysis bins a log dozens of times."""
@@ -37,6 +39,11 @@ def recent_inputs() -> Recent[F64]:
     return Recent(INPUTS_BYTES, lambda inputs: inputs.nbytes)
 
 
+def recent_fits() -> Recent[Any]:
+    """The last fits, models or their noise."""
+    return Recent(FITS_BYTES, lambda fit: int(getattr(fit, "nbytes", 0)))
+
+
 @dataclass(frozen=True, eq=False)
 class BinnedLog:
     """A log in bins of at most ``bin_s``.
@@ -46,7 +53,7 @@ class BinnedLog:
     ``noise_sd`` (3,) is the noise of one pose in x, y [m] and yaw [rad], from the data alone, ``colour`` its
     correlation in time. Changes of the mode are known to ``margin`` bins. ``names_skid`` says whether a skid
     that the modes leave out is an effect. ``settings`` are those of the analysis that the bins are made for.
-    ``passes`` and ``inputs`` are what was computed of it last, by what they follow from besides.
+    ``passes``, ``inputs`` and ``fits`` are what was computed of it last, by what they follow from besides.
     """
 
     start_ns: int
@@ -64,6 +71,7 @@ class BinnedLog:
     settings: GateSettings
     passes: Recent[Any] = field(default_factory=recent_passes, init=False, repr=False)
     inputs: Recent[F64] = field(default_factory=recent_inputs, init=False, repr=False)
+    fits: Recent[Any] = field(default_factory=recent_fits, init=False, repr=False)
 
     def __len__(self) -> int:
         return len(self.t_s)
@@ -174,6 +182,11 @@ def bin_log(
         names_skid=names_skid,
         settings=settings,
     )
+
+
+def lasts_long(pose: PoseTrack, settings: GateSettings) -> bool:
+    """Whether a log is so long that it is analysed in other ways than a short one."""
+    return (int(pose.t_ns[-1]) - int(pose.t_ns[0])) / NS_PER_S >= settings.begun.long_s
 
 
 def bin_starts(t_s: F64, bin_s: float) -> I64:

@@ -12,7 +12,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import LIBRARY, SKID, Candidate
 from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.local_effects import Patches, local_candidates, time_cells
+from wmr_replay.gap.scan.local_effects import Patches, local_candidates, patches_of, time_cells
 from wmr_replay.gap.scan.own_columns import OwnColumns
 from wmr_replay.gap.scan.score import NormalEquations, ScoredCandidate
 from wmr_schemas.arrays import F64, I64
@@ -42,7 +42,7 @@ class LibraryColumns:
         linear = tuple(c for c in LIBRARY if c.places and c.name not in left_out)
         changes = tuple(effort_changes(extension, binned, extension.rows(binned)))
         cells, n_cells = time_cells(binned)
-        patches, own = Patches.of(binned, cells, n_cells), OwnColumns.of(extension)
+        patches, own = patches_of(binned), OwnColumns.of(extension)
         return cls(binned, extension, linear, changes, cells, n_cells, patches, own)
 
     @property

@@ -6,6 +6,7 @@ total/size and gain total²/size; prefix sums give every interval at once.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,6 +52,12 @@ class Patches:
             for r in binned.settings.scan.radii_m
         }
         return cls(centres, shares)
+
+
+@lru_cache(maxsize=4)
+def patches_of(binned: BinnedLog) -> Patches:
+    """The patches that are scanned; with the same bins, a search scans many models."""
+    return Patches.of(binned, *time_cells(binned))
 
 
 def local_candidates(

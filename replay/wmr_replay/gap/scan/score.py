@@ -78,8 +78,16 @@ def projected(psi: F64, nuisance: F64) -> F64:
     flat = psi.reshape(-1, psi.shape[2])
     if not nuisance.shape[2]:
         return flat
-    other = nuisance.reshape(-1, nuisance.shape[2])
-    return np.asarray(flat - other @ np.linalg.lstsq(other, flat, rcond=1e-8)[0])
+    along = directions(nuisance.reshape(-1, nuisance.shape[2]))
+    explained = along @ (along.T @ flat)
+    return np.asarray(np.subtract(flat, explained, out=explained))
+
+
+def directions(columns: F64) -> F64:
+    """Orthonormal directions (n, r) that the columns (n, q) span; what is 1e-8 of the largest is none."""
+    Q, R = np.linalg.qr(columns)
+    turned, sizes, _ = np.linalg.svd(R)
+    return np.asarray(Q @ turned[:, sizes > 1e-8 * sizes[0]])
 
 
 def penalised_gain(scored: ScoredCandidate, settings: ScanSettings) -> float:

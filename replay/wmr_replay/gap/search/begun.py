@@ -47,12 +47,6 @@ class Begun:
         return replace(extension.as_in(self.there), effects=self.effects)
 
 
-def begins_long(log: Log, settings: GateSettings) -> bool:
-    """Whether a log is so long that its beginning is looked at first."""
-    lasts_s = (int(log.pose.t_ns[-1]) - int(log.pose.t_ns[0])) / NS_PER_S
-    return lasts_s >= settings.begun.long_s
-
-
 def beginning_of(log: Log, settings: GateSettings) -> Log:
     """The log's first two minutes; times within it are those of the whole log."""
     end_ns = int(log.pose.t_ns[0]) + round(settings.begun.lasts_s * NS_PER_S)

@@ -16,11 +16,11 @@ from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
-from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.begun import Begun, beginning_of, begins_long, begun_with
+from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
 from wmr_replay.gap.search.preliminary import (
@@ -133,7 +133,7 @@ def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun
     """What the beginning of a long log shows to be missing throughout, if anything. A recording may begin
     without torques, or with hardly a pose.
     """
-    if extension.misfit or not begins_long(log, options.gates):
+    if extension.misfit or not lasts_long(log.pose, options.gates):
         return None
     try:
         _, shown = find_modes_and_effects(

@@ -205,6 +205,10 @@ class BegunSettings:
     """Logs that last so long are begun so. Numerics: from three times the beginning on, that costs less than
     the preliminary models and their selections on the whole."""
 
+    bank_bin_s: float = 0.04
+    """Length of the identifier's bins on a long log, s. Numerics: that of the analysis's own bins, to which
+    the modes are needed, at half the cost of the identifier's usual ones."""
+
 
 @dataclass(frozen=True)
 class SlipSettings:
