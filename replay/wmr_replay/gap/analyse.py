@@ -2,13 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
+from wmr_replay.gap.model.binned_log import lasts_long
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.work import Work, begin_work
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
@@ -17,6 +21,8 @@ from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_replay.gap.search.rests import leaves_no_more, with_rests, without_formula
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -37,7 +43,7 @@ def analyse(
     tell("base model", 0.0)
     log, model, note = with_base_model(log, base, options)
     tell("naming", 0.1)
-    log = replace(log, robot=model.robot)
+    log, work = replace(log, robot=model.robot), limited_work(log, options.gates)
     options = replace(options, gates=with_known_swings(options.gates, model.noise))
     extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
     extension = with_turning_in_doubt(extension, log, options.gates)
@@ -49,7 +55,24 @@ def analyse(
         problem, selection = with_formula(log, problem, selection, extension, options)
     tell("proving", 0.8)
     result = assemble(problem, selection, model, options)
-    return replace(result, notes=(*result.notes, note)) if note else result
+    return replace(result, notes=(*result.notes, *filter(None, (note, what_was_left_out(work)))))
+
+
+def limited_work(log: Log, gates: GateSettings) -> Work:
+    """The work on a log from here on: limited where the log is long, so that an answer comes in time."""
+    own, lasts_s = gates.begun, (int(log.pose.t_ns[-1]) - int(log.pose.t_ns[0])) / NS_PER_S
+    most = own.most_passes * lasts_s / gates.bins.bin_s if lasts_long(log.pose, gates) else np.inf
+    return begin_work(log.pose, most)
+
+
+def what_was_left_out(work: Work) -> str:
+    """The note on a search that ended early; empty where it did not."""
+    if not work.left_out:
+        return ""
+    return (
+        f"the log is long: {' and '.join(work.left_out)} were not looked for; "
+        "a part of it (--start, --end) is searched to the end"
+    )
 
 
 def with_base_model(log: Log, base: Model | None, options: GapOptions) -> tuple[Log, BaseModel, str]:

@@ -10,11 +10,12 @@ import numpy as np
 from wmr_replay.gap.estimation.filter import FilterInput, FilterOutput, filter_pass
 from wmr_replay.gap.estimation.lanes import Lane, filter_lanes
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
+from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets, n_columns
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dynamics import N_STATE, Base, V, W
 from wmr_replay.gap.model.extension import Extension, Parameters
 from wmr_replay.gap.model.recent import Recent
+from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.compiled.lanes import WIDTH
@@ -22,6 +23,8 @@ from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import ModeTrack
 
 T = TypeVar("T")
+COLUMNS_PER_PASS, LANE = 16.0, 0.7
+"""Columns of sensitivities that take as long as a pass without any, and what a lane takes of a pass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,11 +130,16 @@ class Problem:
             if len(part) == 1:
                 found.append(self._filtered(*part[0]))
                 continue
+            self.worked(LANE * len(part))
             lanes = [Lane(self._rows(extension), extension.theta(), noise) for extension, noise in part]
             base = part[0][0].base
             first, settings = self._first(base), self.settings.filter
             found += filter_lanes(lanes, self.binned.pose, self.variances, first, base, settings)
         return found
+
+    def worked(self, passes: float) -> None:
+        """Count work that takes as long as ``passes`` of the filter over these rows."""
+        work_on(self.binned.log.pose).add(passes * len(self.binned))
 
     def _rows(self, extension: Extension) -> F64:
         """Input rows (n, 12) of an extended model."""
@@ -167,6 +175,7 @@ class Problem:
         first = self._first(extension.base)
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
+        self.worked(1.0 + n_columns(targets) / COLUMNS_PER_PASS)
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
 
     def fitted_once(self, of: Hashable, fit: Callable[[], T]) -> T:

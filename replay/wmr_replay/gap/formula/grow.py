@@ -15,8 +15,12 @@ from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.model.work import work_on
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
+
+FORMULAS = "longer formulas"
+"""What a long log's search leaves out last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +56,8 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
     what the middle shows.
     """
     formula = shown_by_a_part(problem, rest, tried)
-    while len(formula.groups) < problem.settings.formula.most_groups:
+    work = work_on(problem.binned.log.pose)
+    while len(formula.groups) < problem.settings.formula.most_groups and work.allows(FORMULAS):
         longer = passing(problem, formula, with_next(problem, formula, tried))
         if longer is None:
             break

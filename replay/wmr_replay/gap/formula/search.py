@@ -12,7 +12,7 @@ from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
-from wmr_replay.gap.formula.grow import Formula, grow, held_out
+from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
@@ -20,6 +20,7 @@ from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
@@ -47,11 +48,11 @@ def with_formula(
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
     ways = ways_to_look(problem, selection, library, options) if outside else ()
-    outside = bool(ways)
+    outside = bool(ways) and work_on(log.pose).allows(FORMULAS)
     if outside:
         found = best_formula(problem, selection, library, options, ways)
     hidden = not selection.found and may_slip_less(problem)
-    if options.modes == "identified" and (outside or hidden):
+    if options.modes == "identified" and (outside or hidden) and work_on(log.pose).allows(FORMULAS):
         found = with_other_modes(log, problem, selection, found, extension, options)
     if found is None or (whole[1].refused and reads_efforts(found.formula)):
         return whole

@@ -19,6 +19,7 @@ from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.work import begin_work, work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
@@ -35,6 +36,9 @@ from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import Log
+
+OTHER_MODELS = "other effects and modes"
+"""What a long log's search leaves out first."""
 
 Progress = Callable[[str, float], None]
 """Takes the stage and the share of the work that is done, 0 to 1."""
@@ -107,7 +111,10 @@ def find_modes_and_effects(
     tell("naming", 0.4)
     solutions: list[Solution] = []
     behind = FarBehind(first, selections)
+    work = work_on(log.pose)
     for model in preliminary.models:
+        if solutions and not work.allows(OTHER_MODELS):
+            break
         best = min(solutions, key=lambda one: one.cost, default=None)
         if best is None or not behind.is_far(model, best.selection.fit.extension):
             solutions += solve_with(model, log, selections, np.inf if best is None else best.cost)
@@ -135,10 +142,10 @@ def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun
     """
     if extension.misfit or not lasts_long(log.pose, options.gates):
         return None
+    early, own = beginning_of(log, options.gates), options.gates.begun
+    begin_work(early.pose, own.most_passes_first * own.lasts_s / options.gates.bins.bin_s)
     try:
-        _, shown = find_modes_and_effects(
-            beginning_of(log, options.gates), extension, options, lambda _stage, _share: None
-        )
+        _, shown = find_modes_and_effects(early, extension, options, lambda _stage, _share: None)
     except InvalidSignal:
         return None
     return begun_with(shown.found, shown.stages, shown.fit.extension, options.gates)
@@ -217,6 +224,9 @@ def with_seen(
     least = cost_as_seen(preliminary) - selections.options.gates.modes.far_behind
     yield from by_cost((s for s in solutions if s.cost < least), nothing)
     others = [s for s in solutions if s.cost >= least]
+    if others and not work_on(preliminary.seen_in.problem.binned.log.pose).allows(OTHER_MODELS):
+        yield from by_cost(others, nothing)
+        return
     seen = with_missed_slipping(made_on_the_whole(preliminary, selections), selections)
     yield from by_cost([*others, seen], nothing)
 
@@ -277,6 +287,8 @@ def with_missed_slipping(solution: Solution, selections: Selections) -> Solution
         return with_settled_losses(solution)
     doubted = less_slip(problem, selections.extension)
     for doubt in islice(doubted, problem.settings.slip.most_doubts):
+        if not work_on(problem.binned.log.pose).allows(OTHER_MODELS):
+            break
         other, hints = doubt.problem, doubt.hints
         if not is_shown_nearby(doubt, problem, selections):
             continue

@@ -13,6 +13,7 @@ from wmr_replay.gap.evidence.significance import correlation, rows_that_show
 from wmr_replay.gap.evidence.spread import may_be_nothing
 from wmr_replay.gap.model.candidates import BY_NAME, CONFOUNDED_FORMS, LOCAL
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
 from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
@@ -22,6 +23,9 @@ from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_can
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
+
+FURTHER_EFFECTS = "further effects"
+"""What a long log's search leaves out where it has found some."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +70,8 @@ def forward_selection(
     found = [stage[0] for stage in stages]
     current = found[-1].fit if found else base
     while len(stages) < options.max_effects:
+        if found and not work_on(problem.binned.log.pose).allows(FURTHER_EFFECTS):
+            break
         fitted = fit_candidates(problem, current, terms=False, hints=hints)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         if shows_rest(problem, extension, current, fitted):

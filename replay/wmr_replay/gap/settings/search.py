@@ -205,6 +205,13 @@ class BegunSettings:
     """Logs that last so long are begun so. Numerics: from three times the beginning on, that costs less than
     the preliminary models and their selections on the whole."""
 
+    most_passes: float = 1500.0
+    """Passes of the filter over the whole of a long log after which nothing further is tried. Numerics: nine
+    of ten long logs are answered with fewer; what is under way then is finished, with as many again."""
+
+    most_passes_first: float = 3000.0
+    """The same over the beginning, which is short. Numerics, as above."""
+
     bank_bin_s: float = 0.04
     """Length of the identifier's bins on a long log, s. Numerics: that of the analysis's own bins, to which
     the modes are needed, at half the cost of the identifier's usual ones."""
