@@ -71,6 +71,20 @@ def put(typing_context: Any, array: Any, row: Any, lanes: Any) -> Any:
 
 
 @primitive
+def put_from(typing_context: Any, numbers: Any, first: Any, lanes: Any) -> Any:
+    """``numbers`` (n,) from ``first`` on ← lanes."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        place = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        there = builder.bitcast(builder.gep(data, [place]), VECTOR.as_pointer())
+        builder.store(arguments[2], there).align = DOUBLE_BYTES
+        return context.get_dummy_value()
+
+    return types.void(numbers, first, lanes), generate
+
+
+@primitive
 def gathered(typing_context: Any, array: Any, column: Any) -> Any:
     """The lanes in a column of an array (``WIDTH``, n)."""
 

@@ -15,7 +15,7 @@ from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.recent import Recent
-from wmr_replay.gap.scan.score import product, projected
+from wmr_replay.gap.scan.score import product, projected, squared
 from wmr_replay.gap.settings import GateSettings
 from wmr_synth import Sensors, synthesise
 
@@ -65,6 +65,15 @@ def test_products_over_marked_rows_are_those_of_their_copy():
     left, right, rows = rng.normal(size=(50, 3, 4)), rng.normal(size=(50, 3, 2)), rng.random(50) < 0.6
     copied = left[rows].reshape(-1, 4).T @ right[rows].reshape(-1, 2)
     np.testing.assert_allclose(product(left, right, rows), copied, rtol=1e-12)
+
+
+def test_the_products_of_columns_that_are_0_in_most_rows_are_those_of_all():
+    rng, rows = np.random.default_rng(2), np.arange(700) % 90 < 70
+    psi = rng.normal(size=(700, 3, 8)) * (np.abs(np.arange(700)[:, None, None] - 100 * np.arange(8)) < 60)
+    copied = psi[rows].reshape(-1, 8)
+    np.testing.assert_allclose(squared(psi, rows), copied.T @ copied, atol=1e-12)
+    whole = np.ones(700, bool)
+    np.testing.assert_allclose(squared(psi, whole), psi.reshape(-1, 8).T @ psi.reshape(-1, 8), atol=1e-12)
 
 
 def test_what_the_nuisance_explains_is_left_out_of_the_sensitivities():

@@ -76,12 +76,12 @@ def likeliest(problem: Problem, extension: Extension, start: Diffusion | None, i
 
 def search(problem: Problem, extension: Extension, starts: list[F64], iterations: int) -> F64:
     """Logarithms (5,) of the diffusion, by Fisher's scoring from the best of ``starts``."""
-    train, own = problem.train, problem.settings.diffusion
+    fitted, own = problem.fitted, problem.settings.diffusion
 
     def evaluated(each: list[F64]) -> list[tuple[FilterOutput, float]]:
         outputs = problem.filtered_each([(extension, diffusion_of(logs, own)) for logs in each])
         penalties = [np.sum(((logs - own.start_log) / own.prior_sd) ** 2) for logs in each]
-        costs = [float(o.deviance[train].sum() + more) for o, more in zip(outputs, penalties, strict=True)]
+        costs = [float(o.deviance[fitted].sum() + more) for o, more in zip(outputs, penalties, strict=True)]
         return list(zip(outputs, costs, strict=True))
 
     tried_first = zip(starts, evaluated(starts), strict=True)
@@ -107,8 +107,8 @@ def search(problem: Problem, extension: Extension, starts: list[F64], iterations
 
 def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutput) -> tuple[F64, F64]:
     """Gradient (5,) and half the expected curvature (5, 5) of the deviance in the logarithms."""
-    train, k, own = problem.train, len(logs), problem.settings.diffusion
-    gradient, spread = np.zeros(k), np.zeros((int(train.sum()) * 3, k))
+    fitted, k, own = problem.fitted, len(logs), problem.settings.diffusion
+    gradient, spread = np.zeros(k), np.zeros((int(problem.train.sum()) * 3, k))
     errors = np.zeros_like(spread)
     _, most = own.bounds_log
     moved = np.tile(logs, (k, 1))
@@ -117,9 +117,9 @@ def slopes_of(problem: Problem, extension: Extension, logs: F64, at: FilterOutpu
     outputs = problem.filtered_each([(extension, diffusion_of(one, own)) for one in moved])
     for j, new in enumerate(outputs):
         size = moved[j, j] - logs[j]
-        gradient[j] = (new.deviance - at.deviance)[train].sum() / size
-        spread[:, j] = ((new.log_variances - at.log_variances)[train] / size).ravel()
-        errors[:, j] = ((new.innovations - at.innovations)[train] / size).ravel()
+        gradient[j] = (new.deviance - at.deviance)[fitted].sum() / size
+        spread[:, j] = ((new.log_variances - at.log_variances)[fitted] / size).ravel()
+        errors[:, j] = ((new.innovations - at.innovations)[fitted] / size).ravel()
     return gradient, np.asarray(0.5 * spread.T @ spread + errors.T @ errors)
 
 

@@ -20,15 +20,21 @@ from wmr_replay.gap.estimation.process_noise import (
     first_covariance,
 )
 from wmr_replay.gap.estimation.sensitivity import (
+    Columns,
     SensitivityTargets,
     StepScratch,
-    active_ranges,
     add_step_slopes,
-    leave_forgotten,
-    measurement_sensitivity,
+    columns_of,
+    n_blocks,
     n_columns,
-    predict_sensitivities,
     step_scratch,
+)
+from wmr_replay.gap.estimation.sensitivity_blocks import (
+    Measurement,
+    blocks_for,
+    leave_forgotten,
+    predict_sensitivities,
+    slopes_by_theta,
     update_sensitivities,
 )
 from wmr_replay.gap.model.dynamics import (
@@ -45,7 +51,8 @@ from wmr_replay.gap.model.dynamics import (
 )
 from wmr_replay.gap.model.jacobians import jacobian, slopes_of_measurement
 from wmr_replay.gap.settings.filter import FilterSettings
-from wmr_schemas.arrays import F64, I64
+from wmr_schemas.arrays import F64
+from wmr_schemas.compiled.lanes import WIDTH
 from wmr_schemas.compiled.lean import inlined, lean
 
 LOG_TWO_PI = float(np.log(2 * np.pi))
@@ -206,11 +213,10 @@ def update_covariance(P: F64, crossed: F64, gains: F64) -> None:
 class FilterScratch(NamedTuple):
     """Memory of one pass, overwritten row by row.
 
-    The state ``z`` (9,), its covariance ``P`` (9, 9) and sensitivities ``S`` (9, p). Of a time update: the
-    states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F`` (9, 9).
-    Of a measurement: the pose ``at`` (3,), its slopes ``H`` (3, 3), the components' P hᵀ ``crossed`` and
-    ``gains`` (3, 9), the slopes of a component (p,). ``covariance`` (6, 9) and ``sensitivities`` (6, p) are
-    products; ``active`` (3, 2) are ranges of columns.
+    The state ``z`` (9,), its covariance ``P`` (9, 9) and sensitivities ``S`` in their ``columns``. Of a time
+    update: the states half-way and after it, with and without the disturbances' decay, and its Jacobian ``F``
+    (9, 9). Of a measurement: the pose ``at`` (3,), the components' P hᵀ ``crossed`` (3, 9), and what its
+    sensitivities need. ``covariance`` (6, 9) and ``ahead`` (6, ``WIDTH``) are products.
     """
 
     z: F64
@@ -221,35 +227,32 @@ class FilterScratch(NamedTuple):
     undisturbed: F64
     F: F64
     at: F64
-    H: F64
     crossed: F64
-    gains: F64
-    slopes: F64
     covariance: F64
-    sensitivities: F64
-    active: I64
+    ahead: F64
+    columns: Columns
+    measurement: Measurement
     step: StepScratch
 
 
 def scratch_for(data: FilterInput, theta: F64, targets: SensitivityTargets, covariance: F64) -> FilterScratch:
     """The memory before row 0, where the state has this ``covariance`` (9, 9)."""
-    p, zeros = n_columns(targets), np.zeros
+    columns, zeros = columns_of(targets), np.zeros
+    by_theta = zeros((3 * int(blocks_for(int(columns.size[0]))), WIDTH))
     return FilterScratch(
         z=data.first.copy(),
         P=covariance,
-        S=zeros((N_STATE, p)),
+        S=zeros((N_STATE * n_blocks(columns), WIDTH)),
         middle=zeros(N_STATE),
         moved=zeros(N_STATE),
         undisturbed=zeros(N_STATE),
         F=zeros((N_STATE, N_STATE)),
         at=zeros(3),
-        H=zeros((3, 3)),
         crossed=zeros((3, N_STATE)),
-        gains=zeros((3, N_STATE)),
-        slopes=zeros(p),
         covariance=zeros((N_MOTION, N_STATE)),
-        sensitivities=zeros((N_MOTION, p)),
-        active=active_ranges(targets),
+        ahead=zeros((N_MOTION, WIDTH)),
+        columns=columns,
+        measurement=Measurement(zeros((3, 3)), zeros((3, N_STATE)), zeros(3), by_theta, zeros((1, WIDTH))),
         step=step_scratch(theta),
     )
 
@@ -290,10 +293,12 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
     output: FilterOutput,
 ) -> None:
     """Fill the ``output`` of :func:`filter_pass` row by row."""
-    z, P, S, F, H = scratch.z, scratch.P, scratch.S, scratch.F, scratch.H
+    z, P, S, F, H = scratch.z, scratch.P, scratch.S, scratch.F, scratch.measurement.slopes
     moved, undisturbed, middle, at = scratch.moved, scratch.undisturbed, scratch.middle, scratch.at
-    crossed, gains, slopes, active = scratch.crossed, scratch.gains, scratch.slopes, scratch.active
+    crossed, columns, measurement = scratch.crossed, scratch.columns, scratch.measurement
+    gains, places, by_theta = measurement.gains, targets.places, measurement.by_theta
     innovations, log_variances = output.innovations, output.log_variances
+    n, whitened = output.sensitivities.shape[2], output.sensitivities.reshape(-1)
     kept, dt = (0.0, 0.0, 0.0), np.nan
     for k in range(len(data.rows)):
         row = data.rows[k]
@@ -310,8 +315,8 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
                 copy(undisturbed, moved)
             decay_disturbances(F, moved, kept)
             if keep:
-                predict_sensitivities(F, S, active, scratch.sensitivities)
-                add_step_slopes(S, active, z, undisturbed, k, data.rows, theta, base, targets, scratch.step)
+                predict_sensitivities(F, S, columns.active, scratch.ahead)
+                add_step_slopes(S, columns, z, undisturbed, k, data.rows, theta, base, targets, scratch.step)
             copy(z, moved)
             predict_covariance(F, P, scratch.covariance)
             add_noise(P, row, data.rows[k - 1, Row.MODE], noise, kept, settings)
@@ -320,15 +325,15 @@ def filter_rows(  # noqa: PLR0913, PLR0917 – compiled; arrays that a pass reus
             measured(z, row, theta, at)
             error = data.poses[k, c] - at[c]
             if keep:
-                measurement_sensitivity(slopes, S, active, H[c], c, z, row[Row.AGE], targets.places)
+                slopes_by_theta(c, z[YAW], row[Row.AGE], places, by_theta)
             s = gain_of(c, P, H[c, YAW] if c < YAW else 0.0, data.variances[k, c], crossed, gains)
             correct(z, error, gains[c])
             e = error / math.sqrt(s)
             innovations[k, c], log_variances[k, c] = e, math.log(s)
             output.deviance[k] += log_variances[k, c] + LOG_TWO_PI + min(e * e, settings.outlier_sd**2)
-            if keep:
-                update_sensitivities(S, active, gains[c], slopes, output.sensitivities[k, c], math.sqrt(s))
+            measurement.sd[c] = math.sqrt(s)
         update_covariance(P, crossed, gains)
         if keep:
-            leave_forgotten(S, active, settings.forgotten)
+            update_sensitivities(S, columns, measurement, whitened, 3 * n * k, n)
+            leave_forgotten(S, columns.active, settings.forgotten)
             copy(output.states[k], z)

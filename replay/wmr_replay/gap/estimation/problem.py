@@ -87,6 +87,11 @@ class Problem:
         return Problem(binned, self.train[rows], first_state(binned), self.shift_s)
 
     @cached_property
+    def fitted(self) -> Bool | slice:
+        """The fitted rows: ``train``, or where that is all of them, a slice, which copies nothing."""
+        return slice(None) if np.all(self.train) else self.train
+
+    @cached_property
     def variances(self) -> F64:
         """Measurement variance of each bin (n, 3), from the data alone and before anything is fitted."""
         return self.binned.variances
@@ -143,7 +148,7 @@ class Problem:
 
     def _rows(self, extension: Extension) -> F64:
         """Input rows (n, 12) of an extended model."""
-        return self.binned.inputs.get(identity_of(extension), lambda: extension.rows(self.binned))
+        return self.binned.inputs.get(extension.of_rows, lambda: extension.rows(self.binned))
 
     def _first(self, base: Base) -> F64:
         """The rough state of row 0 (9,), with w = l·yaw_rate."""

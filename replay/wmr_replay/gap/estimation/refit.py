@@ -108,8 +108,8 @@ def stepwise(problem: Problem, extension: Extension, noise: Diffusion, steps: in
     for _ in range(steps if keys and np.isfinite(at.deviance) else 0):
         held = psi is not None
         if psi is None:
-            psi = sensitivities(problem, at.extension, noise, keys, at.innovations)[problem.train]
-        step = newton_step(psi, at.innovations[problem.train], own)
+            psi = sensitivities(problem, at.extension, noise, keys, at.innovations)[problem.fitted]
+        step = newton_step(psi, at.innovations[problem.fitted], own)
         promised = float(np.square(psi.reshape(-1, len(keys)) @ step).sum())
         if smooth and promised < own.nothing:
             break
@@ -141,7 +141,7 @@ def first_lower(at: Fit, keys: Keys, step: F64, dampings: tuple[float, ...]) -> 
 def evaluate(problem: Problem, extension: Extension, noise: Diffusion) -> Fit:
     """The model as it is, without a step."""
     output = problem.filtered(extension, noise)
-    deviance = float(output.deviance[problem.train].sum())
+    deviance = float(output.deviance[problem.fitted].sum())
     deviance = deviance if np.isfinite(deviance) else np.inf
     return Fit(problem, extension, noise, deviance, output.innovations, output.deviance)
 

@@ -1,6 +1,6 @@
 """Effects by name and parameters → θ, input rows and poses, as the filter and the simulation take them."""
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -128,16 +128,30 @@ class Extension:
             return binned.pose
         return np.ascontiguousarray(without_own_errors(self.own, binned.t_s, binned.pose.T).T)
 
+    @property
+    def of_rows(self) -> Hashable:
+        """What the input rows of a log follow from: not the effects that act by θ alone."""
+        known = own_effects()
+        acting = tuple(
+            (name, tuple(parameters.items()))
+            for name, parameters in self.acting
+            if name in WEIGHTS or name in known or name.startswith(UNNAMED_PREFIX)
+        )
+        return "rows", self.base, self.skids_undeclared, self.input_effects(), acting
+
+    @property
+    def skids_undeclared(self) -> bool:
+        """Whether steps that are called ideal skid."""
+        return any(name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting)
+
     def rows(self, binned: BinnedLog, mode: F64 | None = None) -> F64:
         """Input rows (n, 12) of :class:`~wmr_replay.gap.model.dynamics.Row`.
 
         ``mode`` (n,) are other contact modes than those of the log.
         """
-        undeclared = any(
-            name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting
-        )
+        undeclared = self.skids_undeclared
         if mode is None:
-            mode, kind = binned.mode, ("rows", self.base, undeclared)
+            mode, kind = binned.mode, ("empty rows", self.base, undeclared)
             rows = binned.inputs.get(kind, lambda: self.empty_rows(binned, binned.mode, undeclared)).copy()
         else:
             rows = self.empty_rows(binned, mode, undeclared)

@@ -11,7 +11,10 @@ import numpy as np
 from wmr_replay.gap.estimation.refit import clipped
 from wmr_replay.gap.settings.filter import RefitSettings
 from wmr_replay.gap.settings.scan import ScanSettings
-from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.arrays import F64, I64, Bool
+
+PIECE_ROWS = 250
+"""Rows of a large product at a time."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def normal_equations(
     fitted = np.ones(len(psi), bool) if fitted is None else fitted
     residual = np.zeros_like(e)
     residual[fitted] = clipped(e[fitted], settings)
-    s, G = product(psi, residual[:, :, None], fitted)[:, 0], product(psi, psi, fitted)
+    s, G = product(psi, residual[:, :, None], fitted)[:, 0], squared(psi, fitted)
     if nuisance is None or not nuisance.shape[2]:
         return NormalEquations(s, G)
     A, B = product(nuisance, nuisance, fitted), product(psi, nuisance, fitted)
@@ -66,11 +69,30 @@ def normal_equations(
 
 def product(left: F64, right: F64, rows: Bool) -> F64:
     """Σ leftᵀ right (p, q) of (n, 3, p) and (n, 3, q) over the marked rows, without a copy of them."""
-    edges = np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
     total = np.zeros((left.shape[2], right.shape[2]))
-    for a, b in edges:
+    for a, b in runs(rows):
         total += left[a:b].reshape(-1, left.shape[2]).T @ right[a:b].reshape(-1, right.shape[2])
     return total
+
+
+def squared(psi: F64, rows: Bool) -> F64:
+    """ΨᵀΨ (p, p) of (n, 3, p) over the marked rows, a few at a time.
+
+    Columns that are 0 in these are left out, most of the cells': they have not begun, or are forgotten.
+    """
+    total = np.zeros((psi.shape[2], psi.shape[2]))
+    for start, end in runs(rows):
+        for a in range(start, end, PIECE_ROWS):
+            flat = psi[a : min(a + PIECE_ROWS, end)].reshape(-1, psi.shape[2])
+            seen = np.flatnonzero((flat != 0.0).any(axis=0))
+            part = flat[:, seen]
+            total[np.ix_(seen, seen)] += part.T @ part
+    return total
+
+
+def runs(rows: Bool) -> I64:
+    """First row of each run of marked rows, and the one after its last (m, 2)."""
+    return np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2)
 
 
 def projected(psi: F64, nuisance: F64) -> F64:
