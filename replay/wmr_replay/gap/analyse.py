@@ -12,7 +12,7 @@ from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
 from wmr_replay.gap.model.binned_log import lasts_long
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.model.work import Work, begin_work
+from wmr_replay.gap.model.work import Work, begin_work, n_bins
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
@@ -22,7 +22,6 @@ from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_replay.gap.search.rests import leaves_no_more, with_rests, without_formula
 from wmr_replay.gap.settings import GateSettings
-from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log
@@ -60,9 +59,8 @@ def analyse(
 
 def limited_work(log: Log, gates: GateSettings) -> Work:
     """The work on a log from here on: limited where the log is long, so that an answer comes in time."""
-    own, lasts_s = gates.begun, (int(log.pose.t_ns[-1]) - int(log.pose.t_ns[0])) / NS_PER_S
-    most = own.most_passes * lasts_s / gates.bins.bin_s if lasts_long(log.pose, gates) else np.inf
-    return begin_work(log.pose, most)
+    long = lasts_long(log.pose, gates)
+    return begin_work(log.pose, gates.work.most * n_bins(log.pose, gates) if long else np.inf)
 
 
 def what_was_left_out(work: Work) -> str:

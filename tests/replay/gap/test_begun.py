@@ -27,7 +27,11 @@ from wmr_schemas.errors import InvalidSignal
 from wmr_synth import hidden_log
 
 USUAL = GateSettings()
-SHORT = replace(USUAL, begun=replace(USUAL.begun, lasts_s=30.0, long_s=60.0))
+BEGUN, WORK = (
+    replace(USUAL.begun, lasts_s=30.0, long_s=60.0),
+    replace(USUAL.work, most=1e9, most_at_first=1e9),
+)
+SHORT = replace(USUAL, begun=BEGUN, work=WORK)
 GIVEN = GapOptions(modes="given")
 
 

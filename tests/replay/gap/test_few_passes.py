@@ -14,6 +14,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton, newton_step, sensitivities
 from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.work import Work
 from wmr_replay.gap.search import modes_and_effects
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.settings import GateSettings
@@ -126,8 +127,13 @@ def test_a_selection_that_is_far_behind_is_made_again_only_where_no_other_holds(
     monkeypatch.setattr(modes_and_effects, "cost_as_seen", lambda seen: seen.cost)
     monkeypatch.setattr(modes_and_effects, "made_on_the_whole", lambda seen, _: seen)
     solutions, selections = [costing(200.0), costing(1.0), costing(2.0)], SimpleNamespace(options=GIVEN)
-    likely = modes_and_effects.with_seen(solutions, costing(2.0 + far), 150.0, selections)
+    likely = modes_and_effects.with_seen(solutions, costing(2.0 + far), 150.0, selections, Work())
     assert next(likely).cost == 1.0
     assert not made
     assert [one.cost for one in likely] == [2.0, far - 3.0]
     assert len(made) == 1
+    spent = Work(0.0)
+    likely = modes_and_effects.with_seen(solutions, costing(2.0 + far), 150.0, selections, spent)
+    assert [one.cost for one in likely] == [1.0, 2.0]
+    assert len(made) == 1
+    assert spent.left_out

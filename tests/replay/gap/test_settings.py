@@ -23,6 +23,7 @@ STRUCTURE = {
     "FOLDS",
     "NO_TARGETS",
     "PRODUCT_COLUMNS",
+    "PIECE_ROWS",
     "START_ALPHA",
     "MOST_EXACT",
     "POWERS",

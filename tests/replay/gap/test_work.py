@@ -22,7 +22,7 @@ BEGUN = replace(USUAL.begun, lasts_s=30.0, long_s=60.0)
 
 
 def long_at(most_passes: float) -> GateSettings:
-    return replace(USUAL, begun=replace(BEGUN, most_passes=most_passes))
+    return replace(USUAL, begun=BEGUN, work=replace(USUAL.work, most=most_passes))
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from wmr_replay.effects.efforts import combined
 from wmr_replay.gap.model.binned_log import BinnedLog, bin_log, lasts_long
 from wmr_replay.gap.model.candidates import LOCAL
 from wmr_replay.gap.model.extension import WEIGHTS, Extension, change_by
-from wmr_replay.gap.model.work import work_on
+from wmr_replay.gap.model.work import n_bins, work_on
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.identify.filter_bank import BankSettings
 from wmr_replay.pipeline.bank_alone import modes_in_hindsight
@@ -20,8 +20,6 @@ from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log, ModeTrack
 
-IDENTIFIED = 3500.0
-"""Rows of the filter that take as long as an identifier over a second."""
 LEAST_CONFIDENCE = Settings().min_confidence
 
 
@@ -38,7 +36,7 @@ def identified_modes(log: Log, extension: Extension, settings: GateSettings) -> 
         return ModeTrack(t_ns, mode.astype(np.int8))
     alpha_sd = settings.modes.alpha_sd if extension.acting else None
     bank = BankSettings(bin_s=settings.begun.bank_bin_s) if lasts_long(log.pose, settings) else None
-    work_on(log.pose).add(IDENTIFIED * (log.pose.t_ns[-1] - log.pose.t_ns[0]) / NS_PER_S)
+    work_on(log.pose).add(settings.work.of_identifier * n_bins(log.pose, settings))
     start_ns, posterior = modes_in_hindsight(log, model, alpha_sd=alpha_sd, bank=bank)
     if not len(start_ns):
         return ModeTrack(log.pose.t_ns[:1], np.array([ContactMode.IDEAL], np.int8))

@@ -23,8 +23,6 @@ from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import ModeTrack
 
 T = TypeVar("T")
-COLUMNS_PER_PASS, LANE = 16.0, 0.7
-"""Columns of sensitivities that take as long as a pass without any, and what a lane takes of a pass."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +133,7 @@ class Problem:
             if len(part) == 1:
                 found.append(self._filtered(*part[0]))
                 continue
-            self.worked(LANE * len(part))
+            self.worked(self.settings.work.of_lane * len(part))
             lanes = [Lane(self._rows(extension), extension.theta(), noise) for extension, noise in part]
             base = part[0][0].base
             first, settings = self._first(base), self.settings.filter
@@ -180,7 +178,7 @@ class Problem:
         first = self._first(extension.base)
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
-        self.worked(1.0 + n_columns(targets) / COLUMNS_PER_PASS)
+        self.worked(1.0 + self.settings.work.of_column * n_columns(targets))
         return filter_pass(data, extension.theta(), extension.base, noise, targets, settings, keep)
 
     def fitted_once(self, of: Hashable, fit: Callable[[], T]) -> T:

@@ -93,10 +93,6 @@ class MotionModel(NamedTuple):
     settings: FilterSettings
 
 
-PASSES = 14.0
-"""Passes of the filter that a pass over all modes takes as long as."""
-
-
 class Workspace(NamedTuple):
     """Memory of a step: states half-way and after it (9,), its Jacobian (9, 9), products (6, 9), a pose (3,),
     its slopes (3, 3), P hᵀ and gains (3, 9) of its components, and an input row (12,).
@@ -163,7 +159,7 @@ def causal_deviance(problem: Problem, extension: Extension, noise: Diffusion) ->
     one whatever its mode.
     """
     binned, first, settings = problem.binned, problem.first.copy(), problem.settings.filter
-    problem.worked(PASSES)
+    problem.worked(problem.settings.work.of_unknown_modes)
     first[W] *= extension.base.half_track_m
     everywhere = np.ones(len(binned))
     rows = Rows(

@@ -7,6 +7,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.arrays import NS_PER_S
 from wmr_schemas.signals import PoseTrack
 
 
@@ -36,6 +38,11 @@ WORK: WeakKeyDictionary[PoseTrack, Work] = WeakKeyDictionary()
 def work_on(pose: PoseTrack) -> Work:
     """The work on a log; without a limit where none was set."""
     return WORK.setdefault(pose, Work())
+
+
+def n_bins(pose: PoseTrack, settings: GateSettings) -> float:
+    """How many rows the bins of a log make."""
+    return (int(pose.t_ns[-1]) - int(pose.t_ns[0])) / NS_PER_S / settings.bins.bin_s
 
 
 def begin_work(pose: PoseTrack, most: float) -> Work:

@@ -19,7 +19,7 @@ from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
 from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.model.work import begin_work, work_on
+from wmr_replay.gap.model.work import Work, begin_work, n_bins, work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
@@ -121,7 +121,7 @@ def find_modes_and_effects(
     nothing = cost_of(selections.base(first))
     likely = by_cost(solutions, nothing)
     if preliminary.models and preliminary.seen_in.problem is not first:
-        likely = with_seen(solutions, preliminary, nothing, selections)
+        likely = with_seen(solutions, preliminary, nothing, selections, work)
     tell("naming", 0.7)
     confirmed = []
     for solution in chain(likely, plain_solution(first, selections)):
@@ -142,8 +142,8 @@ def shown_at_first(log: Log, extension: Extension, options: GapOptions) -> Begun
     """
     if extension.misfit or not lasts_long(log.pose, options.gates):
         return None
-    early, own = beginning_of(log, options.gates), options.gates.begun
-    begin_work(early.pose, own.most_passes_first * own.lasts_s / options.gates.bins.bin_s)
+    early = beginning_of(log, options.gates)
+    begin_work(early.pose, options.gates.work.most_at_first * n_bins(early.pose, options.gates))
     try:
         _, shown = find_modes_and_effects(early, extension, options, lambda _stage, _share: None)
     except InvalidSignal:
@@ -214,17 +214,21 @@ def by_cost(solutions: Iterable[Solution], nothing: float) -> Iterator[Solution]
 
 
 def with_seen(
-    solutions: list[Solution], preliminary: PreliminaryModels, nothing: float, selections: Selections
+    solutions: list[Solution],
+    preliminary: PreliminaryModels,
+    nothing: float,
+    selections: Selections,
+    work: Work,
 ) -> Iterator[Solution]:
     """:func:`by_cost`, with the selection that the preliminary models come from among them.
 
     It is made again with its losses as slipping, and of a long log on the whole of it, where nothing that is
-    clearly likelier holds.
+    clearly likelier holds, if there is ``work`` left for it.
     """
     least = cost_as_seen(preliminary) - selections.options.gates.modes.far_behind
     yield from by_cost((s for s in solutions if s.cost < least), nothing)
     others = [s for s in solutions if s.cost >= least]
-    if others and not work_on(preliminary.seen_in.problem.binned.log.pose).allows(OTHER_MODELS):
+    if others and not work.allows(OTHER_MODELS):
         yield from by_cost(others, nothing)
         return
     seen = with_missed_slipping(made_on_the_whole(preliminary, selections), selections)

@@ -42,6 +42,7 @@ from wmr_replay.gap.settings.search import (
     SelectionSettings,
     SlipSettings,
     UnlabelledSettings,
+    WorkSettings,
 )
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 
@@ -68,6 +69,7 @@ class GateSettings:
     selection: SelectionSettings = field(default_factory=SelectionSettings)
     modes: ModeSettings = field(default_factory=ModeSettings)
     begun: BegunSettings = field(default_factory=BegunSettings)
+    work: WorkSettings = field(default_factory=WorkSettings)
     unlabelled: UnlabelledSettings = field(default_factory=UnlabelledSettings)
     slip: SlipSettings = field(default_factory=SlipSettings)
     significance: SignificanceSettings = field(default_factory=SignificanceSettings)

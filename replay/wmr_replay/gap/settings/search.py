@@ -205,16 +205,35 @@ class BegunSettings:
     """Logs that last so long are begun so. Numerics: from three times the beginning on, that costs less than
     the preliminary models and their selections on the whole."""
 
-    most_passes: float = 1500.0
-    """Passes of the filter over the whole of a long log after which nothing further is tried. Numerics: nine
-    of ten long logs are answered with fewer; what is under way then is finished, with as many again."""
-
-    most_passes_first: float = 3000.0
-    """The same over the beginning, which is short. Numerics, as above."""
-
     bank_bin_s: float = 0.04
     """Length of the identifier's bins on a long log, s. Numerics: that of the analysis's own bins, to which
     the modes are needed, at half the cost of the identifier's usual ones."""
+
+
+@dataclass(frozen=True)
+class WorkSettings:
+    """How much a long log's search may ask for, and what its parts ask for, in passes of the filter over all
+    rows. Numerics: what takes as long, measured on logs of ten minutes.
+    """
+
+    most: float = 1500.0
+    """Passes over the whole of a long log after which nothing further is tried. Numerics: of 84 logs of ten
+    minutes, 70 ask for fewer; what is under way is finished, with as many again."""
+
+    most_at_first: float = 3000.0
+    """The same over the beginning, where a pass is short. Numerics, as above."""
+
+    of_column: float = 0.06
+    """A column of sensitivities in one pass."""
+
+    of_lane: float = 0.7
+    """A pass that runs together with others."""
+
+    of_unknown_modes: float = 14.0
+    """A pass over all contact modes."""
+
+    of_identifier: float = 140.0
+    """Identifying the modes, twice through the bank."""
 
 
 @dataclass(frozen=True)
