@@ -56,8 +56,10 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
     what the middle shows.
     """
     formula = shown_by_a_part(problem, rest, tried)
-    work = work_on(problem.binned.log.pose)
-    while len(formula.groups) < problem.settings.formula.most_groups and work.allows(FORMULAS):
+    beside, work = bool(rest.extension.effects), work_on(problem.binned.log.pose)
+    while len(formula.groups) < problem.settings.formula.most_groups:
+        if beside and not work.allows(FORMULAS):
+            break
         longer = passing(problem, formula, with_next(problem, formula, tried))
         if longer is None:
             break

@@ -48,11 +48,11 @@ def with_formula(
     library, found = library_of(selection), None
     outside = points_outside(problem, selection)
     ways = ways_to_look(problem, selection, library, options) if outside else ()
-    outside = bool(ways) and work_on(log.pose).allows(FORMULAS)
+    outside = bool(ways)
     if outside:
         found = best_formula(problem, selection, library, options, ways)
     hidden = not selection.found and may_slip_less(problem)
-    if options.modes == "identified" and (outside or hidden) and work_on(log.pose).allows(FORMULAS):
+    if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
     if found is None or (whole[1].refused and reads_efforts(found.formula)):
         return whole
@@ -79,9 +79,13 @@ class Way(Enum):
 def ways_to_look(
     problem: Problem, selection: Selection, library: tuple[FittedCandidate, ...], options: GapOptions
 ) -> tuple[Way, ...]:
-    """Where to look for a formula: of a long log whose library has a name, where its middle shows one."""
+    """Where to look for a formula: of a long log whose library has a name, where its middle shows one, and
+    there is work left for it. Where the library has none, a formula is looked for in any case.
+    """
     if not library:
         return (Way.BESIDE,)
+    if not work_on(problem.binned.log.pose).allows(FORMULAS):
+        return ()
     part, base = middle_of(problem, selection.base)
     if part is problem:
         return tuple(Way)
