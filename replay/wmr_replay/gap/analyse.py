@@ -68,7 +68,7 @@ def what_was_left_out(work: Work) -> str:
     if not work.left_out:
         return ""
     return (
-        f"the log is long: {' and '.join(work.left_out)} were not looked for; "
+        f"the log is long, and its search ended early: {', '.join(work.left_out)} were not tried; "
         "a part of it (--start, --end) is searched to the end"
     )
 
@@ -112,6 +112,7 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     """
     options = options or GapOptions()
     log = replace(log, robot=robot)
+    begin_work(log.pose, np.inf)
     found = calibrate_on_log(log, options)
     robot = found.model.robot
     lines, note = with_likelier_torques(replace(log, robot=robot), Extension(base_of(robot)), options)

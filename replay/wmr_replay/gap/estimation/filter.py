@@ -24,7 +24,7 @@ from wmr_replay.gap.estimation.sensitivity import (
     SensitivityTargets,
     StepScratch,
     add_step_slopes,
-    columns_of,
+    laid_out,
     n_blocks,
     n_columns,
     step_scratch,
@@ -237,7 +237,7 @@ class FilterScratch(NamedTuple):
 
 def scratch_for(data: FilterInput, theta: F64, targets: SensitivityTargets, covariance: F64) -> FilterScratch:
     """The memory before row 0, where the state has this ``covariance`` (9, 9)."""
-    columns, zeros = columns_of(targets), np.zeros
+    columns, zeros = laid_out(targets), np.zeros
     by_theta = zeros((3 * int(blocks_for(int(columns.size[0]))), WIDTH))
     return FilterScratch(
         z=data.first.copy(),

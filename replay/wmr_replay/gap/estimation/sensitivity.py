@@ -71,7 +71,7 @@ class Columns(NamedTuple):
     active: I64
 
 
-def columns_of(targets: SensitivityTargets) -> Columns:
+def laid_out(targets: SensitivityTargets) -> Columns:
     """The columns before the first row."""
     size = np.array([len(targets.places) + len(targets.efforts), targets.n_cells, targets.n_cells])
     blocks = -(-size // WIDTH)

@@ -37,7 +37,7 @@ from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabell
 from wmr_schemas.errors import InvalidSignal
 from wmr_schemas.signals import Log
 
-OTHER_MODELS = "other effects and modes"
+OTHER_MODELS = "rival models"
 """What a long log's search leaves out first."""
 
 Progress = Callable[[str, float], None]
