@@ -1,6 +1,7 @@
 """Fits and searches that ask for no more passes of the filter than the answer needs."""
 
 from dataclasses import replace
+from itertools import combinations
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,6 +15,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model, gauss_newton, newton_step, sensitivities
 from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.candidates import LIBRARY
 from wmr_replay.gap.model.work import Work
 from wmr_replay.gap.search import modes_and_effects
 from wmr_replay.gap.search.selections import Selections
@@ -137,3 +139,18 @@ def test_a_selection_that_is_far_behind_is_made_again_only_where_no_other_holds(
     assert [one.cost for one in likely] == [1.0, 2.0]
     assert len(made) == 1
     assert spent.left_out
+
+
+@pytest.mark.parametrize("candidate", LIBRARY, ids=lambda candidate: candidate.name)
+def test_models_share_the_inputs_of_a_pass_only_where_these_are_the_same(dragged, candidate):
+    problem, extension, _ = dragged
+    middle = {key: float(np.clip(1.0, *candidate.bounds[key])) for key in candidate.free}
+    models = [extension, extension.with_effect(candidate.name, middle)]
+    for key in candidate.free:
+        high = candidate.bounds[key][1]
+        moved = middle[key] + candidate.steps[key]
+        other = {**middle, key: moved if moved <= high else middle[key] - candidate.steps[key]}
+        models.append(extension.with_effect(candidate.name, other))
+    for a, b in combinations(models, 2):
+        same = np.array_equal(a.rows(problem.binned), b.rows(problem.binned))
+        assert same or a.of_rows != b.of_rows

@@ -10,7 +10,7 @@ from wmr_replay.gap.estimation.filter import FilterInput, filter_pass
 from wmr_replay.gap.estimation.lanes import Lane, filter_lanes
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
-from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
+from wmr_replay.gap.estimation.sensitivity import NO_TARGETS, SensitivityTargets
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
@@ -95,3 +95,33 @@ def test_of_passes_asked_for_together_those_that_are_kept_are_not_computed(drive
     found = problem.filtered_each([(extension, noise) for noise in [*MOVED[:4], MOVED[0]]])
     assert found[2] is kept
     assert found[4] is found[0]
+
+
+@given(drives(), st.integers(0, 7), st.integers(0, 6), st.integers(0, 6), st.integers(0, 2**32 - 1))
+@settings(max_examples=40, deadline=None)
+def test_a_column_of_sensitivities_is_the_same_alone_as_beside_others(
+    rows, n_places, n_efforts, n_cells, seed
+):
+    """Blocks of columns that are not full, of each kind."""
+    rng, n = np.random.default_rng(seed), len(rows)
+    places = rng.permutation(np.array([int(p) for p in Theta if p not in POSITIVE]))[:n_places]
+    cells = np.arange(n) * n_cells // n
+    targets = SensitivityTargets(places.astype(np.int64), rng.normal(size=(n_efforts, n, 2)), cells, n_cells)
+    poses, variances = np.cumsum(rng.normal(0, 0.01, (n, 3)), axis=0), np.full((n, 3), 1e-4)
+    data = FilterInput(rows, poses, variances, np.zeros(9))
+
+    def columns(of):
+        return filter_pass(data, np.zeros(N_THETA), BASE, NOISE, of, SETTINGS.filter, True).sensitivities
+
+    whole, none = columns(targets), NO_TARGETS
+    assert whole.shape == (n, 3, n_places + n_efforts + 2 * n_cells)
+    for j in range(n_places):
+        alone = columns(none._replace(places=targets.places[j : j + 1]))
+        np.testing.assert_array_equal(whole[:, :, j], alone[:, :, 0])
+    for j in range(n_efforts):
+        alone = columns(none._replace(efforts=targets.efforts[j : j + 1]))
+        np.testing.assert_array_equal(whole[:, :, n_places + j], alone[:, :, 0])
+    if n_cells:
+        alone = columns(none._replace(cells=cells, n_cells=n_cells))
+        np.testing.assert_array_equal(whole[:, :, n_places + n_efforts :], alone)
+        assert np.any(alone != 0)
