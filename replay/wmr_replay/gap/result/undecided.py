@@ -50,7 +50,7 @@ def skidding_note(problem: Problem, detectable: Mapping[str, Detectable]) -> tup
         return ()
     first_s, least = float(binned.t_s[int(np.argmax(binned.skids))]), detectable.get("cornering_stiffness")
     other = (
-        f"that differs by less than {least.value:.0%}"
+        f"that differs by less than {shown_share(least.value)}"
         if least is not None and np.isfinite(least.value)
         else "of another size"
     )
@@ -58,3 +58,8 @@ def skidding_note(problem: Problem, detectable: Mapping[str, Detectable]) -> tup
         f"skidding is identified for {seconds:.1f} s, first at {first_s:.1f} s: a cornering stiffness "
         f"{other} cannot be told from skids that begin or end at slightly other times",
     )
+
+
+def shown_share(share: float) -> str:
+    """A share in whole per cent, a smaller one with its first digit."""
+    return f"{share:.0%}" if share >= 0.01 else f"{100 * share:.1g}%"
