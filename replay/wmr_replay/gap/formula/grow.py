@@ -19,7 +19,7 @@ from wmr_replay.gap.model.work import work_on
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
 
-FORMULAS = "longer formulas"
+FORMULAS = "formulas beside what is named"
 """What a long log's search leaves out last."""
 
 

@@ -85,7 +85,7 @@ def squared(psi: F64, rows: Bool) -> F64:
         for a in range(start, end, PIECE_ROWS):
             flat = psi[a : min(a + PIECE_ROWS, end)].reshape(-1, psi.shape[2])
             seen = np.flatnonzero((flat != 0.0).any(axis=0))
-            part = flat[:, seen]
+            part = flat if len(seen) == flat.shape[1] else flat[:, seen]
             total[np.ix_(seen, seen)] += part.T @ part
     return total
 
