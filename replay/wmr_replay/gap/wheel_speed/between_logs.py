@@ -4,7 +4,8 @@ Each log is fitted alone. Of sizes x_k with standard deviations s_k the moment e
 between logs is τ² = max(0, var(x) − mean(s²)) (DerSimonian and Laird 1986); the parameters of another log lie
 about the common fit with sd² + τ² (1 + 1/K). Few logs show few ways of driving: what scrubbing adds to the
 track is held no better than its form is known. An effect that the base model does not hold lies about 0,
-with τ² = max(0, mean(x² − s²)): that is its misfit.
+with τ² = max(0, (Σ x²/s² − K) / Σ 1/s²): that is its misfit. The weights are needed there, since an effect
+may hardly show on one of the logs.
 """
 
 from dataclasses import replace
@@ -51,20 +52,28 @@ def sd_of_another_log(fitted: Fit, alone: list[tuple[Problem, Fit]]) -> F64:
 
 def misfit_between(alone: list[tuple[Problem, Fit]]) -> dict[str, float]:
     """Sizes by effect that single logs show beside the base model; two components by their length."""
-    squares: dict[str, list[float]] = {}
+    sizes: dict[str, list[tuple[F64, F64]]] = {}
     for problem, own in alone:
         wanted = tuple(one for one in candidates_of(problem.record) if may_differ(one.name, own))
         for score in scan(problem, own, wanted):
-            size = np.array(list(score.start.values()))
-            spread = np.diag(inverse(score.information))
-            if np.all(spread > 0):
-                squares.setdefault(score.name, []).append(float(np.sum(size**2 - spread)))
-    found = {name: float(np.mean(each)) for name, each in squares.items() if len(each) == len(alone)}
+            size, variance = np.array(list(score.start.values())), np.diag(inverse(score.information))
+            if np.all(variance > 0):
+                sizes.setdefault(score.name, []).append((size, variance))
+    found = {name: variance_between(*map(np.array, zip(*each, strict=True))) for name, each in sizes.items()}
     misfit = {name: float(np.sqrt(square)) for name, square in found.items() if square > 0}
     if alone:
         problem, own = alone[0]
         misfit["pose_lever_arm"] = max(misfit.get("pose_lever_arm", 0.0), sides_apart_m(problem, own))
     return misfit
+
+
+def variance_between(sizes: F64, variances: F64) -> float:
+    """The moment estimate of the variance about 0 that sizes (K, k) of components have beyond their own
+    ``variances`` (K, k), summed over the components.
+    """
+    weights = 1 / variances
+    beyond = np.sum(weights * sizes**2, axis=0) - len(sizes)
+    return float(np.maximum(beyond / weights.sum(axis=0), 0.0).sum())
 
 
 def sides_apart_m(problem: Problem, own: Fit) -> float:

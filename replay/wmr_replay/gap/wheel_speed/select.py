@@ -29,7 +29,7 @@ from wmr_replay.gap.wheel_speed.evidence import (
 )
 from wmr_replay.gap.wheel_speed.modes import ideal_only
 from wmr_replay.gap.wheel_speed.places import MOST_CELLS, likeliest
-from wmr_replay.gap.wheel_speed.predict import Problem
+from wmr_replay.gap.wheel_speed.predict import DECLARED, Problem
 from wmr_replay.gap.wheel_speed.scan import Score, scan
 from wmr_replay.gap.wheel_speed.usual_slip import stands_out
 from wmr_schemas.effects import EffectDeclaration
@@ -41,6 +41,8 @@ NEAR_BIC = 10.0
 """
 SAME_BIC = 25.0
 """The same for effects that differ by a parameter alone, of which the simpler is preferred."""
+LISTED_BIC = 60.0
+"""Alternatives that are worse by more are not listed."""
 Progress = Callable[[str, float], None]
 
 
@@ -212,19 +214,26 @@ class Search:
 
 
 def simplest_first(problem: Problem, fits: list[tuple[Score, Fit]]) -> list[tuple[Score, Fit]]:
-    """Candidates by BIC, the best first; of a class that is the same in any motion, the one with the fewest
-    parameters where the others are hardly better.
+    """Candidates by BIC, the best first, but one as good as the best before it that is simpler, or as simple
+    and earlier in the catalogue: lengths before slip. Within a class that is the same in any motion, more
+    counts as good.
     """
 
     def cost(pair: tuple[Score, Fit]) -> float:
         return pair[1].minus_two_log + price(problem, len(pair[0].start))
 
     ranked = sorted(fits, key=cost)
-    if ranked:
-        same = same_in_any_motion(problem, ranked[0][0].name)
-        near = [pair for pair in ranked if pair[0].name in same and cost(pair) < cost(ranked[0]) + SAME_BIC]
-        ranked.sort(key=lambda pair: (pair is not min(near, key=lambda p: len(p[0].start)), cost(pair)))
-    return ranked
+    if not ranked:
+        return []
+    same = same_in_any_motion(problem, ranked[0][0].name)
+    order = [one.name for one in candidates_of(problem.record)]
+
+    def beyond(pair: tuple[Score, Fit]) -> float:
+        return cost(pair) - cost(ranked[0]) - (SAME_BIC if pair[0].name in same else NEAR_BIC)
+
+    near = [pair for pair in ranked if beyond(pair) < 0]
+    first = min(near, key=lambda pair: (len(pair[0].start), order.index(pair[0].name)))
+    return [first, *(pair for pair in ranked if pair is not first)]
 
 
 def same_in_any_motion(problem: Problem, name: str) -> tuple[str, ...]:
@@ -298,6 +307,15 @@ def eliminated(search: Search) -> tuple[Fit, tuple[Named, ...]]:
     return current, tuple(kept)
 
 
+def nearly_as_good(scores: tuple[Score, ...], name: str, near: float) -> list[Score]:
+    """The other scores of at least the share ``near`` of that of ``name``.
+
+    A score misjudges the gain of a large effect, and a rival's as well: they are compared to one another.
+    """
+    own = max((score.gain for score in scores if score.name == name), default=0.0)
+    return [score for score in scores if score.name != name and score.gain > near * own]
+
+
 def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[tuple[str, float], ...]:
     """Other candidates in the place of an effect that explain nearly as much, by their loss of BIC."""
     pool = tuple(
@@ -307,10 +325,9 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
     )
     own = lesser.minus_two_log - full.minus_two_log - price(problem, len(parameters_of(name)))
     found = []
-    for score in scan(problem, lesser, pool):
+    scores = scan(problem, lesser, (*pool, DECLARED[name]))
+    for score in nearly_as_good(scores, name, problem.settings.gates.near):
         extra = price(problem, len(score.start))
-        if score.gain - extra < own - 60.0 or score.gain <= 0:
-            continue
         values = {**lesser.values, score.name: absent(score.name) | score.start}
         rival = refit(problem, (*lesser.parameters, *parameters_of(score.name)), values, full.noises)
         if p_value(rival, score.name, len(pool)) > problem.settings.gates.level:
@@ -318,5 +335,6 @@ def alternatives(problem: Problem, full: Fit, lesser: Fit, name: str) -> tuple[t
         if within_calibration(problem.base_sd, rival, score.name, problem.settings.gates):
             continue
         delta = own - (lesser.minus_two_log - rival.minus_two_log - extra)
-        found.append((score.name, max(float(delta), 0.0)))
+        if delta < LISTED_BIC:
+            found.append((score.name, max(float(delta), 0.0)))
     return tuple(sorted(found, key=lambda pair: pair[1])[:3])
