@@ -25,6 +25,7 @@ from wmr_replay.gap.formula.modes import (
 )
 from wmr_replay.gap.formula.part import is_long, middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
+from wmr_replay.gap.formula.unlabelled import unlabelled_starts
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import price_of
@@ -82,23 +83,25 @@ def with_its_modes(log: Log, problem: Problem, found: Proven, options: GapOption
 def seen_with_curves(
     log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
 ) -> list[Start]:
-    """What is found, and curves, with the modes that the identifier sees with each; empty where there is
+    """What is found, and groups, with the modes that the identifier sees with each; empty where there is
     nothing to look for: modes that stay the same, or slipping that follows the model.
     """
-    if found is None and slips_as_modelled(problem, selection.base):
-        return []
     seen = [] if found is None else [once_more(log, found.model, options)]
     if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
         return []
-    if not any(is_calm(start) for start in seen):
-        part, base = middle_of(problem, selection.base)
+    if any(is_calm(start) for start in seen):
+        return seen
+    part, base = middle_of(problem, selection.base)
+    starts = unlabelled_starts(part, base)
+    if not starts and found is None and slips_as_modelled(problem, selection.base):
+        return []
+    if not starts:
         starts = curve_starts(part, base)
         if found is None and may_slip_less(problem):
             starts += rolling_starts(part, base)
-        if found is None and selection.found:
-            starts = not_hopeless(starts, problem, selection)
-        seen += [once_more(log, start, options) for start in starts]
-    return seen
+    if found is None and selection.found:
+        starts = not_hopeless(starts, problem, selection)
+    return seen + [once_more(log, start, options) for start in starts]
 
 
 def not_hopeless(starts: Sequence[Start], problem: Problem, selection: Selection) -> list[Start]:

@@ -29,6 +29,7 @@ from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import SKID, Candidate, candidate_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.scan import scan
+from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.search import UnlabelledSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.modes import ContactMode
@@ -38,24 +39,33 @@ Deviance = Callable[[Extension], F64]
 
 
 class Point(NamedTuple):
-    """A model with one ``candidate``, and −2 log likelihood (n,) of the rows."""
+    """A model with some effects more, −2 log likelihood (n,) of the rows, and the price of the sizes."""
 
-    candidate: Candidate
+    candidates: tuple[Candidate, ...]
     extension: Extension
     rows: F64
+    price: float
 
     @property
     def cost(self) -> float:
-        """−2 log likelihood of the log, and the price of the candidate's sizes; infinite where it fails."""
-        cost = float(self.rows.sum() + len(self.candidate.free) * np.log(3 * len(self.rows)))
+        """−2 log likelihood of the log, and the price; infinite where it fails."""
+        cost = float(self.rows.sum()) + self.price
         return cost if np.isfinite(cost) else np.inf
 
+    @property
+    def keys(self) -> list[tuple[Candidate, str]]:
+        """The effects' parameters (p,)."""
+        return [(candidate, key) for candidate in self.candidates for key in candidate.free]
+
     def moved(self, step: F64, deviance: Deviance) -> "Point":
-        """The candidate's sizes changed by ``step`` (p,), within their bounds."""
-        name, bounds = self.candidate.name, self.candidate.bounds
-        sizes = zip(self.extension.effects[name].items(), step.tolist(), strict=True)
-        moved = {key: float(np.clip(value + by, *bounds[key])) for (key, value), by in sizes}
-        extension = self.extension.with_effect(name, moved)
+        """The effects' sizes changed by ``step`` (p,), within their bounds."""
+        effects = {one.name: dict(self.extension.effects[one.name]) for one in self.candidates}
+        for (candidate, key), by in zip(self.keys, step.tolist(), strict=True):
+            moved = float(np.clip(effects[candidate.name][key] + by, *candidate.bounds[key]))
+            effects[candidate.name][key] = moved
+        extension = self.extension
+        for name, sizes in effects.items():
+            extension = extension.with_effect(name, sizes)
         return self._replace(extension=extension, rows=deviance(extension))
 
 
@@ -101,21 +111,31 @@ def likeliest_points(
     to be ``rolling``, at each of the ``noises``: at no size, the rows that show an effect most are called
     slipping, and do not see its slope.
     """
-    own, candidates = rolling.settings.unlabelled, rolling.settings.candidates
+    candidates = rolling.settings.candidates
     points: dict[str, Point] = {}
     for scored in chain.from_iterable(scan(rolling, base, noise).scored for noise in noises):
         if scored.gain > candidates.least_gain and is_lasting(candidate_of(scored.name)):
             extension = base.with_effect(scored.name, scored.parameters)
-            point = Point(candidate_of(scored.name), extension, deviance(extension))
+            candidate = candidate_of(scored.name)
+            price = len(candidate.free) * float(np.log(3 * len(rolling.binned)))
+            point = Point((candidate,), extension, deviance(extension), price)
             points[scored.name] = min(point, points.get(scored.name, point), key=cost_of_point)
-    best = sorted(points.values(), key=cost_of_point)[: own.most_climbed]
+    return likeliest_sizes(points.values(), deviance, nothing, rolling.settings)
+
+
+def likeliest_sizes(
+    points: Iterable[Point], deviance: Deviance, nothing: float, settings: GateSettings
+) -> list[Point]:
+    """The points that promise most, each at its likeliest sizes, the likeliest first."""
+    own, promising = settings.unlabelled, settings.candidates.promising
+    best = sorted(points, key=cost_of_point)[: own.most_climbed]
     gains = [nothing - point.cost for point in best]
-    promising = [
+    chosen = [
         point
         for point, gain in zip(best, gains, strict=True)
-        if point is best[0] or 0 < candidates.promising * gains[0] <= gain
+        if point is best[0] or 0 < promising * gains[0] <= gain
     ]
-    return sorted((climbed(point, deviance, own) for point in promising), key=cost_of_point)
+    return sorted((climbed(point, deviance, own) for point in chosen), key=cost_of_point)
 
 
 def is_lasting(candidate: Candidate) -> bool:
@@ -130,8 +150,8 @@ def cost_of_point(point: Point) -> float:
 
 
 def slopes_of(point: Point, deviance: Deviance) -> F64:
-    """∂D_k/∂θ (n, p) of the candidate's sizes, by differences."""
-    steps = np.diag(list(point.candidate.steps.values()))
+    """∂D_k/∂θ (n, p) of the effects' sizes, by differences."""
+    steps = np.diag([candidate.steps[key] for candidate, key in point.keys])
     moved = [point.moved(step, deviance).rows - point.rows for step in steps]
     return np.asarray(np.column_stack(moved) / np.diag(steps))
 
@@ -145,7 +165,7 @@ def newton_step(slopes: F64) -> F64:
 
 
 def climbed(point: Point, deviance: Deviance, own: UnlabelledSettings) -> Point:
-    """The candidate at its likeliest sizes, in a few steps."""
+    """The effects at their likeliest sizes, in a few steps."""
     for _ in range(own.most_steps):
         before, step = point, newton_step(slopes_of(point, deviance))
         point = furthest(point, step, deviance, own)

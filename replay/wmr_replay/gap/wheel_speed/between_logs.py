@@ -4,8 +4,8 @@ Each log is fitted alone. Of sizes x_k with standard deviations s_k the moment e
 between logs is τ² = max(0, var(x) − mean(s²)) (DerSimonian and Laird 1986); the parameters of another log lie
 about the common fit with sd² + τ² (1 + 1/K). Few logs show few ways of driving: what scrubbing adds to the
 track is held no better than its form is known. An effect that the base model does not hold lies about 0,
-with τ² = max(0, (Σ x²/s² − K) / Σ 1/s²): that is its misfit. The weights are needed there, since an effect
-may hardly show on one of the logs.
+with the τ² of Σ x²/(s² + τ²) = K, or 0 (Paule and Mandel 1982): that is its misfit. One log may hardly show
+it, another one well.
 """
 
 from dataclasses import replace
@@ -20,6 +20,8 @@ from wmr_replay.gap.wheel_speed.scan import scan
 from wmr_schemas.arrays import F64
 
 LEAST_LOGS = 2
+HALVINGS = 40
+"""Of the interval that holds a variance between logs. Numerics: to a millionth of a millionth."""
 SCRUB_SD = 0.03
 """Standard deviation of what scrubbing adds to the track, as a share, on another drive. Physics: dry friction
 has no track of its own; the form of slip in turns is known as well (``FORM_SD``)."""
@@ -68,12 +70,15 @@ def misfit_between(alone: list[tuple[Problem, Fit]]) -> dict[str, float]:
 
 
 def variance_between(sizes: F64, variances: F64) -> float:
-    """The moment estimate of the variance about 0 that sizes (K, k) of components have beyond their own
-    ``variances`` (K, k), summed over the components.
+    """τ² about 0 of sizes (K, k) of components that are known to ``variances`` (K, k), summed over the
+    components.
     """
-    weights = 1 / variances
-    beyond = np.sum(weights * sizes**2, axis=0) - len(sizes)
-    return float(np.maximum(beyond / weights.sum(axis=0), 0.0).sum())
+    low, high = np.zeros(sizes.shape[1]), np.square(sizes).max(axis=0)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        more = np.sum(sizes**2 / (variances + middle), axis=0) > len(sizes)
+        low, high = np.where(more, middle, low), np.where(more, high, middle)
+    return float(low.sum())
 
 
 def sides_apart_m(problem: Problem, own: Fit) -> float:
