@@ -7,7 +7,7 @@ from scipy.special import chdtrc, fdtrc
 
 from wmr_replay.gap.estimation.covariance import robust_covariance, time_blocks
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model
+from wmr_replay.gap.estimation.refit import Fit, clipped, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
@@ -26,10 +26,14 @@ from wmr_schemas.terms import COEFFICIENT, TermChannel, parse_term
 
 
 def p_value_of(problem: Problem, formula: Formula) -> float:
-    """The larger p of likelihood ratio and block-robust Wald test, times the groups that were tried."""
-    fit = formula.fit
+    """The larger p of likelihood ratio and block-robust Wald test, times the groups that were tried.
+
+    Sizes are tested on all rows: those that were held out did not choose the terms.
+    """
+    whole, budget = problem.all_fitted(), problem.settings.budget
+    fit = gauss_newton(whole, formula.fit.extension, formula.fit.noise, budget.last_steps)
     columns = [j for j, (name, _) in enumerate(fit.keys) if name in formula.names]
-    V, n_blocks = robust_covariance(problem, fit)
+    V, n_blocks = robust_covariance(whole, fit)
     values = fit.values[columns]
     within = V[np.ix_(columns, columns)]
     wald = float(values @ np.linalg.lstsq(within, values, rcond=1e-10)[0]) / len(columns)

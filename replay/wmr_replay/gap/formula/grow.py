@@ -86,8 +86,8 @@ def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:
 def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:
     """The longer formula where its last group explains enough, and the held-out rows too.
 
-    What the first group explains of the held-out rows counts beside the fitted ones: a slow disturbance that is
-    fitted explains most of a place, and foresees none of it.
+    What the first group explains of the held-out rows counts beside the fitted ones: a slow disturbance that
+    is fitted explains most of a place, and foresees none of it.
     """
     own = problem.settings.formula
     if longer is None:
