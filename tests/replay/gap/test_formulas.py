@@ -26,9 +26,9 @@ from wmr_replay.gap.formula.groups import (
     plain_groups,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import Formula, grow, is_sound
+from wmr_replay.gap.formula.grow import Formula, grow, is_sound, passing
 from wmr_replay.gap.formula.proven import Proven, proven
-from wmr_replay.gap.formula.search import explains_more, is_the_same, stated_by
+from wmr_replay.gap.formula.search import explains_more, in_terms, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import candidate_of
@@ -233,6 +233,31 @@ def test_a_named_effect_stays_where_unseen_rows_speak_against_a_formula(unseen, 
     formula = Formula(base, better, (Group(PRODUCT, (parse_term("unnamed:longitudinal:v*t"),)),))
     selection = Selection(base, named, (effect,), ((effect,),))
     assert explains_more(problem, selection, formula) is takes_its_place
+
+
+@pytest.mark.parametrize(("unseen", "passes"), [(40.0, True), (0.0, False), (-40.0, False)])
+def test_what_the_first_group_foresees_counts(unseen, passes):
+    """It explains 15 units of deviance beyond its price of the fitted rows; 20 are asked."""
+    problem = problem_of(made_log(1))
+    group = Group(PRODUCT, (parse_term("unnamed:longitudinal:v*t"),))
+    gain = group.price(float(np.log(3 * problem.train.sum()))) + 15.0
+    base, better = (with_deviance(problem, *both) for both in ((0.0, 0.0), (-gain, -unseen)))
+    longer = Formula(base, better, (group,))
+    assert (passing(problem, Formula(base, base), longer) is longer) is passes
+
+
+def test_an_effect_that_is_part_of_a_curve_becomes_a_term_of_it():
+    problem = problem_of(made_log(1, drag_per_s=0.1))
+    base = fit_model(problem, Extension(BASE))
+    beside = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.1}}))
+    group = Group(PRODUCT, (parse_term("unnamed:longitudinal:v*v*v"),))
+    fit = fit_model(problem, beside.extension.with_effect(group.names[0], {"coefficient": 0.0}))
+    (formula,) = in_terms(problem, base, Formula(beside, fit, (group,)))
+    assert "unnamed:longitudinal:v" in formula.names
+    assert "viscous_drag" not in formula.fit.extension.effects
+    assert formula.fit.extension.effects["unnamed:longitudinal:v"]["coefficient"] < -0.05
+    none = replace(beside, extension=Extension(BASE, {"input_delay": {"delay_s": 0.1}}))
+    assert in_terms(problem, base, Formula(none, fit, (group,))) == []
 
 
 @pytest.mark.parametrize(("in_manoeuvres", "takes_its_place"), [(True, True), (False, False)])

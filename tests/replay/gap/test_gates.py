@@ -431,6 +431,9 @@ def test_tyres_that_a_payload_softens_are_no_effect_of_their_own(drive):
         ("drive_gain", "both"),
         ("unnamed:longitudinal:effort_sum*abs(v)", "longitudinal"),
         ("unnamed:longitudinal:v*v*v", "both"),
+        ("unnamed:yaw:effort_diff*abs(effort_sum)", "yaw"),
+        ("unnamed:yaw:abs(effort_sum)*yaw_rate", "both"),
+        ("unnamed:longitudinal:v*abs(effort_diff)", "both"),
         ("rolling_resistance", "both"),
     ],
 )

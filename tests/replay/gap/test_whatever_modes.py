@@ -1,6 +1,8 @@
-"""Effects that a log asks for whatever its contact modes are."""
+"""Effects and groups of terms that a log asks for whatever its contact modes are."""
 
+import importlib
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +13,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate
 from wmr_replay.gap.formula.modes import Start
 from wmr_replay.gap.formula.other_modes import not_hopeless
+from wmr_replay.gap.formula.unlabelled import unlabelled_starts
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import BY_NAME
@@ -22,6 +25,7 @@ from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, ModeTrack
 from wmr_synth import hidden_log
 
+BENCH = Path(__file__).parents[3] / "bench"
 SETTINGS = GateSettings()
 DRAG_PER_M = 0.15
 
@@ -60,6 +64,35 @@ def test_nothing_is_looked_for_where_the_robot_rolls(dragged):
 def test_nothing_is_found_where_nothing_is_missing():
     log, _ = hidden_log("patrol", seed=90_131, noise="rtk")
     assert models(log, ContactMode.SLIPPING) == []
+
+
+@pytest.fixture(scope="module")
+def bumpy() -> Log:
+    """A patrol over ground that undulates along x, a hidden form of the benchmark."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(BENCH))
+        case = importlib.import_module("worlds.case").Case(2, "patrol", "mocap", "", 4, 60.0)
+        return importlib.import_module("formulas.plants").hidden_world("bumps_x", case).world.log
+
+
+def starts(log: Log, mode: int | None) -> list[Start]:
+    """What formulas begin with, found from labels of one mode."""
+    problem, extension = labelled(log, mode)
+    noise = diffusion_of(SETTINGS.diffusion.start_log, SETTINGS.diffusion)
+    return unlabelled_starts(problem, evaluate(problem, extension, noise))
+
+
+def test_wrong_labels_do_not_hide_bumpy_ground(bumpy):
+    slipping, own = (starts(bumpy, mode) for mode in (ContactMode.SLIPPING, None))
+    names = [[*start.fit.extension.effects] for start in slipping]
+    assert names == [[*start.fit.extension.effects] for start in own]
+    assert all("x)*cos(yaw)" in name for name in names[0])
+    assert all(start.price > 0 for start in slipping)
+
+
+def test_no_group_is_asked_for_where_nothing_is_missing():
+    log, _ = hidden_log("patrol", seed=90_131, noise="rtk")
+    assert starts(log, ContactMode.SLIPPING) == []
 
 
 class Line:

@@ -20,8 +20,11 @@ from wmr_replay.gap.model.dynamics import Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.terms import parse_term
 
 DEAD_ZONE, EFFORT = "torque_deadzone", "effort"
+ANSWERS = {"longitudinal": "effort_sum", "yaw": "effort_diff"}
+"""By channel, the torques by which a controller answers its disturbance."""
 
 
 def commanded(problem: Problem, extension: Extension) -> tuple[F64, F64]:
@@ -55,11 +58,14 @@ def manoeuvres(problem: Problem, fit: Fit, channel: str = "both") -> Bool:
 def torques_of(name: str) -> str:
     """The channel whose torques an effect acts in proportion to, ``both`` where there is no such one.
 
-    On a drive at constant speed, turning shows nothing of what the torques ahead do.
+    On a drive at constant speed, turning shows nothing of what the torques ahead do. Nor do torques ahead
+    answer what turns the robot: a term that turns it by them has no such channel.
     """
+    if name.startswith(UNNAMED_PREFIX):
+        channel = parse_term(name).channel
+        return channel if ANSWERS.get(channel, "lateral") in name else "both"
     declaration = declaration_of(name)
-    by_torques = declaration.acts_on == "robot" or (name.startswith(UNNAMED_PREFIX) and EFFORT in name)
-    return declaration.channel if by_torques else "both"
+    return declaration.channel if declaration.acts_on == "robot" else "both"
 
 
 def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
@@ -87,7 +93,7 @@ def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
     curve of them explains, and leaves the manoeuvres as they are or makes them less likely.
     """
     new = after.extension.effects.keys() - before.extension.effects.keys()
-    channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX) and EFFORT in name}
+    channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX)} - {"both"}
     gained = before.row_deviance - after.row_deviance
     gains = (gained[manoeuvres(before.problem, before, channel)].sum() for channel in channels)
     return min(map(float, gains), default=float("inf"))

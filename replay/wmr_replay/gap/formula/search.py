@@ -11,8 +11,16 @@ from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
-from wmr_replay.gap.formula.groups import groups_of, plain_groups, twins_of, without_twins
-from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out
+from wmr_replay.gap.formula.groups import (
+    PRODUCT,
+    TWINS,
+    Group,
+    groups_of,
+    plain_groups,
+    twins_of,
+    without_twins,
+)
+from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
@@ -28,7 +36,7 @@ from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
-from wmr_schemas.terms import COEFFICIENT
+from wmr_schemas.terms import COEFFICIENT, parse_term
 
 LOAD_STEP = "load_step"
 
@@ -174,6 +182,8 @@ def best_formula(
     if Way.BESIDE in looked:
         rest = fit_of_library(problem, selection, library)
         ways.append(grow(problem, rest, tried.beside(rest.extension.effects)))
+        if ways[0].groups and not keeps_its_effects(ways[0], selection):
+            ways += in_terms(problem, selection.base, ways[0])
     if Way.IN_PLACE in looked:
         ways.append(grow(problem, selection.base, tried))
     if library:
@@ -187,6 +197,24 @@ def best_formula(
         if found.formula is formula or explains_more(problem, selection, found.formula):
             return found
     return None
+
+
+def in_terms(problem: Problem, base: Fit, formula: Formula) -> list[Formula]:
+    """A formula with the effects beside it written as terms of the dictionary, which they are a part of; none
+    where one of them is no such term.
+    """
+    effects = formula.rest.extension.effects
+    if not all(name in TWINS for name in effects):
+        return []
+    terms = [parse_term(UNNAMED_PREFIX + twin) for name in effects for twin in TWINS[name]]
+    groups = (*(Group(PRODUCT, (term,)) for term in terms), *formula.groups)
+    extension = base.extension
+    for group in groups:
+        for name in group.names:
+            size = formula.fit.extension.effects.get(name, {COEFFICIENT: 0.0})
+            extension = extension.with_effect(name, size)
+    fit = fit_model(problem, extension, formula.fit.noise, problem.settings.budget.best_diffusion)
+    return [pruned(problem, Formula(base, fit, groups))]
 
 
 def settled(problem: Problem, fit: Fit) -> Fit:

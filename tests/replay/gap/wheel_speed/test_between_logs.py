@@ -7,7 +7,12 @@ import pytest
 
 from wmr_replay.gap.settings.wheel_speed import WheelSpeedSettings
 from wmr_replay.gap.wheel_speed.base import Base
-from wmr_replay.gap.wheel_speed.between_logs import SCRUB_SD, sd_of_another_log, sides_apart_m
+from wmr_replay.gap.wheel_speed.between_logs import (
+    SCRUB_SD,
+    sd_of_another_log,
+    sides_apart_m,
+    variance_between,
+)
 from wmr_replay.gap.wheel_speed.drive import Chassis
 from wmr_replay.gap.wheel_speed.evidence import hardly_turns, within_calibration
 from wmr_schemas.model_file import Effect
@@ -44,6 +49,23 @@ def test_a_scrubbing_track_is_known_no_better_than_its_form():
     assert sd == pytest.approx([np.hypot(0.001, SCRUB_SD * 1.4)])
     problem = SimpleNamespace(chassis=Chassis(0.1, 0.25))
     assert sides_apart_m(problem, same) == pytest.approx(SCRUB_SD * 1.4 * 0.25)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "sds", "expected"),
+    [
+        ((0.0, 1.4), (0.015, 0.015), 0.98 - 0.015**2),
+        ((0.01, 0.02), (0.02, 0.02), 0.0),
+        ((0.04, 0.3), (0.02, 0.5), 0.0004),
+    ],
+    ids=["two drives differ", "noise", "one log hardly shows it"],
+)
+def test_what_single_logs_show_beside_the_base(sizes, sds, expected):
+    """By hand: with one noise it is mean(x²) − s²; a log that hardly shows it takes part with its x² less."""
+    found = variance_between(np.array(sizes)[:, None], np.square(sds)[:, None])
+    assert found == pytest.approx(expected, rel=0.5, abs=1e-9)
+    if found:
+        assert np.sum(np.square(sizes) / (np.square(sds) + found)) == pytest.approx(2.0)
 
 
 def test_a_rest_of_the_size_of_the_misfit_is_no_finding():
