@@ -26,7 +26,7 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
 import numpy as np  # noqa: E402
-from formulas.forms import DEVELOP, EARLIER, FIFTH, FOURTH, REPORT, SECOND, THIRD  # noqa: E402
+from formulas.forms import DEVELOP, EARLIER, FIFTH, FOURTH, REPORT, SECOND, SIXTH, THIRD  # noqa: E402
 from formulas.oracle import judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
 from formulas.score import scored  # noqa: E402
@@ -45,6 +45,7 @@ FORMS = {
     "third": THIRD,
     "fourth": FOURTH,
     "fifth": FIFTH,
+    "sixth": SIXTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")
