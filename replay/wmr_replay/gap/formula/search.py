@@ -248,26 +248,26 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     """Whether a formula is better than the selection by what the wrong form of its effects may leave.
 
     What was named for good reasons gives way, or gets a formula beside it, only where the rows that were not
-    fitted are no less likely, in its place they count too, and where manoeuvres are likelier.
+    fitted are no less likely, which count too, and where manoeuvres are likelier.
     """
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
         return False
     in_manoeuvres = gain_in_manoeuvres(selection.fit, formula.fit)
-    if in_manoeuvres < 0:
-        return False
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
     price = formula.price(problem) + library_price(problem, formula, library) - prices
+    if in_manoeuvres <= max(price, 0.0):
+        return False
     excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
         return excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0 or in_manoeuvres <= max(price, 0.0):
+    if unseen < 0:
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
-        return excess > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
+        return excess + unseen > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
     simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
 
