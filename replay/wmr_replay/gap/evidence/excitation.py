@@ -23,6 +23,8 @@ from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import parse_term
 
 DEAD_ZONE, EFFORT = "torque_deadzone", "effort"
+BOTH = "both"
+"""Both channels, and no one of them."""
 ANSWERS = {"longitudinal": "effort_sum", "yaw": "effort_diff"}
 """By channel, the torques by which a controller answers its disturbance."""
 
@@ -40,7 +42,7 @@ def excitation_ratios(problem: Problem, extension: Extension, noise: Diffusion) 
     return ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
 
 
-def manoeuvres(problem: Problem, fit: Fit, channel: str = "both") -> Bool:
+def manoeuvres(problem: Problem, fit: Fit, channel: str = BOTH) -> Bool:
     """The fitted rows (n,) in which the torques ask for more than an answer to the disturbance would, and
     those shortly after, which show what came of it; on one ``channel``, or on either.
     """
@@ -63,9 +65,9 @@ def torques_of(name: str) -> str:
     """
     if name.startswith(UNNAMED_PREFIX):
         channel = parse_term(name).channel
-        return channel if ANSWERS.get(channel, "lateral") in name else "both"
+        return channel if ANSWERS.get(channel, "lateral") in name else BOTH
     declaration = declaration_of(name)
-    return declaration.channel if declaration.acts_on == "robot" else "both"
+    return declaration.channel if declaration.acts_on == "robot" else BOTH
 
 
 def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
@@ -93,7 +95,7 @@ def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
     curve of them explains, and leaves the manoeuvres as they are or makes them less likely.
     """
     new = after.extension.effects.keys() - before.extension.effects.keys()
-    channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX)} - {"both"}
+    channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX)} - {BOTH}
     gained = before.row_deviance - after.row_deviance
     gains = (gained[manoeuvres(before.problem, before, channel)].sum() for channel in channels)
     return min(map(float, gains), default=float("inf"))
@@ -102,7 +104,7 @@ def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
 def channel_of(*names: str) -> str:
     """The channel of the torques that all of the effects act by, ``both`` where they differ."""
     channels = {torques_of(name) for name in names}
-    return channels.pop() if len(channels) == 1 else "both"
+    return channels.pop() if len(channels) == 1 else BOTH
 
 
 def times_the_disturbance(problem: Problem, fit: Fit) -> float:

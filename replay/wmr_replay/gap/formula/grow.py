@@ -1,6 +1,6 @@
 """A formula grown by one group of terms after the other, and pruned of those that it does not need."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.evidence.excitation import BOTH, torques_of
 from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.part import middle_of
@@ -16,6 +17,7 @@ from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.work import work_on
+from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT
 
@@ -169,10 +171,25 @@ def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | Non
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
         chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
     distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
-    first = list(distinct.values())[-settings.formula.most_fitted :]
-    longer = [extended(problem, formula, one) for one in first]
+    longer = [extended(problem, formula, one) for one in to_fit(list(distinct.values()), settings.formula)]
     longer = [one for one in longer if is_sound(problem, one)]
     return max(longer, key=lambda one: score(problem, one), default=None)
+
+
+def to_fit(ranked: Sequence[ScoredGroup], own: FormulaSettings) -> list[ScoredGroup]:
+    """The best of the groups, the best last, and the best of those that are no answer of a controller.
+
+    A controller's efforts follow what holds the robot back. So, with calm disturbances, many a group of
+    efforts explains nearly as much as what does.
+    """
+    first = list(ranked[-own.most_fitted :])
+    apart = [one for one in ranked if not may_answer(one.group)][-own.most_apart :]
+    return [*(one for one in apart if one not in first), *first]
+
+
+def may_answer(group: Group) -> bool:
+    """Whether a group reads the efforts of its own channel, by which a controller answers a disturbance."""
+    return any(torques_of(name) != BOTH for name in group.names)
 
 
 def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:

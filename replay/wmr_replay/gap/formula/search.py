@@ -20,7 +20,7 @@ from wmr_replay.gap.formula.groups import (
     twins_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out, pruned
+from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out, may_answer, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
@@ -257,19 +257,23 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
     library = library_of(selection)
     price = formula.price(problem) + library_price(problem, formula, library) - prices
-    if in_manoeuvres <= max(price, 0.0):
-        return False
     excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
-        return excess > own.margin * bool(selection.found)
+        shown = in_manoeuvres > price_of_answers(problem, formula)
+        return shown and excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0:
+    if unseen < 0 or in_manoeuvres <= max(price, 0.0):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess + unseen > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
     simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
+
+
+def price_of_answers(problem: Problem, formula: Formula) -> float:
+    """The price of the groups that may answer the disturbance."""
+    return sum(group.price(log_n(problem)) for group in formula.groups if may_answer(group))
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:
