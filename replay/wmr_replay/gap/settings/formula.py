@@ -126,7 +126,7 @@ class FormulaSettings:
     """Most groups that are fitted, to choose one. Numerics: each costs a fit with its disturbance."""
 
     most_apart: int = 3
-    """Most groups besides that are no answer of a controller and are fitted in any case. Numerics: likewise."""
+    """Most groups that are no answer of a controller and are fitted besides. Numerics: each costs a fit."""
 
     way_lengths_m: tuple[float, float] = (1.5, 20.0)
     """Shortest and longest wave along the way, m. Judgement: what turns with a wheel or lies on a floor."""
