@@ -17,6 +17,9 @@ from wmr_replay.gap.wheel_speed.predict import DECLARED, Parameter, Problem
 from wmr_replay.gap.wheel_speed.units import FOLDS, held_out_bins, sums, unit_of_blocks
 from wmr_replay.gap.wheel_speed.windows import Gaps, Windows, rolled, windows_of
 from wmr_schemas.arrays import F64, Bool
+from wmr_schemas.slip_terms import is_slip_term, parse_slip_term
+
+TRACK = "effective_track"
 
 
 def p_value(fit: Fit, name: str, n_scanned: int) -> float:
@@ -108,11 +111,20 @@ def within_calibration(base_sd: Values, fit: Fit, name: str, settings: GateSetti
 
 def hardly_turns(problem: Problem, name: str) -> bool:
     """Whether a track that a calibration gave is doubted by a log on which the heading hardly changes: wheels
-    that pull differently creep apart on dry friction before the robot turns.
+    that pull differently creep apart on dry friction before the robot turns. So is how fast it turns for what
+    the wheels do, in a term.
     """
-    if name != "effective_track" or name not in problem.base_sd:
+    if TRACK not in problem.base_sd or not (name == TRACK or is_of_turning(name)):
         return False
     return float(np.ptp(problem.measured[2])) < problem.settings.gates.least_turning_rad
+
+
+def is_of_turning(name: str) -> bool:
+    """Whether a name is a term of the yaw rate that the wheels' yaw rate is a factor of."""
+    if not is_slip_term(name):
+        return False
+    term = parse_slip_term(name)
+    return term.channel == "yaw_rate" and any("yaw_rate" in factor for factor in term.factors)
 
 
 def narrows_gap(problem: Problem, without: Folds, with_it: Folds) -> bool:

@@ -84,6 +84,9 @@ def test_a_log_that_hardly_turns_does_not_doubt_a_calibrated_track(turned_rad, d
     known = {"effective_track": {"ratio": 0.02}}
     problem = SimpleNamespace(measured=measured, settings=settings, base_sd=known)
     assert hardly_turns(problem, "effective_track") is doubted
+    assert hardly_turns(problem, "unnamed:yaw_rate:v*v*yaw_rate") is doubted
+    assert not hardly_turns(problem, "unnamed:yaw_rate:v")
+    assert not hardly_turns(problem, "unnamed:v_lat:v*yaw_rate")
     assert not hardly_turns(
         SimpleNamespace(measured=measured, settings=settings, base_sd={}), "effective_track"
     )
