@@ -26,7 +26,7 @@ from wmr_replay.gap.formula.groups import (
     plain_groups,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import Formula, grow, is_sound, passing
+from wmr_replay.gap.formula.grow import Formula, grow, is_sound, passes
 from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, in_terms, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel
@@ -235,15 +235,15 @@ def test_a_named_effect_stays_where_unseen_rows_speak_against_a_formula(unseen, 
     assert explains_more(problem, selection, formula) is takes_its_place
 
 
-@pytest.mark.parametrize(("unseen", "passes"), [(40.0, True), (0.0, False), (-40.0, False)])
-def test_what_the_first_group_foresees_counts(unseen, passes):
+@pytest.mark.parametrize(("unseen", "does"), [(40.0, True), (0.0, False), (-40.0, False)])
+def test_what_the_first_group_foresees_counts(unseen, does):
     """It explains 15 units of deviance beyond its price of the fitted rows; 20 are asked."""
     problem = problem_of(made_log(1))
     group = Group(PRODUCT, (parse_term("unnamed:longitudinal:v*t"),))
     gain = group.price(float(np.log(3 * problem.train.sum()))) + 15.0
     base, better = (with_deviance(problem, *both) for both in ((0.0, 0.0), (-gain, -unseen)))
     longer = Formula(base, better, (group,))
-    assert (passing(problem, Formula(base, base), longer) is longer) is passes
+    assert passes(problem, Formula(base, base), longer) is does
 
 
 def test_an_effect_that_is_part_of_a_curve_becomes_a_term_of_it():

@@ -62,7 +62,8 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
     while len(formula.groups) < problem.settings.formula.most_groups:
         if beside and not work.allows(FORMULAS):
             break
-        longer = passing(problem, formula, with_next(problem, formula, tried))
+        further = [one for one in longer_ones(problem, formula, tried) if passes(problem, formula, one)]
+        longer = max(further, key=lambda one: score(problem, one), default=None)
         if longer is None:
             break
         parts = longer.groups[-1].parts
@@ -85,19 +86,17 @@ def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:
     return whole if enough and held_out(problem, whole.fit) <= held_out(problem, rest) else nothing
 
 
-def passing(problem: Problem, before: Formula, longer: Formula | None) -> Formula | None:
-    """The longer formula where its last group explains enough, and the held-out rows too.
+def passes(problem: Problem, before: Formula, longer: Formula) -> bool:
+    """Whether the last group of a longer formula explains enough, and the held-out rows too.
 
     What the first group explains of the held-out rows counts beside the fitted ones: a slow disturbance that
     is fitted explains most of a place, and foresees none of it.
     """
     own = problem.settings.formula
-    if longer is None:
-        return None
     gained, unseen = score(problem, longer) - score(problem, before), unseen_gain(problem, before, longer)
     if before.groups:
-        return longer if gained >= own.margin and unseen >= 0 else None
-    return longer if gained + max(unseen, 0.0) >= own.first_margin else None
+        return gained >= own.margin and unseen >= 0
+    return gained + max(unseen, 0.0) >= own.first_margin
 
 
 def unseen_gain(problem: Problem, before: Formula, longer: Formula) -> float:
@@ -155,11 +154,11 @@ def held_out(problem: Problem, fit: Fit) -> float:
     return float(fit.row_deviance[~problem.train].sum())
 
 
-def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | None:
-    """The formula with the best further group; None where a scan promises nothing.
+def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formula]:
+    """The formula with each of the best further groups; none where a scan promises nothing.
 
-    As a slow disturbance explains a lasting effect, the best group of a scan with calm disturbances is fitted
-    beside the best of the fitted ones.
+    As a slow disturbance explains a lasting effect, the best groups of a scan with calm disturbances are
+    fitted beside the best at those that are left.
     """
     settings, current = problem.settings, formula.fit
     least = settings.candidates.least_score_later if formula.groups else settings.candidates.least_score
@@ -172,8 +171,7 @@ def with_next(problem: Problem, formula: Formula, tried: Tried) -> Formula | Non
         chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
     distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
     longer = [extended(problem, formula, one) for one in to_fit(list(distinct.values()), settings.formula)]
-    longer = [one for one in longer if is_sound(problem, one)]
-    return max(longer, key=lambda one: score(problem, one), default=None)
+    return [one for one in longer if is_sound(problem, one)]
 
 
 def to_fit(ranked: Sequence[ScoredGroup], own: FormulaSettings) -> list[ScoredGroup]:
