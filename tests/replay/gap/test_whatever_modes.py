@@ -18,7 +18,7 @@ from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import BY_NAME
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.search.whatever_modes import Point, climbed, likeliest_models
+from wmr_replay.gap.search.whatever_modes import Point, all_rolling, climbed, likeliest_models
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
@@ -88,6 +88,15 @@ def test_wrong_labels_do_not_hide_bumpy_ground(bumpy):
     assert names == [[*start.fit.extension.effects] for start in own]
     assert all("x)*cos(yaw)" in name for name in names[0])
     assert all(start.price > 0 for start in slipping)
+
+
+def test_a_part_of_a_log_is_asked_alone(bumpy):
+    problem, _ = labelled(bumpy, ContactMode.SLIPPING)
+    whole, part = all_rolling(problem), all_rolling(problem.middle(500))
+    assert len(whole.binned) == pytest.approx(len(problem.binned) / 2, abs=1)
+    assert len(part.binned) == pytest.approx(250, abs=1)
+    middle_s = problem.middle(500).binned.t_s
+    assert middle_s[0] <= part.binned.t_s[0] <= part.binned.t_s[-1] <= middle_s[-1]
 
 
 def test_no_group_is_asked_for_where_nothing_is_missing():

@@ -90,10 +90,13 @@ def likeliest_models(problem: Problem, base: Fit) -> list[Extension]:
 
 
 def all_rolling(problem: Problem) -> Problem:
-    """The log without contact modes, in longer bins."""
-    settings = problem.settings
+    """The log, or the part of it that the problem holds, without contact modes, in longer bins."""
+    settings, t_s = problem.settings, problem.binned.t_s
     bin_s = settings.unlabelled.coarse * settings.bins.bin_s
-    return Problem.of(bin_log(problem.binned.log, settings, None, bin_s))
+    whole = Problem.of(bin_log(problem.binned.log, settings, None, bin_s))
+    first = int(np.searchsorted(whole.binned.t_s, t_s[0], side="left"))
+    end = int(np.searchsorted(whole.binned.t_s, t_s[-1], side="right"))
+    return whole if end - first == len(whole.binned) else whole.part(slice(first, end))
 
 
 def unlabelled_deviance(rolling: Problem, noise: Diffusion) -> Deviance:
