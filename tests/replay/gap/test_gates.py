@@ -434,6 +434,7 @@ def test_tyres_that_a_payload_softens_are_no_effect_of_their_own(drive):
         ("unnamed:yaw:effort_diff*abs(effort_sum)", "yaw"),
         ("unnamed:yaw:abs(effort_sum)*yaw_rate", "both"),
         ("unnamed:longitudinal:v*abs(effort_diff)", "both"),
+        ("unnamed:lateral:v*yaw_rate", "both"),
         ("rolling_resistance", "both"),
     ],
 )

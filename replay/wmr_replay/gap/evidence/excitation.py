@@ -65,7 +65,7 @@ def torques_of(name: str) -> str:
     """
     if name.startswith(UNNAMED_PREFIX):
         channel = parse_term(name).channel
-        return channel if ANSWERS.get(channel, "lateral") in name else BOTH
+        return channel if channel in ANSWERS and ANSWERS[channel] in name else BOTH
     declaration = declaration_of(name)
     return declaration.channel if declaration.acts_on == "robot" else BOTH
 

@@ -28,7 +28,7 @@ from wmr_schemas.terms import COEFFICIENT, TermChannel, parse_term
 def p_value_of(problem: Problem, formula: Formula) -> float:
     """The larger p of likelihood ratio and block-robust Wald test, times the groups that were tried.
 
-    Sizes are tested on all rows: those that were held out did not choose the terms.
+    Sizes are tested on all rows: those that were held out rank no groups, and only let them pass.
     """
     whole, budget = problem.all_fitted(), problem.settings.budget
     fit = gauss_newton(whole, formula.fit.extension, formula.fit.noise, budget.last_steps)

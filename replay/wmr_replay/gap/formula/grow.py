@@ -12,7 +12,7 @@ from wmr_replay.gap.evidence.excitation import BOTH, torques_of
 from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.part import middle_of
-from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n, with_group
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
@@ -208,9 +208,7 @@ def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula
 
 def fitted_with(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
     """The formula with one group more, fitted with its diffusion."""
-    extension = formula.fit.extension
-    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
-        extension = extension.with_effect(name, {COEFFICIENT: value})
+    extension = with_group(formula.fit.extension, scored)
     budget = problem.settings.budget
     fit = fit_model(problem, extension, formula.fit.noise, budget.best_diffusion, budget.last_steps)
     return replace(formula, fit=fit, groups=(*formula.groups, scored.group))

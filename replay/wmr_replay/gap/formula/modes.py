@@ -13,13 +13,12 @@ from wmr_replay.gap.estimation.refit import Fit, cost_of, evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_slipping
 from wmr_replay.gap.formula.groups import CURVE, groups_of
 from wmr_replay.gap.formula.grow import grow
-from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n, scored_groups
+from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n, scored_groups, with_group
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_schemas.arrays import Bool
 from wmr_schemas.signals import Log
-from wmr_schemas.terms import COEFFICIENT
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,9 +84,7 @@ def rolling_starts(problem: Problem, base: Fit) -> list[Start]:
 
 def started(problem: Problem, base: Fit, scored: ScoredGroup) -> Start:
     """The base model with a curve, fitted with its disturbance."""
-    extension, budget = base.extension, problem.settings.budget
-    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
-        extension = extension.with_effect(name, {COEFFICIENT: value})
+    extension, budget = with_group(base.extension, scored), problem.settings.budget
     fit = fit_model(problem, extension, base.noise, budget.best_diffusion, budget.last_steps)
     return Start(problem, fit, base.extension, scored.group.price(log_n(problem)))
 

@@ -10,9 +10,10 @@ from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.formula.groups import Group, without_terms
 from wmr_replay.gap.model.dictionary import as_efforts
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import NormalEquations, normal_equations
 from wmr_schemas.arrays import F64
-from wmr_schemas.terms import Term
+from wmr_schemas.terms import COEFFICIENT, Term
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,13 @@ class ScoredGroup:
     group: Group
     coefficients: tuple[float, ...]
     gain: float
+
+
+def with_group(extension: Extension, scored: ScoredGroup) -> Extension:
+    """The extension with a group at its coefficients."""
+    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
+        extension = extension.with_effect(name, {COEFFICIENT: value})
+    return extension
 
 
 def log_n(problem: Problem) -> float:

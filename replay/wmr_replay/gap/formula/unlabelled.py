@@ -11,11 +11,10 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate
 from wmr_replay.gap.formula.groups import groups_of
 from wmr_replay.gap.formula.modes import Start
-from wmr_replay.gap.formula.scores import ScoredGroup, log_n
+from wmr_replay.gap.formula.scores import log_n, with_group
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.candidates import candidate_of
-from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.search.whatever_modes import (
     Deviance,
     Point,
@@ -24,7 +23,6 @@ from wmr_replay.gap.search.whatever_modes import (
     likeliest_sizes,
     unlabelled_deviance,
 )
-from wmr_schemas.terms import COEFFICIENT
 
 
 def unlabelled_starts(problem: Problem, base: Fit) -> list[Start]:
@@ -65,10 +63,3 @@ def scored_points(ats: list[Fit], deviance: Deviance) -> list[Point]:
             names = finer.group.names
             points[names] = min(point, points.get(names, point), key=cost_of_point)
     return list(points.values())
-
-
-def with_group(extension: Extension, scored: ScoredGroup) -> Extension:
-    """The extension with a group at its coefficients."""
-    for name, value in zip(scored.group.names, scored.coefficients, strict=True):
-        extension = extension.with_effect(name, {COEFFICIENT: value})
-    return extension
