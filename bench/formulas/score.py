@@ -79,7 +79,8 @@ WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(r"(fall|over|bell|ring)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
-EDGE = re.compile(r"edge\(([xyt]),([^,]+),([^)]+)\)")
+EDGE = re.compile(r"(edge|band)\(([xyt]),([^,]+),([^)]+)\)")
+LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|after|decay)\(([^)]+)\)")
 
 
@@ -135,9 +136,8 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
 
 def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, Callable[[At], F64]]:
     """Factors with numbers, by what the manual says of them."""
-    if slanted := SLANTED.fullmatch(text):
-        of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3])
-        return "x y", lambda at: of(k * at.x + l * at.y)
+    if (slanted := SLANTED.fullmatch(text)) or LINE.fullmatch(text):
+        return "x y", on_plane(text, slanted)
     if timed := TIMED.fullmatch(text):
         kind, (first, *more) = timed[1], map(float, timed[2].split(","))
         if kind == "gust":
@@ -146,12 +146,29 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
             return "t", lambda at: 1.0 * (at.t >= first)
         return "t", lambda at: np.exp(-at.t / first)
     if edge := EDGE.fullmatch(text):
-        return edge[1], lambda at: np.tanh((getattr(at, edge[1]) - float(edge[2])) / float(edge[3]))
+        place, width = float(edge[3]), float(edge[4])
+        return edge[2], lambda at: crossed(edge[1], (getattr(at, edge[2]) - place) / width)
     if shape := SHAPE.fullmatch(text):
         column, per = efforts.get(shape[2], (shape[2], 1.0))
         numbers = [float(number) for number in shape[3].split(",")]
         return shape[2], lambda at: shaped(shape[1], np.abs(getattr(at, column) / per), numbers)
     raise ValueError(f"no factor {text!r}")
+
+
+def on_plane(text: str, slanted: re.Match[str] | None) -> Callable[[At], F64]:
+    """A wave, an edge or a strip along any direction."""
+    if slanted:
+        of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3])
+        return lambda at: of(k * at.x + l * at.y)
+    kind, *numbers = LINE.fullmatch(text).groups()  # type: ignore[union-attr]
+    x, y, angle, width = map(float, numbers)
+
+    return lambda at: crossed(kind, ((at.x - x) * np.cos(angle) + (at.y - y) * np.sin(angle)) / width)
+
+
+def crossed(kind: str, apart: F64) -> F64:
+    """From one side of a line to the other, or what lies along it."""
+    return np.tanh(apart) if kind in {"edge", "side"} else np.exp(-0.5 * apart**2)
 
 
 def shaped(kind: str, size: F64, numbers: list[float]) -> F64:

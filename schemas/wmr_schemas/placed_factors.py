@@ -8,6 +8,9 @@
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
     edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y or t
+    band(x,X,W)        exp(−(x − X)²/2W²), a strip along a line; over x or y
+    side(X,Y,A,W)      tanh(d/W), d the distance from a line through (X, Y), along the direction A, rad
+    strip(X,Y,A,W)     exp(−d²/2W²), along such a line
 
 x and y are the pose in the log's world, s the signed distance driven since the first pose.
 """
@@ -21,12 +24,17 @@ import numpy as np
 from wmr_schemas.arrays import F64
 
 Columns = Mapping[str, F64]
+Number = float | F64
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
 BELL = re.compile(rf"(bump|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
-EDGE = re.compile(rf"edge\(([xyt]),{NUMBER},{NUMBER}\)")
-FORMS = "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W)"
+LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
+EDGE = re.compile(rf"(?:edge\(([xyt])|band\(([xy])),{NUMBER},{NUMBER}\)")
+FORMS = (
+    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W), "
+    "band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
+)
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
 """Time and place themselves, with the powers of metre and second of their units."""
 
@@ -52,9 +60,12 @@ def placed_factor(text: str) -> PlacedFactor | None:
     if slanted := SLANTED.fullmatch(text):
         of, k, l = getattr(np, slanted[1]), float(slanted[2]), float(slanted[3] + slanted[4])
         return PlacedFactor(("x", "y"), lambda c: np.asarray(of(k * c["x"] + l * c["y"])))
-    if (line := EDGE.fullmatch(text)) and float(line[3]) > 0:
-        along, at, width = line[1], float(line[2]), float(line[3])
-        return PlacedFactor((along,), lambda c: edge(c[along], at, width))
+    if (line := EDGE.fullmatch(text)) and float(line[4]) > 0:
+        along, at, width, cut = line[1] or line[2], float(line[3]), float(line[4]), band if line[2] else edge
+        return PlacedFactor((along,), lambda c: cut(c[along], at, width))
+    if (line := LINE.fullmatch(text)) and float(line[5]) > 0:
+        of, (x, y, angle, width) = OF_LINE[line[1]], map(float, line.groups()[1:])
+        return PlacedFactor(("x", "y"), lambda c: of(c, x, y, angle, width))
     bell = BELL.fullmatch(text)
     return bell_factor(bell[1], *map(float, bell.groups()[1:])) if bell else None
 
@@ -91,9 +102,37 @@ def edge(z: F64, at: float, width: float) -> F64:
     return np.tanh((z - at) / width)
 
 
-def edge_text(along: str, at: float, width: float) -> str:
-    """The text of an edge."""
-    return f"edge({along},{number(at)},{number(width)})"
+def band(z: F64, at: float, width: float) -> F64:
+    """A strip about a line."""
+    return np.asarray(np.exp(-(((z - at) / width) ** 2) / 2))
+
+
+def side(c: Columns, x: Number, y: Number, angle: Number, width: Number) -> F64:
+    """From −1 to 1 across a line through a place; ``angle``, rad, is the direction across it."""
+    return np.asarray(np.tanh(apart(c, x, y, angle) / width))
+
+
+def strip(c: Columns, x: Number, y: Number, angle: Number, width: Number) -> F64:
+    """A strip along such a line."""
+    return np.asarray(np.exp(-((apart(c, x, y, angle) / width) ** 2) / 2))
+
+
+def apart(c: Columns, x: Number, y: Number, angle: Number) -> F64:
+    """Distance from the line, m; positive on the side of ``angle``."""
+    return np.asarray((c["x"] - x) * np.cos(angle) + (c["y"] - y) * np.sin(angle))
+
+
+OF_LINE = {"side": side, "strip": strip}
+
+
+def cut_text(kind: str, along: str, at: float, width: float) -> str:
+    """The text of an edge or a band."""
+    return f"{kind}({along},{number(at)},{number(width)})"
+
+
+def line_text(kind: str, x_m: float, y_m: float, angle_rad: float, width_m: float) -> str:
+    """The text of a side or a strip."""
+    return f"{kind}({','.join(map(number, (x_m, y_m, angle_rad, width_m)))})"
 
 
 def wave_text(function: str, k_radpm: float, along: str) -> str:

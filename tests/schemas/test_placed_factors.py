@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from wmr_schemas.errors import InvalidTerm
-from wmr_schemas.placed_factors import bell_text, number, wave_text
+from wmr_schemas.placed_factors import bell_text, cut_text, line_text, number, wave_text
 from wmr_schemas.terms import Term, parse_term
 
 ROW = {"v": -2.0, "yaw": 0.5, "yaw_rate": 0.4, "effort_sum": 30.0, "effort_diff": 3.0, "t": 7.0}
@@ -19,6 +19,10 @@ BY_HAND = {
     "cos(2y)": math.cos(-6.0),
     "sin(0.25s)": math.sin(2.75),
     "bump(0.5,-2,1.5)": BELL,
+    "band(y,-2,1.5)": math.exp(-0.5 / 1.5**2),
+    "edge(x,0.5,0.2)": math.tanh(3.5),
+    "side(0.5,-2,0.6,1.5)": math.tanh((DX * math.cos(0.6) + DY * math.sin(0.6)) / R),
+    "strip(0.5,-2,0.6,1.5)": math.exp(-0.5 * ((DX * math.cos(0.6) + DY * math.sin(0.6)) / R) ** 2),
     "hill(0.5,-2,1.5)": (DX * math.cos(0.5) + DY * math.sin(0.5)) / R * BELL,
 }
 UNITS = {
@@ -68,12 +72,22 @@ def test_texts_are_read_back() -> None:
         wave_text("sin", 0.78539, "x"),
         wave_text("cos", 12.0, "s"),
         bell_text("hill", -1.25, 0.0, 2.0),
+        cut_text("band", "y", -1.25, 0.3),
+        cut_text("edge", "t", 40.0, 0.3),
+        line_text("side", -1.25, 0.0, 2.9, 0.3),
+        line_text("strip", 1e5, -2.0, -0.1, 0.3),
     ):
         assert Term("longitudinal", (factor,)).is_placed
     assert [number(x) for x in (-0.00001, 3.0, 0.12345, -1.5)] == ["0", "3", "0.1235", "-1.5"]
 
 
-@pytest.mark.parametrize("factor", ["sin(x)", "sin(2z)", "bump(1,2)", "hill(0,0,0)", "tan(2x)", "sin(2x);v"])
+OTHERS = (
+    *("sin(x)", "sin(2z)", "bump(1,2)", "hill(0,0,0)", "tan(2x)", "sin(2x);v", "band(t,1,1)", "band(x,1,0)"),
+    *("side(1,2,3)", "side(1,2,3,0)", "strip(1,2,3,-1)", "edge(v,1,1)"),
+)
+
+
+@pytest.mark.parametrize("factor", OTHERS)
 def test_other_texts_are_refused(factor: str) -> None:
     with pytest.raises(InvalidTerm, match="no factor"):
         parse_term(f"unnamed:longitudinal:{factor}")

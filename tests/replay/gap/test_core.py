@@ -20,7 +20,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.dictionary import DEGREE, SMOOTHED_BINS, smoothed_slopes
+from wmr_replay.gap.model.dictionary import DEGREE, WINDOWS_BINS, smoothed_slopes
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Base, Row, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.inputs import TorqueHistory
@@ -272,10 +272,11 @@ def test_a_loss_that_is_long_over_is_forgotten_and_leaves_the_others_as_they_are
     assert np.abs(told[:, :, :20]).max(axis=(0, 1)).min() > 1e-3
 
 
-def test_smoothed_slopes_are_those_of_savitzky_and_golay():
+@pytest.mark.parametrize("window", WINDOWS_BINS)
+def test_smoothed_slopes_are_those_of_savitzky_and_golay(window):
     path = np.cumsum(np.random.default_rng(3).normal(size=(120, 3)), axis=0)
-    expected = savgol_filter(path, SMOOTHED_BINS, DEGREE, deriv=1, delta=0.04, axis=0)
-    np.testing.assert_allclose(smoothed_slopes(path, 0.04), expected, atol=1e-10)
+    expected = savgol_filter(path, window, DEGREE, deriv=1, delta=0.04, axis=0)
+    np.testing.assert_allclose(smoothed_slopes(path, 0.04, window), expected, atol=1e-10)
 
 
 def test_the_gain_of_a_candidate_is_the_drop_of_the_sum_of_squares():

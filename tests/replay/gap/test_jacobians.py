@@ -61,6 +61,7 @@ def rows(draw):
     row[Row.MODE] = draw(st.sampled_from([0.0, 1.0, 2.0, 3.0]))
     row[Row.LOAD : Row.LOOSE] = draw(st.floats(0.0, 1.0))
     row[Row.LOOSE] = draw(st.sampled_from([0.0, 0.1]))
+    row[[Row.LONG_BY_V, Row.LONG_BY_W, Row.YAW_BY_V, Row.YAW_BY_W]] = draw(numbers(4, 3.0))
     return row
 
 

@@ -29,7 +29,7 @@ FIELDS = ("deviance", "innovations", "log_variances")
 
 @st.composite
 def drives(draw, n=40):
-    """Input rows (n, 12) with all modes and two lengths of a step."""
+    """Input rows (n, 16) with all modes and two lengths of a step."""
     rng, rows = np.random.default_rng(draw(st.integers(0, 2**32 - 1))), np.zeros((n, N_ROW))
     rows[:, Row.DT] = rng.choice([0.02, 0.03], n)
     rows[:, [Row.LEFT, Row.RIGHT]] = rng.normal(0, 2, (n, 2))
@@ -38,6 +38,7 @@ def drives(draw, n=40):
     rows[:, Row.LOOSE] = np.where(rng.random(n) < 0.1, 0.1, 0.0)
     rows[:, Row.AGE] = np.cumsum(rows[:, Row.DT])
     rows[:, Row.SWING] = np.where(rng.random(n) < 0.1, 1.0, 0.0)
+    rows[:, [Row.LONG_BY_V, Row.LONG_BY_W, Row.YAW_BY_V, Row.YAW_BY_W]] = rng.normal(0, 1, (n, 4))
     return rows
 
 

@@ -59,7 +59,7 @@ LOG_TWO_PI = float(np.log(2 * np.pi))
 
 
 class FilterInput(NamedTuple):
-    """Input rows (n, 12), poses (n, 3), their variances (n, 3), and a rough state of row 0 (9,)."""
+    """Input rows (n, 16), poses (n, 3), their variances (n, 3), and a rough state of row 0 (9,)."""
 
     rows: F64
     poses: F64

@@ -145,7 +145,7 @@ class Problem:
         work_on(self.binned.log.pose).add(passes * len(self.binned))
 
     def _rows(self, extension: Extension) -> F64:
-        """Input rows (n, 12) of an extended model."""
+        """Input rows (n, 16) of an extended model."""
         return self.binned.inputs.get(extension.of_rows, lambda: extension.rows(self.binned))
 
     def _first(self, base: Base) -> F64:
@@ -174,7 +174,7 @@ class Problem:
         *,
         keep: bool = False,
     ) -> FilterOutput:
-        """:meth:`filtered` with other input rows (n, 12) than the extended model's."""
+        """:meth:`filtered` with other input rows (n, 16) than the extended model's."""
         first = self._first(extension.base)
         data = FilterInput(rows, extension.poses(self.binned), self.variances, first)
         settings = self.settings.filter
@@ -194,7 +194,7 @@ class Problem:
         return float(self.filtered(extension, noise).deviance[self.train].sum())
 
     def innovations_of_rows(self, extension: Extension, rows: F64, noise: Diffusion) -> F64:
-        """Whitened innovations (n, 3) with other input rows (n, 12) than the extended model's."""
+        """Whitened innovations (n, 3) with other input rows (n, 16) than the extended model's."""
         return self._filtered_rows(extension, rows, noise).innovations
 
 

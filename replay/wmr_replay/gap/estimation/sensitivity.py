@@ -40,7 +40,7 @@ def n_columns(targets: SensitivityTargets) -> int:
 
 class StepScratch(NamedTuple):
     """Memory for difference quotients of a step: the state after it (9,), a changed θ (25,), which is θ
-    between two quotients, a changed row (12,), and the slopes by the left and the right effort (6,).
+    between two quotients, a changed row (16,), and the slopes by the left and the right effort (6,).
     """
 
     ahead: F64

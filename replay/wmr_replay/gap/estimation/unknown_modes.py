@@ -72,7 +72,7 @@ class Chain(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Input rows (n, 12) with the modes known, all gripping, and all slipping; poses and variances (n, 3);
+    """Input rows (n, 16) with the modes known, all gripping, and all slipping; poses and variances (n, 3);
     which rows are held out (n,).
     """
 
@@ -95,7 +95,7 @@ class MotionModel(NamedTuple):
 
 class Workspace(NamedTuple):
     """Memory of a step: states half-way and after it (9,), its Jacobian (9, 9), products (6, 9), a pose (3,),
-    its slopes (3, 3), P hᵀ and gains (3, 9) of its components, and an input row (12,).
+    its slopes (3, 3), P hᵀ and gains (3, 9) of its components, and an input row (16,).
     """
 
     middle: F64

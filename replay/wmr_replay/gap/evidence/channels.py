@@ -59,7 +59,7 @@ def squares_beside(psi: F64, e: F64) -> float:
 
 
 def with_torques(rows: F64, ahead: F64, turning: F64) -> F64:
-    """The input rows (n, 12) with the sum of the efforts of ``ahead`` and the difference of ``turning``."""
+    """The input rows (n, 16) with the sum of the efforts of ``ahead`` and the difference of ``turning``."""
     both = ahead[:, Row.RIGHT] + ahead[:, Row.LEFT]
     apart = turning[:, Row.RIGHT] - turning[:, Row.LEFT]
     mixed = rows.copy()

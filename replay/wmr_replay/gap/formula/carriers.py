@@ -10,22 +10,39 @@ Table = dict[TermChannel, tuple[str, ...]]
 HEADING = "cos(yaw) sin(yaw)"
 OVER_TIME: Table = {
     "longitudinal": (
-        *(HEADING, "v", "sgn(v)", "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
+        *("1", HEADING, "v", "sgn(v)", "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
         *("effort_sum", "effort_sum*abs(v)", "abs(effort_sum)", "effort_diff"),
     ),
     "yaw": (
-        *(HEADING, "yaw_rate", "sgn(yaw_rate)", "v", "abs(v)", "abs(v)*yaw_rate", "v*yaw_rate"),
-        *("effort_diff", "effort_diff*abs(v)", "effort_diff*abs(yaw_rate)", "effort_sum"),
+        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", "v", "abs(v)", "sgn(v)", "abs(v)*yaw_rate"),
+        *("v*yaw_rate", "effort_diff", "effort_diff*abs(v)", "effort_diff*abs(yaw_rate)", "effort_sum"),
     ),
 }
 """Wind, drags, gains and pulls to a side."""
 SHORT = ("gust", "after")
-"""What efforts do not do: a loss of traction and a load are effects of the library."""
+"""What efforts do not do, nor a constant: a loss of traction and a load are effects of the library, and what
+pushes for a moment is a disturbance.
+"""
 OVER_PLACE: Table = {
     "longitudinal": ("1", "cos(yaw)", "sin(yaw)", HEADING, "v", "sgn(v)", "abs(v)", "v*abs(v)"),
-    "yaw": ("1", "cos(yaw)", "sin(yaw)", HEADING, "yaw_rate", "sgn(yaw_rate)", "abs(v)*yaw_rate", "v"),
+    "yaw": (
+        "1",
+        "cos(yaw)",
+        "sin(yaw)",
+        HEADING,
+        "yaw_rate",
+        "sgn(yaw_rate)",
+        "abs(v)*yaw_rate",
+        "v",
+        "sgn(v)",
+    ),
 }
 """Height and tilt by the heading, drags, and pulls to a side."""
+OVER_STRIP: Table = {
+    "longitudinal": ("1", "v", "sgn(v)", HEADING),
+    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", HEADING),
+}
+"""What lies across the way: a ramp, a mat, a gust between two houses."""
 OVER_HEADING: Table = {
     "longitudinal": ("1", "v", "sgn(v)", "abs(v)", "v*abs(v)", "effort_sum"),
     "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", "abs(v)", "effort_diff"),

@@ -11,6 +11,7 @@ from wmr_replay.gap.formula.carriers import (
     OVER_DIRECTION,
     OVER_HEADING,
     OVER_PLACE,
+    OVER_STRIP,
     OVER_TIME,
     SHORT,
     carriers_of,
@@ -23,6 +24,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
 
+FRICTIONS = ("sgn(v)", "sgn(yaw_rate)")
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
 
 
@@ -72,8 +74,8 @@ def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]
 
 
 def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
-    """Each product with each quantity that may shape it: one of any, two of their own; and both of one by
-    itself, which acts on one side.
+    """Each product with each quantity that may shape it: one of any, a friction, two of their own; and both
+    of one by itself, which acts on one side.
     """
     for along in SHAPED:
         yield ((),), along
@@ -81,6 +83,8 @@ def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
         for z in SHAPED:
             yield ((z,),), along
             yield ((f"abs({z})",),), along
+        for friction in FRICTIONS:
+            yield ((friction,),), along
     for a, b in combinations(SHAPED, 2):
         for first, second in product((a, f"abs({a})"), (b, f"abs({b})")):
             carrier = tuple(ordered((first, second)).split("*"))
@@ -117,7 +121,7 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     for channel in TRIED:
         for text in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers_of(text), plain=True)
-            short = SHORT if "effort" in text else ()
+            short = SHORT if "effort" in text or text == "1" else ()
             own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
             yield grid_of((family, periods))
@@ -130,12 +134,24 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     lengths["s"] = own.way_lengths_m[0], min(own.way_lengths_m[1], spans["s"])
     numbers = {z: numbers_of_waves(spans[z], *lengths[z], own) for z in "xys"}
     slanted = directions(spans, own)
-    edges = {z: edges_of(columns[z], own) for z in "xy"}
+    edges = {z: edges_of(columns[z], own.edge_widths, own) for z in "xy"}
+    middle = float(np.mean(columns["x"])), float(np.mean(columns["y"]))
+    lines = lines_of(columns, middle, own.side_angles_rad, own.edge_widths, own)
+    strips = lines_of(columns, middle, own.side_angles_rad, own.strip_widths, own)
     for channel in TRIED:
         for z, text in product("xy", OVER_PLACE[channel]):
-            family = Family("wave", channel, z, carriers_of(text), plain="(yaw)" not in text)
+            family = Family("wave", channel, z, carriers_of(text), plain=True)
             yield grid_of((family, numbers[z]))
-            yield grid_of((replace(family, kind="edge", plain=True), edges[z]))
+            yield grid_of((replace(family, kind="edge"), edges[z]))
+        for text in OVER_PLACE[channel]:
+            line = Family("side", channel, "xy", carriers_of(text), plain=True, around=middle)
+            yield grid_of((line, lines))
+        for z, text in product("xy", (*OVER_STRIP[channel], "cos(yaw)", "sin(yaw)")):
+            band = Family("band", channel, z, carriers_of(text))
+            yield grid_of((band, edges_of(columns[z], own.strip_widths, own)))
+        for text in OVER_STRIP[channel]:
+            strip = Family("strip", channel, "xy", carriers_of(text), around=middle)
+            yield grid_of((strip, strips))
         for text in ALONG[channel]:
             yield grid_of((Family("wave", channel, "s", carriers_of(text)), numbers["s"]))
         for text in OVER_HEADING[channel]:
@@ -146,11 +162,25 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
             yield grid_of((Family("wave", channel, "xy", carriers_of(text)), slanted))
 
 
-def edges_of(z: F64, own: FormulaSettings) -> F64:
-    """Places (m, 2) of edges on a grid of the span, from sharp to soft."""
+def edges_of(z: F64, shares: tuple[float, ...], own: FormulaSettings) -> F64:
+    """Places and widths (m, 2) of edges on a grid of the span, from sharp to soft."""
     low, span = float(np.min(z)), float(np.ptp(z))
-    widths = (span * share for share in own.edge_widths)
-    return np.array([(low + span * at, width) for width in widths for at in own.edge_places])
+    return np.array([(low + span * at, span * share) for share in shares for at in own.edge_places])
+
+
+def lines_of(
+    columns: dict[str, F64],
+    middle: tuple[float, float],
+    angles_rad: tuple[float, ...],
+    shares: tuple[float, ...],
+    own: FormulaSettings,
+) -> F64:
+    """Distances from the middle, angles and widths (m, 3) of lines across these directions."""
+    found = []
+    for angle in angles_rad:
+        across = (columns["x"] - middle[0]) * np.cos(angle) + (columns["y"] - middle[1]) * np.sin(angle)
+        found.append(np.insert(edges_of(across, shares, own), 1, angle, axis=1))
+    return np.concatenate(found)
 
 
 def numbers_of_waves(span: float, shortest: float, longest: float, own: FormulaSettings) -> F64:

@@ -33,6 +33,11 @@ class Group:
         """The effects' names."""
         return tuple(term.name for term in self.terms)
 
+    @property
+    def columns(self) -> frozenset[str]:
+        """The quantities that its terms read."""
+        return frozenset(column for term in self.terms for column in term.columns)
+
     def moved(self, shape: F64) -> "Group":
         """The same with other numbers."""
         numbers = tuple(float(value) for value in shape)

@@ -63,13 +63,20 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         if beside and not work.allows(FORMULAS):
             break
         further = [one for one in longer_ones(problem, formula, tried) if passes(problem, formula, one)]
-        longer = max(further, key=lambda one: score(problem, one), default=None)
-        if longer is None:
+        if not further:
             break
+        longer = simplest(problem, further)
         parts = longer.groups[-1].parts
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         formula = pruned(problem, longer) if len(parts) > 1 else longer
     return pruned(problem, formula)
+
+
+def simplest(problem: Problem, formulas: Sequence[Formula]) -> Formula:
+    """The best of the formulas; of those that are as good, the one whose last group reads least."""
+    best = max(score(problem, one) for one in formulas)
+    good = [one for one in formulas if score(problem, one) >= best - problem.settings.formula.as_good]
+    return min(good, key=lambda one: (len(one.groups[-1].columns), -score(problem, one)))
 
 
 def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:
@@ -207,10 +214,14 @@ def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula
 
 
 def fitted_with(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
-    """The formula with one group more, fitted with its diffusion."""
-    extension = with_group(formula.fit.extension, scored)
+    """The formula with one group more, fitted with its diffusion from the disturbances that are left and from
+    calm ones: a large disturbance holds what stands beside the group where it was without it.
+    """
+    extension, noise = with_group(formula.fit.extension, scored), formula.fit.noise
+    starts = filter(None, (noise, calmed(noise, problem.settings.diffusion)))
     budget = problem.settings.budget
-    fit = fit_model(problem, extension, formula.fit.noise, budget.best_diffusion, budget.last_steps)
+    fits = [fit_model(problem, extension, one, budget.best_diffusion, budget.last_steps) for one in starts]
+    fit = min(fits, key=lambda one: one.deviance)
     return replace(formula, fit=fit, groups=(*formula.groups, scored.group))
 
 

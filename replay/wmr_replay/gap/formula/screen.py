@@ -133,7 +133,7 @@ class Screen:
         key = (len(stretches), *((one.kind, one.along, numbers.tobytes()) for one, numbers in grid.pieces))
         if key not in self.known:
             flat = {name: column[stretches].ravel() for name, column in self.columns.items()}
-            pieces = [values(one.kind, one.along, numbers, flat) for one, numbers in grid.pieces]
+            pieces = [values(one, numbers, flat) for one, numbers in grid.pieces]
             self.known[key] = np.concatenate(pieces, axis=1).transpose(0, 2, 1).astype(np.float32)
         shaped = self.known[key]
         carriers = np.stack([self.carrier(carrier, stretches) for carrier in family.carriers], axis=1)

@@ -4,12 +4,13 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.formula.families import BELLS
+from wmr_replay.gap.formula.families import BELLS, CUTS
 from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
+from wmr_schemas.placed_factors import OF_LINE, Columns
 
 
 def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
@@ -68,9 +69,12 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
     if family.kind in BELLS:
         return within_area(shape, problem)
     columns = columns_of(problem.binned)
-    if family.kind == "edge":
+    if family.kind in OF_LINE:
+        return within_lines(group, shape, columns, own)
+    if family.kind in CUTS:
         z = columns[family.along]
-        narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], own.edge_places[-1]))
+        widest = own.edge_places[-1] if family.kind == "edge" else own.widest_line
+        narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], widest))
         return np.array([np.clip(shape[0], z.min(), z.max()), np.clip(shape[1], narrow / 2, wide)])
     if family.kind == "gust":
         t_s = columns["t"]
@@ -91,6 +95,15 @@ def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:
     return np.clip(shape, group.shape[0] / 2, 2 * np.pi / shortest)
 
 
+def within_lines(group: Group, shape: F64, columns: Columns, own: FormulaSettings) -> F64:
+    """Distance, angle and width of a line that the robot crosses."""
+    (x, y), angle = group.family.around, float(shape[1])
+    across = (columns["x"] - x) * np.cos(angle) + (columns["y"] - y) * np.sin(angle)
+    narrow, wide = (share * float(np.ptp(across)) for share in (own.edge_widths[0], own.widest_line))
+    apart = np.clip(shape[0], across.min(), across.max())
+    return np.array([apart, angle, np.clip(shape[2], narrow / 2, wide)])
+
+
 def within_area(shape: F64, problem: Problem) -> F64:
     """The place and radius of a bell."""
     own, place = problem.settings.formula, problem.binned.pose[:, :2]
@@ -100,10 +113,13 @@ def within_area(shape: F64, problem: Problem) -> F64:
 
 
 def steps_of(group: Group, settings: FormulaSettings) -> F64:
-    """Steps of the difference quotients: of K in rad/m or rad/s, of places and times in shares of the width,
-    and of scales in shares of themselves.
+    """Steps of the difference quotients: of K in rad/m or rad/s, of angles in rad, of places and times in
+    shares of the width, and of scales in shares of themselves.
     """
     if group.family.kind == "wave":
         step = settings.wave_step_radps if group.family.along == "t" else settings.wave_step_radpm
         return np.full(len(group.shape), step)
-    return np.full(len(group.shape), settings.bell_step * group.shape[-1])
+    steps = np.full(len(group.shape), settings.bell_step * group.shape[-1])
+    if group.family.kind in OF_LINE:
+        steps[1] = settings.side_turn_rad
+    return steps

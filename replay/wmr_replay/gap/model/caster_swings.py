@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dictionary import columns_of, slope_sd
+from wmr_replay.gap.model.dictionary import columns_of, slope_sd, window_of
 from wmr_replay.gap.settings.filter import SwingSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.compiled.lean import lean
@@ -35,7 +35,7 @@ def least_speed(binned: BinnedLog, half_track_m: float, own: SwingSettings) -> f
     """The speed in m/s from which on the poses show a direction of motion."""
     ahead, _, yaw = np.median(binned.variances, axis=0)
     step_s = float(np.median(binned.step_s[1:]))
-    sd_mps = slope_sd(step_s) * math.sqrt(max(ahead, half_track_m**2 * yaw))
+    sd_mps = slope_sd(step_s, window_of(binned)) * math.sqrt(max(ahead, half_track_m**2 * yaw))
     return max(own.least_speed_mps, own.seen_sd * sd_mps)
 
 

@@ -16,8 +16,10 @@ from wmr_schemas.terms import Term, TermChannel
 from wmr_schemas.terms import columns_of as columns_in
 
 FIRST = ("effort_sum", "effort_diff", "v", "yaw_rate")
-SMOOTHED_BINS, DEGREE = 19, 3
-"""Window and degree of the local polynomials that give speeds: .7 s follow a driver's changes of speed."""
+WINDOWS_BINS, DEGREE = (19, 25, 31, 37, 43), 3
+"""Windows and degree of the local polynomials that give speeds: .7 s follow a driver's changes of speed."""
+ENOUGH_MPS = 0.03
+"""Noise of a speed from which on a window need be no longer: friction changes its sign within as much."""
 PRODUCTS: dict[TermChannel, tuple[str, ...]] = {
     "longitudinal": (
         *("yaw_rate", "abs(yaw_rate)", "yaw_rate*yaw_rate", "v*yaw_rate", "v*abs(yaw_rate)"),
@@ -139,30 +141,40 @@ FORMULA_TERMS = tuple(dict.fromkeys((*TERMS, *terms_of(OF_FORMULAS), *terms_of(F
 CURVE_TERMS = tuple(curves_of())
 
 
-def smoothed_slopes(x: F64, step_s: float) -> F64:
+def window_of(binned: BinnedLog) -> int:
+    """The shortest window at which the places give speeds to ``ENOUGH_MPS``, or the longest that fits."""
+    sd_m = float(np.sqrt(np.median(binned.variances[:, 0])))
+    step_s = float(np.median(binned.step_s[1:]))
+    long = [window for window in WINDOWS_BINS if window <= len(binned)] or [WINDOWS_BINS[0]]
+    return next((window for window in long if sd_m * slope_sd(step_s, window) <= ENOUGH_MPS), long[-1])
+
+
+def smoothed_slopes(x: F64, step_s: float, window: int) -> F64:
     """Slopes (n, k) of signals (n, k) every ``step_s``: of a polynomial through the bins about each one, at
     the ends through the first or last ones (Savitzky and Golay, 1964; scipy.signal takes a second to import).
     """
-    half, fit = SMOOTHED_BINS // 2, smoothing()
+    half, fit = window // 2, smoothing(window)
     slopes = np.empty_like(x)
-    slopes[half:-half] = np.einsum("nkw,w->nk", sliding_window_view(x, SMOOTHED_BINS, axis=0), fit[1])
+    slopes[half:-half] = np.einsum("nkw,w->nk", sliding_window_view(x, window, axis=0), fit[1])
     orders = np.arange(1, DEGREE + 1)
     for rows, at in ((slice(0, half), np.arange(-half, 0)), (slice(-half, None), np.arange(1, half + 1))):
-        ends = x[:SMOOTHED_BINS] if at[0] < 0 else x[-SMOOTHED_BINS:]
+        ends = x[:window] if at[0] < 0 else x[-window:]
         slopes[rows] = (orders * at[:, None] ** (orders - 1.0)) @ (fit[1:] @ ends)
     return slopes / step_s
 
 
-def smoothing() -> F64:
-    """The polynomial's coefficients (4, 19) by the bins about one; the second row gives its slope per bin."""
-    half = SMOOTHED_BINS // 2
+def smoothing(window: int) -> F64:
+    """The polynomial's coefficients (4, ``window``) by the bins about one; the second row gives its slope per
+    bin.
+    """
+    half = window // 2
     powers = np.arange(-half, half + 1)[:, None] ** np.arange(DEGREE + 1.0)
     return np.asarray(np.linalg.pinv(powers))
 
 
-def slope_sd(step_s: float) -> float:
+def slope_sd(step_s: float, window: int) -> float:
     """Standard deviation of :func:`smoothed_slopes` of white noise of 1."""
-    return float(np.linalg.norm(smoothing()[1])) / step_s
+    return float(np.linalg.norm(smoothing(window)[1])) / step_s
 
 
 KNOWN_COLUMNS: WeakKeyDictionary[BinnedLog, dict[str, F64]] = WeakKeyDictionary()
@@ -170,8 +182,8 @@ KNOWN_COLUMNS: WeakKeyDictionary[BinnedLog, dict[str, F64]] = WeakKeyDictionary(
 
 
 def columns_of(binned: BinnedLog) -> dict[str, F64]:
-    """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s, efforts, time and
-    place.
+    """The terms' quantities at each row, (n,): speeds from the poses, smoothed over .7 s or more where they
+    are noisy, efforts, time and place.
     """
     if binned not in KNOWN_COLUMNS:
         KNOWN_COLUMNS[binned] = computed_columns(binned)
@@ -181,7 +193,7 @@ def columns_of(binned: BinnedLog) -> dict[str, F64]:
 def computed_columns(binned: BinnedLog) -> dict[str, F64]:
     """The columns of :func:`columns_of`."""
     step_s = float(np.median(binned.step_s[1:]))
-    moved = smoothed_slopes(binned.pose, step_s)
+    moved = smoothed_slopes(binned.pose, step_s, window_of(binned))
     cos, sin = np.cos(binned.pose[:, 2]), np.sin(binned.pose[:, 2])
     left, right = binned.torque.means(binned.t_s, InputEffects())
     v = moved[:, 0] * cos + moved[:, 1] * sin

@@ -44,8 +44,8 @@ do not skid (:mod:`wmr_replay.gap.estimation.sideslip`).
 
 class Row(IntEnum):
     """Columns of a step's inputs: length, efforts over it, mode, weights of the effects in time and space,
-    how loosely v_lat is held [m/s] about a change of mode, seconds since the log's first pose, and how much
-    of a caster's swing may act.
+    how loosely v_lat is held [m/s] about a change of mode, seconds since the log's first pose, how much of a
+    caster's swing may act, and the slopes [1/s] of the extra accelerations by v_long and w.
     """
 
     DT = 0
@@ -60,6 +60,10 @@ class Row(IntEnum):
     LOOSE = 9
     AGE = 10
     SWING = 11
+    LONG_BY_V = 12
+    LONG_BY_W = 13
+    YAW_BY_V = 14
+    YAW_BY_W = 15
 
 
 N_ROW = len(Row)
@@ -145,6 +149,8 @@ def accelerations(
     u_right, u_left = row[Row.RIGHT] - lost_right, row[Row.LEFT] - lost_left
     dv = ahead * (u_right + u_left) + z[D_LONG] + theta[Theta.EXTRA_LONG] * row[Row.EXTRA_LONG]
     dw = turning * (u_right - u_left) + z[D_YAW] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
+    dv += row[Row.LONG_BY_V] * v + row[Row.LONG_BY_W] * w
+    dw += row[Row.YAW_BY_V] * v + row[Row.YAW_BY_W] * w
     dv, dw = with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], base.com_yaw_per_m, theta)
     if skids(row[Row.MODE], theta):
         dv += z[V_LAT] * yaw_rate / 3.0
@@ -181,7 +187,12 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
     right, left = wheel_slopes(v + w, v - w, theta)
     by_wheels = -ahead * (right + left), -ahead * (right - left), -turning * (right - left)
-    given = (*by_wheels, -turning * (right + left))
+    given = (
+        by_wheels[0] + row[Row.LONG_BY_V],
+        by_wheels[1] + row[Row.LONG_BY_W],
+        by_wheels[2] + row[Row.YAW_BY_V],
+        -turning * (right + left) + row[Row.YAW_BY_W],
+    )
     v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
     v_yaw, v_lateral = downhill_left(z[YAW], theta)[0], 0.0
     if skids(row[Row.MODE], theta):

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -28,7 +29,13 @@ LOOSE_MPS = 0.2
 """Largest standard deviation of v_lat at a change of skidding: what builds up before a label follows."""
 LEAST_LOOSE_MPS = 0.002
 """Least one: a calm lateral velocity (``DiffusionSettings.calm``)."""
-TERM_COLUMNS = {"longitudinal": Row.EXTRA_LONG, "yaw": Row.EXTRA_YAW}
+TERM_COLUMNS = {
+    "longitudinal": (Row.EXTRA_LONG, Row.LONG_BY_V, Row.LONG_BY_W),
+    "yaw": (Row.EXTRA_YAW, Row.YAW_BY_V, Row.YAW_BY_W),
+}
+"""Where the rows hold what terms do: an acceleration, and its slopes by v_long and w."""
+SECANT_MPS = 0.05
+"""Change of speed over which a term's slope is taken: friction changes its sign within less."""
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
 """Where the rows hold what the effects in time or space do: their sizes too, since a model may have several
 of one name. Their places in θ are 1.
@@ -145,7 +152,7 @@ class Extension:
         return any(name == "undeclared_skid" and p["stiffness_ratio"] < STIFFEST for name, p in self.acting)
 
     def rows(self, binned: BinnedLog, mode: F64 | None = None) -> F64:
-        """Input rows (n, 12) of :class:`~wmr_replay.gap.model.dynamics.Row`.
+        """Input rows (n, 16) of :class:`~wmr_replay.gap.model.dynamics.Row`.
 
         ``mode`` (n,) are other contact modes than those of the log.
         """
@@ -164,15 +171,16 @@ class Extension:
             rows[:, WEIGHTS[name]] = change_by(name, self.acting, binned)
         for name, parameters in self.acting:
             if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
-                term = parse_term(name)
-                value = parameters[COEFFICIENT] * term.evaluate(columns_of(binned))
-                rows[:, TERM_COLUMNS[term.channel]] += value * self.passed_on(term, mode)
+                term, half = parse_term(name), self.base.half_track_m
+                values = binned.inputs.get((name, half), partial(about_speeds, term, binned, half))
+                share = parameters[COEFFICIENT] * self.passed_on(term, mode)
+                rows[:, TERM_COLUMNS[term.channel]] += values * share[:, None]
         if self.own:
             rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
         return rows
 
     def empty_rows(self, binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
-        """Input rows (n, 12) without torques and effects; ``undeclared`` where those that are ideal skid."""
+        """Input rows (n, 16) without torques and effects; ``undeclared`` where those that are ideal skid."""
         rows = np.zeros((len(binned), N_ROW))
         rows[:, Row.DT] = binned.step_s
         rows[:, Row.MODE], rows[:, Row.AGE] = mode, binned.t_s
@@ -187,6 +195,22 @@ class Extension:
         share = self.base.slip_share if term.channel == "longitudinal" else self.base.slip_share_yaw
         slips = (mode >= ContactMode.SLIPPING) & any(column.startswith("effort") for column in term.columns)
         return np.where(slips, share, 1.0)
+
+
+def about_speeds(term: Term, binned: BinnedLog, half_track_m: float) -> F64:
+    """A term (n, 3) as a + b v_long + c w about the measured speeds: it acts on the speeds of the model, and
+    the measured ones have noise and are smoothed.
+    """
+    columns = columns_of(binned)
+    found = np.zeros((len(binned), 3))
+    found[:, 0] = term.evaluate(columns)
+    for k, (name, size) in enumerate((("v", SECANT_MPS), ("yaw_rate", SECANT_MPS / half_track_m)), start=1):
+        if name in term.columns:
+            ends = (term.evaluate({**columns, name: columns[name] + change}) for change in (size, -size))
+            slope = (next(ends) - next(ends)) / (2 * size)
+            found[:, 0] -= slope * columns[name]
+            found[:, k] = slope if name == "v" else slope / half_track_m
+    return found
 
 
 def skid_speed(binned: BinnedLog, base: Base) -> F64:

@@ -25,7 +25,7 @@ def locate(
     """Channels, intervals, places and regimes of the largest excess.
 
     ``errors`` (n, 3): whitened prediction errors of the base model in x, y and yaw at the extended model's
-    diffusion; ``rows`` (n, 12) inputs, ``states`` (n, 9) filtered.
+    diffusion; ``rows`` (n, 16) inputs, ``states`` (n, 9) filtered.
     """
     own = binned.settings.locate
     by_channel = in_body_frame(errors, binned.pose[:, 2])

@@ -22,6 +22,10 @@ class FormulaSettings:
     """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
     since a formula says that the library is not enough."""
 
+    as_good: float = 2.0
+    """A group that explains less than the best by no more than this is as good: that of the fewest quantities
+    is taken. Statistics: "not worth more than a bare mention" after Kass and Raftery (1995)."""
+
     steepest_mps2: float = 3.0
     """Largest acceleration by a place. Physics: a slope of 18°; what seems steeper is a slip."""
 
@@ -53,6 +57,18 @@ class FormulaSettings:
 
     edge_widths: tuple[float, ...] = (0.02, 0.1)
     """Widths of edges on the grid, shares of the span. Judgement: a line on the floor, or a ramp."""
+
+    side_angles_rad: tuple[float, ...] = (0.52, 1.05, 2.09, 2.62)
+    """Directions across lines that are neither x nor y. Numerics: 30° apart, with x and y between them."""
+
+    strip_widths: tuple[float, ...] = (0.05, 0.12)
+    """Widths of strips on the grid, shares of the span. Judgement: a mat or a ramp."""
+
+    widest_line: float = 0.25
+    """Widest side, strip or band, share of the span. Judgement: what changes more slowly is no line."""
+
+    side_turn_rad: float = 0.02
+    """Step of such an angle in a difference quotient. Numerics: over 30 m, a row moves by half a metre."""
 
     least_period_s: float = 4.0
     """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
