@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed, fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.evidence.excitation import BOTH, torques_of
@@ -214,14 +214,16 @@ def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula
 
 
 def fitted_with(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:
-    """The formula with one group more, fitted with its diffusion from the disturbances that are left and from
-    calm ones: a large disturbance holds what stands beside the group where it was without it.
+    """The formula with one group more, fitted with its diffusion.
+
+    Its sizes are found at calm disturbances first: large ones hold what stands beside the group where it was
+    without it.
     """
     extension, noise = with_group(formula.fit.extension, scored), formula.fit.noise
-    starts = filter(None, (noise, calmed(noise, problem.settings.diffusion)))
-    budget = problem.settings.budget
-    fits = [fit_model(problem, extension, one, budget.best_diffusion, budget.last_steps) for one in starts]
-    fit = min(fits, key=lambda one: one.deviance)
+    budget, calm = problem.settings.budget, calm_or_same(noise, problem.settings.diffusion)
+    extension = gauss_newton(problem, extension, calm, budget.last_steps).extension
+    noise = fit_diffusion(problem, extension, noise, budget.best_diffusion)
+    fit = gauss_newton(problem, extension, noise, budget.last_steps)
     return replace(formula, fit=fit, groups=(*formula.groups, scored.group))
 
 
