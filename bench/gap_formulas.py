@@ -26,7 +26,17 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
 import numpy as np  # noqa: E402
-from formulas.forms import DEVELOP, EARLIER, FIFTH, FOURTH, REPORT, SECOND, SIXTH, THIRD  # noqa: E402
+from formulas.forms import (  # noqa: E402
+    DEVELOP,
+    EARLIER,
+    FIFTH,
+    FOURTH,
+    REPORT,
+    SECOND,
+    SEVENTH,
+    SIXTH,
+    THIRD,
+)
 from formulas.oracle import judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
 from formulas.score import scored  # noqa: E402
@@ -46,6 +56,7 @@ FORMS = {
     "fourth": FOURTH,
     "fifth": FIFTH,
     "sixth": SIXTH,
+    "seventh": SEVENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -1,0 +1,45 @@
+"""The hidden forms: plain functions of the motion, written without the analysis's dictionary.
+
+Each gives an acceleration in m/s² on one channel: dv_long/dt, or half_track_m · d(yaw_rate)/dt. Sizes are
+drawn so that the form accelerates by about .1 to .5 m/s² where the robot drives.
+
+One file a set, named as its part of ``split.toml``.
+"""
+
+from formulas.forms.base import At, Form, form
+from formulas.forms.develop import DEVELOP
+from formulas.forms.earlier import EARLIER
+from formulas.forms.fifth import FIFTH
+from formulas.forms.fourth import FOURTH
+from formulas.forms.report import REPORT
+from formulas.forms.second import SECOND
+from formulas.forms.seventh import SEVENTH
+from formulas.forms.sixth import SIXTH
+from formulas.forms.third import THIRD
+
+__all__ = [
+    "DEVELOP",
+    "EARLIER",
+    "FIFTH",
+    "FORMS",
+    "FOURTH",
+    "ORDER",
+    "PLACED",
+    "REPORT",
+    "SECOND",
+    "SEVENTH",
+    "SIXTH",
+    "THIRD",
+    "At",
+    "Form",
+    "form",
+]
+
+FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | REPORT
+ORDER = (*sorted(DEVELOP | EARLIER), *SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *REPORT)
+"""Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
+PLACED = (
+    *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
+    *("mopped_lane", "thick_rug", "crowned_road"),
+)
+"""Forms whose place and radius are drawn as shares of the area that is driven."""
