@@ -7,7 +7,7 @@ from tests.replay.gap.plain_loop import BASE, NOISE, made_log, problem_of, with_
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.dynamics import N_STATE, Row, V, W, step
-from wmr_replay.gap.model.extension import Extension, about_speeds
+from wmr_replay.gap.model.extension import Extension, term_about_speeds
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.terms import parse_term
 
@@ -41,7 +41,7 @@ def test_its_size_is_that_of_the_drag():
 def test_about_the_measured_speeds_it_is_what_it_was(product):
     problem = problem_of(made_log(4))
     term, columns = parse_term(f"unnamed:yaw:{product}"), columns_of(problem.binned)
-    constant, by_v, by_w = about_speeds(term, problem.binned, HALF_TRACK_M).T
+    constant, by_v, by_w = term_about_speeds(term, problem.binned, HALF_TRACK_M).T
     here = constant + by_v * columns["v"] + by_w * HALF_TRACK_M * columns["yaw_rate"]
     np.testing.assert_allclose(here, term.evaluate(columns), rtol=1e-9, atol=1e-12)
     for name, slope in (("v", by_v), ("yaw_rate", by_w * HALF_TRACK_M)):

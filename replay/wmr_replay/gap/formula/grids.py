@@ -142,6 +142,8 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
         for z, text in product("xy", OVER_PLACE[channel]):
             family = Family("wave", channel, z, carriers_of(text), plain=True)
             yield grid_of((family, numbers[z]))
+            if "(yaw)" in text:
+                yield grid_of((replace(family, plain=False), numbers[z]))
             yield grid_of((replace(family, kind="edge"), edges[z]))
         for text in OVER_PLACE[channel]:
             line = Family("side", channel, "xy", carriers_of(text), plain=True, around=middle)

@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from wmr_replay.gap.evidence.excitation import BOTH, torques_of
 from wmr_replay.gap.formula.bells import bells
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import Grid, grids_of
@@ -37,6 +38,11 @@ class Group:
     def columns(self) -> frozenset[str]:
         """The quantities that its terms read."""
         return frozenset(column for term in self.terms for column in term.columns)
+
+    @property
+    def may_answer(self) -> bool:
+        """Whether it reads the efforts of its own channel, by which a controller answers a disturbance."""
+        return any(torques_of(name) != BOTH for name in self.names)
 
     def moved(self, shape: F64) -> "Group":
         """The same with other numbers."""
@@ -101,6 +107,12 @@ class Tried:
     def shaped(self) -> "Tried":
         """The groups with numbers alone."""
         return Tried((), self.grids)
+
+    @property
+    def without_answers(self) -> "Tried":
+        """The groups that read no efforts of their own channel."""
+        groups = tuple(group for group in self.groups if not group.may_answer)
+        return Tried(groups, tuple(grid for grid in self.grids if not self.group(grid, 0).may_answer))
 
     @cached_property
     def n_grids(self) -> int:

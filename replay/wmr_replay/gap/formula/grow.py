@@ -8,7 +8,6 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calm_or_same, calmed, fit_diffusion
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
-from wmr_replay.gap.evidence.excitation import BOTH, torques_of
 from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.part import middle_of
@@ -70,6 +69,18 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         formula = pruned(problem, longer) if len(parts) > 1 else longer
     return pruned(problem, formula)
+
+
+def grown_both_ways(problem: Problem, rest: Fit, tried: Tried) -> list[Formula]:
+    """The formula on top of ``rest``, and where it may be a controller's answer, the one that grows without
+    the efforts that answer; the better one first, and only those that have groups.
+
+    What holds a robot back is answered by its controller: group by group, an answer may explain as much.
+    """
+    found = [grow(problem, rest, tried)]
+    if any(group.may_answer for group in found[0].groups):
+        found.append(grow(problem, rest, tried.without_answers))
+    return sorted((one for one in found if one.groups), key=lambda one: -score(problem, one))
 
 
 def simplest(problem: Problem, formulas: Sequence[Formula]) -> Formula:
@@ -188,13 +199,8 @@ def to_fit(ranked: Sequence[ScoredGroup], own: FormulaSettings) -> list[ScoredGr
     efforts explains nearly as much as what does.
     """
     first = list(ranked[-own.most_fitted :])
-    apart = [one for one in ranked if not may_answer(one.group)][-own.most_apart :]
+    apart = [one for one in ranked if not one.group.may_answer][-own.most_apart :]
     return [*(one for one in apart if one not in first), *first]
-
-
-def may_answer(group: Group) -> bool:
-    """Whether a group reads the efforts of its own channel, by which a controller answers a disturbance."""
-    return any(torques_of(name) != BOTH for name in group.names)
 
 
 def extended(problem: Problem, formula: Formula, scored: ScoredGroup) -> Formula:

@@ -10,7 +10,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.formula.groups import Tried, groups_of, plain_groups
-from wmr_replay.gap.formula.grow import grow, pruned
+from wmr_replay.gap.formula.grow import grow, grown_both_ways, pruned
 from wmr_replay.gap.formula.modes import (
     Start,
     curve_starts,
@@ -158,7 +158,6 @@ def proven_with(log: Log, start: Start, extension: Extension, options: GapOption
     if start.rest.effects:
         rest = fit_model(problem, start.rest, start.fit.noise)
     tried = groups_of(problem.binned, problem.settings.formula)
-    again = grow(problem, rest, tried.beside(rest.extension.effects))
-    if not again.groups:
-        return None
-    return proven(problem, base, again, tried, options)
+    ways = grown_both_ways(problem, rest, tried.beside(rest.extension.effects))
+    proofs = (proven(problem, base, formula, tried, options) for formula in ways)
+    return next((found for found in proofs if found is not None), None)

@@ -20,7 +20,7 @@ from wmr_replay.gap.formula.groups import (
     twins_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import FORMULAS, Formula, grow, held_out, may_answer, pruned
+from wmr_replay.gap.formula.grow import FORMULAS, Formula, grown_both_ways, held_out, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.other_modes import with_other_modes
@@ -181,14 +181,14 @@ def best_formula(
     ways: list[Formula] = []
     if Way.BESIDE in looked:
         rest = fit_of_library(problem, selection, library)
-        ways.append(grow(problem, rest, tried.beside(rest.extension.effects)))
-        if ways[0].groups and not keeps_its_effects(ways[0], selection):
+        ways += grown_both_ways(problem, rest, tried.beside(rest.extension.effects))
+        if ways and not keeps_its_effects(ways[0], selection):
             ways += in_terms(problem, selection.base, ways[0])
     if Way.IN_PLACE in looked:
-        ways.append(grow(problem, selection.base, tried))
+        ways += grown_both_ways(problem, selection.base, tried)
     if library:
-        ways = [replace(f, fit=settled(problem, f.fit)) for f in ways if f.groups]
-    ways = [f for f in ways if f.groups and explains_more(problem, selection, f)]
+        ways = [replace(f, fit=settled(problem, f.fit)) for f in ways]
+    ways = [f for f in ways if explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
         found = proven(problem, selection.base, formula, tried, options)
@@ -273,7 +273,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
 
 def price_of_answers(problem: Problem, formula: Formula) -> float:
     """The price of the groups that may answer the disturbance."""
-    return sum(group.price(log_n(problem)) for group in formula.groups if may_answer(group))
+    return sum(group.price(log_n(problem)) for group in formula.groups if group.may_answer)
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:

@@ -1,6 +1,6 @@
 """Effects by name and parameters → θ, input rows and poses, as the filter and the simulation take them."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from wmr_replay.effects.efforts import InputEffects, input_effects
 from wmr_replay.effects.local import local_weight
-from wmr_replay.effects.own import own_accelerations, own_efforts, without_own_errors
+from wmr_replay.effects.own import acting, own_accelerations, own_efforts, without_own_errors
 from wmr_replay.effects.theta import Theta, theta_of
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.caster_swings import swings
@@ -17,6 +17,7 @@ from wmr_replay.gap.model.dynamics import LEAST_SPEED_MPS, N_ROW, Base, Row
 from wmr_replay.gap.model.inputs import TorqueHistory
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import FRICTIONS, UNNAMED_PREFIX, WITHHOLDING, own_effects
+from wmr_schemas.effects.own import OWN_ACCELERATIONS, Columns
 from wmr_schemas.model_file import Effect
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.slip_terms import is_slip_term
@@ -34,6 +35,7 @@ TERM_COLUMNS = {
     "yaw": (Row.EXTRA_YAW, Row.YAW_BY_V, Row.YAW_BY_W),
 }
 """Where the rows hold what terms do: an acceleration, and its slopes by v_long and w."""
+OWN_SPEEDS = ("v_mps", "yaw_rate_radps")
 SECANT_MPS = 0.05
 """Change of speed over which a term's slope is taken: friction changes its sign within less."""
 WEIGHTS = {"load_step": Row.LOAD, "low_friction_patch": Row.PATCH, "slip_interval": Row.SLIP}
@@ -172,11 +174,14 @@ class Extension:
         for name, parameters in self.acting:
             if name.startswith(UNNAMED_PREFIX) and not is_slip_term(name):
                 term, half = parse_term(name), self.base.half_track_m
-                values = binned.inputs.get((name, half), partial(about_speeds, term, binned, half))
+                values = binned.inputs.get((name, half), partial(term_about_speeds, term, binned, half))
                 share = parameters[COEFFICIENT] * self.passed_on(term, mode)
                 rows[:, TERM_COLUMNS[term.channel]] += values * share[:, None]
-        if self.own:
-            rows[:, [Row.EXTRA_LONG, Row.EXTRA_YAW]] += own_accelerations(self.own, own_columns_of(binned)).T
+        if acting(self.own, "acceleration"):
+            half, columns = self.base.half_track_m, own_columns_of(binned)
+            both = about_speeds(partial(own_accelerations, self.own), columns, OWN_SPEEDS, half)
+            for channel, values in zip(OWN_ACCELERATIONS, both, strict=True):
+                rows[:, TERM_COLUMNS[channel]] += values
         return rows
 
     def empty_rows(self, binned: BinnedLog, mode: F64, undeclared: bool) -> F64:
@@ -197,19 +202,29 @@ class Extension:
         return np.where(slips, share, 1.0)
 
 
-def about_speeds(term: Term, binned: BinnedLog, half_track_m: float) -> F64:
-    """A term (n, 3) as a + b v_long + c w about the measured speeds: it acts on the speeds of the model, and
-    the measured ones have noise and are smoothed.
+def term_about_speeds(term: Term, binned: BinnedLog, half_track_m: float) -> F64:
+    """A term (n, 3) about the measured speeds."""
+    speeds = tuple(name if name in term.columns else "" for name in ("v", "yaw_rate"))
+    return about_speeds(term.evaluate, columns_of(binned), speeds, half_track_m)
+
+
+def about_speeds(
+    of: Callable[[Columns], F64], columns: Columns, speeds: Sequence[str], half_track_m: float
+) -> F64:
+    """A function of columns (..., n) as a + b v_long + c w about the measured speeds, (..., n, 3).
+
+    It acts on the speeds of the model: the measured ones have noise and are smoothed. ``speeds`` are the
+    columns of v_long and of the yaw rate; empty where it does not read one.
     """
-    columns = columns_of(binned)
-    found = np.zeros((len(binned), 3))
-    found[:, 0] = term.evaluate(columns)
-    for k, (name, size) in enumerate((("v", SECANT_MPS), ("yaw_rate", SECANT_MPS / half_track_m)), start=1):
-        if name in term.columns:
-            ends = (term.evaluate({**columns, name: columns[name] + change}) for change in (size, -size))
-            slope = (next(ends) - next(ends)) / (2 * size)
-            found[:, 0] -= slope * columns[name]
-            found[:, k] = slope if name == "v" else slope / half_track_m
+    here = of(columns)
+    found = np.zeros((*here.shape, 3))
+    found[..., 0] = here
+    for k, (name, arm_m) in enumerate(zip(speeds, (1.0, half_track_m), strict=True), start=1):
+        if name:
+            ends = (columns[name] + change / arm_m for change in (SECANT_MPS, -SECANT_MPS))
+            above, below = (of({**columns, name: end}) for end in ends)
+            found[..., k] = (above - below) / (2 * SECANT_MPS)
+            found[..., 0] -= found[..., k] * columns[name] * arm_m
     return found
 
 
