@@ -8,6 +8,7 @@ import numpy as np
 
 from wmr_replay.gap.formula.carriers import (
     ALONG,
+    HEADING,
     OVER_DIRECTION,
     OVER_HEADING,
     OVER_PLACE,
@@ -60,7 +61,8 @@ def grid_of(*pieces: tuple[Family, F64]) -> Grid:
 def grids_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Grid, ...]:
     """Everything with numbers that is tried on a log, but for bells."""
     columns = columns_of(binned)
-    found = [*shaped(columns, settings), *timed(columns, settings), *waves(columns, settings)]
+    found = [*shaped(columns, settings), *timed(columns, settings)]
+    found += [*waves(columns, settings), *lines(columns, settings)]
     return tuple(grid for grid in found if len(grid))
 
 
@@ -128,32 +130,18 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
 
 
 def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
-    """Waves over x and y, the way, and along other directions."""
+    """Waves over x and y, the way and the heading, and along other directions."""
     spans = {z: float(np.ptp(columns[z])) for z in "xys"}
     lengths = {z: (own.least_length_m, own.longest_in_spans * spans[z]) for z in "xy"}
     lengths["s"] = own.way_lengths_m[0], min(own.way_lengths_m[1], spans["s"])
     numbers = {z: numbers_of_waves(spans[z], *lengths[z], own) for z in "xys"}
     slanted = directions(spans, own)
-    edges = {z: edges_of(columns[z], own.edge_widths, own) for z in "xy"}
-    middle = float(np.mean(columns["x"])), float(np.mean(columns["y"]))
-    lines = lines_of(columns, middle, own.side_angles_rad, own.edge_widths, own)
-    strips = lines_of(columns, middle, own.side_angles_rad, own.strip_widths, own)
     for channel in TRIED:
         for z, text in product("xy", OVER_PLACE[channel]):
             family = Family("wave", channel, z, carriers_of(text), plain=True)
             yield grid_of((family, numbers[z]))
             if "(yaw)" in text:
                 yield grid_of((replace(family, plain=False), numbers[z]))
-            yield grid_of((replace(family, kind="edge"), edges[z]))
-        for text in OVER_PLACE[channel]:
-            line = Family("side", channel, "xy", carriers_of(text), plain=True, around=middle)
-            yield grid_of((line, lines))
-        for z, text in product("xy", (*OVER_STRIP[channel], "cos(yaw)", "sin(yaw)")):
-            band = Family("band", channel, z, carriers_of(text))
-            yield grid_of((band, edges_of(columns[z], own.strip_widths, own)))
-        for text in OVER_STRIP[channel]:
-            strip = Family("strip", channel, "xy", carriers_of(text), around=middle)
-            yield grid_of((strip, strips))
         for text in ALONG[channel]:
             yield grid_of((Family("wave", channel, "s", carriers_of(text)), numbers["s"]))
         for text in OVER_HEADING[channel]:
@@ -164,6 +152,24 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
             yield grid_of((Family("wave", channel, "xy", carriers_of(text)), slanted))
 
 
+def lines(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
+    """What changes across a line, or lies along one: of x or y, and across other directions."""
+    middle = float(np.mean(columns["x"])), float(np.mean(columns["y"]))
+    edges, bands = (
+        {z: edges_of(columns[z], widths, own) for z in "xy"} for widths in (own.edge_widths, own.strip_widths)
+    )
+    sides, strips = (lines_of(columns, middle, widths, own) for widths in (own.edge_widths, own.strip_widths))
+    for channel in TRIED:
+        for text in OVER_PLACE[channel]:
+            edge = Family("edge", channel, "", carriers_of(text), plain=True)
+            yield from (grid_of((replace(edge, along=z), edges[z])) for z in "xy")
+            yield grid_of((replace(edge, kind="side", along="xy", around=middle), sides))
+        for text in OVER_STRIP[channel]:
+            yield grid_of((Family("strip", channel, "xy", carriers_of(text), around=middle), strips))
+        for z, text in product("xy", (*OVER_STRIP[channel], *HEADING.split())):
+            yield grid_of((Family("band", channel, z, carriers_of(text)), bands[z]))
+
+
 def edges_of(z: F64, shares: tuple[float, ...], own: FormulaSettings) -> F64:
     """Places and widths (m, 2) of edges on a grid of the span, from sharp to soft."""
     low, span = float(np.min(z)), float(np.ptp(z))
@@ -171,15 +177,11 @@ def edges_of(z: F64, shares: tuple[float, ...], own: FormulaSettings) -> F64:
 
 
 def lines_of(
-    columns: dict[str, F64],
-    middle: tuple[float, float],
-    angles_rad: tuple[float, ...],
-    shares: tuple[float, ...],
-    own: FormulaSettings,
+    columns: dict[str, F64], middle: tuple[float, float], shares: tuple[float, ...], own: FormulaSettings
 ) -> F64:
-    """Distances from the middle, angles and widths (m, 3) of lines across these directions."""
+    """Distances from the middle, angles and widths (m, 3) of lines across other directions than x and y."""
     found = []
-    for angle in angles_rad:
+    for angle in own.side_angles_rad:
         across = (columns["x"] - middle[0]) * np.cos(angle) + (columns["y"] - middle[1]) * np.sin(angle)
         found.append(np.insert(edges_of(across, shares, own), 1, angle, axis=1))
     return np.concatenate(found)
