@@ -39,10 +39,10 @@ OVER_PLACE: Table = {
 }
 """Height and tilt by the heading, drags, and pulls to a side."""
 OVER_STRIP: Table = {
-    "longitudinal": ("1", "v", "sgn(v)", HEADING),
-    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", HEADING),
+    "longitudinal": ("1", "v", "sgn(v)", HEADING, "effort_sum"),
+    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", HEADING, "effort_diff"),
 }
-"""What lies across the way: a ramp, a mat, a gust between two houses."""
+"""What lies across the way: a ramp, a mat, a gust between two houses, a lane that was mopped."""
 OVER_HEADING: Table = {
     "longitudinal": ("1", "v", "sgn(v)", "abs(v)", "v*abs(v)", "effort_sum"),
     "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", "abs(v)", "effort_diff"),

@@ -160,7 +160,7 @@ def lines(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     )
     sides, strips = (lines_of(columns, middle, widths, own) for widths in (own.edge_widths, own.strip_widths))
     for channel in TRIED:
-        for text in OVER_PLACE[channel]:
+        for text in dict.fromkeys((*OVER_PLACE[channel], *OVER_STRIP[channel])):
             edge = Family("edge", channel, "", carriers_of(text), plain=True)
             yield from (grid_of((replace(edge, along=z), edges[z])) for z in "xy")
             yield grid_of((replace(edge, kind="side", along="xy", around=middle), sides))
