@@ -1,5 +1,7 @@
 """A term acts on the speeds of the model, by its slope about the measured ones."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.replay.gap.plain_loop import BASE, NOISE, made_log, problem_of, with_drag
@@ -8,6 +10,7 @@ from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.dynamics import N_STATE, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension, term_about_speeds
+from wmr_schemas.effects import EffectDeclaration, OwnEffect, Parameter, own
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.terms import parse_term
 
@@ -26,6 +29,39 @@ def test_a_linear_term_is_the_library_s_effect(name):
     unnamed = evaluate(problem, Extension(BASE, {term: {"coefficient": coefficient}}), NOISE)
     assert unnamed.deviance == pytest.approx(named.deviance, rel=1e-9)
     assert np.max(np.abs(unnamed.innovations - named.innovations)) < 1e-6
+
+
+class OwnDrag(OwnEffect):
+    """A user's drag of the catalogue's own form."""
+
+    declaration = EffectDeclaration(
+        "own_drag", "longitudinal", "−c·v", {"c_per_s": Parameter("1/s", 1e-4)}, acts_on="acceleration"
+    )
+
+    def acceleration(self, at, values):
+        """−c·v."""
+        return -values["c_per_s"] * at["v_mps"]
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """A package that brings the drag."""
+    entry = SimpleNamespace(name="own_drag", value="own_drag", module="none", load=lambda: OwnDrag)
+    monkeypatch.setattr(own, "entry_points", lambda group: [entry])
+    monkeypatch.setattr(own, "register_sources", lambda package: None)
+    own.own_effects.cache_clear()
+    yield
+    own.own_effects.cache_clear()
+
+
+@pytest.mark.usefixtures("installed")
+def test_a_users_drag_is_that_of_the_library():
+    problem = problem_of(made_log(3))
+    named = evaluate(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.3}}), NOISE)
+    base = evaluate(problem, Extension(BASE), NOISE)
+    users = evaluate(problem, Extension(BASE, {"own_drag": {"c_per_s": 0.3}}), NOISE)
+    assert np.max(np.abs(users.innovations - named.innovations)) < 1e-6
+    assert np.max(np.abs(users.innovations - base.innovations)) > 0.1
 
 
 def test_its_size_is_that_of_the_drag():

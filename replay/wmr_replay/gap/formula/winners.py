@@ -25,9 +25,16 @@ def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
 
 
 def rival_kind(group: Group) -> str:
-    """The kind among which a group is one of the best, or not."""
-    along = {"t": "timed", "yaw": "heading"}
-    return along.get(group.family.along, KINDS.get(group.family.kind, group.family.kind))
+    """The kind among which a group is one of the best, or not: a wave with its constant is no rival of the
+    same wave without.
+    """
+    family, along = group.family, {"t": "timed", "yaw": "heading"}
+    if family.along in along:
+        return along[family.along]
+    turns = any("yaw" in factor for carrier in family.carriers for factor in carrier)
+    if family.kind == "wave" and family.plain and turns:
+        return "wave and constant"
+    return KINDS.get(family.kind, family.kind)
 
 
 def best_of_grids(problem: Problem, at: Fit, tried: Tried) -> list[Group]:

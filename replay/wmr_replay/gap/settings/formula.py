@@ -134,7 +134,7 @@ class FormulaSettings:
     screened: int = 12
     """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 
-    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 3))
+    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2))
     """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
     quantities are told apart by their best numbers alone."""
 
