@@ -149,6 +149,18 @@ def test_a_formula_without_answers_grows_beside_one_that_may_answer(monkeypatch,
     assert grown_both_ways(problem, base, Tried(())) == [made[k] for k in order]
 
 
+def test_a_group_that_is_chosen_twice_counts_by_its_better_score():
+    """Scored at both disturbances, it is the best of all, and not in the place of its worse score."""
+    problem = problem_of(made_log(1))
+    both, other = group("v"), group("t")
+    scored = [
+        ScoredGroup(both, (0.1,), 30.0),
+        ScoredGroup(other, (0.1,), 90.0),
+        ScoredGroup(both, (0.3,), 200.0),
+    ]
+    assert [one.gain for one in growing.ranked(problem, scored)] == [90.0, 200.0]
+
+
 def test_sizes_are_found_where_disturbances_are_calm():
     """From a large disturbance, which holds every size where it was, to the drag that is there."""
     problem = problem_of(made_log(6, drag_per_s=0.8))

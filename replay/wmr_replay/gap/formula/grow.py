@@ -187,19 +187,26 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
         scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
         chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
-    distinct = {one.group.names: one for one in sorted(chosen, key=lambda one: excess(problem, one))}
-    longer = [extended(problem, formula, one) for one in to_fit(list(distinct.values()), settings.formula)]
+    longer = [extended(problem, formula, one) for one in to_fit(ranked(problem, chosen), settings.formula)]
     return [one for one in longer if is_sound(problem, one)]
 
 
-def to_fit(ranked: Sequence[ScoredGroup], own: FormulaSettings) -> list[ScoredGroup]:
+def ranked(problem: Problem, scored: Iterable[ScoredGroup]) -> list[ScoredGroup]:
+    """Each group once, at its better score, the best last."""
+    distinct: dict[tuple[str, ...], ScoredGroup] = {}
+    for one in sorted(scored, key=lambda one: excess(problem, one), reverse=True):
+        distinct.setdefault(one.group.names, one)
+    return [*reversed(distinct.values())]
+
+
+def to_fit(found: Sequence[ScoredGroup], own: FormulaSettings) -> list[ScoredGroup]:
     """The best of the groups, the best last, and the best of those that are no answer of a controller.
 
     A controller's efforts follow what holds the robot back. So, with calm disturbances, many a group of
     efforts explains nearly as much as what does.
     """
-    first = list(ranked[-own.most_fitted :])
-    apart = [one for one in ranked if not one.group.may_answer][-own.most_apart :]
+    first = list(found[-own.most_fitted :])
+    apart = [one for one in found if not one.group.may_answer][-own.most_apart :]
     return [*(one for one in apart if one not in first), *first]
 
 
