@@ -18,6 +18,7 @@ from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
 from wmr_replay.gap.formula.grow import Formula, fitted_with, grown_both_ways, simplest
 from wmr_replay.gap.formula.scores import ScoredGroup, scored_groups
 from wmr_replay.gap.formula.shapes import refined
+from wmr_replay.gap.formula.winners import rival_kind
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dictionary import WINDOWS_BINS, columns_of, window_of
@@ -147,6 +148,20 @@ def test_a_formula_without_answers_grows_beside_one_that_may_answer(monkeypatch,
     monkeypatch.setattr(growing, "grow", lambda *_: next(grown))
     monkeypatch.setattr(growing, "score", lambda _problem, formula: scores[id(formula)])
     assert grown_both_ways(problem, base, Tried(())) == [made[k] for k in order]
+
+
+@pytest.mark.parametrize(
+    ("carrier", "plain", "kind"),
+    [
+        ("cos(yaw)", True, "wave and constant"),
+        ("cos(yaw)", False, "wave"),
+        ("yaw_rate", True, "wave"),
+        ("v", True, "wave"),
+    ],
+)
+def test_a_tilting_wave_with_its_constant_is_no_rival_of_the_same_wave(carrier, plain, kind):
+    family = Family("wave", "yaw", "x", ((carrier,),), plain=plain)
+    assert rival_kind(Group(family, family.terms((0.5,)), (0.5,))) == kind
 
 
 def test_a_group_that_is_chosen_twice_counts_by_its_better_score():

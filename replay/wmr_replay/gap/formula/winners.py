@@ -31,8 +31,8 @@ def rival_kind(group: Group) -> str:
     family, along = group.family, {"t": "timed", "yaw": "heading"}
     if family.along in along:
         return along[family.along]
-    turns = any("yaw" in factor for carrier in family.carriers for factor in carrier)
-    if family.kind == "wave" and family.plain and turns:
+    tilted = any("(yaw)" in factor for carrier in family.carriers for factor in carrier)
+    if family.kind == "wave" and family.plain and tilted:
         return "wave and constant"
     return KINDS.get(family.kind, family.kind)
 
