@@ -29,6 +29,7 @@ import numpy as np  # noqa: E402
 from formulas.forms import (  # noqa: E402
     DEVELOP,
     EARLIER,
+    EIGHTH,
     FIFTH,
     FOURTH,
     REPORT,
@@ -57,6 +58,7 @@ FORMS = {
     "fifth": FIFTH,
     "sixth": SIXTH,
     "seventh": SEVENTH,
+    "eighth": EIGHTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

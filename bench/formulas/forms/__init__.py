@@ -9,6 +9,7 @@ One file a set, named as its part of ``split.toml``.
 from formulas.forms.base import At, Form, form
 from formulas.forms.develop import DEVELOP
 from formulas.forms.earlier import EARLIER
+from formulas.forms.eighth import EIGHTH
 from formulas.forms.fifth import FIFTH
 from formulas.forms.fourth import FOURTH
 from formulas.forms.report import REPORT
@@ -20,6 +21,7 @@ from formulas.forms.third import THIRD
 __all__ = [
     "DEVELOP",
     "EARLIER",
+    "EIGHTH",
     "FIFTH",
     "FORMS",
     "FOURTH",
@@ -35,11 +37,11 @@ __all__ = [
     "form",
 ]
 
-FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | REPORT
-ORDER = (*sorted(DEVELOP | EARLIER), *SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *REPORT)
+FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | REPORT
+ORDER = (*sorted(DEVELOP | EARLIER), *SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *REPORT)
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
-    *("mopped_lane", "thick_rug", "crowned_road"),
+    *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

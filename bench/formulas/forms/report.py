@@ -2,113 +2,99 @@
 
 import numpy as np
 
-from formulas.forms.base import At, aslant, form
+from formulas.forms.base import At, form
 from wmr_schemas.arrays import F64
 
 
-def lane_loss(at: At, x: float, y: float, radius: float, c: float, angle: float, quarter: float) -> F64:
-    """Pull that is lost on a straight lane through a place, flat inside, with short edges."""
-    across_angle = aslant(angle, quarter)
-    across = ((at.x - x) * np.cos(across_angle) + (at.y - y) * np.sin(across_angle)) / radius
-    return -0.5 * c * at.pull * (np.tanh(4 * (across + 1)) - np.tanh(4 * (across - 1)))
+def spill_loss(at: At, x: float, y: float, radius: float, c: float) -> F64:
+    """Turning torque that is lost on a round spot, flat inside, with a short edge."""
+    r = np.sqrt((at.x - x) ** 2 + (at.y - y) ** 2) / radius
+    return -0.5 * c * at.turn * (1 - np.tanh(3 * (r - 1)))
 
 
-def furrow_slope(at: At, size: float, length: float, phase: float, angle: float, quarter: float) -> F64:
-    """Gravity along the heading on narrow, even ridges with flat ground between, at a slant to the axes."""
-    across_angle = aslant(angle, quarter)
-    turn = 2 * np.pi * (at.x * np.cos(across_angle) + at.y * np.sin(across_angle)) / length + phase
-    return size * np.sin(turn) * np.exp(1.2 * np.cos(turn)) / 1.6 * np.cos(at.yaw - across_angle)
+def saddle_slope(at: At, x: float, y: float, radius: float, height: float, angle: float) -> F64:
+    """Gravity along the heading on a pass: it falls both ways along ``angle`` and rises both ways across it,
+    and is level far away; ``height`` in m/s² at the steepest place.
+    """
+    dx, dy = (at.x - x) / radius, (at.y - y) / radius
+    along, across = dx * np.cos(angle) + dy * np.sin(angle), dy * np.cos(angle) - dx * np.sin(angle)
+    high = 0.5 * (across**2 - along**2)
+    rise_along, rise_across = -along * (1 + high), across * (1 - high)
+    rise = rise_along * np.cos(at.yaw - angle) + rise_across * np.sin(at.yaw - angle)
+    return -2.4 * height * rise * np.exp(-0.5 * (along**2 + across**2))
 
 
-def rug_scrub(
-    at: At, x: float, y: float, radius: float, c: float, w0: float, angle: float, aspect: float
-) -> F64:
-    """Resistance to turning on a rug: a rectangle with round corners, laid at an angle."""
-    dx, dy = at.x - x, at.y - y
-    along = (dx * np.cos(angle) + dy * np.sin(angle)) / radius
-    across = (dy * np.cos(angle) - dx * np.sin(angle)) / (aspect * radius)
-    return -c * at.yaw_rate / np.sqrt(w0**2 + at.yaw_rate**2) / (1 + along**6 + across**6)
+def branch_scrub(at: At, c: float, w0: float, begin: float, length: float) -> F64:
+    """Resistance to turning from one time on, for a while."""
+    there = 0.5 * (np.tanh(2 * (at.t - begin)) - np.tanh(2 * (at.t - begin - length)))
+    return -c * at.yaw_rate / np.sqrt(w0**2 + at.yaw_rate**2) * there
 
 
-def crown_swing(
-    at: At, x: float, y: float, radius: float, height: float, angle: float, quarter: float
-) -> F64:
-    """What turns a robot with its weight behind the axle downhill on either side of a road's crown."""
-    across_angle = aslant(angle, quarter)
-    across = ((at.x - x) * np.cos(across_angle) + (at.y - y) * np.sin(across_angle)) / radius
-    return height * np.tanh(across) * np.sin(at.yaw - across_angle)
-
-
-def side_force_drag(at: At, c: float, a0: float) -> F64:
-    """Drag of tyres that roll askew to bear the side force of a bend: by its square, then in proportion."""
-    side = np.abs(at.v * at.yaw_rate)
-    return -c * np.tanh(at.v / 0.1) * side**2 / (a0 + side)
+def cable_windup(at: At, c: float, angle: float, span: float) -> F64:
+    """Torque of a cable that is wound up by all turns so far, slack at first, and no more once it curls."""
+    wound = (at.yaw - angle) / span
+    return -c * wound * np.abs(wound) / (1 + wound**2)
 
 
 REPORT = {
-    # a scrubber's rubber lip drags flat on the floor ahead, and folds away in reverse
-    "squeegee": form(
-        "longitudinal", "v", "v:mixed",
-        lambda at, c: -c * at.v / (at.v**2 + 0.01) ** 0.25 * np.where(at.v > 0, 1.0, 0.15),
-        c=(0.2, 0.45),
+    # somebody walks along at an even pace, and pushes or holds back with no more than so much
+    "walking_helper": form(
+        "longitudinal", "v", "", lambda at, c, pace, v0: c * np.tanh((pace - at.v) / v0),
+        c=(0.2, 0.45), pace=(0.4, 1.0), v0=(0.4, 0.9),
     ),
-    # a driver's soft current limit: torque as commanded up to it, and a part of what is asked beyond
-    "current_limit": form(
-        "longitudinal", "effort_sum", "effort_sum:odd",
-        lambda at, c, a0: c * at.pull * ((1 + (at.pull / a0) ** 4) ** -0.25 - 1), c=(0.5, 0.8), a0=(0.1, 0.3),
+    # brushes set for one way of running: the more current, the more torque that way, and the less the other
+    "advanced_brushes": form(
+        "longitudinal", "effort_sum", "effort_sum:even",
+        lambda at, c, a0: c * at.pull**2 / np.sqrt(a0**2 + at.pull**2), c=(0.4, 0.7), a0=(0.1, 0.3),
     ),
-    # a lane that was mopped: the wheels creep on it, and pass on less of the torques
-    "mopped_lane": form(
-        "longitudinal", "effort_sum x y", "effort_sum:odd", lane_loss,
-        x=(0.35, 0.65), y=(0.35, 0.65), radius=(0.12, 0.25), c=(0.5, 0.8),
-        angle=(0.35, 1.22), quarter=(0.0, 4.0),
+    # a grating whose teeth lean one way: wheels that drive along with them creep
+    "toothed_grating": form(
+        "longitudinal", "effort_sum yaw", "effort_sum:odd",
+        lambda at, c, angle: -c * at.pull * np.exp(1.5 * (np.cos(at.yaw - angle) - 1)),
+        c=(0.6, 0.9), angle=(0.0, 6.28),
     ),
-    # a field's furrows, at a slant to the axes of the map
-    "furrows": form(
-        "longitudinal", "x y yaw", "", furrow_slope,
-        size=(0.3, 0.6), length=(2.5, 8.0), phase=(0.0, 6.28), angle=(0.35, 1.22), quarter=(0.0, 4.0),
+    # a frame that opposite torques twist, until a guard rubs on the wheels
+    "twisting_frame": form(
+        "longitudinal", "effort_diff v", "effort_diff:even v:odd",
+        lambda at, c, a0: -c * np.tanh(at.v / 0.1) * at.turn**2 / (a0**2 + at.turn**2),
+        c=(0.3, 0.6), a0=(0.05, 0.15),
     ),
-    # a wind that goes round as a front passes over
-    "veering_wind": form(
+    # a pass between two hills
+    "saddle": form(
+        "longitudinal", "x y yaw", "", saddle_slope,
+        x=(0.3, 0.7), y=(0.3, 0.7), radius=(0.15, 0.3), height=(0.3, 0.6), angle=(0.0, 3.14),
+    ),
+    # the deck of a ship, which rolls about its length
+    "rolling_deck": form(
         "longitudinal", "yaw t", "",
-        lambda at, c, angle, middle, time: (
-            c * np.cos(at.yaw - angle - np.pi / (1 + np.exp((middle - at.t) / time)))
+        lambda at, size, angle, period, phase: (
+            size * np.sin(2 * np.pi * at.t / period + phase) * np.cos(at.yaw - angle)
         ),
-        c=(0.2, 0.4), angle=(0.0, 6.28), middle=(30.0, 60.0), time=(5.0, 15.0),
+        size=(0.25, 0.5), angle=(0.0, 6.28), period=(7.0, 18.0), phase=(0.0, 6.28),
     ),
-    # tyres that bear a side force roll askew, which brakes
-    "side_force_drag": form(
-        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even", side_force_drag, c=(0.8, 1.5), a0=(0.03, 0.12),
+    # a sweeper's side brush, tilted: it sweeps sideways at rest, and is dragged behind as the robot runs
+    "side_brush": form(
+        "yaw", "v", "v:even", lambda at, c, v0: c / np.sqrt(1 + (at.v / v0) ** 2),
+        c=(0.3, 0.55), v0=(0.2, 0.5),
     ),
-    # wheels on rubber scrub hardest as they break away, and keep a part of it as the robot turns faster
-    "breakaway_scrub": form(
-        "yaw", "yaw_rate", "yaw_rate:odd",
-        lambda at, c, w0: -c * np.tanh(at.yaw_rate / 0.04) * (0.2 + 0.8 / (1 + (at.yaw_rate / w0) ** 2)),
-        c=(0.25, 0.6), w0=(0.1, 0.4),
+    # spilt oil, on which wheels that turn the robot spin
+    "oil_spill": form(
+        "yaw", "effort_diff x y", "effort_diff:odd", spill_loss,
+        x=(0.35, 0.65), y=(0.35, 0.65), radius=(0.3, 0.45), c=(0.85, 0.97),
     ),
-    # worn contacts of a motor bridge: torque to the left comes through weaker than torque to the right
-    "worn_bridge": form(
-        "yaw", "effort_diff", "effort_diff:mixed",
-        lambda at, c, a0: -c * at.turn / (1 + np.exp(-at.turn / a0)), c=(0.7, 0.9), a0=(0.02, 0.06),
+    # a branch that the robot picks up, and loses again
+    "caught_branch": form(
+        "yaw", "yaw_rate t", "yaw_rate:odd", branch_scrub,
+        c=(0.3, 0.7), w0=(0.05, 0.2), begin=(12.0, 45.0), length=(15.0, 35.0),
     ),
-    # a thick rug that lies askew in the hall
-    "thick_rug": form(
-        "yaw", "yaw_rate x y", "yaw_rate:odd", rug_scrub,
-        x=(0.35, 0.65), y=(0.35, 0.65), radius=(0.25, 0.4), c=(0.5, 0.9), w0=(0.05, 0.2),
-        angle=(0.0, 3.14), aspect=(0.6, 1.0),
+    # an eddy in shallow water, which turns whatever stands in it
+    "whirlpool": form(
+        "yaw", "x y", "",
+        lambda at, x, y, radius, c: c / (1 + ((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2) ** 2,
+        x=(0.3, 0.7), y=(0.3, 0.7), radius=(0.2, 0.35), c=(0.3, 0.6),
     ),
-    # a road with a crown along its middle turns the robot's weight downhill, to either side
-    "crowned_road": form(
-        "yaw", "x y yaw", "", crown_swing,
-        x=(0.35, 0.65), y=(0.35, 0.65), radius=(0.05, 0.2), height=(0.15, 0.4),
-        angle=(0.35, 1.22), quarter=(0.0, 4.0),
-    ),
-    # a loose plug of one motor, which loses contact for some seconds again and again
-    "loose_plug": form(
-        "yaw", "effort_sum t", "effort_sum:odd",
-        lambda at, c, period, phase, bias: (
-            0.5 * c * at.pull * (1 + np.tanh(5 * (np.sin(2 * np.pi * at.t / period + phase) - bias)))
-        ),
-        c=(0.5, 0.9), period=(12.0, 40.0), phase=(0.0, 6.28), bias=(-0.3, 0.3),
+    # a supply cable, which winds up as the robot turns
+    "wound_cable": form(
+        "yaw", "yaw", "", cable_windup, c=(0.3, 0.6), angle=(-1.5, 1.5), span=(1.2, 3.0),
     ),
 }  # fmt: skip
