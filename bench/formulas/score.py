@@ -76,9 +76,9 @@ FACTOR = {
     "y": ("y", lambda at: at.y),
 }
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
-BELL = re.compile(r"(bump|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
+BELL = re.compile(r"(bump|disc|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
-SHAPE = re.compile(r"(fall|over|bell|ring)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
+SHAPE = re.compile(r"(fall|over|bell|ring|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
 EDGE = re.compile(r"(edge|band)\(([xyt]),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|after|decay)\(([^)]+)\)")
@@ -120,8 +120,8 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
         return along, lambda at: of(k * (way(at) if along == "s" else getattr(at, along)))
     if bell := BELL.fullmatch(text):
         x, y, r = (float(bell[i]) for i in (2, 3, 4))
-        if bell[1] == "bump":
-            return "x y", lambda at: np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+        if bell[1] in {"bump", "disc"}:
+            return "x y", lambda at: in_place(bell[1], np.hypot(at.x - x, at.y - y) / r)
         turn = np.pi / 2 if bell[1] == "tilt" else 0.0
         return (
             "x y yaw",
@@ -151,8 +151,13 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
     if shape := SHAPE.fullmatch(text):
         column, per = efforts.get(shape[2], (shape[2], 1.0))
         numbers = [float(number) for number in shape[3].split(",")]
-        return shape[2], lambda at: shaped(shape[1], np.abs(getattr(at, column) / per), numbers)
+        return shape[2], lambda at: shaped(shape[1], getattr(at, column) / per, numbers)
     raise ValueError(f"no factor {text!r}")
+
+
+def in_place(kind: str, apart: F64) -> F64:
+    """A bell over the plane, or a place with short edges, by the distance in radii."""
+    return np.exp(-0.5 * apart**2) if kind == "bump" else 1 / (1 + apart**8)
 
 
 def on_plane(text: str, slanted: re.Match[str] | None) -> Callable[[At], F64]:
@@ -171,9 +176,11 @@ def crossed(kind: str, apart: F64) -> F64:
     return np.tanh(apart) if kind in {"edge", "side"} else np.exp(-0.5 * apart**2)
 
 
-def shaped(kind: str, size: F64, numbers: list[float]) -> F64:
-    """A shape of a quantity's size."""
-    first = numbers[0]
+def shaped(kind: str, value: F64, numbers: list[float]) -> F64:
+    """A shape of a quantity: all but a soft sign are of its size."""
+    first, size = numbers[0], np.abs(value)
+    if kind == "soft":
+        return np.tanh(value / first)
     if kind == "fall":
         return np.asarray(first / (first + size))
     if kind == "over":

@@ -5,6 +5,7 @@
                        over yaw, of K turns a turn: cos(2yaw)
     sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
+    disc(X,Y,R)        1/(1 + (r/R)⁸), flat within R, with short edges
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
     edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y or t
@@ -28,11 +29,11 @@ Number = float | F64
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
-BELL = re.compile(rf"(bump|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
+BELL = re.compile(rf"(bump|disc|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
 LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
 EDGE = re.compile(rf"(?:edge\(([xyt])|band\(([xy])),{NUMBER},{NUMBER}\)")
 FORMS = (
-    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W), "
+    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W), "
     "band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
 )
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
@@ -74,8 +75,8 @@ def bell_factor(kind: str, x: float, y: float, r: float) -> PlacedFactor | None:
     """A bell, or its slope ahead or aside; None where it has no width."""
     if r <= 0:
         return None
-    if kind == "bump":
-        return PlacedFactor(("x", "y"), lambda c: bump(c, x, y, r))
+    if kind in OF_PLACE:
+        return PlacedFactor(("x", "y"), lambda c: OF_PLACE[kind](c, x, y, r))
     slope = hill if kind == "hill" else tilt
     return PlacedFactor(("x", "y", "yaw"), lambda c: slope(c, x, y, r))
 
@@ -83,6 +84,14 @@ def bell_factor(kind: str, x: float, y: float, r: float) -> PlacedFactor | None:
 def bump(c: Columns, x: float, y: float, r: float) -> F64:
     """A bell over the plane."""
     return np.asarray(np.exp(-((c["x"] - x) ** 2 + (c["y"] - y) ** 2) / (2 * r**2)))
+
+
+def disc(c: Columns, x: float, y: float, r: float) -> F64:
+    """A place that is flat inside, with edges of about a quarter of its radius."""
+    return np.asarray(1 / (1 + (((c["x"] - x) ** 2 + (c["y"] - y) ** 2) / r**2) ** 4))
+
+
+OF_PLACE = {"bump": bump, "disc": disc}
 
 
 def hill(c: Columns, x: float, y: float, r: float) -> F64:
@@ -148,7 +157,7 @@ def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:
 
 
 def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:
-    """The text of a bump or a hill."""
+    """The text of a bump, disc, hill or tilt."""
     return f"{kind}({number(x_m)},{number(y_m)},{number(r_m)})"
 
 

@@ -4,12 +4,13 @@
     over(z,K)     max(1 − K/|z|, 0)           0 up to K: z·over(z,K) is what z exceeds K by
     bell(z,K)     exp(−z²/2K²)                acts where z is small
     ring(z,C,W)   exp(−(|z| − C)²/2W²)        acts where |z| is about C
+    soft(z,K)     tanh(z/K)                   changes its sign over K: a friction of a soft contact
     gust(T,W)     exp(−(t − T)²/2W²)          acts about the time T, for some W seconds
     after(T)      1 from t = T on, 0 before
     decay(T)      exp(−t/T)
 
-z is v, yaw_rate, effort_sum or effort_diff, and all of its shapes are even in it; fall takes t, too. Numbers
-are in the unit of z, or in seconds; the factors have none.
+z is v, yaw_rate, effort_sum or effort_diff, and all of its shapes but soft are even in it; fall takes t, too.
+Numbers are in the unit of z, or in seconds; the factors have none.
 """
 
 import re
@@ -23,9 +24,9 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
-SHAPE = re.compile(rf"(fall|over|bell|ring)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
+SHAPE = re.compile(rf"(fall|over|bell|ring|soft)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
 TIMED = re.compile(rf"(gust|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
-SHAPE_FORMS = "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), gust(T,W), after(T), decay(T)"
+SHAPE_FORMS = "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), soft(z,K), gust(T,W), after(T), decay(T)"
 LEAST = 1e-12
 
 
@@ -49,6 +50,11 @@ def ring(z: F64, c: float, w: float) -> F64:
     return np.asarray(np.exp(-(((np.abs(z) - c) / w) ** 2) / 2))
 
 
+def soft(z: F64, k: float) -> F64:
+    """The sign, which changes over K."""
+    return np.tanh(z / k)
+
+
 def gust(t: F64, middle: float, w: float) -> F64:
     """A bell about a time."""
     return np.asarray(np.exp(-(((t - middle) / w) ** 2) / 2))
@@ -69,6 +75,7 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "over": (over, 1),
     "bell": (bell, 1),
     "ring": (ring, 2),
+    "soft": (soft, 1),
     "gust": (gust, 2),
     "after": (after, 1),
     "decay": (decay, 1),
@@ -76,6 +83,11 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
 """Each shape's function, and how many numbers it has; all but a middle and a beginning are above 0."""
 FREE = ("gust", "after")
 """Shapes whose first number is a time, which may be 0 or below."""
+
+
+def is_odd(text: str) -> bool:
+    """Whether a shape is odd in what it shapes a term by."""
+    return text.startswith("soft(")
 
 
 @lru_cache(maxsize=4096)

@@ -26,7 +26,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidTerm
 from wmr_schemas.placed_factors import FORMS, PlacedFactor, placed_factor
-from wmr_schemas.shape_factors import SHAPE_FORMS, shape_factor
+from wmr_schemas.shape_factors import SHAPE_FORMS, is_odd, shape_factor
 from wmr_schemas.slip_terms import unit_of
 
 TermChannel = Literal["longitudinal", "lateral", "yaw"]
@@ -125,8 +125,9 @@ class Term:
         """Odd or even in each of the signed columns that it reads."""
         odd = {c: 0 for c in self.columns if c in SIGNED}
         for factor in self.factors:
-            if factor in FACTORS and factor not in EVEN and FACTORS[factor][0] in odd:
-                odd[FACTORS[factor][0]] += 1
+            listed = factor in FACTORS and factor not in EVEN
+            if (listed or is_odd(factor)) and (column := columns_of(factor)[0]) in odd:
+                odd[column] += 1
         return {column: "odd" if times % 2 else "even" for column, times in odd.items()}
 
     @property

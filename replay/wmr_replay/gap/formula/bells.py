@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wmr_replay.gap.formula.carriers import HEADING, carriers_of
+from wmr_replay.gap.formula.carriers import HEADING, SOFT_V, SOFT_W, carriers_of
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -16,13 +16,15 @@ CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
     *(("hill", "longitudinal", "1"), ("tilt", "yaw", "1")),
     *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
     *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
+    *(("disc", "longitudinal", text) for text in ("v", "sgn(v)", SOFT_V, HEADING, "effort_sum")),
+    *(("disc", "yaw", text) for text in ("yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, "effort_diff")),
 )
-"""Height, and what pushes, brakes or blows in a place."""
+"""Height, and what pushes, brakes or blows in a place, or takes traction there."""
 
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     """The bells of a log, by what they carry."""
-    numbers = {kind: bells_of(kind, binned, settings) for kind in ("hill", "bump")}
+    numbers = {kind: bells_of(kind, binned, settings) for kind in ("hill", "bump", "disc")}
     numbers["tilt"] = numbers["hill"]
     for kind, channel, text in CARRIED:
         if len(numbers[kind]):

@@ -8,13 +8,15 @@ from wmr_schemas.terms import TermChannel
 
 Table = dict[TermChannel, tuple[str, ...]]
 HEADING = "cos(yaw) sin(yaw)"
+SOFT_V, SOFT_W = "soft(v,0.08)", "soft(yaw_rate,0.08)"
+"""Friction of a contact that gives way before it slides. Physics: a tyre's, over some cm/s."""
 OVER_TIME: Table = {
     "longitudinal": (
-        *("1", HEADING, "v", "sgn(v)", "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
+        *("1", HEADING, "v", "sgn(v)", SOFT_V, "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
         *("effort_sum", "effort_sum*abs(v)", "abs(effort_sum)", "effort_diff"),
     ),
     "yaw": (
-        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", "v", "abs(v)", "sgn(v)", "abs(v)*yaw_rate"),
+        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, "v", "abs(v)", "sgn(v)", "abs(v)*yaw_rate"),
         *("v*yaw_rate", "effort_diff", "effort_diff*abs(v)", "effort_diff*abs(yaw_rate)", "effort_sum"),
     ),
 }
@@ -24,23 +26,18 @@ SHORT = ("gust", "after")
 pushes for a moment is a disturbance.
 """
 OVER_PLACE: Table = {
-    "longitudinal": ("1", "cos(yaw)", "sin(yaw)", HEADING, "v", "sgn(v)", "abs(v)", "v*abs(v)"),
+    "longitudinal": (
+        *("1", "cos(yaw)", "sin(yaw)", HEADING, "v", "sgn(v)", "abs(v)", "v*abs(v)", "effort_sum"),
+    ),
     "yaw": (
-        "1",
-        "cos(yaw)",
-        "sin(yaw)",
-        HEADING,
-        "yaw_rate",
-        "sgn(yaw_rate)",
-        "abs(v)*yaw_rate",
-        "v",
-        "sgn(v)",
+        *("1", "cos(yaw)", "sin(yaw)", HEADING, "yaw_rate", "sgn(yaw_rate)", "abs(v)*yaw_rate", "v"),
+        *("sgn(v)", "effort_diff"),
     ),
 }
-"""Height and tilt by the heading, drags, and pulls to a side."""
+"""Height and tilt by the heading, drags, pulls to a side, and traction."""
 OVER_STRIP: Table = {
-    "longitudinal": ("1", "v", "sgn(v)", HEADING, "effort_sum"),
-    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", HEADING, "effort_diff"),
+    "longitudinal": ("1", "v", "sgn(v)", SOFT_V, HEADING, "effort_sum"),
+    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, "effort_diff"),
 }
 """What lies across the way: a ramp, a mat, a gust between two houses, a lane that was mopped."""
 OVER_HEADING: Table = {

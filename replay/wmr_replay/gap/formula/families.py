@@ -12,6 +12,7 @@ from wmr_schemas.placed_factors import (
     bell_text,
     bump,
     cut_text,
+    disc,
     edge,
     hill,
     line_text,
@@ -25,16 +26,16 @@ from wmr_schemas.terms import Term, TermChannel
 Factors = tuple[str, ...]
 WAVES = ("sin", "cos")
 CUTS = {"edge": edge, "band": band}
-BELLS = {"bump": bump, "hill": hill, "tilt": tilt}
+BELLS = {"bump": bump, "disc": disc, "hill": hill, "tilt": tilt}
 SHAPES = ("fall", "over", "bell", "ring")
-PLACED = ("wave", "bump", "hill", "tilt", "band", "strip")
+PLACED = ("wave", "bump", "disc", "hill", "tilt", "band", "strip")
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, edge, band, side, strip, bump, hill, tilt, or one of the shapes of
+    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, hill, tilt, or one of the shapes of
     :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its functions stands times each of the
     ``carriers``, which are products; with ``plain``, these stand beside them as well. The numbers of a side
     or strip are its distance from ``around``, the angle across it, and its width.

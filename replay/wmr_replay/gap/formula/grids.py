@@ -15,6 +15,8 @@ from wmr_replay.gap.formula.carriers import (
     OVER_STRIP,
     OVER_TIME,
     SHORT,
+    SOFT_V,
+    SOFT_W,
     carriers_of,
 )
 from wmr_replay.gap.formula.families import SHAPES, Factors, Family
@@ -25,7 +27,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
 
-FRICTIONS = ("sgn(v)", "sgn(yaw_rate)")
+FRICTIONS = ("sgn(v)", "sgn(yaw_rate)", SOFT_V, SOFT_W)
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
 
 

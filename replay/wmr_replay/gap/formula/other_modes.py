@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.diffusion import no_more_than_calm
-from wmr_replay.gap.estimation.likely_modes import likely_modes
-from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
@@ -151,9 +149,10 @@ def grown_from(start: Start) -> Start:
 
 
 def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:
-    """A proven formula with the modes that the identifier sees with ``start``, grown from the start."""
-    track = likely_modes(log, start.fit.extension, options.gates, start.fit.noise)
-    problem = Problem.of(bin_identified(log, track, options.gates))
+    """A proven formula with the modes that the identifier sees with ``start``, or its own where those are
+    likelier, grown from the start.
+    """
+    problem = min(once_more(log, start, options), start, key=whole_cost).problem
     base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
     if start.rest.effects:
         rest = fit_model(problem, start.rest, start.fit.noise)

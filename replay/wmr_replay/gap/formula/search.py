@@ -8,7 +8,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import EFFORT, gain_in_manoeuvres
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import (
@@ -46,8 +46,8 @@ def with_formula(
 ) -> tuple[Problem, Selection]:
     """The selection with a formula, where one explains what the selection leaves; else as it is.
 
-    Where the library is refused, since what it would say may only answer the disturbance, a formula of
-    motion, time and place may still say what that is; one of efforts would be such an answer.
+    Where the library is refused, since what it would say may only answer the disturbance, a formula may
+    still say what that is; not one of the efforts that answer it, unless manoeuvres show that.
     """
     if is_rest_of_base(problem, selection):
         return problem, selection
@@ -62,7 +62,7 @@ def with_formula(
     hidden = not selection.found and may_slip_less(problem)
     if options.modes == "identified" and (outside or hidden):
         found = with_other_modes(log, problem, selection, found, extension, options)
-    if found is None or (whole[1].refused and reads_efforts(found.formula)):
+    if found is None or (whole[1].refused and may_only_answer(found)):
         return whole
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
@@ -105,9 +105,12 @@ def ways_to_look(
     return (Way.BESIDE if found.formula.rest.extension.effects else Way.IN_PLACE,)
 
 
-def reads_efforts(formula: Formula) -> bool:
-    """Whether a term reads an effort."""
-    return any(EFFORT in name for name in formula.names)
+def may_only_answer(found: Proven) -> bool:
+    """Whether a formula of the efforts that answer the disturbance explains no more than its price in
+    manoeuvres.
+    """
+    price = price_of_answers(found.problem, found.formula)
+    return price > 0 and gain_in_manoeuvres(found.base, found.formula.fit) <= price
 
 
 def stands(
