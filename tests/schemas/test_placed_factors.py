@@ -19,6 +19,7 @@ BY_HAND = {
     "cos(2y)": math.cos(-6.0),
     "sin(0.25s)": math.sin(2.75),
     "bump(0.5,-2,1.5)": BELL,
+    "disc(0.5,-2,1.5)": 1 / (1 + ((DX**2 + DY**2) / R**2) ** 4),
     "band(y,-2,1.5)": math.exp(-0.5 / 1.5**2),
     "edge(x,0.5,0.2)": math.tanh(3.5),
     "side(0.5,-2,0.6,1.5)": math.tanh((DX * math.cos(0.6) + DY * math.sin(0.6)) / R),
@@ -82,8 +83,8 @@ def test_texts_are_read_back() -> None:
 
 
 OTHERS = (
-    *("sin(x)", "sin(2z)", "bump(1,2)", "hill(0,0,0)", "tan(2x)", "sin(2x);v", "band(t,1,1)", "band(x,1,0)"),
-    *("side(1,2,3)", "side(1,2,3,0)", "strip(1,2,3,-1)", "edge(v,1,1)"),
+    *("sin(x)", "sin(2z)", "bump(1,2)", "disc(1,2,0)", "tan(2x)", "sin(2x);v", "band(t,1,1)", "band(x,1,0)"),
+    *("hill(0,0,0)", "side(1,2,3)", "side(1,2,3,0)", "strip(1,2,3,-1)", "edge(v,1,1)"),
 )
 
 

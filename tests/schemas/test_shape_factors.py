@@ -18,6 +18,8 @@ BY_HAND = {
     "v*over(v,0.9)": 0.0,
     "bell(effort_diff,1.5)": math.exp(-2.0),
     "sgn(v)*ring(v,0.5,0.2)": -math.exp(-0.125),
+    "soft(v,0.3)": math.tanh(-2.0),
+    "soft(yaw_rate,0.2)*bell(v,0.6)": math.tanh(2.0) * math.exp(-0.5),
     "gust(10,4)*cos(yaw)": math.exp(-0.125) * math.cos(0.5),
     "after(12)*v": -0.6,
     "after(12.5)*v": 0.0,
@@ -34,6 +36,7 @@ BY_HAND = {
 UNITS = {
     "effort_sum*fall(v,0.3)": "m/(s²·N·m)",
     "v*over(v,0.3)": "1/s",
+    "soft(v,0.3)": "m/s²",
     "gust(10,4)": "m/s²",
     "v*x": "1/(m·s)",
 }
@@ -41,6 +44,8 @@ PARITIES = {
     "effort_sum*fall(v,0.3)": {"effort_sum": "odd", "v": "even"},
     "v*over(v,0.3)": {"v": "odd"},
     "sgn(v)*ring(v,0.5,0.2)": {"v": "odd"},
+    "soft(v,0.3)*fall(v,0.2)": {"v": "odd"},
+    "v*soft(v,0.3)*soft(yaw_rate,0.1)": {"v": "even", "yaw_rate": "odd"},
     "gust(10,4)*cos(yaw)": {},
 }
 
@@ -60,7 +65,7 @@ def test_a_shape_has_no_unit(product: str) -> None:
 
 
 @pytest.mark.parametrize("product", PARITIES)
-def test_a_shape_is_even(product: str) -> None:
+def test_a_shape_is_even_but_for_a_soft_sign(product: str) -> None:
     assert parse_term(f"unnamed:yaw:{product}").parity == PARITIES[product]
 
 

@@ -183,7 +183,8 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
     chosen: list[ScoredGroup] = []
     for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
         here = current if noise is current.noise else evaluate(problem, current.extension, noise)
-        finer = [refined(problem, here, one) for one in winners(problem, here, tried)]
+        found = winners(problem, here, tried.with_overtones(formula.groups))
+        finer = [refined(problem, here, one) for one in found]
         scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
         chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]

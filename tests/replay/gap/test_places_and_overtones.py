@@ -1,0 +1,98 @@
+"""Flat places, harmonics of waves that are found, and formulas beside a library that is refused."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
+
+from wmr_replay.gap.formula import other_modes, search
+from wmr_replay.gap.formula.families import Family, values
+from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
+from wmr_schemas.terms import parse_term
+
+
+def group(family: Family, *shape: float) -> Group:
+    """A group of a family."""
+    return Group(family, family.terms(shape), shape)
+
+
+def test_a_disc_s_text_says_what_is_screened():
+    rng = np.random.default_rng(3)
+    columns = {"x": rng.uniform(-4, 4, 80), "y": rng.uniform(-4, 4, 80), "effort_sum": rng.normal(size=80)}
+    family = Family("disc", carriers=(("effort_sum",),))
+    (term,) = family.terms((0.5, -1.0, 2.0))
+    apart = np.hypot(columns["x"] - 0.5, columns["y"] + 1.0) / 2
+    screened = values(family, np.array([(0.5, -1.0, 2.0)]), columns)[:, 0, 0]
+    np.testing.assert_allclose(screened, 1 / (1 + apart**8))
+    np.testing.assert_allclose(term.evaluate(columns), screened * columns["effort_sum"])
+    assert np.all(screened[apart < 0.7] > 0.94)
+    assert np.all(screened[apart > 1.4] < 0.07)
+
+
+@pytest.mark.parametrize(
+    ("channel", "carriers"),
+    [
+        ("longitudinal", {("effort_sum",), ("v",), ("soft(v,0.08)",)}),
+        ("yaw", {("effort_diff",), ("yaw_rate",), ("soft(yaw_rate,0.08)",)}),
+    ],
+)
+def test_discs_carry_traction_and_frictions(channel, carriers):
+    log = made_log(2)
+    tried = groups_of(problem_of(log).binned, SETTINGS.formula)
+    discs = [g.first for g in tried.grids if g.first.kind == "disc" and g.first.channel == channel]
+    assert discs
+    assert carriers <= {carrier for family in discs for carrier in family.carriers}
+
+
+def test_harmonics_of_a_wave_are_tried_with_its_carriers_and_without_its_constant():
+    wave = group(Family("wave", along="xy", carriers=(("cos(yaw)",), ("sin(yaw)",)), plain=True), 0.4, -0.3)
+    tried = Tried(()).with_overtones((wave,))
+    assert [one.shape for one in tried.groups] == [(0.8, -0.6), pytest.approx((1.2, -0.9))]
+    assert {term.factors for term in tried.groups[0].terms} == {
+        (f"{of}(0.8x-0.6y)", carrier) for of in ("sin", "cos") for carrier in ("cos(yaw)", "sin(yaw)")
+    }
+
+
+@pytest.mark.parametrize("kind", ["product", "heading"])
+def test_what_is_no_wave_over_place_or_time_has_no_harmonics(kind):
+    product = Group(PRODUCT, (parse_term("unnamed:longitudinal:v*abs(v)"),))
+    other = {"product": product, "heading": group(Family("wave", along="yaw"), 2.0)}[kind]
+    assert Tried((product,)).with_overtones((other,)).groups == (product,)
+
+
+@pytest.mark.parametrize(
+    ("term", "gained", "vetoed"),
+    [
+        ("longitudinal:effort_sum*abs(v)", 60.0, False),
+        ("longitudinal:effort_sum*abs(v)", 1.0, True),
+        ("yaw:effort_sum", -5.0, False),
+        ("longitudinal:v*abs(v)", -5.0, False),
+    ],
+)
+def test_beside_a_refused_library_only_answers_have_to_show_in_manoeuvres(monkeypatch, term, gained, vetoed):
+    """What turns a robot by the torques ahead answers nothing."""
+    one = Group(PRODUCT, (parse_term(f"unnamed:{term}"),))
+    problem = problem_of(made_log(1))
+    found = SimpleNamespace(problem=problem, base=None, formula=SimpleNamespace(groups=(one,), fit=None))
+    monkeypatch.setattr(search, "gain_in_manoeuvres", lambda _before, _after: gained)
+    assert search.may_only_answer(found) is vetoed
+
+
+@pytest.mark.parametrize(("again", "taken"), [(10.0, "again"), (90.0, "start")])
+def test_a_formula_keeps_the_likelier_of_the_modes_that_it_begins_with_and_those_seen_with_it(
+    monkeypatch, again, taken
+):
+    start, seen = (
+        SimpleNamespace(cost=cost, problem=SimpleNamespace(name=name, settings=SETTINGS))
+        for cost, name in ((50.0, "start"), (again, "again"))
+    )
+    monkeypatch.setattr(other_modes, "once_more", lambda *_: seen)
+    monkeypatch.setattr(other_modes, "whole_cost", lambda one: one.cost)
+
+    def fitted(problem, *_):
+        raise RuntimeError(problem.name)
+
+    monkeypatch.setattr(other_modes, "fit_model", fitted)
+    with pytest.raises(RuntimeError, match=taken):
+        other_modes.proven_with(None, start, None, None)
