@@ -176,7 +176,8 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
     """The formula with each of the best further groups; none where a scan promises nothing.
 
     As a slow disturbance explains a lasting effect, the best groups of a scan with calm disturbances are
-    fitted beside the best at those that are left.
+    fitted beside the best at those that are left. What one scan promises is nothing to the other's measure:
+    each has its own best, and a group that is one of both is fitted from where it promises more.
     """
     settings, current = problem.settings, formula.fit
     least = settings.candidates.least_score_later if formula.groups else settings.candidates.least_score
@@ -187,8 +188,9 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
         finer = [refined(problem, here, one) for one in found]
         scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))
-        chosen += [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
-    longer = [extended(problem, formula, one) for one in to_fit(ranked(problem, chosen), settings.formula)]
+        promising = [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
+        chosen += to_fit(ranked(problem, promising), settings.formula)
+    longer = [extended(problem, formula, one) for one in ranked(problem, chosen)]
     return [one for one in longer if is_sound(problem, one)]
 
 

@@ -138,8 +138,8 @@ class FormulaSettings:
     """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
     quantities are told apart by their best numbers alone."""
 
-    most_fitted: int = 5
-    """Most groups that are fitted, to choose one. Numerics: each costs a fit with its disturbance."""
+    most_fitted: int = 4
+    """Most groups of a scan that are fitted, to choose one. Numerics: each costs a fit."""
 
     most_apart: int = 3
     """Most groups that are no answer of a controller and are fitted besides. Numerics: each costs a fit."""
