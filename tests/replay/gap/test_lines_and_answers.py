@@ -119,8 +119,28 @@ def test_of_formulas_that_are_as_good_the_one_that_reads_least_is_taken(monkeypa
     scores = {"sgn(v)*t": 50.5, "t": 50.0, "v*t*t": 47.0}
     formulas = [SimpleNamespace(groups=(group(text),), of=text) for text in scores]
     monkeypatch.setattr(growing, "score", lambda _problem, formula: scores[formula.of])
+    monkeypatch.setattr(growing, "peak_mps2", lambda _problem, _formula: 1.0)
     assert simplest(problem, formulas).of == "t"
     assert simplest(problem, formulas[::2]).of == "sgn(v)*t"
+
+
+def test_of_formulas_that_are_as_good_and_read_the_same_the_one_that_says_least_is_taken(monkeypatch):
+    """A saturating gain, and a cubic that runs away beyond the torques that were fitted."""
+    problem = problem_of(made_log(3))
+    base = fit_model(problem, Extension(BASE))
+    sizes = {"v*v*v": 0.9, "v*fall(v,0.2)": 0.2}
+    formulas = []
+    for text, size in sizes.items():
+        one = group(text)
+        extension = Extension(BASE).with_effect(one.names[0], {"coefficient": size})
+        formulas.append(Formula(base, evaluate(problem, extension, base.noise), (one,)))
+    v = columns_of(problem.binned)["v"]
+    peaks = [growing.peak_mps2(problem, one) for one in formulas]
+    np.testing.assert_allclose(
+        peaks, [0.9 * np.max(np.abs(v)) ** 3, 0.2 * np.max(np.abs(v / (1 + np.abs(v) / 0.2)))]
+    )
+    monkeypatch.setattr(growing, "score", lambda _problem, formula: 50.0 + (formula is formulas[0]))
+    assert simplest(problem, formulas) is formulas[int(np.argmin(peaks))]
 
 
 def test_groups_without_answers_read_no_efforts_of_their_channel():

@@ -84,10 +84,19 @@ def grown_both_ways(problem: Problem, rest: Fit, tried: Tried) -> list[Formula]:
 
 
 def simplest(problem: Problem, formulas: Sequence[Formula]) -> Formula:
-    """The best of the formulas; of those that are as good, the one whose last group reads least."""
+    """The best of the formulas; of those that are as good, the one whose last group reads least, and says
+    least where it says most: powers run away where few rows are.
+    """
     best = max(score(problem, one) for one in formulas)
     good = [one for one in formulas if score(problem, one) >= best - problem.settings.formula.as_good]
-    return min(good, key=lambda one: (len(one.groups[-1].columns), -score(problem, one)))
+    return min(good, key=lambda one: (len(one.groups[-1].columns), peak_mps2(problem, one)))
+
+
+def peak_mps2(problem: Problem, formula: Formula) -> float:
+    """The largest acceleration that a formula's last group says of any row, fitted or not."""
+    columns, values = columns_of(problem.binned), formula.fit.extension.effects
+    parts = [values[term.name][COEFFICIENT] * term.evaluate(columns) for term in formula.groups[-1].terms]
+    return float(np.max(np.abs(np.sum(parts, axis=0))))
 
 
 def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:

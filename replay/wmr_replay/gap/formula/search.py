@@ -250,8 +250,9 @@ def library_price(problem: Problem, formula: Formula, library: tuple[FittedCandi
 def explains_more(problem: Problem, selection: Selection, formula: Formula) -> bool:
     """Whether a formula is better than the selection by what the wrong form of its effects may leave.
 
-    What was named for good reasons gives way, or gets a formula beside it, only where the rows that were not
-    fitted are no less likely, which count too, and where manoeuvres are likelier.
+    What was named for good reasons gives way, or gets a formula beside it, only where manoeuvres are
+    likelier. The rows that were not fitted count, too: half as many, they may lose no more than half of what
+    the fitted ones gain.
     """
     own = problem.settings.formula
     if is_the_same(formula, selection) or not keeps_its_effects(formula, selection):
@@ -265,7 +266,7 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
         shown = in_manoeuvres > price_of_answers(problem, formula)
         return shown and excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
-    if unseen < 0 or in_manoeuvres <= max(price, 0.0):
+    if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
