@@ -96,3 +96,39 @@ def test_a_formula_keeps_the_likelier_of_the_modes_that_it_begins_with_and_those
     monkeypatch.setattr(other_modes, "fit_model", fitted)
     with pytest.raises(RuntimeError, match=taken):
         other_modes.proven_with(None, start, None, None)
+
+
+@pytest.mark.parametrize(
+    ("gained", "unseen", "takes"),
+    [
+        (100.0, 10.0, True),
+        (100.0, -40.0, True),
+        (100.0, -60.0, False),
+        (60.0, -35.0, False),
+        (20.0, 5.0, False),
+    ],
+)
+def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, gained, unseen, takes):
+    """In the place of a named effect that gained 300: at least 45 units more in all, and no overfit."""
+    named = SimpleNamespace(name="payload", scored=None)
+    fit = SimpleNamespace(deviance=-300.0, extension=SimpleNamespace(effects={}), keys=[("payload", "m")])
+    selection = SimpleNamespace(found=(named,), fit=fit, base=SimpleNamespace(deviance=0.0))
+    formula = SimpleNamespace(
+        fit=SimpleNamespace(deviance=-300.0 - gained),
+        rest=SimpleNamespace(extension=SimpleNamespace(effects={})),
+        price=lambda _problem: 0.0,
+    )
+    problem = SimpleNamespace(settings=SETTINGS)
+    stubs = {
+        "is_the_same": False,
+        "keeps_its_effects": True,
+        "gain_in_manoeuvres": 50.0,
+        "price_of": 0.0,
+        "library_price": 0.0,
+        "library_of": (named,),
+        "n_numbers": 9,
+    }
+    for name, value in stubs.items():
+        monkeypatch.setattr(search, name, lambda *_, value=value: value)
+    monkeypatch.setattr(search, "held_out", lambda _problem, one: unseen if one is fit else 0.0)
+    assert search.explains_more(problem, selection, formula) is takes
