@@ -13,8 +13,8 @@ from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.evidence.significance import correlation, least_size
-from wmr_replay.gap.model.candidates import LOCAL
-from wmr_replay.gap.model.extension import WEIGHTS, Extension
+from wmr_replay.gap.model.candidates import LOCAL, SKID
+from wmr_replay.gap.model.extension import STIFFEST, WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
@@ -164,6 +164,11 @@ def other_cause(
     return ""
 
 
+def is_creep(name: str, extension: Extension) -> bool:
+    """Whether an undeclared skid is the elastic sideslip of tyres that grip, which no label misses."""
+    return name == SKID and extension.effects[name]["stiffness_ratio"] >= STIFFEST
+
+
 def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
     """Whether another cornering stiffness differs by no more than one and the same tyre's does."""
     return name == TYRES and abs(extension.effects[name]["ratio"]) < own.known_stiffness
@@ -172,10 +177,10 @@ def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
 def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
     """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
     calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
-    model does not know of turning; or tyres that are the same ones. ``rest`` is the model without the effect.
+    model does not know of turning; or tyres that are the same, or creep. ``rest`` is the model without it.
     """
     own, extension = problem.settings.misfit, current.extension
-    if same_tyres(name, extension, problem.settings.selection):
+    if same_tyres(name, extension, problem.settings.selection) or is_creep(name, extension):
         return True
     if is_rest(name, extension, own) or withholds_a_rest(name, problem, extension, own):
         return True

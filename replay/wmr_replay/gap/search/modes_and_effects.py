@@ -81,6 +81,7 @@ def find_effects(
         return find_modes_and_effects(log, extension, options, tell)
     track = log.mode if options.modes == "given" else None
     problem = Problem.of(bin_log(log, options.gates, track))
+    extension = with_sideslip(problem, extension)
     options = replace(options, gates=with_slip_disturbance(problem, extension))
     problem = Problem.of(bin_log(log, options.gates, track))
     return problem, select(problem, extension, options)
