@@ -12,10 +12,13 @@ from wmr_replay.gap.evidence.significance import wald_p
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, V_LAT, Base, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.options import GapOptions
+from wmr_replay.gap.search.eliminate import is_creep
+from wmr_replay.gap.search.modes_and_effects import find_effects
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
-from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+from wmr_schemas.signals import Log, ModeTrack, PoseTrack, TorqueTrack
 
 BASE = Base(0.3, 0.3, 0.25, 5.0, 0.0, 0.5, 0.5, 0.0, 5.0)
 SPEED_MPS, STEP_S, N = 1.0, 0.01, 4000
@@ -26,21 +29,23 @@ def integral(values):
     return np.concatenate([[0.0], np.cumsum(values[1:] + values[:-1])]) * STEP_S / 2
 
 
-def cornering(compliance_s: float, arm_m: float = 0.0, sd_m: float = 5e-4) -> Problem:
-    """A weave at 1 m/s whose tyres creep by ``compliance_s`` times the lateral acceleration; the pose is
-    ``arm_m`` ahead of the axle.
+def cornering(compliance_s: float, arm_m: float = 0.0, sd_m: float = 5e-4, swing_mps: float = 0.0) -> Problem:
+    """A weave at 1 m/s, which swings by ``swing_mps``, whose tyres creep by ``compliance_s`` times the
+    lateral acceleration; the pose is ``arm_m`` ahead of the axle.
     """
     rng = np.random.default_rng(4)
     t_s = STEP_S * np.arange(N)
     rate = 0.8 * np.sin(2 * np.pi * t_s / 5.0)
     yaw = integral(rate)
-    aside = -compliance_s * SPEED_MPS * rate
-    x = integral(SPEED_MPS * np.cos(yaw) - aside * np.sin(yaw)) + arm_m * np.cos(yaw)
-    y = integral(SPEED_MPS * np.sin(yaw) + aside * np.cos(yaw)) + arm_m * np.sin(yaw)
+    v = SPEED_MPS + swing_mps * np.sin(2 * np.pi * t_s / 7.0)
+    aside = -compliance_s * v * rate
+    x = integral(v * np.cos(yaw) - aside * np.sin(yaw)) + arm_m * np.cos(yaw)
+    y = integral(v * np.sin(yaw) + aside * np.cos(yaw)) + arm_m * np.sin(yaw)
     pose = np.stack([x, y, yaw]) + np.array([[sd_m], [sd_m], [2 * sd_m]]) * rng.normal(size=(3, N))
     turn = np.gradient(rate, STEP_S) * BASE.half_track_m / BASE.alpha_yaw
+    push = np.gradient(v, STEP_S) / BASE.alpha
     none, t_ns = np.full(N, np.nan), np.arange(N, dtype=np.int64) * 10_000_000
-    torque = TorqueTrack(t_ns, -turn / 2, turn / 2, none, none)
+    torque = TorqueTrack(t_ns, (push - turn) / 2, (push + turn) / 2, none, none)
     robot = RobotParameters(alpha=0.3, alpha_yaw=0.3, half_track_m=0.25)
     return Problem.of(bin_log(Log(PoseTrack(t_ns, *pose), torque, None, robot), GateSettings()))
 
@@ -100,3 +105,22 @@ def settled_v_lat(mode: ContactMode, compliance_s: float) -> float:
 def test_tyres_creep_sideways_whether_they_slip_ahead_or_not(mode):
     """−compliance·v·yaw_rate, by hand."""
     assert settled_v_lat(mode, 0.004) == pytest.approx(-0.004 * SPEED_MPS * 0.8, rel=0.02)
+
+
+@pytest.mark.parametrize(("compliance_s", "known"), [(0.008, True), (0.012, False)])
+def test_tyres_that_creep_are_no_undeclared_skid(compliance_s, known):
+    """At speeds that change, where no pose off the axle looks the same. What is too much for a sideslip that is
+    taken as known is no skid either.
+    """
+    log = cornering(compliance_s, swing_mps=0.6).binned.log
+    given = replace(log, mode=ModeTrack(log.pose.t_ns, np.zeros(N, dtype=np.int8)))
+    _, selection = find_effects(given, Extension(BASE), GapOptions(modes="given"), lambda *_: None)
+    assert [effect.name for effect in selection.found] == []
+    assert ("undeclared_skid" in dict(selection.fit.extension.known)) is known
+
+
+@pytest.mark.parametrize(("ratio", "creeps"), [(0.4, False), (3.2, False), (10.0, True), (60.0, True)])
+def test_from_a_stiffness_on_a_skid_is_a_creep(ratio, creeps):
+    extension = Extension(BASE, {"undeclared_skid": {"stiffness_ratio": ratio}})
+    assert is_creep("undeclared_skid", extension) is creeps
+    assert not is_creep("cornering_stiffness", extension)
