@@ -109,8 +109,8 @@ def test_tyres_creep_sideways_whether_they_slip_ahead_or_not(mode):
 
 @pytest.mark.parametrize(("compliance_s", "known"), [(0.008, True), (0.012, False)])
 def test_tyres_that_creep_are_no_undeclared_skid(compliance_s, known):
-    """At speeds that change, where no pose off the axle looks the same. What is too much for a sideslip that is
-    taken as known is no skid either.
+    """At speeds that change, where no pose off the axle looks the same. What is too much for a sideslip that
+    is taken as known is no skid either.
     """
     log = cornering(compliance_s, swing_mps=0.6).binned.log
     given = replace(log, mode=ModeTrack(log.pose.t_ns, np.zeros(N, dtype=np.int8)))
