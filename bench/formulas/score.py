@@ -61,6 +61,10 @@ LIBRARY: dict[str, tuple[str, str, Callable[[At, Values], F64]]] = {
     "yaw_inertia": ("yaw", "effort_diff", lambda at, p: at.turn * (1 / (1 + p["ratio"]) - 1)),
 }  # fmt: skip
 """The library's effects that may describe a hidden form; any other name counts as another channel."""
+BIASES = {"torque_bias_common": "longitudinal", "torque_bias_differential": "yaw"}
+"""Constants on one channel, by a torque on each wheel: what the term 1 is. Another channel until the ninth
+report.
+"""
 FACTOR = {
     "1": ("", lambda at: np.ones_like(at.v)),
     "v": ("v", lambda at: at.v),
@@ -79,9 +83,9 @@ WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|disc|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(r"(fall|over|bell|ring|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
-EDGE = re.compile(r"(edge|band)\(([xyt]),([^,]+),([^)]+)\)")
+EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
-TIMED = re.compile(r"(gust|after|decay)\(([^)]+)\)")
+TIMED = re.compile(r"(gust|pulse|after|decay)\(([^)]+)\)")
 
 
 def parts_of(effects: Iterable[Mapping[str, Any]], robot: RobotParameters) -> list[Part]:
@@ -97,6 +101,11 @@ def part_of(name: str, values: Values, robot: RobotParameters) -> Part:
         variables = frozenset(v for names, _ in read for v in names.split())
         c = values["coefficient"]
         return Part(channel, variables, lambda at: c * np.prod([of(at) for _, of in read], axis=0))
+    if name in BIASES:
+        alpha = robot.alpha if BIASES[name] == "longitudinal" else robot.alpha_yaw_or_alpha
+        assert alpha is not None
+        constant_mps2 = 2 * alpha * values["bias_nm"]
+        return Part(BIASES[name], frozenset(), lambda at: np.full_like(at.v, constant_mps2))
     if name not in LIBRARY:
         return Part("other", frozenset([name]), lambda at: np.full_like(at.v, np.nan))
     channel, named, function = LIBRARY[name]
@@ -139,12 +148,7 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
     if (slanted := SLANTED.fullmatch(text)) or LINE.fullmatch(text):
         return "x y", on_plane(text, slanted)
     if timed := TIMED.fullmatch(text):
-        kind, (first, *more) = timed[1], map(float, timed[2].split(","))
-        if kind == "gust":
-            return "t", lambda at: np.exp(-0.5 * ((at.t - first) / more[0]) ** 2)
-        if kind == "after":
-            return "t", lambda at: 1.0 * (at.t >= first)
-        return "t", lambda at: np.exp(-at.t / first)
+        return "t", in_time(timed[1], *map(float, timed[2].split(",")))
     if edge := EDGE.fullmatch(text):
         place, width = float(edge[3]), float(edge[4])
         return edge[2], lambda at: crossed(edge[1], (getattr(at, edge[2]) - place) / width)
@@ -153,6 +157,17 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
         numbers = [float(number) for number in shape[3].split(",")]
         return shape[2], lambda at: shaped(shape[1], getattr(at, column) / per, numbers)
     raise ValueError(f"no factor {text!r}")
+
+
+def in_time(kind: str, first: float, width: float = 1.0) -> Callable[[At], F64]:
+    """What comes or goes at a time."""
+    if kind == "gust":
+        return lambda at: np.exp(-0.5 * ((at.t - first) / width) ** 2)
+    if kind == "pulse":
+        return lambda at: 1 / (1 + ((at.t - first) / width) ** 8)
+    if kind == "after":
+        return lambda at: 1.0 * (at.t >= first)
+    return lambda at: np.exp(-at.t / first)
 
 
 def in_place(kind: str, apart: F64) -> F64:

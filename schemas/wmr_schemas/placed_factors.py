@@ -8,7 +8,7 @@
     disc(X,Y,R)        1/(1 + (r/R)⁸), flat within R, with short edges
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
-    edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y or t
+    edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y, t, or yaw, all turns
     band(x,X,W)        exp(−(x − X)²/2W²), a strip along a line; over x or y
     side(X,Y,A,W)      tanh(d/W), d the distance from a line through (X, Y), along the direction A, rad
     strip(X,Y,A,W)     exp(−d²/2W²), along such a line
@@ -31,7 +31,7 @@ WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
 BELL = re.compile(rf"(bump|disc|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
 LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
-EDGE = re.compile(rf"(?:edge\(([xyt])|band\(([xy])),{NUMBER},{NUMBER}\)")
+EDGE = re.compile(rf"(?:edge\(([xyt]|yaw)|band\(([xy])),{NUMBER},{NUMBER}\)")
 FORMS = (
     "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W), "
     "band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"

@@ -6,6 +6,7 @@
     ring(z,C,W)   exp(−(|z| − C)²/2W²)        acts where |z| is about C
     soft(z,K)     tanh(z/K)                   changes its sign over K: a friction of a soft contact
     gust(T,W)     exp(−(t − T)²/2W²)          acts about the time T, for some W seconds
+    pulse(T,W)    1/(1 + ((t − T)/W)⁸)        acts from T − W to T + W, with short edges
     after(T)      1 from t = T on, 0 before
     decay(T)      exp(−t/T)
 
@@ -25,8 +26,10 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
 SHAPE = re.compile(rf"(fall|over|bell|ring|soft)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
-TIMED = re.compile(rf"(gust|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
-SHAPE_FORMS = "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), soft(z,K), gust(T,W), after(T), decay(T)"
+TIMED = re.compile(rf"(gust|pulse|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
+SHAPE_FORMS = (
+    "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), soft(z,K), gust(T,W), pulse(T,W), after(T), decay(T)"
+)
 LEAST = 1e-12
 
 
@@ -60,6 +63,11 @@ def gust(t: F64, middle: float, w: float) -> F64:
     return np.asarray(np.exp(-(((t - middle) / w) ** 2) / 2))
 
 
+def pulse(t: F64, middle: float, w: float) -> F64:
+    """What comes at a time and goes at another."""
+    return np.asarray(1 / (1 + ((t - middle) / w) ** 8))
+
+
 def after(t: F64, begins: float) -> F64:
     """A step up at a time."""
     return np.asarray(t >= begins, dtype=np.float64)
@@ -77,11 +85,12 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "ring": (ring, 2),
     "soft": (soft, 1),
     "gust": (gust, 2),
+    "pulse": (pulse, 2),
     "after": (after, 1),
     "decay": (decay, 1),
 }
 """Each shape's function, and how many numbers it has; all but a middle and a beginning are above 0."""
-FREE = ("gust", "after")
+FREE = ("gust", "pulse", "after")
 """Shapes whose first number is a time, which may be 0 or below."""
 
 
@@ -110,7 +119,7 @@ def shape_factor(text: str) -> PlacedFactor | None:
 
 def shape_text(kind: str, along: str, *numbers: float) -> str:
     """The text of a shape over ``along``, its numbers to four digits."""
-    timed = () if kind in ("gust", "after", "decay") else (along,)
+    timed = () if kind in ("gust", "pulse", "after", "decay") else (along,)
     return f"{kind}({','.join([*timed, *map(digits, numbers)])})"
 
 

@@ -213,6 +213,9 @@ def test_effects_at_a_time_do_not_follow_the_robot_to_another_log():
     [
         ("gust(30,8)*cos(yaw)", False),
         ("after(12)*v", False),
+        ("pulse(30,8)*v", False),
+        ("edge(yaw,3,1)", False),
+        ("edge(x,3,1)", True),
         ("sin(0.2t)*effort_diff", False),
         ("effort_diff*t", True),
         ("v*fall(t,30)", True),

@@ -21,7 +21,7 @@ OVER_TIME: Table = {
     ),
 }
 """Wind, drags, gains and pulls to a side."""
-SHORT = ("gust", "after")
+SHORT = ("gust", "pulse", "after")
 """What efforts do not do, nor a constant: a loss of traction and a load are effects of the library, and what
 pushes for a moment is a disturbance.
 """
@@ -46,6 +46,8 @@ OVER_HEADING: Table = {
 }
 """A floor with a grain, a cable, wind. One turn ahead is a slope."""
 OVER_DIRECTION: Table = {"longitudinal": (HEADING, "1", "v"), "yaw": (HEADING, "1", "yaw_rate")}
+TURNED = ("1", "v")
+"""What winds up with all turns so far."""
 ALONG: Table = {"longitudinal": ("1", "v", "effort_sum"), "yaw": ("1", "v", "effort_diff")}
 """What turns with a wheel."""
 

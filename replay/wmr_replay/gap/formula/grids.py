@@ -17,6 +17,7 @@ from wmr_replay.gap.formula.carriers import (
     SHORT,
     SOFT_V,
     SOFT_W,
+    TURNED,
     carriers_of,
 )
 from wmr_replay.gap.formula.families import SHAPES, Factors, Family
@@ -116,7 +117,7 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
         for middle in np.arange(first, last, width)
     ]
     shapes = (
-        ("gust", np.array(gusts).reshape(-1, 2)),
+        *((kind, np.array(gusts).reshape(-1, 2)) for kind in ("gust", "pulse")),
         ("after", starts[:, None]),
         ("decay", span_s * np.array(own.decay_spans)[:, None]),
         ("fall", span_s * np.array(own.decay_spans)[:, None]),
@@ -155,13 +156,18 @@ def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
 
 
 def lines(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
-    """What changes across a line, or lies along one: of x or y, and across other directions."""
+    """What changes across a line or lies along one, of x, y and other directions, or with all turns."""
     middle = float(np.mean(columns["x"])), float(np.mean(columns["y"]))
     edges, bands = (
         {z: edges_of(columns[z], widths, own) for z in "xy"} for widths in (own.edge_widths, own.strip_widths)
     )
     sides, strips = (lines_of(columns, middle, widths, own) for widths in (own.edge_widths, own.strip_widths))
+    turned = edges_of(columns["yaw"], own.edge_widths, own)
     for channel in TRIED:
+        yield from (
+            grid_of((Family("edge", channel, "yaw", carriers_of(text), plain=True), turned))
+            for text in TURNED
+        )
         for text in dict.fromkeys((*OVER_PLACE[channel], *OVER_STRIP[channel])):
             edge = Family("edge", channel, "", carriers_of(text), plain=True)
             yield from (grid_of((replace(edge, along=z), edges[z])) for z in "xy")

@@ -42,9 +42,14 @@ class Group:
         return frozenset(column for term in self.terms for column in term.columns)
 
     @property
+    def answers(self) -> frozenset[str]:
+        """The channels of whose efforts it is made, by which a controller answers their disturbances."""
+        return frozenset(torques_of(name) for name in self.names) - {BOTH}
+
+    @property
     def may_answer(self) -> bool:
-        """Whether it reads the efforts of its own channel, by which a controller answers a disturbance."""
-        return any(torques_of(name) != BOTH for name in self.names)
+        """Whether it reads the efforts of its own channel."""
+        return bool(self.answers)
 
     def moved(self, shape: F64) -> "Group":
         """The same with other numbers."""

@@ -117,7 +117,7 @@ class Screen:
 
     def gains(self, grid: Grid) -> F64:
         """λ (m, q) of a grid's groups; a gust may lie in any stretch."""
-        local = any(family.kind == "gust" for family, _ in grid.pieces)
+        local = any(family.kind in ("gust", "pulse") for family, _ in grid.pieces)
         answers = (self.answers if local else self.of_some)[grid.first.channel]
         s, G = answers.equations(self.of(grid, answers.stretches))
         seen = np.einsum("maa->ma", G)

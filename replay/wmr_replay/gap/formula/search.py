@@ -1,5 +1,6 @@
 """Beyond the library: a formula in the place of what the selection says, or beside it."""
 
+from collections.abc import Set
 from dataclasses import replace
 from enum import Enum
 
@@ -8,7 +9,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, torques_of
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import (
@@ -263,7 +264,8 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     price = formula.price(problem) + library_price(problem, formula, library) - prices
     excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
-        shown = in_manoeuvres > price_of_answers(problem, formula)
+        answers = price_of_answers(problem, formula, {torques_of(f.name) for f in selection.found})
+        shown = not answers or in_manoeuvres > answers
         return shown and excess > own.margin * bool(selection.found)
     unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
     if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
@@ -275,9 +277,12 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
 
 
-def price_of_answers(problem: Problem, formula: Formula) -> float:
-    """The price of the groups that may answer the disturbance."""
-    return sum(group.price(log_n(problem)) for group in formula.groups if group.may_answer)
+def price_of_answers(problem: Problem, formula: Formula, shown: Set[str] = frozenset()) -> float:
+    """The price of the groups that may answer the disturbance, but of efforts of channels that are ``shown``:
+    what a named effect shows in manoeuvres, its better form need not show again.
+    """
+    answers = (group for group in formula.groups if group.answers - shown)
+    return sum(group.price(log_n(problem)) for group in answers)
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:

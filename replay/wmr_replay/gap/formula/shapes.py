@@ -29,7 +29,8 @@ def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
 
 def is_movable(group: Group) -> bool:
     """Whether its numbers are no whole turns, and have a slope: a step has none by its time."""
-    return bool(group.shape) and group.family.kind != "after" and group.family.along != "yaw"
+    turns = group.family.kind == "wave" and group.family.along == "yaw"
+    return bool(group.shape) and group.family.kind != "after" and not turns
 
 
 def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
@@ -76,7 +77,7 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
         widest = own.edge_places[-1] if family.kind == "edge" else own.widest_line
         narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], widest))
         return np.array([np.clip(shape[0], z.min(), z.max()), np.clip(shape[1], narrow / 2, wide)])
-    if family.kind == "gust":
+    if family.kind in ("gust", "pulse"):
         t_s = columns["t"]
         middle = np.clip(shape[0], t_s[0], t_s[-1])
         return np.array([middle, np.clip(shape[1], own.least_gust_s, own.most_gust * np.ptp(t_s))])

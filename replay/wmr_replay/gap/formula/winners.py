@@ -29,7 +29,7 @@ def rival_kind(group: Group) -> str:
     same wave without.
     """
     family, along = group.family, {"t": "timed", "yaw": "heading"}
-    if family.along in along:
+    if family.along in along and family.kind != "edge":
         return along[family.along]
     tilted = any("(yaw)" in factor for carrier in family.carriers for factor in carrier)
     if family.kind == "wave" and family.plain and tilted:
