@@ -21,6 +21,8 @@ BY_HAND = {
     "soft(v,0.3)": math.tanh(-2.0),
     "soft(yaw_rate,0.2)*bell(v,0.6)": math.tanh(2.0) * math.exp(-0.5),
     "gust(10,4)*cos(yaw)": math.exp(-0.125) * math.cos(0.5),
+    "pulse(10,4)*v": -0.6 / (1 + 0.5**8),
+    "edge(yaw,0.2,0.6)": math.tanh(0.5),
     "after(12)*v": -0.6,
     "after(12.5)*v": 0.0,
     "decay(6)*yaw_rate": 0.4 * math.exp(-2.0),

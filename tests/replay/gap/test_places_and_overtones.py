@@ -9,6 +9,7 @@ from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
 from wmr_replay.gap.formula import other_modes, search
 from wmr_replay.gap.formula.families import Family, values
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
+from wmr_replay.gap.formula.winners import rival_kind
 from wmr_schemas.terms import parse_term
 
 
@@ -132,3 +133,42 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
         monkeypatch.setattr(search, name, lambda *_, value=value: value)
     monkeypatch.setattr(search, "held_out", lambda _problem, one: unseen if one is fit else 0.0)
     assert search.explains_more(problem, selection, formula) is takes
+
+
+def test_what_a_named_effect_shows_in_manoeuvres_its_better_form_need_not_show_again():
+    one = Group(PRODUCT, (parse_term("unnamed:yaw:disc(1,2,3)*effort_diff"),))
+    other = Group(PRODUCT, (parse_term("unnamed:longitudinal:effort_sum*abs(v)"),))
+    problem = problem_of(made_log(1))
+    formula = SimpleNamespace(groups=(one, other))
+    whole = search.price_of_answers(problem, formula)
+    assert whole == pytest.approx(search.price_of_answers(problem, formula, {"both"}))
+    in_yaw = search.price_of_answers(problem, formula, {"longitudinal"})
+    ahead = search.price_of_answers(problem, formula, {"yaw"})
+    assert in_yaw > 0 < ahead
+    assert whole == pytest.approx(in_yaw + ahead)
+    assert search.price_of_answers(problem, formula, {"yaw", "longitudinal"}) == 0
+
+
+def test_what_winds_up_with_all_turns_is_tried_and_is_no_rival_of_a_wave_over_the_heading():
+    tried = groups_of(problem_of(made_log(2)).binned, SETTINGS.formula)
+    turned = [g.first for g in tried.grids if g.first.kind == "edge" and g.first.along == "yaw"]
+    assert {(family.channel, family.carriers) for family in turned} >= {
+        ("yaw", ((),)),
+        ("longitudinal", ((),)),
+    }
+    wave = group(Family("wave", "yaw", "yaw"), 1.0)
+    assert rival_kind(group(turned[0], 0.5, 1.0)) != rival_kind(wave)
+
+
+def test_pulses_carry_drags_and_no_efforts():
+    tried = groups_of(problem_of(made_log(30)).binned, SETTINGS.formula)
+    carriers = {
+        factor
+        for grid in tried.grids
+        for family, _ in grid.pieces
+        if family.kind == "pulse"
+        for carrier in family.carriers
+        for factor in carrier
+    }
+    assert {"v", "yaw_rate"} <= carriers
+    assert not any("effort" in factor for factor in carriers)
