@@ -219,7 +219,7 @@ def test_a_formula_of_a_named_effects_own_term_is_that_effect(named, terms, same
     assert is_the_same(SimpleNamespace(names=names), selection) is same
 
 
-@pytest.mark.parametrize(("unseen", "takes_its_place"), [(5.0, True), (-5.0, False)])
+@pytest.mark.parametrize(("unseen", "takes_its_place"), [(5.0, True), (-100.0, True), (-300.0, False)])
 def test_a_named_effect_stays_where_unseen_rows_speak_against_a_formula(unseen, takes_its_place):
     """On the fitted rows the formula explains 500 units of deviance more than the effect does."""
     problem = problem_of(made_log(1))

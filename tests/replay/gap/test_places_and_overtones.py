@@ -48,7 +48,7 @@ def test_discs_carry_traction_and_frictions(channel, carriers):
 
 def test_harmonics_of_a_wave_are_tried_with_its_carriers_and_without_its_constant():
     wave = group(Family("wave", along="xy", carriers=(("cos(yaw)",), ("sin(yaw)",)), plain=True), 0.4, -0.3)
-    tried = Tried(()).with_overtones((wave,))
+    tried = Tried(()).with_overtones((wave,), SETTINGS.formula)
     assert [one.shape for one in tried.groups] == [(0.8, -0.6), pytest.approx((1.2, -0.9))]
     assert {term.factors for term in tried.groups[0].terms} == {
         (f"{of}(0.8x-0.6y)", carrier) for of in ("sin", "cos") for carrier in ("cos(yaw)", "sin(yaw)")
@@ -59,7 +59,7 @@ def test_harmonics_of_a_wave_are_tried_with_its_carriers_and_without_its_constan
 def test_what_is_no_wave_over_place_or_time_has_no_harmonics(kind):
     product = Group(PRODUCT, (parse_term("unnamed:longitudinal:v*abs(v)"),))
     other = {"product": product, "heading": group(Family("wave", along="yaw"), 2.0)}[kind]
-    assert Tried((product,)).with_overtones((other,)).groups == (product,)
+    assert Tried((product,)).with_overtones((other,), SETTINGS.formula).groups == (product,)
 
 
 @pytest.mark.parametrize(

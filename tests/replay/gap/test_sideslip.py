@@ -13,7 +13,7 @@ from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, V_LAT, Base, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.search.eliminate import is_creep
+from wmr_replay.gap.search.eliminate import is_creep, shown_part
 from wmr_replay.gap.search.modes_and_effects import find_effects
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.modes import ContactMode
@@ -124,3 +124,21 @@ def test_from_a_stiffness_on_a_skid_is_a_creep(ratio, creeps):
     extension = Extension(BASE, {"undeclared_skid": {"stiffness_ratio": ratio}})
     assert is_creep("undeclared_skid", extension) is creeps
     assert not is_creep("cornering_stiffness", extension)
+
+
+def test_an_arm_moves_the_path_by_those_components_that_the_log_shows():
+    """4 cm behind the axle, and nothing beside it."""
+    problem = cornering(0.0, arm_m=-0.04)
+    fit = fit_model(problem, Extension(BASE, {"pose_lever_arm": {"x_m": 0.0, "y_m": 0.0}}))
+    beside_m = fit.extension.effects["pose_lever_arm"]["y_m"]
+    assert 0 < abs(beside_m) < 0.01
+    assert shown_part(problem, fit, "pose_lever_arm").extension.effects["pose_lever_arm"] == {
+        "x_m": fit.extension.effects["pose_lever_arm"]["x_m"],
+        "y_m": 0.0,
+    }
+
+
+def test_an_effect_of_one_size_is_shown_whole():
+    problem = cornering(0.0)
+    fit = fit_model(problem, Extension(BASE, {"viscous_drag": {"c1_per_s": 0.0}}))
+    assert shown_part(problem, fit, "viscous_drag") is fit

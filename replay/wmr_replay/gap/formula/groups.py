@@ -1,6 +1,6 @@
 """Groups of terms that enter a formula together: products, curves, and families with numbers."""
 
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,8 +18,6 @@ from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import Term
 
 PRODUCT, CURVE = Family("product"), Family("curve")
-OVERTONES = (2, 3)
-"""Harmonics that are tried. Physics: what a washboard, a grating or a loose contact has of them."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +135,11 @@ class Tried:
         prices = [self.group(grid, int(k)).price(log_n) for k in firsts]
         return np.repeat(prices, [len(numbers) for _, numbers in grid.pieces])
 
-    def with_overtones(self, groups: Iterable[Group]) -> "Tried":
-        """With the second and third harmonics of waves that are found: what comes again and again is seldom a
-        sine.
-        """
+    def with_overtones(self, groups: Iterable[Group], settings: FormulaSettings) -> "Tried":
+        """With harmonics of waves that are found: what comes again and again is seldom a sine."""
         waves = (group for group in groups if group.family.kind == "wave" and group.family.along != "yaw")
-        return Tried((*self.groups, *(one for wave in waves for one in overtones_of(wave))), self.grids)
+        more = (one for wave in waves for one in overtones_of(wave, settings.overtones))
+        return Tried((*self.groups, *more), self.grids)
 
     def beside(self, effects: Iterable[str]) -> "Tried":
         """What is no form of the effects: with one of them, its own term does not stand beside a shape."""
@@ -151,12 +148,12 @@ class Tried:
         return Tried(without_terms(self.groups, twins), grids)
 
 
-def overtones_of(wave: Group) -> Iterator[Group]:
-    """The harmonics of a wave, with the same carriers."""
+def overtones_of(wave: Group, overtones: Sequence[int]) -> Iterator[Group]:
+    """Harmonics of a wave, with the same carriers."""
     family = replace(wave.family, plain=False)
-    for times in OVERTONES:
+    for times in overtones:
         shape = tuple(times * number for number in wave.shape)
-        yield Group(family, family.terms(shape), shape, len(OVERTONES))
+        yield Group(family, family.terms(shape), shape, len(overtones))
 
 
 def holds(grid: Grid, names: Container[str]) -> bool:

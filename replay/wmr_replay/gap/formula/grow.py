@@ -193,7 +193,7 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
     chosen: list[ScoredGroup] = []
     for noise in filter(None, (current.noise, calmed(current.noise, settings.diffusion))):
         here = current if noise is current.noise else evaluate(problem, current.extension, noise)
-        found = winners(problem, here, tried.with_overtones(formula.groups))
+        found = winners(problem, here, tried.with_overtones(formula.groups, settings.formula))
         finer = [refined(problem, here, one) for one in found]
         scores = [excess(problem, one) for one in finer]
         enough = max(least, settings.candidates.promising * max(scores, default=0.0))

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.own_form import freedom_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
@@ -12,7 +13,7 @@ from wmr_replay.gap.evidence.channels import seen_in_one_channel
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
 from wmr_replay.gap.evidence.placebo import placebo_p
-from wmr_replay.gap.evidence.significance import correlation, least_size
+from wmr_replay.gap.evidence.significance import correlation, least_size, size_columns
 from wmr_replay.gap.model.candidates import LOCAL, SKID
 from wmr_replay.gap.model.extension import STIFFEST, WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
@@ -141,9 +142,26 @@ def through_gates(
     level = problem.settings.significance.level
     if placebo_p(problem, rest, current, effect.name, options.seed) > level:
         return replace(effect, proof=proof, failed="no more than what logs with nothing missing would show")
-    moved_m = path_change(problem, rest, current, options.tolerance_s, same_start=effect.name == TYRES)
+    shown, is_tyre = shown_part(problem, current, effect.name), effect.name == TYRES
+    moved_m = path_change(problem, rest, shown, options.tolerance_s, same_start=is_tyre)
     small = moved_m < options.tolerance_m
     return replace(effect, proof=proof, failed="moves the path by less than the tolerance" if small else "")
+
+
+def shown_part(problem: Problem, fit: Fit, name: str) -> Fit:
+    """The model with those components of an effect alone that the log shows: a pose a millimetre ahead of the
+    axle, surely, and some centimetres beside it, perhaps, moves the path by what is sure.
+    """
+    columns = size_columns(fit, name)
+    if len(columns) == 1:
+        return fit
+    sd = np.sqrt(np.diag(robust_covariance(problem, fit)[0])[columns])
+    is_shown = np.abs(fit.values[columns]) > problem.settings.significance.component_sd * sd
+    if is_shown.all() or not is_shown.any():
+        return fit
+    parameters = dict(fit.extension.effects[name])
+    parameters |= {fit.keys[j][1]: 0.0 for j, shows in zip(columns, is_shown, strict=True) if not shows}
+    return replace(fit, extension=fit.extension.with_effect(name, parameters))
 
 
 def other_cause(

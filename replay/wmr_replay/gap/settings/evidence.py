@@ -7,6 +7,9 @@ from dataclasses import dataclass
 class SignificanceSettings:
     """Likelihood ratio, block-robust Wald test, placebo level."""
 
+    component_sd: float = 2.0
+    """Standard deviations from which on a component of an effect is shown. Statistics: the 95 % interval."""
+
     level: float = 0.01
     """Level of significance, after the correction for everything scanned, and of the placebo test.
     Statistics: one false name in a hundred logs with nothing missing. The placebo's 99 draws resolve it."""

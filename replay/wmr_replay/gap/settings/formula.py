@@ -107,6 +107,9 @@ class FormulaSettings:
     decay_spans: tuple[float, ...] = (0.1, 0.3, 1.0)
     """Times of decays on the grid, shares of the log. As ``scale_shares``."""
 
+    overtones: tuple[int, ...] = (2, 3)
+    """Harmonics of a wave that are tried beside it. Physics: what a washboard or a loose contact has."""
+
     most_turns: int = 12
     """Most half turns over a span of a wave along a direction. Numerics: the grid grows by its square."""
 
