@@ -32,6 +32,7 @@ from formulas.forms import (  # noqa: E402
     EIGHTH,
     FIFTH,
     FOURTH,
+    NINTH,
     REPORT,
     SECOND,
     SEVENTH,
@@ -59,6 +60,7 @@ FORMS = {
     "sixth": SIXTH,
     "seventh": SEVENTH,
     "eighth": EIGHTH,
+    "ninth": NINTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -12,6 +12,7 @@ from formulas.forms.earlier import EARLIER
 from formulas.forms.eighth import EIGHTH
 from formulas.forms.fifth import FIFTH
 from formulas.forms.fourth import FOURTH
+from formulas.forms.ninth import NINTH
 from formulas.forms.report import REPORT
 from formulas.forms.second import SECOND
 from formulas.forms.seventh import SEVENTH
@@ -25,6 +26,7 @@ __all__ = [
     "FIFTH",
     "FORMS",
     "FOURTH",
+    "NINTH",
     "ORDER",
     "PLACED",
     "REPORT",
@@ -37,11 +39,14 @@ __all__ = [
     "form",
 ]
 
-FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | REPORT
-ORDER = (*sorted(DEVELOP | EARLIER), *SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *REPORT)
+FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | NINTH | REPORT
+ORDER = (
+    *sorted(DEVELOP | EARLIER),
+    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *REPORT),
+)
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
-    *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool"),
+    *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""
