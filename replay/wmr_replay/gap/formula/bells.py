@@ -6,20 +6,20 @@ import numpy as np
 
 from wmr_replay.gap.formula.carriers import HEADING, SOFT_V, SOFT_W, carriers_of
 from wmr_replay.gap.formula.families import Family
-from wmr_replay.gap.formula.grids import Grid
+from wmr_replay.gap.formula.grids import TRIED, Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import TermChannel
 
 CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
-    *(("hill", "longitudinal", "1"), ("tilt", "yaw", "1")),
+    *((slope, channel, "1") for slope in ("hill", "tilt") for channel in TRIED),
     *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
     *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
     *(("disc", "longitudinal", text) for text in ("v", "sgn(v)", SOFT_V, HEADING, "effort_sum")),
     *(("disc", "yaw", text) for text in ("yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, "effort_diff")),
 )
-"""Height, and what pushes, brakes or blows in a place, or takes traction there."""
+"""Height, ahead and to the side, and what pushes, brakes or blows in a place, or takes traction there."""
 
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:

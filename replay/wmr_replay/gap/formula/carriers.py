@@ -41,8 +41,8 @@ OVER_STRIP: Table = {
 }
 """What lies across the way: a ramp, a mat, a gust between two houses, a lane that was mopped."""
 OVER_HEADING: Table = {
-    "longitudinal": ("1", "v", "sgn(v)", "abs(v)", "v*abs(v)", "effort_sum"),
-    "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", "abs(v)", "effort_diff"),
+    "longitudinal": ("1", "v", "sgn(v)", SOFT_V, "abs(v)", "v*abs(v)", "effort_sum", "effort_diff"),
+    "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", SOFT_W, "abs(v)", "effort_diff", "effort_sum"),
 }
 """A floor with a grain, a cable, wind. One turn ahead is a slope."""
 OVER_DIRECTION: Table = {"longitudinal": (HEADING, "1", "v"), "yaw": (HEADING, "1", "yaw_rate")}

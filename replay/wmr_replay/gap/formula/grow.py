@@ -141,7 +141,7 @@ def is_sound(problem: Problem, formula: Formula) -> bool:
         return False
     for group in formula.groups:
         size = float(np.hypot.reduce([values[name][COEFFICIENT] for name in group.names]))
-        peak = np.exp(-0.5) if group.family.kind == "hill" else 1.0
+        peak = np.exp(-0.5) if group.family.kind in ("hill", "tilt") else 1.0
         if group.family.kind in PLACED and size * peak > own.steepest_mps2:
             return False
     columns = columns_of(problem.binned)
