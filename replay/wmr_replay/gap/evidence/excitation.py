@@ -22,7 +22,7 @@ from wmr_schemas.arrays import F64, Bool
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.terms import parse_term
 
-DEAD_ZONE, EFFORT = "torque_deadzone", "effort"
+DEAD_ZONE = "torque_deadzone"
 BOTH = "both"
 """Both channels, and no one of them."""
 ANSWERS = {"longitudinal": "effort_sum", "yaw": "effort_diff"}
