@@ -87,6 +87,19 @@ def test_a_hidden_form_is_found_with_its_variables_and_parity(bench, name):
     assert score["r2"] > 0.9
 
 
+@pytest.mark.parametrize(("channel", "bias"), [("longitudinal", "common"), ("yaw", "differential")])
+def test_a_bias_scores_as_the_constant_that_it_is(bench, channel, bias):
+    """A torque of b on each wheel, ahead or against each other: 2αb."""
+    case = bench("worlds.case").Case(2, "patrol", "mocap", "", 4, 20.0)
+    world, score = bench("formulas.plants").hidden_world("", case), bench("formulas.score")
+    robot, at = world.world.robot, world.at()
+    alpha = robot.alpha if channel == "longitudinal" else robot.alpha_yaw_or_alpha
+    found = score.part_of(f"torque_bias_{bias}", {"bias_nm": 0.3}, robot)
+    term = score.part_of(f"unnamed:{channel}:1", {"coefficient": 0.6 * alpha}, robot)
+    assert (found.channel, found.variables) == (term.channel, term.variables) == (channel, frozenset())
+    np.testing.assert_allclose(found.of(at), term.of(at))
+
+
 @pytest.mark.parametrize("seed", [11, 12])
 def test_nothing_grows_where_nothing_is_hidden(bench, seed):
     assert grown(bench, "", seed)[1].groups == ()
