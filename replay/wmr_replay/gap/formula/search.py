@@ -24,6 +24,7 @@ from wmr_replay.gap.formula.groups import (
 from wmr_replay.gap.formula.grow import FORMULAS, Formula, grown_both_ways, held_out, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
+from wmr_replay.gap.formula.named_within import with_names
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
@@ -68,8 +69,8 @@ def with_formula(
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
     kept = library if found.formula.rest.extension.effects else ()
-    said = selection_of(found, kept, selection)
-    if library or not effects_meant(found):
+    said = with_names(found, selection_of(found, kept, selection), options)
+    if library_of(said) or not effects_meant(found):
         return found.problem, said
     again = library_again(found, options)
     if stands(*again, found, problem, selection):
