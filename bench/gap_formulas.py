@@ -37,6 +37,7 @@ from formulas.forms import (  # noqa: E402
     SECOND,
     SEVENTH,
     SIXTH,
+    TENTH,
     THIRD,
 )
 from formulas.oracle import judged  # noqa: E402
@@ -61,6 +62,7 @@ FORMS = {
     "seventh": SEVENTH,
     "eighth": EIGHTH,
     "ninth": NINTH,
+    "tenth": TENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

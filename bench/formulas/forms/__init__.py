@@ -17,6 +17,7 @@ from formulas.forms.report import REPORT
 from formulas.forms.second import SECOND
 from formulas.forms.seventh import SEVENTH
 from formulas.forms.sixth import SIXTH
+from formulas.forms.tenth import TENTH
 from formulas.forms.third import THIRD
 
 __all__ = [
@@ -33,20 +34,24 @@ __all__ = [
     "SECOND",
     "SEVENTH",
     "SIXTH",
+    "TENTH",
     "THIRD",
     "At",
     "Form",
     "form",
 ]
 
-FORMS = DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | NINTH | REPORT
+FORMS = (
+    DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | NINTH | TENTH | REPORT
+)
 ORDER = (
     *sorted(DEVELOP | EARLIER),
-    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *REPORT),
+    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
     *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
+    *("carpet_edge", "swale"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

@@ -2,86 +2,83 @@
 
 import numpy as np
 
-from formulas.forms.base import At, form
+from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def helix_slope(at: At, x: float, y: float, radius: float, height: float) -> F64:
-    """Gravity along the heading on a ramp that winds up to the left about a place, steepest at the radius."""
-    dx, dy = (at.x - x) / radius, (at.y - y) / radius
-    return -2 * height * (dx * np.sin(at.yaw) - dy * np.cos(at.yaw)) / (1 + dx**2 + dy**2)
+def across(at: At, x: float, y: float, angle: float) -> F64:
+    """Distance in m beyond a straight line through a place, towards ``angle``."""
+    return (at.x - x) * np.cos(angle) + (at.y - y) * np.sin(angle)
 
 
-def arm_reaction(at: At, size: float, period: float, phase: float) -> F64:
-    """What an arm's swings hand on: a short jerk one way, then the other, and little until the next swing."""
-    turn = 2 * np.pi * at.t / period + phase
-    return size * np.sin(turn) * np.exp(1.5 * (np.cos(turn) - 0.55))
+def carpet(at: At, x: float, y: float, radius: float, angle: float, quarter: float, c: float) -> F64:
+    """Rolling resistance on one side of a line; ``radius`` in m is half the width of the fringe."""
+    beyond = across(at, x, y, aslant(angle, quarter))
+    return -c * np.tanh(at.v / 0.1) * 0.5 * (1 + np.tanh(beyond / radius))
 
+
+def two_banks(at: At, x: float, y: float, radius: float, angle: float, quarter: float, size: float) -> F64:
+    """Gravity along the heading in a valley; ``size`` in m/s² is the grade of both banks."""
+    up = aslant(angle, quarter)
+    return -size * np.tanh(across(at, x, y, up) / radius) * np.cos(at.yaw - up)
+
+
+LINE = {"x": (0.35, 0.65), "y": (0.35, 0.65), "angle": (0.2, 1.37), "quarter": (0.0, 4.0)}
 
 REPORT = {
-    # a cart's assisting drive pushes whichever way the cart goes, and ever less up to the speed allowed
-    "power_assist": form(
-        "longitudinal", "v", "v:odd",
-        lambda at, c, v0: c * np.tanh(at.v / 0.3) * np.maximum(1 - np.abs(at.v) / v0, 0.0),
-        c=(0.3, 0.55), v0=(0.9, 1.6),
+    # the motors' back-EMF leaves less torque, the faster they run
+    "back_emf_droop": form(
+        "longitudinal", "effort_sum v", "effort_sum:odd v:even",
+        lambda at, v0: -at.pull * np.abs(at.v) / v0, v0=(1.8, 3.0),
     ),
-    # a snow blade set askew: what it throws aside turns the robot; in reverse it turns it back a little
-    "angled_blade": form(
-        "yaw", "v", "v:mixed",
-        lambda at, c, v0: c * np.where(at.v > 0, 1.0, -0.3) * (1 - np.exp(-np.abs(at.v) / v0)),
-        c=(0.25, 0.5), v0=(0.3, 0.7),
+    # stiff oil in a gearbox that starts cold: a viscous drag that dies out as it warms up
+    "cold_gear_oil": form(
+        "longitudinal", "v t", "v:odd",
+        lambda at, c, tau: -c * at.v * np.exp(-at.t / tau), c=(0.4, 0.8), tau=(20.0, 50.0),
     ),
-    # one bridge lost a half that drives, the other one a half that brakes: both turn the robot the same way
-    "crossed_halves": form(
-        "yaw", "effort_sum", "effort_sum:even",
-        lambda at, c, a0: c * (np.sqrt(a0**2 + at.pull**2) - a0), c=(0.5, 0.9), a0=(0.03, 0.1),
+    # friction in the gear mesh in proportion to the torque that it passes on, driving or braking
+    "gear_mesh_loss": form(
+        "longitudinal", "effort_sum v", "effort_sum:even v:odd",
+        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / 0.1), c=(0.3, 0.6),
     ),
-    # a groomed track: runners roll easily along its ribs, and rub on each rib across them
-    "groomed_ribs": form(
-        "longitudinal", "v yaw", "v:odd",
-        lambda at, c, v0, angle: -c * at.v / np.sqrt(v0**2 + at.v**2) * np.abs(np.sin(at.yaw - angle)),
-        c=(0.35, 0.65), v0=(0.1, 0.4), angle=(0.0, 3.14),
+    # a hall that is half carpet, half hard floor
+    "carpet_edge": form(
+        "longitudinal", "x y v", "v:odd", carpet, **LINE, radius=(0.02, 0.05), c=(0.2, 0.45),
     ),
-    # a battery at the end of its charge: little at first, and ever quicker, it gives less
-    "discharge_knee": form(
-        "longitudinal", "effort_sum t", "effort_sum:odd",
-        lambda at, c, time: -c * at.pull * np.exp((at.t - 90.0) / time), c=(0.8, 0.95), time=(20.0, 45.0),
+    # a meadow that falls from both sides to a shallow ditch
+    "swale": form(
+        "longitudinal", "x y yaw", "", two_banks, **LINE, radius=(0.1, 0.25), size=(0.2, 0.45),
     ),
-    # a carpet whose pile leans: it leads wheels that pull across it to one side, braking ones to the other
-    "leaning_pile": form(
-        "yaw", "effort_sum yaw", "effort_sum:odd",
-        lambda at, c, angle: c * at.pull * np.tanh(1.5 * np.sin(at.yaw - angle)),
-        c=(0.5, 0.9), angle=(0.0, 6.28),
+    # tyres and casters that scrub in bends brake the robot
+    "bend_scrub": form(
+        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even",
+        lambda at, c: -c * np.abs(at.yaw_rate) * np.tanh(at.v / 0.15), c=(0.4, 0.9),
     ),
-    # rails sunk into the floor: wheels that run along them are held, and what turns the robot is lost
-    "sunk_rails": form(
-        "yaw", "effort_diff yaw", "effort_diff:odd",
-        lambda at, c, width, angle: -c * at.turn * np.exp(-((np.sin(at.yaw - angle) / width) ** 2)),
-        c=(0.9, 0.98), width=(0.6, 1.2), angle=(0.0, 3.14),
+    # resistance to turning that grows with the square of the yaw rate, as of a wide brush deck
+    "quadratic_turn_drag": form(
+        "yaw", "yaw_rate", "yaw_rate:odd",
+        lambda at, c: -c * at.yaw_rate * np.abs(at.yaw_rate), c=(0.8, 1.6),
     ),
-    # a load bed that is open ahead catches the wind that blows into it; from behind most of it slips off
-    "open_scoop": form(
-        "longitudinal", "yaw", "",
-        lambda at, c, angle: (
-            -c * np.cos(at.yaw - angle) ** 2 * np.where(np.cos(at.yaw - angle) > 0, 1.0, -0.3)
-        ),
-        c=(0.3, 0.6), angle=(0.0, 6.28),
+    # tyres that push straight on in bends, with the lateral acceleration
+    "understeer": form(
+        "yaw", "v yaw_rate", "v:even yaw_rate:odd",
+        lambda at, c: -c * at.yaw_rate * np.abs(at.v), c=(0.6, 1.3),
     ),
-    # the ramp of a car park, which winds about its middle
-    "helical_ramp": form(
-        "longitudinal", "x y yaw", "", helix_slope,
-        x=(0.35, 0.65), y=(0.35, 0.65), radius=(0.15, 0.35), height=(0.3, 0.6),
+    # on a side slope the heavy nose swings downhill
+    "nose_downhill": form(
+        "yaw", "yaw", "",
+        lambda at, size, downhill: size * np.sin(downhill - at.yaw), size=(0.12, 0.35), downhill=(0.0, 6.28),
     ),
-    # a floating bridge, along which waves run
-    "floating_bridge": form(
-        "longitudinal", "x yaw t", "",
-        lambda at, size, length, period, phase: (
-            size * np.sin(2 * np.pi * (at.x / length - at.t / period) + phase) * np.cos(at.yaw)
-        ),
-        size=(0.25, 0.5), length=(4.0, 12.0), period=(7.0, 18.0), phase=(0.0, 6.28),
+    # water that sloshes from side to side in a tank swings the nose
+    "sloshing_tank": form(
+        "yaw", "t", "",
+        lambda at, size, period, phase: size * np.sin(2 * np.pi * at.t / period + phase),
+        size=(0.12, 0.35), period=(3.0, 9.0), phase=(0.0, 6.28),
     ),
-    # an arm on the robot, which does the same work over and over
-    "working_arm": form(
-        "yaw", "t", "", arm_reaction, size=(0.25, 0.5), period=(6.0, 15.0), phase=(0.0, 6.28),
+    # a spray boom folds out at some time: more yaw inertia from then on
+    "boom_folds_out": form(
+        "yaw", "effort_diff t", "effort_diff:odd",
+        lambda at, loss, begun, lasts: -loss * at.turn * 0.5 * (1 + np.tanh((at.t - begun) / lasts)),
+        loss=(0.5, 0.75), begun=(25.0, 55.0), lasts=(1.5, 5.0),
     ),
 }  # fmt: skip
