@@ -24,12 +24,13 @@ def made_log(
     seed: int,
     *,
     drag_per_s: float = 0.0,
+    cubic_s_per_m2: float = 0.0,
     seconds: float = 40.0,
     lively: bool = True,
     load: tuple[float, float] = (0.0, 0.0),
 ) -> Log:
-    """A drive of a plain loop at 100 Hz with a viscous drag: speeds held for 1.5 s under a disturbance, or a
-    constant torque straight ahead. ``load`` is a mass ratio, and when it comes, s.
+    """A drive of a plain loop at 100 Hz with a drag, viscous or cubic: speeds held for 1.5 s under a
+    disturbance, or a constant torque straight ahead. ``load`` is a mass ratio, and when it comes, s.
     """
     rng = np.random.default_rng(seed)
     n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
@@ -40,7 +41,8 @@ def made_log(
         total, difference = 2 * (wanted[k] - z[3:]) / [BASE.alpha, BASE.alpha_yaw] if lively else (0.5, 0.0)
         sent[k] = (total - difference) / 2, (total + difference) / 2
         ahead = BASE.alpha * total / (1 + load[0] * (k * dt >= load[1]))
-        acc = np.array([ahead - drag_per_s * z[3], BASE.alpha_yaw * difference]) + d
+        drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3
+        acc = np.array([ahead - drag, BASE.alpha_yaw * difference]) + d
         d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
         v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2
         z += dt * np.array([v * np.cos(yaw), v * np.sin(yaw), (z[4] + acc[1] * dt / 2) / l, *acc])
