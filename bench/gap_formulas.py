@@ -30,6 +30,7 @@ from formulas.forms import (  # noqa: E402
     DEVELOP,
     EARLIER,
     EIGHTH,
+    ELEVENTH,
     FIFTH,
     FOURTH,
     NINTH,
@@ -63,6 +64,7 @@ FORMS = {
     "eighth": EIGHTH,
     "ninth": NINTH,
     "tenth": TENTH,
+    "eleventh": ELEVENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -10,6 +10,7 @@ from formulas.forms.base import At, Form, form
 from formulas.forms.develop import DEVELOP
 from formulas.forms.earlier import EARLIER
 from formulas.forms.eighth import EIGHTH
+from formulas.forms.eleventh import ELEVENTH
 from formulas.forms.fifth import FIFTH
 from formulas.forms.fourth import FOURTH
 from formulas.forms.ninth import NINTH
@@ -24,6 +25,7 @@ __all__ = [
     "DEVELOP",
     "EARLIER",
     "EIGHTH",
+    "ELEVENTH",
     "FIFTH",
     "FORMS",
     "FOURTH",
@@ -42,16 +44,28 @@ __all__ = [
 ]
 
 FORMS = (
-    DEVELOP | EARLIER | SECOND | THIRD | FOURTH | FIFTH | SIXTH | SEVENTH | EIGHTH | NINTH | TENTH | REPORT
+    DEVELOP
+    | EARLIER
+    | SECOND
+    | THIRD
+    | FOURTH
+    | FIFTH
+    | SIXTH
+    | SEVENTH
+    | EIGHTH
+    | NINTH
+    | TENTH
+    | ELEVENTH
+    | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
-    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *REPORT),
+    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
     *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
-    *("carpet_edge", "swale"),
+    *("carpet_edge", "swale", "tall_grass"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

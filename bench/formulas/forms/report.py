@@ -6,79 +6,89 @@ from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def across(at: At, x: float, y: float, angle: float) -> F64:
-    """Distance in m beyond a straight line through a place, towards ``angle``."""
-    return (at.x - x) * np.cos(angle) + (at.y - y) * np.sin(angle)
+def gearbox(at: At, c: float) -> F64:
+    """What a gear loses of its load, against the motion, whether it drives or is driven."""
+    return -c * np.abs(at.pull) * np.tanh(at.v / 0.05)
 
 
-def carpet(at: At, x: float, y: float, radius: float, angle: float, quarter: float, c: float) -> F64:
-    """Rolling resistance on one side of a line; ``radius`` in m is half the width of the fringe."""
-    beyond = across(at, x, y, aslant(angle, quarter))
-    return -c * np.tanh(at.v / 0.1) * 0.5 * (1 + np.tanh(beyond / radius))
+def weakened(at: At, v0: float) -> F64:
+    """Full torque up to the base speed, constant power above."""
+    return at.pull * (v0 / np.maximum(np.abs(at.v), v0) - 1)
 
 
-def two_banks(at: At, x: float, y: float, radius: float, angle: float, quarter: float, size: float) -> F64:
-    """Gravity along the heading in a valley; ``size`` in m/s² is the grade of both banks."""
-    up = aslant(angle, quarter)
-    return -size * np.tanh(across(at, x, y, up) / radius) * np.cos(at.yaw - up)
+def wind(at: At, c: float, speed: float, angle: float) -> F64:
+    """Drag of the air, which itself moves steadily over the ground."""
+    air = at.v + speed * np.cos(at.yaw - angle)
+    return -c * np.abs(air) * air
 
 
-LINE = {"x": (0.35, 0.65), "y": (0.35, 0.65), "angle": (0.2, 1.37), "quarter": (0.0, 4.0)}
+def grass(at: At, c: float, x: float, y: float, radius: float) -> F64:
+    """Drag in proportion to the speed, dying out away from a place."""
+    return -c * at.v * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * radius**2))
+
+
+def ridged(at: At, size: float, length: float, phase: float, angle: float, quarter: float) -> F64:
+    """Gravity along the heading on ground that waves in one direction."""
+    across = aslant(angle, quarter)
+    along = at.x * np.cos(across) + at.y * np.sin(across)
+    return size * np.sin(2 * np.pi * along / length + phase) * np.cos(at.yaw - across)
+
+
+def rattle(at: At, c: float, v0: float, width: float) -> F64:
+    """Resistance about one speed, ahead and back."""
+    return -c * np.tanh(at.v / 0.05) * np.exp(-((np.abs(at.v) - v0) ** 2) / (2 * width**2))
+
 
 REPORT = {
-    # the motors' back-EMF leaves less torque, the faster they run
-    "back_emf_droop": form(
-        "longitudinal", "effort_sum v", "effort_sum:odd v:even",
-        lambda at, v0: -at.pull * np.abs(at.v) / v0, v0=(1.8, 3.0),
+    # a worm gear loses a share of the torque that it passes on, always against the motion
+    "gearbox_load_loss": form(
+        "longitudinal", "effort_sum v", "effort_sum:even v:odd", gearbox, c=(0.25, 0.6),
     ),
-    # stiff oil in a gearbox that starts cold: a viscous drag that dies out as it warms up
-    "cold_gear_oil": form(
-        "longitudinal", "v t", "v:odd",
-        lambda at, c, tau: -c * at.v * np.exp(-at.t / tau), c=(0.4, 0.8), tau=(20.0, 50.0),
+    # above their base speed the motors have the supply's power only, so that torque falls as 1/speed
+    "base_speed": form(
+        "longitudinal", "effort_sum v", "effort_sum:odd v:even", weakened, v0=(0.15, 0.35),
     ),
-    # friction in the gear mesh in proportion to the torque that it passes on, driving or braking
-    "gear_mesh_loss": form(
-        "longitudinal", "effort_sum v", "effort_sum:even v:odd",
-        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / 0.1), c=(0.3, 0.6),
+    # cold grease in gears and bearings drags, and less as it gets warm
+    "cold_grease": form(
+        "longitudinal", "v t", "v:odd", lambda at, c, tau: -c * at.v * np.exp(-at.t / tau),
+        c=(0.4, 0.9), tau=(20.0, 45.0),
     ),
-    # a hall that is half carpet, half hard floor
-    "carpet_edge": form(
-        "longitudinal", "x y v", "v:odd", carpet, **LINE, radius=(0.02, 0.05), c=(0.2, 0.45),
+    # a steady wind over a yard: drag goes by the speed against the air
+    "yard_wind": form(
+        "longitudinal", "v yaw", "v:mixed", wind, c=(0.03, 0.07), speed=(1.5, 3.0), angle=(0.0, 6.28),
     ),
-    # a meadow that falls from both sides to a shallow ditch
-    "swale": form(
-        "longitudinal", "x y yaw", "", two_banks, **LINE, radius=(0.1, 0.25), size=(0.2, 0.45),
+    # a stand of tall grass, which brakes the more the faster the robot goes through it
+    "tall_grass": form(
+        "longitudinal", "v x y", "v:odd", grass,
+        c=(0.5, 1.2), x=(0.25, 0.75), y=(0.25, 0.75), radius=(0.15, 0.35),
     ),
-    # tyres and casters that scrub in bends brake the robot
-    "bend_scrub": form(
-        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even",
-        lambda at, c: -c * np.abs(at.yaw_rate) * np.tanh(at.v / 0.15), c=(0.4, 0.9),
+    # ridges of a tilled field that run aslant
+    "tilled_ridges": form(
+        "longitudinal", "x y yaw", "", ridged,
+        size=(0.2, 0.45), length=(2.0, 6.0), phase=(0.0, 6.28), angle=(0.3, 1.27), quarter=(0.0, 4.0),
     ),
-    # resistance to turning that grows with the square of the yaw rate, as of a wide brush deck
-    "quadratic_turn_drag": form(
-        "yaw", "yaw_rate", "yaw_rate:odd",
-        lambda at, c: -c * at.yaw_rate * np.abs(at.yaw_rate), c=(0.8, 1.6),
+    # at one speed the joints of the tiles shake the chassis, which takes power
+    "tile_resonance": form(
+        "longitudinal", "v", "v:odd", rattle, c=(0.2, 0.45), v0=(0.4, 0.8), width=(0.1, 0.25),
     ),
-    # tyres that push straight on in bends, with the lateral acceleration
-    "understeer": form(
+    # wide tyres scrub most where the robot turns on the spot, and less where it rolls
+    "pivot_scrub": form(
         "yaw", "v yaw_rate", "v:even yaw_rate:odd",
-        lambda at, c: -c * at.yaw_rate * np.abs(at.v), c=(0.6, 1.3),
+        lambda at, c, w0, v0: -c * np.tanh(at.w / w0) / (1 + np.abs(at.v) / v0),
+        c=(0.3, 0.7), w0=(0.02, 0.06), v0=(0.4, 1.0),
     ),
-    # on a side slope the heavy nose swings downhill
-    "nose_downhill": form(
-        "yaw", "yaw", "",
-        lambda at, size, downhill: size * np.sin(downhill - at.yaw), size=(0.12, 0.35), downhill=(0.0, 6.28),
+    # on a side slope the heavy end swings downhill
+    "side_slope": form(
+        "yaw", "yaw", "", lambda at, size, angle: size * np.sin(at.yaw - angle),
+        size=(0.1, 0.3), angle=(0.0, 6.28),
     ),
-    # water that sloshes from side to side in a tank swings the nose
-    "sloshing_tank": form(
-        "yaw", "t", "",
-        lambda at, size, period, phase: size * np.sin(2 * np.pi * at.t / period + phase),
-        size=(0.12, 0.35), period=(3.0, 9.0), phase=(0.0, 6.28),
+    # a bad bearing at one wheel: the robot veers, the more the faster it goes
+    "bad_bearing": form(
+        "yaw", "v", "v:odd", lambda at, c, side: c * np.sign(side) * at.v, c=(0.15, 0.4), side=(-1.0, 1.0),
     ),
-    # a spray boom folds out at some time: more yaw inertia from then on
-    "boom_folds_out": form(
-        "yaw", "effort_diff t", "effort_diff:odd",
-        lambda at, loss, begun, lasts: -loss * at.turn * 0.5 * (1 + np.tanh((at.t - begun) / lasts)),
-        loss=(0.5, 0.75), begun=(25.0, 55.0), lasts=(1.5, 5.0),
+    # both drives share a limited current: what pushing ahead takes is missing for turning
+    "shared_current": form(
+        "yaw", "effort_diff effort_sum", "effort_diff:odd effort_sum:even",
+        lambda at, p0: -at.turn * np.abs(at.pull) / (np.abs(at.pull) + p0), p0=(0.05, 0.15),
     ),
 }  # fmt: skip
