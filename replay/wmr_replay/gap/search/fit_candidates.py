@@ -88,8 +88,7 @@ def ranked_and_fitted(
     hinted = [hinted_fit(problem, current, *hint) for hint in new]
     tried = [pair for pair in hinted if pair[0].name not in LOCAL]
     if not tried:
-        scanned = best_fitted(problem, current, terms=terms, without=without)
-        tried = [*hinted, scanned] if scanned is not None else hinted
+        tried = [*hinted, *best_fitted(problem, current, terms=terms, without=without)]
     if not tried:
         return ()
     best, seen = min(tried, key=lambda pair: pair[1].deviance + price_of(problem, *pair))
@@ -103,9 +102,17 @@ def ranked_and_fitted(
         for one in ranked[: own.most_fitted]
         if one.gain > own.least_gain and penalised_gain(one, price) >= least
     ]
-    started = [best_start(problem, current, one) for one in promising or ranked[:1]]
-    rough = [(one, roughly(problem, with_candidate(current, one), noise, one.name)) for one in started]
+    promising = promising or ranked[:1]
     known = {one.name: fit for one, fit in tried}
+    for one in explaining(problem, current, tried):
+        if one.name not in [other.name for other in promising]:
+            promising.append(one)
+            there = known[one.name]
+            known[one.name] = fit_model(
+                problem, there.extension, there.noise, budget.base_diffusion, budget.ranked_steps
+            )
+    started = [best_start(problem, current, one) for one in promising]
+    rough = [(one, roughly(problem, with_candidate(current, one), noise, one.name)) for one in started]
     rough = [
         (one, nearer(fit, known[one.name], one.name) if one.name in known else fit) for one, fit in rough
     ]
@@ -117,10 +124,23 @@ def ranked_and_fitted(
             edged = search_edges(problem.all_fitted() if one.name in LOCAL else problem, fit, one.name)
             fit = fit_model(problem, edged, noise, budget.ranked_diffusion, budget.ranked_steps)  # noqa: PLW2901
             fit = with_likelier_skids(fit, one.name)  # noqa: PLW2901
+        if one.name in known and one.name not in LOCAL:
+            fit = min(fit, known[one.name], key=lambda f: f.deviance)  # noqa: PLW2901
         if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
             out.append(assessed(problem, current, one, fit, n_names))
     out = with_own_forms(problem, current, sorted(out, key=lambda a: -a.score), n_names)
     return compare_in_fine_bins(problem, tuple(out))
+
+
+def explaining(
+    problem: Problem, current: Fit, tried: Iterable[tuple[ScoredCandidate, Fit]]
+) -> list[ScoredCandidate]:
+    """The lasting ones of the candidates that were tried whose fits are worth their price.
+
+    The disturbance that the best one leaves may be no measure of them: they may act on the other channel.
+    """
+    worth = (one for one, fit in tried if fit.deviance + price_of(problem, one, fit) < current.deviance)
+    return [one for one in worth if one.name not in LOCAL]
 
 
 def with_own_forms(
@@ -187,12 +207,12 @@ def hinted_fit(
 
 def best_fitted(
     problem: Problem, current: Fit, *, terms: bool, without: tuple[str, ...] = ()
-) -> tuple[ScoredCandidate, Fit] | None:
-    """The best candidate of a scan with its fit.
+) -> list[tuple[ScoredCandidate, Fit]]:
+    """The best candidate of a scan with its fit, and that of a scan with calm disturbances.
 
     A slow disturbance does what a lasting effect does: where the diffusion explains it already, a scan shows
-    little. So the best candidate of a scan with calm disturbances is fitted too, from those and from the
-    current ones: from either, a few iterations may not lead to the other.
+    little. The candidate of the calm scan is fitted from its disturbances and from the current ones: from
+    either, a few iterations may not lead to the other.
     """
     settings = problem.settings
     own, price = settings.candidates, settings.scan
@@ -208,8 +228,12 @@ def best_fitted(
     from_noise = [(one, current.noise) for one in started]
     if calm is not None:
         from_noise += [(one, calm) for one in started if one.name == other.name]
-    fits = [(one, fitted_from(problem, current, one, noise)) for one, noise in from_noise]
-    return min(fits, key=lambda pair: pair[1].deviance + price_of(problem, *pair), default=None)
+    fits: dict[str, tuple[ScoredCandidate, Fit]] = {}
+    for one, noise in from_noise:
+        fit = fitted_from(problem, current, one, noise)
+        if one.name not in fits or fit.deviance < fits[one.name][1].deviance:
+            fits[one.name] = one, fit
+    return [*fits.values()]
 
 
 def fitted_from(problem: Problem, current: Fit, scored: ScoredCandidate, noise: Diffusion) -> Fit:

@@ -22,6 +22,7 @@ from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import Work, begin_work, n_bins, work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
+from wmr_replay.gap.search.eliminate import TYRES
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
 from wmr_replay.gap.search.preliminary import (
@@ -130,6 +131,7 @@ def find_modes_and_effects(
         confirmed.append(solution._replace(selection=selection))
         if confirmed[-1].holds:
             break
+    confirmed += without_dropped(confirmed[-1], selections)
     refused = (solution for solution in confirmed if solution.selection.refused)
     best = confirmed[-1] if confirmed[-1].holds else next(refused, confirmed[-1])
     if best.is_skidding:  # a mode, and no effect
@@ -256,6 +258,23 @@ def made_on_the_whole(preliminary: PreliminaryModels, selections: Selections) ->
 def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]:
     """That of the base model's modes, made where it is asked for: a likelier one that holds needs it not."""
     yield Solution(first, selections.of(first), selections.extension)
+
+
+def without_dropped(solution: Solution, selections: Selections) -> list[Solution]:
+    """A solution that holds where the effects that did not pass the gates are no candidates: they may have
+    hidden one that was significant, too. None where there is no such one, or it is a loss of traction or the
+    tyres': with a disturbance that nothing explains, those explain some of it.
+    """
+    problem, said = solution.problem, solution.selection
+    spent = tuple(dict.fromkeys(effect.name for effect in said.dropped))
+    level = problem.settings.significance.level
+    others = [one for one in said.stages[0] if one.name not in spent] if spent else []
+    if said.found or not any(one.p_value <= level and one.score > 0 and not one.failed for one in others):
+        return []
+    selection = confirm(problem, selections.of(problem, without=spent), selections.options)
+    again = solution._replace(selection=selection)
+    of_contact = {effect.name for effect in selection.found} & {*LOCAL, SKID, TYRES}
+    return [again] if again.holds and not of_contact else []
 
 
 def solve_with(model: Extension, log: Log, selections: Selections, least: float) -> list[Solution]:

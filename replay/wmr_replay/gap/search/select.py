@@ -59,11 +59,12 @@ def forward_selection(
     terms: bool = True,
     hints: Hints = (),
     begun: Begun | None = None,
+    without: tuple[str, ...] = (),
 ) -> Selection:
     """One effect after the other while the best candidate is significant.
 
     With ``terms``, terms of the dictionary are tried where no effect of the library is significant. ``hints``
-    are effects at which a fit may start; what is ``begun`` stands in front.
+    are effects at which a fit may start; what is ``begun`` stands in front; those ``without`` are left out.
     """
     base = current = base_fit(problem, extension)
     stages = [] if begun is None else fitted_on_the_whole(problem, base, begun)
@@ -72,7 +73,7 @@ def forward_selection(
     while len(stages) < options.max_effects:
         if found and not work_on(problem.binned.log.pose).allows(FURTHER_EFFECTS):
             break
-        fitted = fit_candidates(problem, current, terms=False, hints=hints)
+        fitted = fit_candidates(problem, current, terms=False, hints=hints, without=without)
         fitted = tuple(with_gain_as_inertia(one, problem.settings.misfit) for one in fitted)
         if shows_rest(problem, extension, current, fitted):
             current = holding(problem, fitted[0])

@@ -32,16 +32,18 @@ class Selections:
         """The first problem with the same labels, whose passes of the filter are known; else ``problem``."""
         return self._problems.setdefault(labels_of(problem), problem)
 
-    def of(self, problem: Problem, *, terms: bool = True, hints: Hints = ()) -> Selection:
+    def of(
+        self, problem: Problem, *, terms: bool = True, hints: Hints = (), without: tuple[str, ...] = ()
+    ) -> Selection:
         """:func:`~wmr_replay.gap.search.select.forward_selection`."""
         starts = tuple((name, tuple(parameters.items())) for name, parameters in hints)
-        key = labels_of(problem), terms, starts
+        key = labels_of(problem), terms, starts, without
         if key not in self._made:
             same = self.known(problem)
             begun = self.begun if is_whole(same) else None
             terms = terms and not is_whole(same)
             self._made[key] = forward_selection(
-                same, self.extension, self.options, terms=terms, hints=hints, begun=begun
+                same, self.extension, self.options, terms=terms, hints=hints, begun=begun, without=without
             )
         return self._made[key]
 
