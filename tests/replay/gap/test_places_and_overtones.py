@@ -117,6 +117,7 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
     formula = SimpleNamespace(
         fit=SimpleNamespace(deviance=-300.0 - gained),
         rest=SimpleNamespace(extension=SimpleNamespace(effects={})),
+        names=("unnamed:longitudinal:effort_sum*abs(v)",),
         price=lambda _problem: 0.0,
     )
     problem = SimpleNamespace(settings=SETTINGS)
@@ -131,7 +132,7 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
     }
     for name, value in stubs.items():
         monkeypatch.setattr(search, name, lambda *_, value=value: value)
-    monkeypatch.setattr(search, "held_out", lambda _problem, one: unseen if one is fit else 0.0)
+    monkeypatch.setattr(search, "unseen_between", lambda *_: unseen)
     assert search.explains_more(problem, selection, formula) is takes
 
 

@@ -3,13 +3,15 @@
 A blank separates carriers that stand together: a direction has a cosine and a sine.
 """
 
+from itertools import product
+
 from wmr_replay.gap.formula.families import Factors
+from wmr_replay.gap.model.dictionary import SOFT_SIGNS
 from wmr_schemas.terms import TermChannel
 
 Table = dict[TermChannel, tuple[str, ...]]
 HEADING = "cos(yaw) sin(yaw)"
-SOFT_V, SOFT_W = "soft(v,0.08)", "soft(yaw_rate,0.08)"
-"""Friction of a contact that gives way before it slides. Physics: a tyre's, over some cm/s."""
+SOFT_V, SOFT_W = SOFT_SIGNS["v"], SOFT_SIGNS["yaw_rate"]
 OVER_TIME: Table = {
     "longitudinal": (
         *("1", HEADING, "v", "sgn(v)", SOFT_V, "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
@@ -24,6 +26,10 @@ OVER_TIME: Table = {
 SHORT = ("gust", "pulse", "after")
 """What efforts do not do, nor a constant: a loss of traction and a load are effects of the library, and what
 pushes for a moment is a disturbance.
+"""
+UNSWITCHED = (("longitudinal", "effort_sum"), *product(("longitudinal", "yaw"), ("1", HEADING)))
+"""What is not switched over at a time: what a load step does, an effect of the library; constants, which are
+slow disturbances; and slopes, which are places.
 """
 OVER_PLACE: Table = {
     "longitudinal": (
@@ -54,4 +60,4 @@ ALONG: Table = {"longitudinal": ("1", "v", "effort_sum"), "yaw": ("1", "v", "eff
 
 def carriers_of(text: str) -> tuple[Factors, ...]:
     """The carriers of a text; 1 is none."""
-    return tuple(() if product == "1" else tuple(product.split("*")) for product in text.split())
+    return tuple(() if one == "1" else tuple(one.split("*")) for one in text.split())

@@ -18,6 +18,7 @@ from wmr_replay.gap.formula.carriers import (
     SOFT_V,
     SOFT_W,
     TURNED,
+    UNSWITCHED,
     carriers_of,
 )
 from wmr_replay.gap.formula.families import SHAPES, Factors, Family
@@ -122,6 +123,7 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
         ("decay", span_s * np.array(own.decay_spans)[:, None]),
         ("fall", span_s * np.array(own.decay_spans)[:, None]),
     )
+    switches = edges_of(columns["t"], own.edge_widths, own)
     periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
     for channel in TRIED:
         for text in OVER_TIME[channel]:
@@ -130,6 +132,8 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
             own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
             yield grid_of((family, periods))
+            if (channel, text) not in UNSWITCHED:
+                yield grid_of((replace(family, kind="edge"), switches))
 
 
 def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:

@@ -110,7 +110,7 @@ def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:
     fit = fit_model(problem, shown.fit.extension, rest.noise, budget.best_diffusion, budget.last_steps)
     whole = pruned(problem, Formula(rest, fit, shown.groups))
     enough = score(problem, whole) >= problem.settings.formula.first_margin
-    return whole if enough and held_out(problem, whole.fit) <= held_out(problem, rest) else nothing
+    return whole if enough and unseen_between(problem, rest, whole.fit) >= 0 else nothing
 
 
 def passes(problem: Problem, before: Formula, longer: Formula) -> bool:
@@ -128,7 +128,7 @@ def passes(problem: Problem, before: Formula, longer: Formula) -> bool:
 
 def unseen_gain(problem: Problem, before: Formula, longer: Formula) -> float:
     """What −2 log likelihood of the held-out rows falls by."""
-    return held_out(problem, before.fit) - held_out(problem, longer.fit)
+    return unseen_between(problem, before.fit, longer.fit)
 
 
 def is_sound(problem: Problem, formula: Formula) -> bool:
@@ -176,9 +176,15 @@ def score(problem: Problem, formula: Formula) -> float:
     return formula.gain - formula.price(problem)
 
 
-def held_out(problem: Problem, fit: Fit) -> float:
-    """−2 log likelihood of the held-out rows."""
-    return float(fit.row_deviance[~problem.train].sum())
+def unseen_between(problem: Problem, before: Fit, after: Fit) -> float:
+    """What −2 log likelihood of the held-out rows falls by from one fit to another, no row saying much alone.
+
+    A second of slipping that no label tells speaks against the fit that leaves the calmer disturbance, more
+    loudly than all other rows for it.
+    """
+    most = problem.settings.formula.most_of_a_row
+    gained = (before.row_deviance - after.row_deviance)[~problem.train]
+    return float(np.clip(gained, -most, most).sum())
 
 
 def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formula]:

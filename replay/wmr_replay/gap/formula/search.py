@@ -1,6 +1,6 @@
 """Beyond the library: a formula in the place of what the selection says, or beside it."""
 
-from collections.abc import Set
+from collections.abc import Iterable, Set
 from dataclasses import replace
 from enum import Enum
 
@@ -21,7 +21,7 @@ from wmr_replay.gap.formula.groups import (
     twins_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import FORMULAS, Formula, grown_both_ways, held_out, pruned
+from wmr_replay.gap.formula.grow import FORMULAS, Formula, grown_both_ways, pruned, unseen_between, without
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.named_within import with_names
@@ -193,6 +193,7 @@ def best_formula(
         ways += grown_both_ways(problem, selection.base, tried)
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways]
+    ways = [shown_part(problem, selection, f) for f in ways]
     ways = [f for f in ways if explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:
@@ -268,14 +269,31 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
         answers = price_of_answers(problem, formula, {torques_of(f.name) for f in selection.found})
         shown = not answers or in_manoeuvres > answers
         return shown and excess > own.margin * bool(selection.found)
-    unseen = held_out(problem, selection.fit) - held_out(problem, formula.fit)
+    unseen = unseen_between(problem, selection.fit, formula.fit)
     if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
         return False
     wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess + unseen > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
-    simpler = LOAD_STEP in selection.fit.extension.effects or n_numbers(formula) < len(selection.fit.keys)
+    is_part = {*formula.names} <= twins_of(effect.name for effect in selection.found)
+    fewer = n_numbers(formula) < len(selection.fit.keys)
+    simpler = LOAD_STEP in selection.fit.extension.effects or fewer or is_part
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
+
+
+def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Formula:
+    """The formula without the groups that may answer the disturbance, where manoeuvres do not show them and
+    others stand beside them: these are no reason to lose the others.
+    """
+    shown = {torques_of(effect.name) for effect in selection.found}
+    answers = [group for group in formula.groups if group.answers - shown]
+    if not answers or len(answers) == len(formula.groups):
+        return formula
+    if gain_in_manoeuvres(selection.fit, formula.fit) > price_of_answers(problem, formula, shown):
+        return formula
+    for group in answers:
+        formula = without(problem, formula, group)
+    return formula
 
 
 def price_of_answers(problem: Problem, formula: Formula, shown: Set[str] = frozenset()) -> float:
@@ -287,8 +305,20 @@ def price_of_answers(problem: Problem, formula: Formula, shown: Set[str] = froze
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:
-    """Whether a formula only writes as terms what the library has a name for, and the selection says."""
-    return {*formula.names} <= twins_of(effect.name for effect in selection.found)
+    """Whether a formula only writes as terms what the library has a name for, and the selection says.
+
+    What an effect does to one channel is not the effect, where that does something to the other one, too.
+    """
+    names = {*formula.names}
+    twins = [twins_of([effect.name]) for effect in selection.found]
+    return names <= set().union(*twins) and all(
+        channels_of(names & some) in (set(), channels_of(some)) for some in twins
+    )
+
+
+def channels_of(names: Iterable[str]) -> set[str]:
+    """The channels of terms."""
+    return {parse_term(name).channel for name in names}
 
 
 def stated_by(found: Proven, problem: Problem, selection: Selection) -> tuple[Problem, Selection]:

@@ -31,6 +31,8 @@ def rival_kind(group: Group) -> str:
     same wave without, nor are efforts in a place, which answer what is there, of what they answer.
     """
     family, along = group.family, {"t": "timed", "yaw": "heading"}
+    if family.kind == "edge" and family.along == "t":
+        return "switch"
     if family.along in along and family.kind != "edge":
         return along[family.along]
     tilted = any("(yaw)" in factor for carrier in family.carriers for factor in carrier)

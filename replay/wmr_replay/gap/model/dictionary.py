@@ -117,16 +117,27 @@ def own_curves() -> Iterator[tuple[str, ...]]:
         yield f"abs({z})", f"{z}*{z}", f"abs({z})*{z}*{z}"
 
 
+SOFT_SIGNS = {"v": "soft(v,0.08)", "yaw_rate": "soft(yaw_rate,0.08)"}
+"""Frictions of a contact that gives way before it slides. Physics: a tyre's, over some cm/s."""
+
+
+def frictions() -> Iterator[str]:
+    """Frictions, abrupt and soft, in proportion to the size of another quantity: a load, a torque, a bend."""
+    for moving, soft in SOFT_SIGNS.items():
+        for other in (z for z in SHAPED if z != moving):
+            for sign in (f"sgn({moving})", soft):
+                yield ordered((f"abs({other})", sign))
+
+
 BY_SIGN = (
     "effort_sum*sgn(v)",
     "effort_diff*sgn(yaw_rate)",
     "sgn(v)",
     "sgn(yaw_rate)",
-    "abs(effort_diff)*sgn(v)",
 )
 """What a change of direction changes."""
 POWERS_OF_ONE = tuple(power for curve in own_curves() for power in curve)
-FOR_BOTH = dict.fromkeys(PRODUCTS, (*POWERS_OF_ONE, *pair_products(), *BY_SIGN))
+FOR_BOTH = dict.fromkeys(PRODUCTS, (*POWERS_OF_ONE, *pair_products(), *BY_SIGN, *frictions()))
 """Products that are tried on both channels."""
 
 

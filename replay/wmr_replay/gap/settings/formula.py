@@ -22,6 +22,10 @@ class FormulaSettings:
     """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
     since a formula says that the library is not enough."""
 
+    most_of_a_row: float = 5.0
+    """Most that one held-out row says for or against a formula, in −2 log likelihood. Statistics: "positive"
+    and not "strong" evidence after Kass and Raftery (1995), since neighbours say the same."""
+
     as_good: float = 2.0
     """A group that explains less than the best by no more than this is as good: that of the fewest quantities
     is taken. Statistics: "not worth more than a bare mention" after Kass and Raftery (1995)."""
