@@ -1,0 +1,92 @@
+"""Candidates that another one hid: of the other channel, and behind one that a gate refuses."""
+
+from types import SimpleNamespace
+
+import pytest
+from tests.replay.gap.plain_loop import BASE, made_log, problem_of
+
+from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search import fit_candidates, modes_and_effects
+
+DRAG_PER_S = 0.1
+
+
+@pytest.fixture(scope="module")
+def two():
+    """A log with a drag, its base model, and two candidates fitted: the drag, and a better one in turning."""
+    problem = problem_of(made_log(1, drag_per_s=DRAG_PER_S))
+    base = fit_model(problem, Extension(BASE))
+    drag = ScoredCandidate("viscous_drag", {"c1_per_s": DRAG_PER_S}, 50.0, 1)
+    fit = fit_model(problem, base.extension.with_effect(drag.name, drag.parameters), base.noise)
+    inertia = ScoredCandidate("yaw_inertia", {"ratio": 0.01}, 60.0, 1)
+    other = fit_model(problem, base.extension.with_effect(inertia.name, inertia.parameters), base.noise)
+    better = SimpleNamespace(**{**vars(other), "deviance": fit.deviance - 20.0, "noise": other.noise})
+    return problem, base, (drag, fit), (inertia, better)
+
+
+def test_the_candidates_that_are_worth_their_price_stay(two):
+    problem, base, drag, inertia = two
+    lost = SimpleNamespace(deviance=base.deviance + 5.0, extension=drag[1].extension)
+    kept = fit_candidates.explaining(problem, base, [drag, (drag[0], lost)])
+    assert [one.name for one in kept] == ["viscous_drag"]
+    assert inertia[1].deviance < drag[1].deviance
+
+
+def test_a_drag_is_a_candidate_beside_one_of_turning_that_is_tried_first(two, monkeypatch):
+    problem, base, drag, _ = two
+    calls = [drag[0], ScoredCandidate("yaw_damping", {"d1_per_s": 0.01}, 60.0, 1)]
+    fits = {
+        one.name: fit_model(problem, base.extension.with_effect(one.name, one.parameters), base.noise)
+        for one in calls
+    }
+    monkeypatch.setattr(
+        fit_candidates, "best_fitted", lambda *_, **__: [(one, fits[one.name]) for one in calls]
+    )
+    monkeypatch.setattr(fit_candidates, "rank_at", lambda *_, **__: calls[1:])
+    stage = fit_candidates.ranked_and_fitted(problem, base, terms=False)
+    assert "viscous_drag" in [one.name for one in stage]
+    found = next(one for one in stage if one.name == "viscous_drag")
+    assert found.fit.deviance <= fits["viscous_drag"].deviance + 1e-9
+    assert found.fit.extension.effects["viscous_drag"]["c1_per_s"] == pytest.approx(DRAG_PER_S, rel=0.1)
+
+
+def solution(problem, *, dropped, stage, found=()):
+    """A solution of a selection."""
+    selection = SimpleNamespace(dropped=dropped, stages=(stage,), found=found)
+    return modes_and_effects.Solution(problem, selection, Extension(BASE))
+
+
+def candidate(name, p_value=0.0):
+    """A fitted candidate, as far as it is looked at."""
+    return SimpleNamespace(name=name, p_value=p_value, score=20.0, failed="")
+
+
+@pytest.mark.parametrize(
+    ("second", "again", "names"),
+    [
+        (candidate("torque_bias_differential"), ("torque_bias_differential",), ["torque_bias_differential"]),
+        (candidate("torque_bias_differential", 0.5), ("torque_bias_differential",), []),
+        (candidate("torque_bias_differential"), (), []),
+        (candidate("cornering_stiffness"), ("cornering_stiffness",), []),
+        (candidate("slip_interval"), ("slip_interval",), []),
+    ],
+)
+def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatch, second, again, names):
+    problem, first = two[0], candidate("torque_saturation")
+    asked = []
+
+    class Made:
+        options = None
+
+        def of(self, _problem, *, without):
+            asked.append(without)
+            return SimpleNamespace(found=tuple(map(candidate, again)))
+
+    monkeypatch.setattr(modes_and_effects, "confirm", lambda _problem, selection, _options: selection)
+    begun = solution(problem, dropped=(first,), stage=(first, second))
+    found = modes_and_effects.without_dropped(begun, Made())
+    assert [effect.name for one in found for effect in one.selection.found] == names
+    assert asked in ([], [("torque_saturation",)])
+    assert modes_and_effects.without_dropped(solution(problem, dropped=(), stage=(second,)), Made()) == []

@@ -1,0 +1,110 @@
+"""Switches in time, frictions in proportion to a load, parts of effects, and rows that say too much."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
+
+from wmr_replay.gap.formula import search
+from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
+from wmr_replay.gap.formula.grow import unseen_between
+from wmr_replay.gap.formula.winners import rival_kind
+from wmr_replay.gap.model.dictionary import FORMULA_TERMS
+from wmr_schemas.terms import parse_term
+
+
+def product(text: str) -> Group:
+    """A group of one term."""
+    return Group(PRODUCT, (parse_term(f"unnamed:{text}"),))
+
+
+@pytest.fixture(scope="module")
+def switches():
+    """The switches in time that are tried on a log: (channel, carriers)."""
+    tried = groups_of(problem_of(made_log(2)).binned, SETTINGS.formula)
+    firsts = [grid.first for grid in tried.grids if (grid.first.kind, grid.first.along) == ("edge", "t")]
+    return {(family.channel, family.carriers) for family in firsts}
+
+
+@pytest.mark.parametrize("tried", [("yaw", "effort_diff"), ("longitudinal", "v"), ("yaw", "yaw_rate")])
+def test_gains_of_turning_and_drags_may_switch_over_at_a_time(switches, tried):
+    channel, carrier = tried
+    assert (channel, ((carrier,),)) in switches
+
+
+def test_what_the_library_or_a_place_explains_does_not(switches):
+    assert ("longitudinal", (("effort_sum",),)) not in switches
+    heading = (("cos(yaw)",), ("sin(yaw)",))
+    assert not {(channel, carriers) for channel, carriers in switches if carriers in (((),), heading)}
+
+
+def test_a_switch_is_no_rival_of_a_wave_in_time_or_an_edge_of_a_place():
+    kinds = {
+        rival_kind(Group(family, family.terms(shape), shape))
+        for family, shape in (
+            (Family("edge", "yaw", "t", (("effort_diff",),)), (30.0, 2.0)),
+            (Family("edge", "yaw", "x", (("effort_diff",),)), (3.0, 0.2)),
+            (Family("wave", "yaw", "t", (("effort_diff",),)), (0.5,)),
+        )
+    }
+    assert len(kinds) == 3
+
+
+@pytest.mark.parametrize(
+    "term",
+    [
+        *("longitudinal:abs(effort_sum)*sgn(v)", "longitudinal:abs(effort_sum)*soft(v,0.08)"),
+        *("longitudinal:soft(v,0.08)*abs(yaw_rate)", "yaw:abs(v)*soft(yaw_rate,0.08)"),
+        "yaw:abs(effort_diff)*sgn(yaw_rate)",
+    ],
+)
+def test_frictions_in_proportion_to_a_load_are_tried(term):
+    assert parse_term(f"unnamed:{term}") in FORMULA_TERMS
+
+
+@pytest.mark.parametrize("lost", [0.0, 40.0, 4000.0])
+def test_no_held_out_row_says_much_alone(lost):
+    problem = problem_of(made_log(1))
+    unfitted = np.flatnonzero(~problem.train)
+    before = np.zeros(len(problem.binned))
+    after = before.copy()
+    after[unfitted] = -0.1
+    after[unfitted[7]] = lost
+    after[np.flatnonzero(problem.train)] = 1e6
+    fits = [SimpleNamespace(row_deviance=row) for row in (before, after)]
+    alone = min(lost, SETTINGS.formula.most_of_a_row)
+    assert unseen_between(problem, *fits) == pytest.approx(0.1 * (len(unfitted) - 1) - alone)
+
+
+@pytest.mark.parametrize(
+    ("named", "terms", "same"),
+    [
+        ("com_offset", ["yaw:v*yaw_rate"], False),
+        ("com_offset", ["yaw:v*yaw_rate", "longitudinal:yaw_rate*yaw_rate"], True),
+        ("slope", ["longitudinal:cos(yaw)"], True),
+    ],
+)
+def test_what_an_effect_does_to_one_channel_is_not_the_effect(named, terms, same):
+    selection = SimpleNamespace(found=[SimpleNamespace(name=named)])
+    names = tuple(f"unnamed:{term}" for term in terms)
+    assert search.is_the_same(SimpleNamespace(names=names), selection) is same
+
+
+@pytest.mark.parametrize(("shown", "stays"), [(5.0, False), (500.0, True)])
+def test_an_answer_that_no_manoeuvre_shows_takes_no_other_group_down(monkeypatch, shown, stays):
+    problem = problem_of(made_log(1))
+    groups = product("longitudinal:v*abs(yaw_rate)"), product("yaw:effort_diff*abs(effort_diff)")
+    formula = SimpleNamespace(groups=groups, fit=None)
+    selection = SimpleNamespace(found=(), fit=None)
+    monkeypatch.setattr(search, "gain_in_manoeuvres", lambda *_: shown)
+    monkeypatch.setattr(
+        search,
+        "without",
+        lambda _, one, group: SimpleNamespace(groups=tuple(g for g in one.groups if g is not group)),
+    )
+    left = search.shown_part(problem, selection, formula)
+    assert left.groups == (groups if stays else groups[:1])
+    alone = SimpleNamespace(groups=groups[1:], fit=None)
+    assert search.shown_part(problem, selection, alone) is alone
