@@ -114,7 +114,7 @@ class FormulaSettings:
     overtones: tuple[int, ...] = (2, 3)
     """Harmonics of a wave that are tried beside it. Physics: what a washboard or a loose contact has."""
 
-    most_turns: int = 12
+    most_turns: int = 30
     """Most half turns over a span of a wave along a direction. Numerics: the grid grows by its square."""
 
     turns: tuple[float, ...] = (1.0, 2.0, 3.0)
