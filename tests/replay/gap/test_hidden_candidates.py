@@ -8,7 +8,7 @@ from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
-from wmr_replay.gap.search import fit_candidates, modes_and_effects
+from wmr_replay.gap.search import fit_candidates, modes_and_effects, select
 
 DRAG_PER_S = 0.1
 
@@ -90,3 +90,29 @@ def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatc
     assert [effect.name for one in found for effect in one.selection.found] == names
     assert asked in ([], [("torque_saturation",)])
     assert modes_and_effects.without_dropped(solution(problem, dropped=(), stage=(second,)), Made()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "best", "best_parameters", "its_own"),
+    [
+        ("viscous_drag", {"c1_per_s": DRAG_PER_S}, "yaw_damping", {"d1_per_s": 0.01}, True),
+        ("rolling_resistance", {"c0_mps2": 0.03}, "viscous_drag", {"c1_per_s": DRAG_PER_S}, False),
+    ],
+)
+def test_less_of_what_another_one_explains_is_no_reason_to_name_it(
+    two, name, parameters, best, best_parameters, its_own
+):
+    problem, base, *_ = two
+
+    def fitted(one, sizes, score):
+        fit = fit_model(problem, base.extension.with_effect(one, sizes), base.noise)
+        scored = ScoredCandidate(one, sizes, 0.0, 1)
+        return SimpleNamespace(name=one, scored=scored, fit=fit, score=score, failed="")
+
+    first, other = fitted(name, parameters, 50.0), fitted(best, best_parameters, 100.0)
+    assert select.explains_its_own(problem, first, other) is its_own
+    assert select.explains_its_own(problem, first, first)
+    other.score = 55.0
+    assert select.explains_its_own(problem, first, other)
+    other.score, other.failed = 100.0, "no more than an answer to the disturbance makes"
+    assert select.explains_its_own(problem, first, other)

@@ -19,7 +19,7 @@ from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, n
 from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
 from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
-from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates, price_of
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
@@ -223,9 +223,9 @@ def first_tested(
         return ()
     level = problem.settings.significance.level
     significant = [c for c in stage if c.p_value <= level and c.score > 0]
-    if not significant:
+    first = next((c for c in significant if explains_its_own(problem, c, stage[0])), None)
+    if first is None:
         return (replace(stage[0], failed=stage[0].failed or "not significant"), *stage[1:])
-    first = significant[0]
     stage = (first, *(c for c in stage if c is not first))
     first = replace(first, correlation=correlation(problem, first.fit, first.name))
     if found and first.gain < remainder(problem, base, current, first, found):
@@ -233,6 +233,18 @@ def first_tested(
     if gain_in_manoeuvres(current, first.fit) < 0:
         first = replace(first, failed="makes manoeuvres less likely")
     return (first, *stage[1:])
+
+
+def explains_its_own(problem: Problem, candidate: FittedCandidate, best: FittedCandidate) -> bool:
+    """Whether a significant candidate explains something beside the one of the best score, if that is another
+    one, which is not significant: less of the same is no reason to name it.
+    """
+    margin, budget = problem.settings.formula.margin, problem.settings.budget
+    if candidate is best or best.failed or best.score - candidate.score < margin:
+        return True
+    both = best.fit.extension.with_effect(candidate.name, candidate.fit.extension.effects[candidate.name])
+    fit = fit_model(problem, both, best.fit.noise, budget.without_diffusion)
+    return best.fit.deviance - fit.deviance - price_of(problem, candidate.scored, fit) > margin
 
 
 def is_slight(name: str, extension: Extension, own: SelectionSettings, misfit: MisfitSettings) -> bool:
