@@ -16,6 +16,7 @@ import wmr_replay.jobs.gap as gap_command
 import wmr_replay.timeline.gap.writer as gap_writer
 from wmr_replay import cli
 from wmr_replay.cli.compiling import LINE
+from wmr_replay.cli.printing.gap import thousandths
 from wmr_replay.gap.result.result import SlipGap
 from wmr_replay.jobs.base_model import base_for
 from wmr_schemas.errors import InvalidSignal
@@ -171,6 +172,13 @@ def test_the_gap_in_slip_is_said_beside_the_table(run, analysed, log):
     )
     said = " ".join(run("gap", log)[1].split())
     assert "in slip position 300 → 20 mm, yaw 10 mrad over 4 s, 9 windows not counted above" in said
+
+
+@pytest.mark.parametrize(
+    ("size", "text"), [(None, "–"), (0.0123, "12.3"), (99.0, "99000"), (1e150, "runs away")]
+)
+def test_a_model_that_runs_away_is_said_to(size, text):
+    assert thousandths(size) == text
 
 
 def test_the_side_files_change_nothing(run, analysed, tmp_path, log):

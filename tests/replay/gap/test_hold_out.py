@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 from tests.replay.gap.plain_loop import BASE, NOISE, SETTINGS, made_fit, made_log, problem_of, with_drag
 
-from wmr_replay.gap.estimation.path_error import WindowErrors
+from wmr_replay.gap.estimation.path_error import WindowErrors, near
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_mode_at
@@ -239,3 +239,8 @@ def test_the_time_of_a_load_comes_from_all_rows():
     assert not problem.train[np.searchsorted(problem.binned.t_s, 10.0)]
     assert fit["t0_s"] == whole["t0_s"] == pytest.approx(10.0, abs=0.3)
     assert fit["mass_ratio"] == pytest.approx(0.5, abs=0.1)
+
+
+def test_a_simulation_that_runs_away_is_far_and_no_farther():
+    whitened = np.array([0.5, -3.0, 1e150, -1e200, np.inf, -np.inf, np.nan])
+    assert near(whitened, 1e6).tolist() == [0.5, -3.0, 1e6, -1e6, 1e6, -1e6, 1e6]

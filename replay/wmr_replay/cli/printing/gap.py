@@ -31,6 +31,8 @@ STYLES = {
 MARKS = {"named": "●", "ambiguous": "◐", "unnamed": "◌", "nothing_missing": "○", "not_enough_excitation": "×"}
 BAR = 20
 BAR_KEY = "bar: █ what is left, ░ what the model now explains, ╋ the floor"
+RUNS_AWAY = 100.0
+"""Gap over a few seconds, m or rad, from which on a model is unstable, and the number says no more."""
 NEAR_BIC = 10.0
 """Alternatives that are worse than this are not worth a word."""
 
@@ -240,12 +242,19 @@ def slip_facts(gap: "Gap") -> Iterator[tuple[str, str]]:
         return
     said = []
     for name, metric, unit in (("position", gap.in_slip, "mm"), ("yaw", gap.yaw.in_slip, "mrad")):
-        before, after = ("–" if s is None else figure(1e3 * s, 3) for s in (metric.before, metric.after))
+        before, after = map(thousandths, (metric.before, metric.after))
         said.append(f"{name} {before} {unit}" if before == after else f"{name} {before} → {after} {unit}")
     yield (
         "in slip",
         f"{', '.join(said)} over {gap.seconds} s, {gap.in_slip.windows} windows not counted above",
     )
+
+
+def thousandths(size: float | None) -> str:
+    """A size in metres or radians as thousandths of it; that of a model that runs away in words."""
+    if size is None:
+        return "–"
+    return figure(1e3 * size, 3) if size < RUNS_AWAY else "runs away"
 
 
 def proof_facts(proof: "Proof | None") -> Iterator[tuple[str, str]]:

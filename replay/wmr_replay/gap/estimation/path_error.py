@@ -182,7 +182,7 @@ def cut(binned: BinnedLog, extension: Extension, windows: Windows) -> Iterator[W
 
 def near(whitened: F64, far_sd: float) -> F64:
     """Whitened residuals, those of a simulation that runs away at ``far_sd``."""
-    return np.nan_to_num(whitened, nan=far_sd, posinf=far_sd, neginf=-far_sd)
+    return np.clip(np.nan_to_num(whitened, nan=far_sd), -far_sd, far_sd)
 
 
 def moved_path(
