@@ -70,7 +70,7 @@ def with_formula(
         return stated_by(found, *whole)
     kept = library if found.formula.rest.extension.effects else ()
     said = with_names(found, selection_of(found, kept, selection), options)
-    if library_of(said) or not effects_meant(found):
+    if library or library_of(said) or not effects_meant(found):
         return found.problem, said
     again = library_again(found, options)
     if stands(*again, found, problem, selection):
