@@ -6,9 +6,10 @@
 
 A log counts as right where channel, variables and parity of everything that is said are those of the hidden
 form; R² is that of the said acceleration against the hidden one over the rows of the log. What the data of a
-log cannot tell (``formulas/oracle.py``) is counted apart as well. With ``--nothing`` no form is hidden, and
-what is said is counted. Cases go round forms, cells, noises and the sources of modes, so that a part of a
-report is a mixture too. Rows are appended to ``--out``; a run that was stopped goes on where it was.
+log cannot tell from the form (``formulas/oracle.py``) is counted apart as well. With ``--nothing`` no
+form is hidden, and what is said is counted. Cases go round forms, cells, noises and the sources of modes, so
+that a part of a report is a mixture too. Rows are appended to ``--out``; a run that was stopped goes on where
+it was.
 """
 
 import argparse
@@ -41,10 +42,11 @@ from formulas.forms import (  # noqa: E402
     TENTH,
     THIRD,
 )
-from formulas.oracle import judged  # noqa: E402
+from formulas.oracle import difference, judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
 from formulas.score import scored  # noqa: E402
 from worlds.case import Case, RanAway  # noqa: E402
+from worlds.oracle import SEPARATED  # noqa: E402
 from worlds.runs import read_rows  # noqa: E402
 
 from wmr_replay.gap import GapOptions, analyse  # noqa: E402 (numpy reads the environment)
@@ -100,7 +102,9 @@ def row_of(name: str, modes: str, case: Case) -> Row:
         row["right"] = row["channel"] and row["variables"] and row["parity"]
         word = judged(world)
         row |= {"own": word.own, "moved_m": word.moved_m, "near": word.near}
-        row["apart"] = not row["right"] and word.excuses([e["name"] for e in row["effects"]])
+        row["left"] = difference(world, row["effects"])
+        excused = word.excuses([e["name"] for e in row["effects"]]) or row["left"] < SEPARATED
+        row["apart"] = not row["right"] and excused
     return row
 
 

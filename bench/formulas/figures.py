@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from figure_blocks import share
 from worlds.figures import answer, scope, verdict
-from worlds.oracle import SEEN, TOLERANCE_M
+from worlds.oracle import SEEN, SEPARATED, TOLERANCE_M
 from worlds.tables import table, where
 
 Row = dict[str, Any]
@@ -43,6 +43,11 @@ def is_right(row: Row) -> bool:
     return bool(row.get("right"))
 
 
+def is_right_or_as_near(row: Row) -> bool:
+    """Right, or with an acceleration that the log does not tell from the hidden one."""
+    return is_right(row) or bool(row.get("left", np.inf) < SEPARATED and row["effects"])
+
+
 def fits(row: Row) -> bool:
     """Whether what is said describes the hidden acceleration over the visited rows."""
     return bool(row.get("r2", 0.0) >= GOOD_R2)
@@ -68,6 +73,7 @@ def asked(rows: Rows) -> str:
     lines = [
         ("channel, variables and parity right", "≥ 85 %", ratio(rows, is_right)),
         *parts,
+        ("– or nothing that the log tells from the form", "", ratio(rows, is_right_or_as_near)),
         ("– without failures that the oracle excuses", "", ratio(told, is_right)),
         ("– without all logs that show nothing, right ones too", "", ratio(seen, is_right)),
         (f"R² ≥ {GOOD_R2}", "", ratio(rows, fits)),

@@ -25,6 +25,7 @@ BOTH_SIGNS = 0.1
 """Least share of the rows with the rarer sign of a variable for its parity to count: else it is not seen."""
 EVERY = 10
 SIGNED = {"v": ("v",), "yaw_rate": ("yaw_rate", "w"), "effort_sum": ("pull",), "effort_diff": ("turn",)}
+UNNAMED = "unnamed:"
 Values = Mapping[str, float]
 
 
@@ -95,7 +96,7 @@ def parts_of(effects: Iterable[Mapping[str, Any]], robot: RobotParameters) -> li
 
 def part_of(name: str, values: Values, robot: RobotParameters) -> Part:
     """One effect by its name."""
-    if name.startswith("unnamed:"):
+    if name.startswith(UNNAMED):
         _, channel, product = name.split(":", 2)
         read = [factor_of(text, robot) for text in product.split("*")]
         variables = frozenset(v for names, _ in read for v in names.split())

@@ -54,7 +54,8 @@ def test_a_drag_is_a_candidate_beside_one_of_turning_that_is_tried_first(two, mo
 
 def solution(problem, *, dropped, stage, found=()):
     """A solution of a selection."""
-    selection = SimpleNamespace(dropped=dropped, stages=(stage,), found=found)
+    fit = SimpleNamespace(problem=problem)
+    selection = SimpleNamespace(dropped=dropped, stages=(stage,), found=found, fit=fit)
     return modes_and_effects.Solution(problem, selection, Extension(BASE))
 
 

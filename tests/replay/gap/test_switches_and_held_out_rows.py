@@ -4,14 +4,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
+from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
 
+from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import search
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
-from wmr_replay.gap.formula.grow import unseen_between
+from wmr_replay.gap.formula.grow import Formula, unseen_between
+from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.winners import rival_kind
 from wmr_replay.gap.model.dictionary import FORMULA_TERMS
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_schemas.terms import parse_term
 
 
@@ -92,19 +97,53 @@ def test_what_an_effect_does_to_one_channel_is_not_the_effect(named, terms, same
     assert search.is_the_same(SimpleNamespace(names=names), selection) is same
 
 
-@pytest.mark.parametrize(("shown", "stays"), [(5.0, False), (500.0, True)])
-def test_an_answer_that_no_manoeuvre_shows_takes_no_other_group_down(monkeypatch, shown, stays):
+@pytest.mark.parametrize(
+    ("ahead", "turning", "left"), [(500.0, 5.0, (0, 1)), (5.0, 500.0, (0, 2)), (5.0, 5.0, (0,))]
+)
+def test_an_answer_that_no_manoeuvre_of_its_channel_shows_takes_no_other_group_down(
+    monkeypatch, ahead, turning, left
+):
     problem = problem_of(made_log(1))
-    groups = product("longitudinal:v*abs(yaw_rate)"), product("yaw:effort_diff*abs(effort_diff)")
+    texts = "longitudinal:v*abs(yaw_rate)", "longitudinal:effort_sum*abs(v)", "yaw:effort_diff*abs(v)"
+    groups = tuple(map(product, texts))
     formula = SimpleNamespace(groups=groups, fit=None)
     selection = SimpleNamespace(found=(), fit=None)
-    monkeypatch.setattr(search, "gain_in_manoeuvres", lambda *_: shown)
+    gains = {"longitudinal": ahead, "yaw": turning}
+    monkeypatch.setattr(search, "gains_in_manoeuvres", lambda *_: gains)
     monkeypatch.setattr(
         search,
         "without",
         lambda _, one, group: SimpleNamespace(groups=tuple(g for g in one.groups if g is not group)),
     )
-    left = search.shown_part(problem, selection, formula)
-    assert left.groups == (groups if stays else groups[:1])
-    alone = SimpleNamespace(groups=groups[1:], fit=None)
+    shown = search.shown_part(problem, selection, formula)
+    assert shown.groups == tuple(groups[i] for i in left)
+    alone = SimpleNamespace(groups=groups[2:], fit=None)
     assert search.shown_part(problem, selection, alone) is alone
+
+
+@pytest.mark.parametrize(
+    ("named", "terms", "own"),
+    [
+        (["yaw_damping"], ["yaw:yaw_rate*abs(yaw_rate)"], True),
+        (["yaw_damping"], ["yaw:abs(v)*yaw_rate"], False),
+        (["torque_saturation"], ["longitudinal:effort_sum*abs(v)"], True),
+        (["viscous_drag", "slope"], ["longitudinal:v*cos(yaw)"], True),
+    ],
+)
+def test_the_wrong_form_of_an_effect_reads_what_the_effect_reads(named, terms, own):
+    selection = SimpleNamespace(found=[SimpleNamespace(name=name) for name in named])
+    formula = SimpleNamespace(groups=tuple(map(product, terms)))
+    assert search.is_of_their_quantities(formula, selection) is own
+
+
+@pytest.mark.parametrize(("drag_per_s", "kept"), [(0.1, ["viscous_drag"]), (0.0, [])])
+def test_an_effect_that_explains_nothing_beside_a_formula_is_not_said(drag_per_s, kept):
+    problem = problem_of(made_log(1, drag_per_s=drag_per_s))
+    group, sizes = product("yaw:abs(v)*yaw_rate"), {"c1_per_s": 0.1}
+    rest = fit_model(problem, Extension(BASE, {"viscous_drag": sizes}))
+    fit = fit_model(problem, rest.extension.with_effect(group.names[0], {"coefficient": 0.0}), rest.noise)
+    found = Proven(problem, rest, Formula(rest, fit, (group,)), None)
+    effect = FittedCandidate(ScoredCandidate("viscous_drag", sizes, 400.0, 1), rest, 400.0, 390.0, 0.0)
+    left = search.without_spare(found, (effect,)).formula
+    assert [*left.rest.extension.effects] == kept
+    assert {*left.fit.extension.effects} == {*kept, *group.names}

@@ -87,9 +87,9 @@ def p_in_manoeuvres(problem: Problem, fit: Fit, *names: str) -> float:
     return float(fdtrc(len(size), n_blocks - len(size), wald))
 
 
-def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
-    """What terms of efforts, which only ``after`` has, lower the deviance by in manoeuvres, in the
-    channel where they do so least; infinite where there are no such terms.
+def gains_in_manoeuvres(before: Fit, after: Fit) -> dict[str, float]:
+    """What terms of efforts, which only ``after`` has, lower the deviance by in manoeuvres, by the channel
+    whose efforts they read.
 
     What answers the disturbance moves nothing. So efforts seem to act less where they are small, which a
     curve of them explains, and leaves the manoeuvres as they are or makes them less likely.
@@ -97,8 +97,12 @@ def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
     new = after.extension.effects.keys() - before.extension.effects.keys()
     channels = {torques_of(name) for name in new if name.startswith(UNNAMED_PREFIX)} - {BOTH}
     gained = before.row_deviance - after.row_deviance
-    gains = (gained[manoeuvres(before.problem, before, channel)].sum() for channel in channels)
-    return min(map(float, gains), default=float("inf"))
+    return {c: float(gained[manoeuvres(before.problem, before, c)].sum()) for c in channels}
+
+
+def gain_in_manoeuvres(before: Fit, after: Fit) -> float:
+    """The least of :func:`gains_in_manoeuvres`; infinite where there are no such terms."""
+    return min(gains_in_manoeuvres(before, after).values(), default=float("inf"))
 
 
 def channel_of(*names: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, torques_of
+from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, gains_in_manoeuvres, torques_of
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import (
@@ -68,7 +68,8 @@ def with_formula(
         return whole
     if is_the_same(found.formula, selection):
         return stated_by(found, *whole)
-    kept = library if found.formula.rest.extension.effects else ()
+    found = without_spare(found, library)
+    kept = tuple(effect for effect in library if effect.name in found.formula.rest.extension.effects)
     said = with_names(found, selection_of(found, kept, selection), options)
     if library or library_of(said) or not effects_meant(found):
         return found.problem, said
@@ -272,7 +273,8 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     unseen = unseen_between(problem, selection.fit, formula.fit)
     if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
         return False
-    wrong_form = own.beyond_library * (selection.base.deviance - selection.fit.deviance)
+    share = own.beyond_library if is_of_their_quantities(formula, selection) else 0.0
+    wrong_form = share * (selection.base.deviance - selection.fit.deviance)
     if formula.rest.extension.effects:
         return excess + unseen > max(own.beyond_margin, 0.0 if is_apart(problem, formula) else wrong_form)
     is_part = {*formula.names} <= twins_of(effect.name for effect in selection.found)
@@ -281,17 +283,29 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     return excess + unseen > (own.margin if simpler else max(own.beyond_margin, wrong_form))
 
 
+def is_of_their_quantities(formula: Formula, selection: Selection) -> bool:
+    """Whether a formula may be the right form of the selection's effects: it reads nothing else than they do,
+    or one of them is no term.
+    """
+    effects = [effect.name for effect in selection.found]
+    own = {column for name in twins_of(effects) for column in parse_term(name).columns}
+    read = {column for group in formula.groups for column in group.columns}
+    return read <= own or not all(name in TWINS for name in effects)
+
+
 def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Formula:
-    """The formula without the groups that may answer the disturbance, where manoeuvres do not show them and
-    others stand beside them: these are no reason to lose the others.
+    """The formula without the groups that may answer a channel's disturbance, where that channel's manoeuvres
+    do not show them and others stand beside them: these are no reason to lose the others.
     """
     shown = {torques_of(effect.name) for effect in selection.found}
-    answers = [group for group in formula.groups if group.answers - shown]
-    if not answers or len(answers) == len(formula.groups):
+    gains, spare = gains_in_manoeuvres(selection.fit, formula.fit), list[Group]()
+    for channel in {c for group in formula.groups for c in group.answers - shown}:
+        answers = [group for group in formula.groups if channel in group.answers]
+        price = sum(group.price(log_n(problem)) for group in answers)
+        spare += answers if gains.get(channel, 0.0) <= price else []
+    if len(spare) == len(formula.groups):
         return formula
-    if gain_in_manoeuvres(selection.fit, formula.fit) > price_of_answers(problem, formula, shown):
-        return formula
-    for group in answers:
+    for group in spare:
         formula = without(problem, formula, group)
     return formula
 
@@ -319,6 +333,22 @@ def is_the_same(formula: Formula, selection: Selection) -> bool:
 def channels_of(names: Iterable[str]) -> set[str]:
     """The channels of terms."""
     return {parse_term(name).channel for name in names}
+
+
+def without_spare(found: Proven, library: tuple[FittedCandidate, ...]) -> Proven:
+    """The formula without the library's effects that explain less beside it than they cost."""
+    problem, iterations = found.problem, found.problem.settings.budget.best_diffusion
+    for effect in library:
+        formula = found.formula
+        if effect.name not in formula.rest.extension.effects:
+            continue
+        rest, fit = (
+            fit_model(problem, one.extension.without(effect.name), one.noise, iterations)
+            for one in (formula.rest, formula.fit)
+        )
+        if fit.deviance - formula.fit.deviance < price_of(problem, effect.scored, formula.fit):
+            found = replace(found, formula=replace(formula, rest=rest, fit=fit))
+    return found
 
 
 def stated_by(found: Proven, problem: Problem, selection: Selection) -> tuple[Problem, Selection]:

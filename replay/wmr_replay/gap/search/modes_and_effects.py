@@ -31,7 +31,7 @@ from wmr_replay.gap.search.preliminary import (
     part_of_interest,
     preliminary_models,
 )
-from wmr_replay.gap.search.select import Selection, confirm, select
+from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
@@ -85,7 +85,11 @@ def find_effects(
     extension = with_sideslip(problem, extension)
     options = replace(options, gates=with_slip_disturbance(problem, extension))
     problem = Problem.of(bin_log(log, options.gates, track))
-    return problem, select(problem, extension, options)
+    said = select(problem, extension, options)
+    if spent := hiding(said):
+        again = confirm(problem, forward_selection(problem, extension, options, without=spent), options)
+        return problem, again if is_lasting(again) else said
+    return problem, said
 
 
 def find_modes_and_effects(
@@ -261,20 +265,32 @@ def plain_solution(first: Problem, selections: Selections) -> Iterator[Solution]
 
 
 def without_dropped(solution: Solution, selections: Selections) -> list[Solution]:
-    """A solution that holds where the effects that did not pass the gates are no candidates: they may have
-    hidden one that was significant, too. None where there is no such one, or it is a loss of traction or the
-    tyres': with a disturbance that nothing explains, those explain some of it.
-    """
-    problem, said = solution.problem, solution.selection
-    spent = tuple(dict.fromkeys(effect.name for effect in said.dropped))
-    level = problem.settings.significance.level
-    others = [one for one in said.stages[0] if one.name not in spent] if spent else []
-    if said.found or not any(one.p_value <= level and one.score > 0 and not one.failed for one in others):
+    """A solution that holds where the effects that are :func:`hiding` others are no candidates."""
+    spent = hiding(solution.selection)
+    if not spent:
         return []
-    selection = confirm(problem, selections.of(problem, without=spent), selections.options)
+    selection = confirm(solution.problem, selections.of(solution.problem, without=spent), selections.options)
     again = solution._replace(selection=selection)
-    of_contact = {effect.name for effect in selection.found} & {*LOCAL, SKID, TYRES}
-    return [again] if again.holds and not of_contact else []
+    return [again] if again.holds and is_lasting(selection) else []
+
+
+def hiding(said: Selection) -> tuple[str, ...]:
+    """The effects of a selection that names none which did not pass the gates, where something else was
+    significant, too: they may have hidden it.
+    """
+    spent = tuple(dict.fromkeys(effect.name for effect in said.dropped))
+    level = said.fit.problem.settings.significance.level
+    others = [one for one in said.stages[0] if one.name not in spent] if spent else []
+    hid = any(one.p_value <= level and one.score > 0 and not one.failed for one in others)
+    return spent if hid and not said.found else ()
+
+
+def is_lasting(selection: Selection) -> bool:
+    """Whether something is found, and no loss of traction, nor the tyres': with a disturbance that nothing
+    explains, those explain some of it.
+    """
+    names = {effect.name for effect in selection.found}
+    return bool(names) and not names & {*LOCAL, SKID, TYRES}
 
 
 def solve_with(model: Extension, log: Log, selections: Selections, least: float) -> list[Solution]:
