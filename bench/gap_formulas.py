@@ -41,6 +41,7 @@ from formulas.forms import (  # noqa: E402
     SIXTH,
     TENTH,
     THIRD,
+    TWELFTH,
 )
 from formulas.oracle import difference, judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
@@ -67,6 +68,7 @@ FORMS = {
     "ninth": NINTH,
     "tenth": TENTH,
     "eleventh": ELEVENTH,
+    "twelfth": TWELFTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -20,6 +20,7 @@ from formulas.forms.seventh import SEVENTH
 from formulas.forms.sixth import SIXTH
 from formulas.forms.tenth import TENTH
 from formulas.forms.third import THIRD
+from formulas.forms.twelfth import TWELFTH
 
 __all__ = [
     "DEVELOP",
@@ -38,6 +39,7 @@ __all__ = [
     "SIXTH",
     "TENTH",
     "THIRD",
+    "TWELFTH",
     "At",
     "Form",
     "form",
@@ -56,16 +58,18 @@ FORMS = (
     | NINTH
     | TENTH
     | ELEVENTH
+    | TWELFTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
-    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *REPORT),
+    *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
+    *REPORT,
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
     *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
-    *("carpet_edge", "swale", "tall_grass"),
+    *("carpet_edge", "swale", "tall_grass", "laid_hose", "wheel_ruts"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

@@ -6,89 +6,132 @@ from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def gearbox(at: At, c: float) -> F64:
-    """What a gear loses of its load, against the motion, whether it drives or is driven."""
-    return -c * np.abs(at.pull) * np.tanh(at.v / 0.05)
+def gusts(at: At, c: float, angle: float, quarter: float, period: float, phase: float) -> F64:
+    """A wind from one direction that swells and dies down; ahead is the share along the robot."""
+    strength = 0.3 + 0.7 * np.sin(np.pi * at.t / period + phase) ** 2
+    return -c * strength * np.cos(at.yaw - aslant(angle, quarter))
 
 
-def weakened(at: At, v0: float) -> F64:
-    """Full torque up to the base speed, constant power above."""
-    return at.pull * (v0 / np.maximum(np.abs(at.v), v0) - 1)
+def laid_hose(at: At, c: float, x: float, y: float, radius: float) -> F64:
+    """Friction of a hose on the floor, as long as the way from the tap to the robot."""
+    return -c * np.tanh(at.v / 0.04) * np.hypot(at.x - x, at.y - y) / radius
 
 
-def wind(at: At, c: float, speed: float, angle: float) -> F64:
-    """Drag of the air, which itself moves steadily over the ground."""
-    air = at.v + speed * np.cos(at.yaw - angle)
-    return -c * np.abs(air) * air
-
-
-def grass(at: At, c: float, x: float, y: float, radius: float) -> F64:
-    """Drag in proportion to the speed, dying out away from a place."""
-    return -c * at.v * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * radius**2))
-
-
-def ridged(at: At, size: float, length: float, phase: float, angle: float, quarter: float) -> F64:
-    """Gravity along the heading on ground that waves in one direction."""
-    across = aslant(angle, quarter)
-    along = at.x * np.cos(across) + at.y * np.sin(across)
-    return size * np.sin(2 * np.pi * along / length + phase) * np.cos(at.yaw - across)
-
-
-def rattle(at: At, c: float, v0: float, width: float) -> F64:
-    """Resistance about one speed, ahead and back."""
-    return -c * np.tanh(at.v / 0.05) * np.exp(-((np.abs(at.v) - v0) ** 2) / (2 * width**2))
+def ruts(at: At, c: float, x: float, y: float, radius: float, angle: float, quarter: float) -> F64:
+    """A track through (x, y) that turns the robot to its own direction, either way round."""
+    along = aslant(angle, quarter)
+    off = (at.y - y) * np.cos(along) - (at.x - x) * np.sin(along)
+    return -c * np.sin(2 * (at.yaw - along)) * np.exp(-((off / radius) ** 2))
 
 
 REPORT = {
-    # a worm gear loses a share of the torque that it passes on, always against the motion
-    "gearbox_load_loss": form(
-        "longitudinal", "effort_sum v", "effort_sum:even v:odd", gearbox, c=(0.25, 0.6),
+    # gears lose a share of the torque that they carry, whichever way it goes, against the motion
+    "gear_loss_under_load": form(
+        "longitudinal",
+        "v effort_sum",
+        "v:odd effort_sum:even",
+        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / 0.05),
+        c=(0.5, 0.75),
     ),
-    # above their base speed the motors have the supply's power only, so that torque falls as 1/speed
-    "base_speed": form(
-        "longitudinal", "effort_sum v", "effort_sum:odd v:even", weakened, v0=(0.15, 0.35),
+    # motors run out of voltage: the faster they turn, the less of the asked torque they give
+    "back_emf_fade": form(
+        "longitudinal",
+        "v effort_sum",
+        "v:even effort_sum:odd",
+        lambda at, c, v0: -c * at.pull * at.v**2 / (at.v**2 + v0**2),
+        c=(0.65, 0.9),
+        v0=(0.2, 0.45),
     ),
-    # cold grease in gears and bearings drags, and less as it gets warm
-    "cold_grease": form(
-        "longitudinal", "v t", "v:odd", lambda at, c, tau: -c * at.v * np.exp(-at.t / tau),
-        c=(0.4, 0.9), tau=(20.0, 45.0),
+    # cold grease in gears and bearings drags, and less and less as it warms up
+    "winter_grease": form(
+        "longitudinal",
+        "v t",
+        "v:odd",
+        lambda at, c, v0, warm: -c * np.tanh(at.v / v0) * np.exp(-at.t / warm),
+        c=(0.45, 0.9),
+        v0=(0.2, 0.5),
+        warm=(12.0, 35.0),
     ),
-    # a steady wind over a yard: drag goes by the speed against the air
-    "yard_wind": form(
-        "longitudinal", "v yaw", "v:mixed", wind, c=(0.03, 0.07), speed=(1.5, 3.0), angle=(0.0, 6.28),
+    # a gusty wind on a tall body
+    "gusty_wind": form(
+        "longitudinal",
+        "yaw t",
+        "",
+        gusts,
+        c=(0.25, 0.6),
+        angle=(0.3, 1.27),
+        quarter=(0.0, 4.0),
+        period=(12.0, 30.0),
+        phase=(0.0, 3.14),
     ),
-    # a stand of tall grass, which brakes the more the faster the robot goes through it
-    "tall_grass": form(
-        "longitudinal", "v x y", "v:odd", grass,
-        c=(0.5, 1.2), x=(0.25, 0.75), y=(0.25, 0.75), radius=(0.15, 0.35),
+    # an electronic speed limiter brakes above its set speed, ahead and in reverse
+    "speed_limiter": form(
+        "longitudinal",
+        "v",
+        "v:odd",
+        lambda at, rate, v0: -rate * np.sign(at.v) * np.maximum(np.abs(at.v) - v0, 0.0),
+        rate=(0.6, 1.4),
+        v0=(0.3, 0.55),
     ),
-    # ridges of a tilled field that run aslant
-    "tilled_ridges": form(
-        "longitudinal", "x y yaw", "", ridged,
-        size=(0.2, 0.45), length=(2.0, 6.0), phase=(0.0, 6.28), angle=(0.3, 1.27), quarter=(0.0, 4.0),
+    # tyres and castors scrub in bends and hold the robot back
+    "scrub_in_bends": form(
+        "longitudinal",
+        "v yaw_rate",
+        "v:odd yaw_rate:even",
+        lambda at, c, w0: -c * np.tanh(at.v / 0.05) * np.abs(at.w) / (np.abs(at.w) + w0),
+        c=(0.4, 0.8),
+        w0=(0.03, 0.1),
     ),
-    # at one speed the joints of the tiles shake the chassis, which takes power
-    "tile_resonance": form(
-        "longitudinal", "v", "v:odd", rattle, c=(0.2, 0.45), v0=(0.4, 0.8), width=(0.1, 0.25),
+    # a water hose or mains cable dragged over the floor: the more of it is laid out, the more it holds back
+    "laid_hose": form(
+        "longitudinal",
+        "v x y",
+        "v:odd",
+        laid_hose,
+        c=(0.25, 0.5),
+        x=(0.0, 1.0),
+        y=(0.0, 1.0),
+        radius=(0.5, 1.0),
     ),
-    # wide tyres scrub most where the robot turns on the spot, and less where it rolls
-    "pivot_scrub": form(
-        "yaw", "v yaw_rate", "v:even yaw_rate:odd",
-        lambda at, c, w0, v0: -c * np.tanh(at.w / w0) / (1 + np.abs(at.v) / v0),
-        c=(0.3, 0.7), w0=(0.02, 0.06), v0=(0.4, 1.0),
+    # wide tyres and castors resist turning on the spot, and hardly once they roll
+    "turning_on_the_spot": form(
+        "yaw",
+        "v yaw_rate",
+        "v:even yaw_rate:odd",
+        lambda at, c, v0: -c * np.tanh(at.w / 0.03) / (1 + (at.v / v0) ** 2),
+        c=(0.3, 0.6),
+        v0=(0.5, 1.0),
     ),
-    # on a side slope the heavy end swings downhill
-    "side_slope": form(
-        "yaw", "yaw", "", lambda at, size, angle: size * np.sin(at.yaw - angle),
-        size=(0.1, 0.3), angle=(0.0, 6.28),
+    # the motor of one side gets hot and weak, so that pushing ahead turns the robot more and more
+    "one_motor_hot": form(
+        "yaw",
+        "t effort_sum",
+        "effort_sum:odd",
+        lambda at, c, side, warm: c * np.sign(side) * at.pull * (1 - np.exp(-at.t / warm)),
+        c=(0.6, 1.2),
+        side=(-1.0, 1.0),
+        warm=(10.0, 40.0),
     ),
-    # a bad bearing at one wheel: the robot veers, the more the faster it goes
-    "bad_bearing": form(
-        "yaw", "v", "v:odd", lambda at, c, side: c * np.sign(side) * at.v, c=(0.15, 0.4), side=(-1.0, 1.0),
+    # a cable from above twists up as the robot turns, and turns it back
+    "twisted_cable": form(
+        "yaw",
+        "yaw",
+        "",
+        lambda at, c, twist: -c * np.tanh(at.yaw / twist),
+        c=(0.2, 0.45),
+        twist=(0.6, 3.0),
     ),
-    # both drives share a limited current: what pushing ahead takes is missing for turning
-    "shared_current": form(
-        "yaw", "effort_diff effort_sum", "effort_diff:odd effort_sum:even",
-        lambda at, p0: -at.turn * np.abs(at.pull) / (np.abs(at.pull) + p0), p0=(0.05, 0.15),
+    # wheel ruts across the yard steer the robot along them
+    "wheel_ruts": form(
+        "yaw",
+        "x y yaw",
+        "",
+        ruts,
+        c=(0.25, 0.6),
+        x=(0.2, 0.8),
+        y=(0.2, 0.8),
+        radius=(0.15, 0.35),
+        angle=(0.3, 1.27),
+        quarter=(0.0, 4.0),
     ),
-}  # fmt: skip
+}
