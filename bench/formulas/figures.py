@@ -126,8 +126,13 @@ def cannot_tell(rows: Rows) -> str:
     apart = sorted((r for r in rows if untold(r) or r.get("apart")), key=lambda row: row["seed"])
     if not apart:
         return "No such log."
-    lines = [[*line(row), own(row), f"{1000 * row['moved_m']:.1f} mm"] for row in apart]
-    return table((*HEAD, "own", "moves the path by"), lines)
+    lines = [[*line(row), own(row), left(row), f"{1000 * row['moved_m']:.1f} mm"] for row in apart]
+    return table((*HEAD, "own", "left", "moves the path by"), lines)
+
+
+def left(row: Row) -> str:
+    """What tells the form from what is said."""
+    return f"{row['left']:.0f}" if "left" in row else "–"
 
 
 def silence(rows: Rows) -> str:

@@ -137,7 +137,31 @@ def test_formulas_leave_out_a_log_that_shows_nothing_right_or_not(bench):
     assert "(3 of 4;" in line_of(report, "– without failures that the oracle excuses")
     assert "(2 of 3;" in line_of(report, "– without all logs that show nothing, right ones too")
     assert "(1 of 4;" in line_of(found["formulas_report"], "R² ≥ 0.9")
-    assert line_of(found["formulas_apart"], "700001").endswith("| 0 | 100.0 mm |")
+    assert line_of(found["formulas_apart"], "700001").endswith("| 0 | – | 100.0 mm |")
+
+
+def test_an_answer_that_the_log_does_not_tell_from_the_form_is_counted_beside_right_ones(bench):
+    near, silent, far = (
+        formula_row(700005 + k, "bowl", left=left, apart=left < 33, **NAMED, effects=effects)
+        for k, (left, effects) in enumerate(((5.0, said("unnamed:yaw:v")), (5.0, []), (50.0, said("slope"))))
+    )
+    found = bench("formulas.figures").blocks([*FORMULAS, near, silent, far])
+    assert "(3 of 7;" in line_of(found["formulas_report"], "– or nothing that the log tells from the form")
+    assert line_of(found["formulas_apart"], "700005").endswith("| 90 | 5 | 100.0 mm |")
+
+
+def test_the_oracle_holds_an_answer_against_the_form_itself(bench):
+    case = bench("worlds.case").Case(2, "patrol", "mocap", "", 7, 20.0)
+    world = bench("formulas.plants").hidden_world("bad_bearing", case)
+    coefficient = world.hidden.sizes["c"] * (1 if world.hidden.sizes["side"] > 0 else -1)
+    difference, own = bench("formulas.oracle").difference, bench("formulas.oracle").difference(world, [])
+    assert own > 100.0
+    for share in (1.0, 0.5, 0.9):
+        says = [{"name": "unnamed:yaw:v", "parameters": {"coefficient": [share * coefficient]}}]
+        assert difference(world, says) == pytest.approx((1 - share) ** 2 * own, rel=1e-6, abs=1e-6)
+    assert difference(world, [{"name": "pose_delay", "parameters": {"delay_s": [0.1]}}]) == float("inf")
+    bias = [{"name": "torque_bias_differential", "parameters": {"bias_nm": [0.01]}}]
+    assert 0.0 < difference(world, [*says, *bias]) < float("inf")
 
 
 def test_formulas_list_failures_and_right_ones_that_fit_worse(bench):
