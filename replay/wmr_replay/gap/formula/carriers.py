@@ -11,6 +11,8 @@ from wmr_schemas.terms import TermChannel
 
 Table = dict[TermChannel, tuple[str, ...]]
 HEADING = "cos(yaw) sin(yaw)"
+EITHER_WAY = "cos(2yaw) sin(2yaw)"
+"""What turns a robot to a direction, whichever way round: a rut, a rail."""
 SOFT_V, SOFT_W = SOFT_SIGNS["v"], SOFT_SIGNS["yaw_rate"]
 OVER_TIME: Table = {
     "longitudinal": (
@@ -43,9 +45,9 @@ OVER_PLACE: Table = {
 """Height and tilt by the heading, drags, pulls to a side, and traction."""
 OVER_STRIP: Table = {
     "longitudinal": ("1", "v", "sgn(v)", SOFT_V, HEADING, "effort_sum"),
-    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, "effort_diff"),
+    "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, EITHER_WAY, "effort_diff"),
 }
-"""What lies across the way: a ramp, a mat, a gust between two houses, a lane that was mopped."""
+"""What lies across the way: a ramp, a mat, a rut, a gust between two houses, a lane that was mopped."""
 OVER_HEADING: Table = {
     "longitudinal": ("1", "v", "sgn(v)", SOFT_V, "abs(v)", "v*abs(v)", "effort_sum", "effort_diff"),
     "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", SOFT_W, "abs(v)", "effort_diff", "effort_sum"),

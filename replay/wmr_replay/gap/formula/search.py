@@ -29,6 +29,7 @@ from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import log_n, scored_groups
+from wmr_replay.gap.formula.softness import with_own_softness
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
@@ -194,7 +195,7 @@ def best_formula(
         ways += grown_both_ways(problem, selection.base, tried)
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways]
-    ways = [shown_part(problem, selection, f) for f in ways]
+    ways = [shown_part(problem, selection, with_own_softness(problem, f)) for f in ways]
     ways = [f for f in ways if explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:

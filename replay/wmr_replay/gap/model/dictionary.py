@@ -129,6 +129,19 @@ def frictions() -> Iterator[str]:
                 yield ordered((f"abs({other})", sign))
 
 
+OVER_PLANE: dict[TermChannel, tuple[str, ...]] = {
+    "longitudinal": ("sgn(v)", SOFT_SIGNS["v"], "v", "effort_sum"),
+    "yaw": ("sgn(yaw_rate)", SOFT_SIGNS["yaw_rate"], "yaw_rate", "v", "effort_diff"),
+}
+"""What grows evenly from one side of the area to the other: a hose that is drawn out, a rising wind."""
+
+
+def plane_curves(channel: TermChannel) -> Iterator[tuple[str, ...]]:
+    """Frictions, drags and gains with a plane over x and y."""
+    for own in OVER_PLANE[channel]:
+        yield own, f"{own}*x", f"{own}*y"
+
+
 BY_SIGN = (
     "effort_sum*sgn(v)",
     "effort_diff*sgn(yaw_rate)",
@@ -143,7 +156,7 @@ FOR_BOTH = dict.fromkeys(PRODUCTS, (*POWERS_OF_ONE, *pair_products(), *BY_SIGN, 
 
 def curves_of() -> dict[tuple[Term, ...], None]:
     """Every curve once."""
-    curves = {c: (*some, *own_curves(), *pair_curves()) for c, some in CURVES.items()}
+    curves = {c: (*some, *own_curves(), *pair_curves(), *plane_curves(c)) for c, some in CURVES.items()}
     return dict.fromkeys(terms_of({c: curve}) for c, some in curves.items() for curve in some)
 
 

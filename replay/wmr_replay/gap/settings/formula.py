@@ -88,6 +88,12 @@ class FormulaSettings:
     ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))
     """Middles and widths of rings, in the same units. As ``scale_shares``."""
 
+    softer: float = 1.5
+    """Step of a friction's softness, a factor. Numerics: a friction changes little from one to the next."""
+
+    most_softer: int = 4
+    """Most such steps. Judgement: from .016 to .4 m/s or rad/s; what is softer is a drag."""
+
     scales: tuple[float, float] = (0.02, 5.0)
     """Smallest and largest number of a shape, in the same units. Statistics: beyond, it is a sign, or a
     constant."""
