@@ -6,8 +6,10 @@ from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import softness
+from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
 from wmr_replay.gap.formula.grow import Formula
+from wmr_replay.gap.formula.shapes import allowed
 from wmr_replay.gap.model.dictionary import CURVE_TERMS
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.terms import parse_term
@@ -80,3 +82,21 @@ def test_a_rut_turns_a_robot_whichever_way_round():
     kinds = {(g.first.channel, g.first.kind) for g in tried.grids if g.first.carriers == either}
     assert {("yaw", "strip"), ("yaw", "band")} <= kinds
     assert not any(channel == "longitudinal" for channel, _ in kinds)
+
+
+def test_frictions_may_change_smoothly_over_the_whole_area():
+    problem = problem_of(made_log(2))
+    place = problem.binned.pose[:, :2]
+    span_m = float(np.mean(np.ptp(place, axis=0)))
+    wide = [g.pieces[0] for g in groups_of(problem.binned, SETTINGS.formula).grids if g.first.kind == "bump"]
+    wide = [(family, shapes) for family, shapes in wide if family.plain]
+    assert {family.carriers for family, _ in wide if family.channel == "yaw"} >= {(("yaw_rate",),)}
+    for family, shapes in wide:
+        assert {*np.round(shapes[:, 2] / span_m, 6)} == {*SETTINGS.formula.wide_shares}
+        assert np.all(np.abs(shapes[:, :2] - place.mean(axis=0)) <= np.ptp(place, axis=0) + shapes[:, 2:])
+        group = Group(family, family.terms(tuple(shapes[0])), tuple(shapes[0]))
+        far = allowed(group, np.array([1e3, 1e3, 1e3]), problem)
+        assert far == pytest.approx([*place.max(axis=0), span_m])
+    narrow = Family("bump", "yaw", "", (("yaw_rate",),))
+    group = Group(narrow, narrow.terms((1.0, 1.0, 1.0)), (1.0, 1.0, 1.0))
+    assert allowed(group, np.full(3, 1e3), problem)[2] == pytest.approx(SETTINGS.formula.widest_bell * span_m)

@@ -21,6 +21,12 @@ CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
 )
 """Height, ahead and to the side, and what pushes, brakes or blows in a place, or takes traction there."""
 
+OVER_ALL: tuple[tuple[TermChannel, str], ...] = (
+    *(("longitudinal", text) for text in ("sgn(v)", SOFT_V, "v")),
+    *(("yaw", text) for text in ("sgn(yaw_rate)", SOFT_W, "yaw_rate")),
+)
+"""Frictions and drags that change smoothly over the whole area: about the tap of a hose, say."""
+
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     """The bells of a log, by what they carry."""
@@ -29,6 +35,21 @@ def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     for kind, channel, text in CARRIED:
         if len(numbers[kind]):
             yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
+    wide = wide_bells_of(binned, settings)
+    for channel, text in OVER_ALL:
+        yield Grid(((Family("bump", channel, "", carriers_of(text), plain=True), wide),))
+
+
+def wide_bells_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
+    """Bells (m, 3) as wide as the area, about places on a grid where the robot was."""
+    place = binned.pose[:, :2]
+    span_m = float(np.mean(np.ptp(place, axis=0)))
+    found = []
+    for share in settings.wide_shares:
+        radius_m = max(share * span_m, settings.least_radius_m)
+        cells = np.unique(np.rint(2 * place / radius_m), axis=0) * radius_m / 2
+        found.append(np.column_stack([cells, np.full(len(cells), radius_m)]))
+    return np.concatenate(found)
 
 
 def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:

@@ -68,7 +68,8 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
     if family.kind == "wave":
         return within_lengths(group, shape, own)
     if family.kind in BELLS:
-        return within_area(shape, problem)
+        widest = own.wide_shares[-1] if family.plain else own.widest_bell
+        return within_area(shape, problem, widest)
     columns = columns_of(problem.binned)
     if family.kind in OF_LINE:
         return within_lines(group, shape, columns, own)
@@ -105,10 +106,10 @@ def within_lines(group: Group, shape: F64, columns: Columns, own: FormulaSetting
     return np.array([apart, angle, np.clip(shape[2], narrow / 2, wide)])
 
 
-def within_area(shape: F64, problem: Problem) -> F64:
-    """The place and radius of a bell."""
+def within_area(shape: F64, problem: Problem, widest: float) -> F64:
+    """The place and radius of a bell, at most ``widest`` spans wide."""
     own, place = problem.settings.formula, problem.binned.pose[:, :2]
-    widest_m = own.widest_bell * float(np.mean(np.ptp(place, axis=0)))
+    widest_m = widest * float(np.mean(np.ptp(place, axis=0)))
     middle = np.clip(shape[:2], place.min(axis=0), place.max(axis=0))
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 

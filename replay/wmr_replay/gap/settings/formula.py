@@ -166,6 +166,9 @@ class FormulaSettings:
     bell_shares: tuple[float, ...] = (0.06, 0.1, 0.16, 0.25)
     """Radii of bells, shares of the path's mean span. Judgement: from a bump to half of the area."""
 
+    wide_shares: tuple[float, ...] = (0.5, 1.0)
+    """The same of frictions that change over the whole area. As ``bell_shares``."""
+
     widest_bell: float = 0.35
     """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
 
