@@ -20,50 +20,56 @@ def product(text: str, n_tried: float = 10) -> Group:
     return Group(PRODUCT, (parse_term(f"unnamed:{text}"),), n_tried=n_tried)
 
 
-def scored_by(best: float):
-    """A stand-in of fits: the nearer the softness of the first term to ``best``, the better the formula."""
+def softness_of(text: str) -> float:
+    """The number of a soft factor."""
+    return float(text.removesuffix(")").split(",")[1])
 
-    def refitted(_problem, formula, quantity, width):
-        groups = tuple(softness.changed(group, quantity, width, 8) for group in formula.groups)
+
+def scored_by(best: float):
+    """A stand-in of fits: the nearer the softness over the yaw rate to ``best``, the better the formula."""
+
+    def refitted(_problem, formula, before, after):
+        groups = tuple(softness.changed(group, before, after, 8) for group in formula.groups)
         return Formula(formula.rest, formula.fit, groups)
 
     def score(_problem, formula):
         (text,) = {f for f in softness.softs_of(formula) if "yaw_rate" in f}
-        return -abs(np.log(softness.softness_of(text) / best))
+        return -abs(np.log(softness_of(text) / best))
 
     return refitted, score
 
 
-@pytest.mark.parametrize(
-    ("best", "found"),
-    [(0.08, 0.08), (0.12, 0.12), (0.17, 0.18), (0.05, 0.05333), (9.0, 0.405), (0.001, 0.0158)],
-)
-def test_the_softness_is_found_by_steps(monkeypatch, best, found):
-    refitted, score = scored_by(best)
+@pytest.mark.parametrize("start", [0.08, 0.3])
+@pytest.mark.parametrize("steps", [0, 1, 3, -1, -3, 9, -9])
+def test_the_softness_is_found_by_steps(monkeypatch, start, steps):
+    own = SETTINGS.formula
+    refitted, score = scored_by(start * own.softer**steps * 1.1)
     monkeypatch.setattr(softness, "refitted", refitted)
     monkeypatch.setattr(softness, "score", score)
-    groups = product("yaw:soft(yaw_rate,0.08)"), product("yaw:abs(v)*soft(yaw_rate,0.08)"), product("yaw:v")
+    text = f"soft(yaw_rate,{start})"
+    groups = product(f"yaw:{text}"), product(f"yaw:abs(v)*{text}"), product("yaw:v")
     one = softness.with_own_softness(problem_of(made_log(1)), Formula(None, None, groups))
-    (text,) = softness.softs_of(one)
-    assert softness.softness_of(text) == pytest.approx(found, rel=1e-3)
+    (found,) = softness.softs_of(one)
+    gone = np.clip(steps, -own.most_softer, own.most_softer)
+    assert softness_of(found) == pytest.approx(start * own.softer**gone, rel=1e-3)
     assert one.groups[2] is groups[2]
     prices = [group.n_tried for group in one.groups[:2]]
-    assert prices == ([10, 10] if found == 0.08 else [80, 80])
+    assert prices == ([80, 80] if steps else [10, 10])
 
 
 def test_other_frictions_keep_theirs():
     group = product("yaw:soft(yaw_rate,0.08)*soft(v,0.08)")
-    (term,) = softness.changed(group, "v", 0.2, 8).terms
+    (term,) = softness.changed(group, "soft(v,0.08)", "soft(v,0.2)", 8).terms
     assert term.factors == ("soft(yaw_rate,0.08)", "soft(v,0.2)")
     plain = product("yaw:sgn(v)")
-    assert softness.changed(plain, "v", 0.2, 8) is plain
+    assert softness.changed(plain, "soft(v,0.08)", "soft(v,0.2)", 8) is plain
 
 
 def test_a_softer_friction_is_fitted_from_the_sizes_before():
     problem = problem_of(made_log(1, drag_per_s=0.1))
     base, group = fit_model(problem, Extension(BASE)), product("longitudinal:soft(v,0.08)")
     fit = fit_model(problem, base.extension.with_effect(group.names[0], {"coefficient": -0.02}), base.noise)
-    found = softness.refitted(problem, Formula(base, fit, (group,)), "v", 1.5)
+    found = softness.refitted(problem, Formula(base, fit, (group,)), "soft(v,0.08)", "soft(v,1.5)")
     assert found.names == ("unnamed:longitudinal:soft(v,1.5)",)
     assert {*found.fit.extension.effects} == {*found.names}
     assert found.fit.deviance < fit_model(problem, fit.extension, fit.noise).deviance - 10.0

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from wmr_replay.gap.formula.carriers import HEADING, SOFT_V, SOFT_W, carriers_of
+from wmr_replay.gap.formula.carriers import HEADING, SOFT_V, SOFT_W, SOFTER_V, SOFTER_W, carriers_of
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import TRIED, Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -22,8 +22,8 @@ CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
 """Height, ahead and to the side, and what pushes, brakes or blows in a place, or takes traction there."""
 
 OVER_ALL: tuple[tuple[TermChannel, str], ...] = (
-    *(("longitudinal", text) for text in ("sgn(v)", SOFT_V, "v")),
-    *(("yaw", text) for text in ("sgn(yaw_rate)", SOFT_W, "yaw_rate")),
+    *(("longitudinal", text) for text in ("sgn(v)", SOFT_V, SOFTER_V, "v")),
+    *(("yaw", text) for text in ("sgn(yaw_rate)", SOFT_W, SOFTER_W, "yaw_rate")),
 )
 """Frictions and drags that change smoothly over the whole area: about the tap of a hose, say."""
 

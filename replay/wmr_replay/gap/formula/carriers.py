@@ -13,15 +13,22 @@ Table = dict[TermChannel, tuple[str, ...]]
 HEADING = "cos(yaw) sin(yaw)"
 EITHER_WAY = "cos(2yaw) sin(2yaw)"
 """What turns a robot to a direction, whichever way round: a rut, a rail."""
-SOFT_V, SOFT_W = SOFT_SIGNS["v"], SOFT_SIGNS["yaw_rate"]
+(SOFT_V, SOFTER_V), (SOFT_W, SOFTER_W) = SOFT_SIGNS["v"], SOFT_SIGNS["yaw_rate"]
 OVER_TIME: Table = {
     "longitudinal": (
-        *("1", HEADING, "v", "sgn(v)", SOFT_V, "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
+        *("1", HEADING, "v", "sgn(v)", SOFT_V, SOFTER_V, "v*abs(v)", "abs(v)", "v*yaw_rate", "abs(yaw_rate)"),
         *("effort_sum", "effort_sum*abs(v)", "abs(effort_sum)", "effort_diff"),
     ),
     "yaw": (
-        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, "v", "abs(v)", "sgn(v)", "abs(v)*yaw_rate"),
-        *("v*yaw_rate", "effort_diff", "effort_diff*abs(v)", "effort_diff*abs(yaw_rate)", "effort_sum"),
+        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, SOFTER_W, "v", "abs(v)", "sgn(v)"),
+        *(
+            "abs(v)*yaw_rate",
+            "v*yaw_rate",
+            "effort_diff",
+            "effort_diff*abs(v)",
+            "effort_diff*abs(yaw_rate)",
+            "effort_sum",
+        ),
     ),
 }
 """Wind, drags, gains and pulls to a side."""

@@ -17,6 +17,8 @@ from wmr_replay.gap.formula.carriers import (
     SHORT,
     SOFT_V,
     SOFT_W,
+    SOFTER_V,
+    SOFTER_W,
     TURNED,
     UNSWITCHED,
     carriers_of,
@@ -29,7 +31,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
 
-FRICTIONS = ("sgn(v)", "sgn(yaw_rate)", SOFT_V, SOFT_W)
+FRICTIONS = ("sgn(v)", "sgn(yaw_rate)", SOFT_V, SOFTER_V, SOFT_W, SOFTER_W)
 TRIED: tuple[TermChannel, ...] = tuple(channel for channel in CHANNELS if channel != "lateral")
 
 

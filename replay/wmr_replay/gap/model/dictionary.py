@@ -117,21 +117,23 @@ def own_curves() -> Iterator[tuple[str, ...]]:
         yield f"abs({z})", f"{z}*{z}", f"abs({z})*{z}*{z}"
 
 
-SOFT_SIGNS = {"v": "soft(v,0.08)", "yaw_rate": "soft(yaw_rate,0.08)"}
-"""Frictions of a contact that gives way before it slides. Physics: a tyre's, over some cm/s."""
+SOFT_SIGNS = {"v": ("soft(v,0.08)", "soft(v,0.3)"), "yaw_rate": ("soft(yaw_rate,0.08)", "soft(yaw_rate,0.3)")}
+"""Frictions of a contact that gives way before it slides, and of grease. Physics: a tyre's set in over some
+cm/s, a fluid's over walking pace.
+"""
 
 
 def frictions() -> Iterator[str]:
     """Frictions, abrupt and soft, in proportion to the size of another quantity: a load, a torque, a bend."""
     for moving, soft in SOFT_SIGNS.items():
         for other in (z for z in SHAPED if z != moving):
-            for sign in (f"sgn({moving})", soft):
+            for sign in (f"sgn({moving})", *soft):
                 yield ordered((f"abs({other})", sign))
 
 
 OVER_PLANE: dict[TermChannel, tuple[str, ...]] = {
-    "longitudinal": ("sgn(v)", SOFT_SIGNS["v"], "v", "effort_sum"),
-    "yaw": ("sgn(yaw_rate)", SOFT_SIGNS["yaw_rate"], "yaw_rate", "v", "effort_diff"),
+    "longitudinal": ("sgn(v)", *SOFT_SIGNS["v"], "v", "effort_sum"),
+    "yaw": ("sgn(yaw_rate)", *SOFT_SIGNS["yaw_rate"], "yaw_rate", "v", "effort_diff"),
 }
 """What grows evenly from one side of the area to the other: a hose that is drawn out, a rising wind."""
 

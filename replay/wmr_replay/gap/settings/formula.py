@@ -92,7 +92,7 @@ class FormulaSettings:
     """Step of a friction's softness, a factor. Numerics: a friction changes little from one to the next."""
 
     most_softer: int = 4
-    """Most such steps. Judgement: from .016 to .4 m/s or rad/s; what is softer is a drag."""
+    """Most such steps. Judgement: from .016 to 1.5 m/s or rad/s; what is softer is a drag."""
 
     scales: tuple[float, float] = (0.02, 5.0)
     """Smallest and largest number of a shape, in the same units. Statistics: beyond, it is a sign, or a
