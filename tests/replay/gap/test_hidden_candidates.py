@@ -5,7 +5,6 @@ from types import SimpleNamespace
 import pytest
 from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 
-from wmr_replay.gap import GapOptions
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
@@ -92,31 +91,6 @@ def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatc
     assert [effect.name for one in found for effect in one.selection.found] == names
     assert asked in ([], [("torque_saturation",)])
     assert modes_and_effects.without_dropped(solution(problem, dropped=(), stage=(second,)), Made()) == []
-
-
-@pytest.mark.parametrize(
-    ("dropped", "again", "names"),
-    [
-        ("torque_saturation", "torque_bias_differential", ["torque_bias_differential"]),
-        ("torque_saturation", "slip_interval", []),
-        ("", "torque_bias_differential", []),
-    ],
-)
-def test_so_it_is_with_given_modes(two, monkeypatch, dropped, again, names):
-    problem, second = two[0], candidate("torque_bias_differential")
-    first = (candidate(dropped),) if dropped else ()
-    said = solution(problem, dropped=first, stage=(*first, second)).selection
-    monkeypatch.setattr(modes_and_effects, "select", lambda *_: said)
-    monkeypatch.setattr(modes_and_effects, "confirm", lambda _problem, selection, _options: selection)
-    monkeypatch.setattr(
-        modes_and_effects,
-        "forward_selection",
-        lambda *_, without: SimpleNamespace(found=(candidate(again),), without=without),
-    )
-    log, options = made_log(1, drag_per_s=DRAG_PER_S), GapOptions(modes="given")
-    _, found = modes_and_effects.find_effects(log, Extension(BASE), options, lambda *_: None)
-    assert [effect.name for effect in found.found] == names
-    assert getattr(found, "without", (dropped,)) == (dropped,)
 
 
 @pytest.mark.parametrize(

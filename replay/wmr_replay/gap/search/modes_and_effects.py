@@ -31,7 +31,7 @@ from wmr_replay.gap.search.preliminary import (
     part_of_interest,
     preliminary_models,
 )
-from wmr_replay.gap.search.select import Selection, confirm, forward_selection, select
+from wmr_replay.gap.search.select import Selection, confirm, select
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_test import missed_slipping
 from wmr_replay.gap.search.whatever_modes import Deviance, all_rolling, unlabelled_deviance
@@ -85,11 +85,7 @@ def find_effects(
     extension = with_sideslip(problem, extension)
     options = replace(options, gates=with_slip_disturbance(problem, extension))
     problem = Problem.of(bin_log(log, options.gates, track))
-    said = select(problem, extension, options)
-    if spent := hiding(said):
-        again = confirm(problem, forward_selection(problem, extension, options, without=spent), options)
-        return problem, again if is_lasting(again) else said
-    return problem, said
+    return problem, select(problem, extension, options)
 
 
 def find_modes_and_effects(
