@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import fuzz
@@ -22,11 +23,22 @@ from wmr_schemas.absurd import without_absurd
 from wmr_schemas.errors import InvalidSetting
 
 HERE = Path(__file__).parent
-MOST_MIB, MOST_S = 1024, 10
+MOST_MIB = 1024
+MOST_LOOPS = 60
+"""Most processor time of a command, in times of :func:`loop_s`: 10 s where that is a sixth of one."""
 NAMES = sorted(set(made.CASES) - {"clean"})
 N_TOGETHER = 16
 """Logs that one process reads: its memory grows a little with each."""
 BATCHES = [NAMES[start : start + N_TOGETHER] for start in range(0, len(NAMES), N_TOGETHER)]
+
+
+def loop_s() -> float:
+    """Processor time of a million plain steps: how fast this machine is today."""
+    begun, counted = time.process_time(), dict[str, int]()
+    for k in range(1_000_000):
+        name = str(k % 1000)
+        counted[name] = counted.get(name, 0) + k
+    return time.process_time() - begun
 
 
 @pytest.mark.parametrize("names", BATCHES, ids=lambda names: f"{names[0]}-to-{names[-1]}")
@@ -38,10 +50,11 @@ def test_a_hostile_log_is_read_or_refused_within_memory_and_time(tmp_path, names
     done = subprocess.run(worker, capture_output=True, text=True, check=False)
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert [line["file"] for line in lines] == [path.stem for path in files], done.stderr[-2000:]
+    most_s = MOST_LOOPS * loop_s()
     for line in lines[1:]:
         for command in line["commands"]:
             assert command["code"] in {0, 3}, (line["file"], command)
-            assert command["cpu_s"] <= MOST_S, (line["file"], command)
+            assert command["cpu_s"] <= most_s, (line["file"], command)
             assert command["peak_mib"] <= MOST_MIB, (line["file"], command)
 
 
