@@ -300,7 +300,7 @@ def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Form
     """
     shown = {torques_of(effect.name) for effect in selection.found}
     gains, spare = gains_in_manoeuvres(selection.fit, formula.fit), list[Group]()
-    for channel in {c for group in formula.groups for c in group.answers - shown}:
+    for channel in sorted({c for group in formula.groups for c in group.answers - shown}):
         answers = [group for group in formula.groups if channel in group.answers]
         price = sum(group.price(log_n(problem)) for group in answers)
         spare += answers if gains.get(channel, 0.0) <= price else []
