@@ -3,7 +3,7 @@
 import numpy as np
 
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_schemas.arrays import NS_PER_S, Bool
+from wmr_schemas.arrays import F64, I64, NS_PER_S, Bool
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 
@@ -17,12 +17,16 @@ def without_skid(track: ModeTrack) -> ModeTrack:
 
 def with_mode_at(binned: BinnedLog, rows: Bool, mode: ContactMode) -> ModeTrack:
     """The binned log's modes with those of ``rows`` (n,) replaced by ``mode``."""
-    changed = np.where(rows, mode, binned.mode).astype(np.int8)
-    return ModeTrack(binned.start_ns + np.rint(binned.t_s * NS_PER_S).astype(np.int64), changed)
+    return with_modes(binned, np.where(rows, mode, binned.mode))
 
 
 def with_slipping(binned: BinnedLog, slips: Bool) -> ModeTrack:
     """The binned log's modes with slipping exactly at the rows ``slips`` (n,); skidding stays."""
     skids = np.where(binned.skids, ContactMode.SKIDDING, ContactMode.IDEAL)
-    mode = np.where(slips, skids + ContactMode.SLIPPING, skids).astype(np.int8)
-    return ModeTrack(binned.start_ns + np.rint(binned.t_s * NS_PER_S).astype(np.int64), mode)
+    return with_modes(binned, np.where(slips, skids + ContactMode.SLIPPING, skids))
+
+
+def with_modes(binned: BinnedLog, mode: F64 | I64) -> ModeTrack:
+    """The modes (n,) of the binned log's rows."""
+    t_ns = binned.start_ns + np.rint(binned.t_s * NS_PER_S).astype(np.int64)
+    return ModeTrack(t_ns, mode.astype(np.int8))

@@ -124,6 +124,15 @@ class Mixture(NamedTuple):
     cost: F64
 
 
+class Pass(NamedTuple):
+    """−2 log likelihood (n,) of each row, and probabilities (n, 4) of the modes of each held-out row; both of
+    what no row after it says.
+    """
+
+    deviance: F64
+    weights: F64
+
+
 def workspace() -> Workspace:
     """Memory for one pass."""
     zeros = np.zeros
@@ -158,6 +167,11 @@ def causal_deviance(problem: Problem, extension: Extension, noise: Diffusion) ->
     """−2 log likelihood (n,) of each row given those before it: of a fitted one with its mode, of a held-out
     one whatever its mode.
     """
+    return causal_pass(problem, extension, noise).deviance
+
+
+def causal_pass(problem: Problem, extension: Extension, noise: Diffusion) -> Pass:
+    """:func:`causal_deviance`, and the probabilities of the modes."""
     binned, first, settings = problem.binned, problem.first.copy(), problem.settings.filter
     problem.worked(problem.settings.work.of_unknown_modes)
     first[W] *= extension.base.half_track_m
@@ -171,9 +185,10 @@ def causal_deviance(problem: Problem, extension: Extension, noise: Diffusion) ->
         ~problem.train,
     )
     model = MotionModel(extension.theta(), extension.base, noise, settings)
-    covariance, deviance = first_covariance(noise, settings.first_variance), np.zeros(len(binned))
-    score_rows(rows, chain_of(problem), model, first, covariance, mixture(), workspace(), deviance)
-    return deviance
+    covariance, chain = first_covariance(noise, settings.first_variance), chain_of(problem)
+    seen = Pass(np.zeros(len(binned)), np.zeros((len(binned), N_MODES)))
+    score_rows(rows, chain, model, first, covariance, mixture(), workspace(), seen)
+    return seen
 
 
 def known_modes(problem: Problem) -> F64:
@@ -342,15 +357,17 @@ def score_rows(
     P: F64,
     mixture: Mixture,
     work: Workspace,
-    deviance: F64,
+    seen: Pass,
 ) -> None:
-    """Fill the ``deviance`` (n,) of :func:`causal_deviance`; ``z`` (9,) and ``P`` (9, 9) are of row 0."""
+    """Fill what is ``seen`` by :func:`causal_pass`; ``z`` (9,) and ``P`` (9, 9) are of row 0."""
     mode, was_held_out = UNDECIDED, False
-    for k in range(len(deviance)):
+    for k in range(len(seen.deviance)):
         if rows.held_out[k]:
             if not was_held_out:
                 open_mixture(mixture, z, P, mode, chain.first)
-            deviance[k] = score_pairs(rows, k, chain, model, mixture, work)
+            seen.deviance[k] = score_pairs(rows, k, chain, model, mixture, work)
+            for m in range(N_MODES):
+                seen.weights[k, m] = mixture.weight[m]
         else:
             if was_held_out:
                 blend(mixture.weight, mixture.z, mixture.P, 1.0, z, P)
@@ -358,6 +375,6 @@ def score_rows(
             row = rows.labelled[k]
             if k > 0:
                 predict(z, P, row, mode, model, work)
-            deviance[k] = update(z, P, row, rows, k, model, work)
+            seen.deviance[k] = update(z, P, row, rows, k, model, work)
             mode = int(row[Row.MODE])
         was_held_out = rows.held_out[k]

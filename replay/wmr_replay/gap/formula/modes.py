@@ -5,12 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wmr_replay.gap.estimation.diffusion import calmed
+from wmr_replay.gap.estimation.diffusion import calmed, no_more_than_calm
 from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import bin_identified
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, cost_of, evaluate, fit_model
 from wmr_replay.gap.estimation.relabel import with_slipping
+from wmr_replay.gap.estimation.smoothed_modes import with_smoothed_modes
 from wmr_replay.gap.formula.groups import CURVE, groups_of
 from wmr_replay.gap.formula.grow import grow
 from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n, scored_groups, with_group
@@ -90,11 +91,26 @@ def started(problem: Problem, base: Fit, scored: ScoredGroup) -> Start:
 
 
 def once_more(log: Log, start: Start, options: GapOptions) -> Start:
-    """The model fitted with the modes that the identifier sees with it."""
+    """The model fitted with the modes that are seen with it: by the identifier, or by the likelihood that
+    sums over the modes, whichever it is likelier with.
+
+    The identifier knows no disturbance. The likelihood is asked with a calm one first, as wrong modes leave a
+    large one that explains all slips, and then with the one that is left.
+    """
     track = likely_modes(log, start.fit.extension, options.gates, start.fit.noise)
     problem = Problem.of(bin_identified(log, track, options.gates))
-    budget = problem.settings.budget
-    fit = fit_model(problem, start.fit.extension, start.fit.noise, budget.best_diffusion)
+    seen, last = [refitted(start, problem)], start
+    noise = no_more_than_calm(start.fit.noise, problem.settings.diffusion)
+    for _ in range(problem.settings.modes.smoothed):
+        last = refitted(last, with_smoothed_modes(problem, last.fit.extension, noise))
+        seen, noise = [*seen, last], last.fit.noise
+    return min(seen, key=whole_cost)
+
+
+def refitted(start: Start, problem: Problem) -> Start:
+    """The model fitted with a problem's modes."""
+    iterations = problem.settings.budget.best_diffusion
+    fit = fit_model(problem, start.fit.extension, start.fit.noise, iterations)
     return replace(start, problem=problem, fit=fit)
 
 

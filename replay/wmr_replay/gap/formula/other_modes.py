@@ -1,6 +1,6 @@
 """Formulas found together with the contact modes that an identifier sees with them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from wmr_replay.gap.estimation.diffusion import no_more_than_calm
@@ -50,14 +50,17 @@ def with_other_modes(
         return with_its_modes(log, problem, found, options)
     seen = seen_with_curves(log, problem, selection, found, options)
     best = likeliest(seen)
-    if best is None or (found is None and not takes_place(best, problem, selection)):
+    if best is None:
         return found
-    again = proven_with(log, grown_from(best), extension, options)
-    if again is None:
+    best = that_takes_place(best, problem, selection) if found is None else grown_from(best)
+    if best is None:
         return found
-    if found is not None:
-        return again if is_likelier(again.model, found.model) else found
-    return again if takes_place(again.model, problem, selection) else None
+    for again in proven_with(log, best, extension, options):
+        if found is not None and is_likelier(again.model, found.model):
+            return again
+        if found is None and takes_place(again.model, problem, selection):
+            return again
+    return found
 
 
 def with_its_modes(log: Log, problem: Problem, found: Proven, options: GapOptions) -> Proven:
@@ -87,10 +90,11 @@ def seen_with_curves(
     seen = [] if found is None else [once_more(log, found.model, options)]
     if found is not None and is_calm(found.model) and sees_the_same(seen[0].problem, problem):
         return []
-    if any(is_calm(start) for start in seen):
-        return seen
     part, base = middle_of(problem, selection.base)
     starts = unlabelled_starts(part, base)
+    if found is None and library_of(selection):
+        beside = named(problem, selection)
+        starts += unlabelled_starts(*middle_of(problem, selection.fit), beside.price)
     if not starts and found is None and slips_as_modelled(problem, selection.base):
         return []
     if not starts:
@@ -111,8 +115,7 @@ def not_hopeless(starts: Sequence[Start], problem: Problem, selection: Selection
     settings = problem.settings
     noise = no_more_than_calm(selection.base.noise, settings.diffusion)
     deviance = unlabelled_deviance(all_rolling(problem), noise)
-    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    most = deviance(selection.fit.extension).sum() + prices + settings.modes.hopeless
+    most = deviance(selection.fit.extension).sum() + named(problem, selection).price + settings.modes.hopeless
     return [one for one in starts if not deviance(one.fit.extension).sum() + one.price > most]
 
 
@@ -121,13 +124,13 @@ def takes_place(start: Start, problem: Problem, selection: Selection) -> bool:
     the selection's effects with the formula's modes, too; where these are all of the library, by what their
     wrong form may leave.
     """
-    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
-    if not is_likelier(start, Start(problem, selection.fit, selection.base.extension, prices)):
+    before = named(problem, selection)
+    if not is_likelier(start, before):
         return False
     if not selection.found:
         return True
     other = fit_model(start.problem, selection.fit.extension, selection.fit.noise)
-    price, own = start.price - prices, problem.settings.formula
+    price, own = start.price - before.price, problem.settings.formula
     excess = other.deviance - start.fit.deviance - price
     if len(library_of(selection)) < len(selection.found):
         return excess > 0
@@ -148,9 +151,33 @@ def grown_from(start: Start) -> Start:
     return min(start, grown, key=whole_cost) if formula.groups else start
 
 
-def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Proven | None:
-    """A proven formula with the modes that the identifier sees with ``start``, or its own where those are
-    likelier, grown from the start.
+def that_takes_place(start: Start, problem: Problem, selection: Selection) -> Start | None:
+    """A start that takes the selection's place, or where it is nearly as likely, a formula grown with its
+    modes that does; none where there is no such formula.
+    """
+    if takes_place(start, problem, selection):
+        return grown_from(start)
+    if whole_cost(start) > whole_cost(named(problem, selection)) + problem.settings.modes.hopeless:
+        return None
+    there, budget = start.problem, problem.settings.budget
+    rest = fit_model(there, start.rest, None, budget.base_diffusion)
+    tried = groups_of(there.binned, problem.settings.formula).beside(rest.extension.effects)
+    grown = (
+        replace(start, fit=formula.fit, price=formula.price(there))
+        for formula in grown_both_ways(there, rest, tried)
+    )
+    return next((one for one in grown if takes_place(one, problem, selection)), None)
+
+
+def named(problem: Problem, selection: Selection) -> Start:
+    """The selection as a model with its modes."""
+    prices = sum(price_of(problem, effect.scored, selection.fit) for effect in selection.found)
+    return Start(problem, selection.fit, selection.base.extension, prices)
+
+
+def proven_with(log: Log, start: Start, extension: Extension, options: GapOptions) -> Iterator[Proven]:
+    """The proven formulas with the modes that are seen with ``start``, or its own where those are likelier,
+    grown from the start.
     """
     problem = min(once_more(log, start, options), start, key=whole_cost).problem
     base = rest = fit_model(problem, extension, None, problem.settings.budget.base_diffusion)
@@ -159,4 +186,4 @@ def proven_with(log: Log, start: Start, extension: Extension, options: GapOption
     tried = groups_of(problem.binned, problem.settings.formula)
     ways = grown_both_ways(problem, rest, tried.beside(rest.extension.effects))
     proofs = (proven(problem, base, formula, tried, options) for formula in ways)
-    return next((found for found in proofs if found is not None), None)
+    return (found for found in proofs if found is not None)

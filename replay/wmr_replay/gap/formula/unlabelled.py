@@ -9,7 +9,7 @@ modes (:mod:`..search.whatever_modes`). What it shows is a model to identify the
 from wmr_replay.gap.estimation.diffusion import diffusion_of, no_more_than_calm
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate
-from wmr_replay.gap.formula.groups import groups_of
+from wmr_replay.gap.formula.groups import Tried, groups_of
 from wmr_replay.gap.formula.modes import Start
 from wmr_replay.gap.formula.scores import log_n, with_group
 from wmr_replay.gap.formula.shapes import refined
@@ -25,11 +25,11 @@ from wmr_replay.gap.search.whatever_modes import (
 )
 
 
-def unlabelled_starts(problem: Problem, base: Fit) -> list[Start]:
-    """The base model with one group: the likeliest whatever the modes, and what is nearly as likely.
+def unlabelled_starts(problem: Problem, base: Fit, price: float = 0.0) -> list[Start]:
+    """The model ``base`` with one group: the likeliest whatever the modes, and what is nearly as likely.
 
-    None that is not clearly likelier than the base model. Disturbances are calm, so that they do not explain
-    what is missing.
+    None that is not clearly likelier than that model, whose effects cost ``price``. Disturbances are calm, so
+    that they do not explain what is missing.
     """
     settings = problem.settings
     rolling, noise = all_rolling(problem), no_more_than_calm(base.noise, settings.diffusion)
@@ -43,9 +43,14 @@ def unlabelled_starts(problem: Problem, base: Fit) -> list[Start]:
     most = min(nothing - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
     likely = [point for point in found if point.cost < most][: settings.unlabelled.most_models]
     return [
-        Start(problem, evaluate(problem, point.extension, noise), base.extension, point.price)
+        Start(problem, evaluate(problem, point.extension, noise), base.extension, price + point.price)
         for point in likely
     ]
+
+
+def tried_beside(at: Fit) -> Tried:
+    """What is tried beside the effects of a fit."""
+    return groups_of(at.problem.binned, at.problem.settings.formula).beside(at.extension.effects)
 
 
 def scored_points(ats: list[Fit], deviance: Deviance) -> list[Point]:
@@ -54,7 +59,7 @@ def scored_points(ats: list[Fit], deviance: Deviance) -> list[Point]:
     """
     points: dict[tuple[str, ...], Point] = {}
     for at in ats:
-        for scored in winners(at.problem, at, groups_of(at.problem.binned, at.problem.settings.formula)):
+        for scored in winners(at.problem, at, tried_beside(at)):
             finer = refined(at.problem, at, scored)
             extension = with_group(at.extension, finer)
             candidates = tuple(candidate_of(name) for name in finer.group.names)
