@@ -41,6 +41,7 @@ from formulas.forms import (  # noqa: E402
     SIXTH,
     TENTH,
     THIRD,
+    THIRTEENTH,
     TWELFTH,
 )
 from formulas.oracle import difference, judged  # noqa: E402
@@ -69,6 +70,7 @@ FORMS = {
     "tenth": TENTH,
     "eleventh": ELEVENTH,
     "twelfth": TWELFTH,
+    "thirteenth": THIRTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

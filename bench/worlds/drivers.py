@@ -1,4 +1,4 @@
-"""Sixty-two driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Sixty-six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -17,6 +17,7 @@ from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
 from worlds import (
     duty_paths,
+    fresh_paths,
     heeding_paths,
     late_paths,
     outdoor_paths,
@@ -311,6 +312,10 @@ FAMILIES = {
     "sheepdog": Family(heeding_paths.sheepdog, (2.0, 20.0), (0.5, 4.0)),
     "trailer": Family(heeding_paths.trailer, (3.0, 30.0), (0.5, 4.0)),
     "waiter": Family(heeding_paths.waiter, (4.0, 35.0), (0.5, 3.0)),
+    "vacuum": Family(fresh_paths.vacuum, (3.0, 30.0), (0.5, 4.0)),
+    "bee": Family(fresh_paths.bee, (2.0, 25.0), (0.5, 4.0)),
+    "statues": Family(fresh_paths.statues, (3.0, 30.0), (0.5, 3.0)),
+    "rower": Family(fresh_paths.rower, (2.0, 25.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

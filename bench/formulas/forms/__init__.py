@@ -20,6 +20,7 @@ from formulas.forms.seventh import SEVENTH
 from formulas.forms.sixth import SIXTH
 from formulas.forms.tenth import TENTH
 from formulas.forms.third import THIRD
+from formulas.forms.thirteenth import THIRTEENTH
 from formulas.forms.twelfth import TWELFTH
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "SIXTH",
     "TENTH",
     "THIRD",
+    "THIRTEENTH",
     "TWELFTH",
     "At",
     "Form",
@@ -59,17 +61,18 @@ FORMS = (
     | TENTH
     | ELEVENTH
     | TWELFTH
+    | THIRTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *REPORT,
+    *(*THIRTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
     *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
-    *("carpet_edge", "swale", "tall_grass", "laid_hose", "wheel_ruts"),
+    *("carpet_edge", "swale", "tall_grass", "laid_hose", "wheel_ruts", "loose_sand"),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

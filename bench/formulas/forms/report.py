@@ -2,136 +2,123 @@
 
 import numpy as np
 
-from formulas.forms.base import At, aslant, form
+from formulas.forms.base import At, form
 from wmr_schemas.arrays import F64
 
-
-def gusts(at: At, c: float, angle: float, quarter: float, period: float, phase: float) -> F64:
-    """A wind from one direction that swells and dies down; ahead is the share along the robot."""
-    strength = 0.3 + 0.7 * np.sin(np.pi * at.t / period + phase) ** 2
-    return -c * strength * np.cos(at.yaw - aslant(angle, quarter))
+CRAWL_MPS = 0.05
+"""Below this speed dry friction fades."""
 
 
-def laid_hose(at: At, c: float, x: float, y: float, radius: float) -> F64:
-    """Friction of a hose on the floor, as long as the way from the tap to the robot."""
-    return -c * np.tanh(at.v / 0.04) * np.hypot(at.x - x, at.y - y) / radius
+def full_battery(at: At, c: float) -> F64:
+    """Takes a share of the pull where it brakes, against the way of rolling."""
+    return -0.5 * c * (at.pull - np.abs(at.pull) * np.tanh(at.v / CRAWL_MPS))
 
 
-def ruts(at: At, c: float, x: float, y: float, radius: float, angle: float, quarter: float) -> F64:
-    """A track through (x, y) that turns the robot to its own direction, either way round."""
-    along = aslant(angle, quarter)
-    off = (at.y - y) * np.cos(along) - (at.x - x) * np.sin(along)
-    return -c * np.sin(2 * (at.yaw - along)) * np.exp(-((off / radius) ** 2))
+def hose_reel(at: At, size: float, x: float, y: float, reach: float) -> F64:
+    """A nearly constant tension towards the reel, none at the reel itself, along the heading."""
+    ahead = (x - at.x) * np.cos(at.yaw) + (y - at.y) * np.sin(at.yaw)
+    far2 = (x - at.x) ** 2 + (y - at.y) ** 2
+    return size * (1 - np.exp(-far2 / reach**2)) * ahead / np.sqrt(far2 + 0.01)
+
+
+def loose_sand(at: At, c: float, x: float, y: float, radius: float) -> F64:
+    """Swallows a share of the pull within a round patch with soft edges."""
+    return -c * at.pull * np.exp(-((((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2) ** 2))
+
+
+def caster_scrub(at: At, size: float, fades: float) -> F64:
+    """Dry friction against turning that fades as the contact patches roll."""
+    return -size * np.tanh(at.yaw_rate / 0.1) / (1 + (at.v / fades) ** 2)
+
+
+def slow_puncture(at: At, size: float, tau: float) -> F64:
+    """Drag of one side that grows as its tyre goes flat: it turns the robot, the other way in reverse."""
+    return size * (1 - np.exp(-at.t / tau)) * np.tanh(at.v / CRAWL_MPS)
 
 
 REPORT = {
-    # gears lose a share of the torque that they carry, whichever way it goes, against the motion
-    "gear_loss_under_load": form(
+    # The windings and magnets warm up, so that the motors give less for the same command as time goes by.
+    "hot_windings": form(
         "longitudinal",
-        "v effort_sum",
-        "v:odd effort_sum:even",
-        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / 0.05),
-        c=(0.5, 0.75),
+        "t effort_sum",
+        "effort_sum:odd",
+        lambda at, c, tau: -c * (1 - np.exp(-at.t / tau)) * at.pull,
+        c=(0.4, 0.65),
+        tau=(15.0, 50.0),
     ),
-    # motors run out of voltage: the faster they turn, the less of the asked torque they give
-    "back_emf_fade": form(
+    # The battery is full and takes no current back, so that the motors brake less than they are asked to.
+    "full_battery": form("longitudinal", "v effort_sum", "", full_battery, c=(0.6, 0.85)),
+    # A water hose or a cable on a spring reel, which pulls the robot back to where the reel stands.
+    "hose_reel": form(
         "longitudinal",
-        "v effort_sum",
-        "v:even effort_sum:odd",
-        lambda at, c, v0: -c * at.pull * at.v**2 / (at.v**2 + v0**2),
-        c=(0.65, 0.9),
-        v0=(0.2, 0.45),
-    ),
-    # cold grease in gears and bearings drags, and less and less as it warms up
-    "winter_grease": form(
-        "longitudinal",
-        "v t",
-        "v:odd",
-        lambda at, c, v0, warm: -c * np.tanh(at.v / v0) * np.exp(-at.t / warm),
-        c=(0.45, 0.9),
-        v0=(0.2, 0.5),
-        warm=(12.0, 35.0),
-    ),
-    # a gusty wind on a tall body
-    "gusty_wind": form(
-        "longitudinal",
-        "yaw t",
+        "x y yaw",
         "",
-        gusts,
-        c=(0.25, 0.6),
-        angle=(0.3, 1.27),
-        quarter=(0.0, 4.0),
-        period=(12.0, 30.0),
-        phase=(0.0, 3.14),
+        hose_reel,
+        size=(0.2, 0.5),
+        x=(-2.0, 2.0),
+        y=(-2.0, 2.0),
+        reach=(0.8, 1.8),
     ),
-    # an electronic speed limiter brakes above its set speed, ahead and in reverse
-    "speed_limiter": form(
-        "longitudinal",
-        "v",
-        "v:odd",
-        lambda at, rate, v0: -rate * np.sign(at.v) * np.maximum(np.abs(at.v) - v0, 0.0),
-        rate=(0.6, 1.4),
-        v0=(0.3, 0.55),
-    ),
-    # tyres and castors scrub in bends and hold the robot back
-    "scrub_in_bends": form(
+    # In bends the tyres run at a slip angle under the centrifugal load, and the side force drags backwards.
+    "cornering_drag": form(
         "longitudinal",
         "v yaw_rate",
         "v:odd yaw_rate:even",
-        lambda at, c, w0: -c * np.tanh(at.v / 0.05) * np.abs(at.w) / (np.abs(at.w) + w0),
-        c=(0.4, 0.8),
-        w0=(0.03, 0.1),
+        lambda at, c: -c * np.abs(at.v * at.yaw_rate) * np.tanh(at.v / CRAWL_MPS),
+        c=(0.4, 0.9),
     ),
-    # a water hose or mains cable dragged over the floor: the more of it is laid out, the more it holds back
-    "laid_hose": form(
+    # A patch of dry sand in which the wheels dig and only a part of the torque becomes thrust.
+    "loose_sand": form(
         "longitudinal",
-        "v x y",
-        "v:odd",
-        laid_hose,
-        c=(0.25, 0.5),
-        x=(0.0, 1.0),
-        y=(0.0, 1.0),
-        radius=(0.5, 1.0),
-    ),
-    # wide tyres and castors resist turning on the spot, and hardly once they roll
-    "turning_on_the_spot": form(
-        "yaw",
-        "v yaw_rate",
-        "v:even yaw_rate:odd",
-        lambda at, c, v0: -c * np.tanh(at.w / 0.03) / (1 + (at.v / v0) ** 2),
-        c=(0.3, 0.6),
-        v0=(0.5, 1.0),
-    ),
-    # the motor of one side gets hot and weak, so that pushing ahead turns the robot more and more
-    "one_motor_hot": form(
-        "yaw",
-        "t effort_sum",
+        "x y effort_sum",
         "effort_sum:odd",
-        lambda at, c, side, warm: c * np.sign(side) * at.pull * (1 - np.exp(-at.t / warm)),
-        c=(0.6, 1.2),
-        side=(-1.0, 1.0),
-        warm=(10.0, 40.0),
+        loose_sand,
+        c=(0.6, 0.85),
+        x=(0.25, 0.75),
+        y=(0.25, 0.75),
+        radius=(0.2, 0.35),
     ),
-    # a cable from above twists up as the robot turns, and turns it back
-    "twisted_cable": form(
-        "yaw",
-        "yaw",
+    # A heavy load that hangs from a gantry on the robot swings fore and aft at a period of its own.
+    "hung_load": form(
+        "longitudinal",
+        "t",
         "",
-        lambda at, c, twist: -c * np.tanh(at.yaw / twist),
-        c=(0.2, 0.45),
-        twist=(0.6, 3.0),
+        lambda at, size, period, phase: size * np.sin(2 * np.pi * at.t / period + phase),
+        size=(0.2, 0.5),
+        period=(2.5, 6.0),
+        phase=(0.0, 6.28),
     ),
-    # wheel ruts across the yard steer the robot along them
-    "wheel_ruts": form(
+    # Casters and wide tyres grind over the floor in turns on the spot, much less so once they roll.
+    "caster_scrub": form(
+        "yaw", "v yaw_rate", "v:even yaw_rate:odd", caster_scrub, size=(0.3, 0.6), fades=(0.25, 0.6)
+    ),
+    # A tyre on one side loses its air during the drive and drags more and more.
+    "slow_puncture": form("yaw", "t v", "v:odd", slow_puncture, size=(0.2, 0.5), tau=(15.0, 50.0)),
+    # The motor controllers hardly answer small differences between the commands: a soft dead band.
+    "dead_band": form(
         "yaw",
-        "x y yaw",
+        "effort_diff",
+        "effort_diff:odd",
+        lambda at, size: -0.85 * size * np.tanh(at.turn / size),
+        size=(0.2, 0.45),
+    ),
+    # Both motors hang on one weak supply: while it pulls or brakes hard, little is left for steering.
+    "shared_supply": form(
+        "yaw",
+        "effort_sum effort_diff",
+        "effort_sum:even effort_diff:odd",
+        lambda at, c, full: -c * at.turn * at.pull**2 / (at.pull**2 + full**2),
+        c=(0.65, 0.9),
+        full=(0.1, 0.3),
+    ),
+    # A crowned road along x: its nose-heavy load turns the robot down the side slope it is on.
+    "road_crown": form(
+        "yaw",
+        "y yaw",
         "",
-        ruts,
-        c=(0.25, 0.6),
-        x=(0.2, 0.8),
-        y=(0.2, 0.8),
-        radius=(0.15, 0.35),
-        angle=(0.3, 1.27),
-        quarter=(0.0, 4.0),
+        lambda at, size, y, width: size * np.tanh((at.y - y) / width) * np.cos(at.yaw),
+        size=(0.2, 0.5),
+        y=(-2.0, 2.0),
+        width=(0.5, 1.5),
     ),
 }
