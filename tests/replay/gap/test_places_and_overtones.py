@@ -178,3 +178,19 @@ def test_pulses_carry_drags_and_no_efforts():
     }
     assert {"v", "yaw_rate"} <= carriers
     assert not any("effort" in factor for factor in carriers)
+
+
+def test_what_swings_quickly_is_a_function_of_the_time_alone():
+    """A hung load goes on in step for the whole log; quick changes of a gain are the disturbance's."""
+    tried = groups_of(problem_of(made_log(2)).binned, SETTINGS.formula)
+    waves = [grid for grid in tried.grids if grid.first.kind == "wave" and grid.first.along == "t"]
+    shortest_s = {True: [], False: []}
+    for grid in waves:
+        numbers = np.concatenate([numbers for _, numbers in grid.pieces])
+        alone = grid.first.carriers == ((),)
+        shortest_s[alone].append(2 * np.pi / numbers.max())
+    assert len(shortest_s[True]) == 2
+    assert shortest_s[True] == pytest.approx([SETTINGS.formula.least_swing_s] * 2, rel=0.01)
+    assert shortest_s[False] == pytest.approx(
+        [SETTINGS.formula.least_period_s] * len(shortest_s[False]), rel=0.01
+    )

@@ -25,8 +25,7 @@ from wmr_schemas.compiled.lean import lean
 
 def with_smoothed_modes(problem: Problem, extension: Extension, noise: Diffusion) -> Problem:
     """The problem with the most probable mode of each row, given all of them."""
-    mode = smoothed_modes(problem, extension, noise).astype(np.int8)
-    return problem.relabelled(with_modes(problem.binned, mode))
+    return problem.relabelled(with_modes(problem.binned, smoothed_modes(problem, extension, noise)))
 
 
 def smoothed_modes(problem: Problem, extension: Extension, noise: Diffusion) -> I64:
@@ -35,7 +34,7 @@ def smoothed_modes(problem: Problem, extension: Extension, noise: Diffusion) -> 
     weights = causal_pass(unlabelled, extension, noise).weights
     switches = switches_of(chain_of(unlabelled), problem.binned.step_s)
     smooth(weights, switches, np.zeros(N_MODES))
-    return np.argmax(weights, axis=1)
+    return np.asarray(np.argmax(weights, axis=1))
 
 
 def switches_of(chain: Chain, step_s: F64) -> F64:

@@ -126,14 +126,16 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
         ("fall", span_s * np.array(own.decay_spans)[:, None]),
     )
     switches = edges_of(columns["t"], own.edge_widths, own)
-    periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
+    longest_s = own.longest_in_spans * span_s
+    periods = numbers_of_waves(span_s, own.least_period_s, longest_s, own)
+    swings = numbers_of_waves(span_s, own.least_swing_s, longest_s, own)
     for channel in TRIED:
         for text in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers_of(text), plain=True)
             short = SHORT if "effort" in text or text == "1" else ()
             own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
-            yield grid_of((family, periods))
+            yield grid_of((family, swings if text == "1" else periods))
             if (channel, text) not in UNSWITCHED:
                 yield grid_of((replace(family, kind="edge"), switches))
 

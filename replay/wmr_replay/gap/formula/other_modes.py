@@ -93,8 +93,9 @@ def seen_with_curves(
     part, base = middle_of(problem, selection.base)
     starts = unlabelled_starts(part, base)
     if found is None and library_of(selection):
-        beside = named(problem, selection)
-        starts += unlabelled_starts(*middle_of(problem, selection.fit), beside.price)
+        price = named(problem, selection).price
+        beside = unlabelled_starts(*middle_of(problem, selection.fit))
+        starts += [replace(one, price=one.price + price) for one in beside]
     if not starts and found is None and slips_as_modelled(problem, selection.base):
         return []
     if not starts:

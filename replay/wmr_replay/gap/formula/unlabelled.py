@@ -25,11 +25,11 @@ from wmr_replay.gap.search.whatever_modes import (
 )
 
 
-def unlabelled_starts(problem: Problem, base: Fit, price: float = 0.0) -> list[Start]:
+def unlabelled_starts(problem: Problem, base: Fit) -> list[Start]:
     """The model ``base`` with one group: the likeliest whatever the modes, and what is nearly as likely.
 
-    None that is not clearly likelier than that model, whose effects cost ``price``. Disturbances are calm, so
-    that they do not explain what is missing.
+    None that is not clearly likelier than that model. Disturbances are calm, so that they do not explain what
+    is missing.
     """
     settings = problem.settings
     rolling, noise = all_rolling(problem), no_more_than_calm(base.noise, settings.diffusion)
@@ -43,7 +43,7 @@ def unlabelled_starts(problem: Problem, base: Fit, price: float = 0.0) -> list[S
     most = min(nothing - settings.modes.least_doubt, found[0].cost + settings.modes.hopeless)
     likely = [point for point in found if point.cost < most][: settings.unlabelled.most_models]
     return [
-        Start(problem, evaluate(problem, point.extension, noise), base.extension, price + point.price)
+        Start(problem, evaluate(problem, point.extension, noise), base.extension, point.price)
         for point in likely
     ]
 

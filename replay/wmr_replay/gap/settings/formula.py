@@ -77,6 +77,10 @@ class FormulaSettings:
     least_period_s: float = 4.0
     """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
 
+    least_swing_s: float = 1.5
+    """Shortest wave of the time alone, s. Physics: a load on .6 m of rope. It goes on in step, as no
+    disturbance does."""
+
     scale_shares: tuple[tuple[float, ...], ...] = (
         (0.1, 0.3, 0.8, 2.0),
         (0.2, 0.45, 0.8, 1.3),
