@@ -9,6 +9,7 @@ from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
 from wmr_replay.gap.formula import other_modes, search
 from wmr_replay.gap.formula.families import Family, values
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
+from wmr_replay.gap.formula.shapes import allowed
 from wmr_replay.gap.formula.winners import rival_kind
 from wmr_schemas.terms import parse_term
 
@@ -194,3 +195,10 @@ def test_what_swings_quickly_is_a_function_of_the_time_alone():
     assert shortest_s[False] == pytest.approx(
         [SETTINGS.formula.least_period_s] * len(shortest_s[False]), rel=0.01
     )
+
+
+@pytest.mark.parametrize(("carriers", "shortest_s"), [(((),), 1.5), ((("v",),), 4.0)])
+def test_a_wave_s_number_moves_as_far_as_its_grid_goes(carriers, shortest_s):
+    wave = group(Family("wave", "longitudinal", "t", carriers=carriers), 2.2)
+    moved = allowed(wave, np.array([9.0]), problem_of(made_log(2)))
+    assert moved == pytest.approx([2 * np.pi / shortest_s])
