@@ -107,6 +107,8 @@ def line(row: Row) -> list[object]:
     return [*log, verdict(row), wrong, f"{row.get('r2', 0.0):.2f}", answer(row.get("error", names))]
 
 
+OF_FORMS = ("form", "not right", "R²")
+"""What a log that hides nothing has no word for."""
 HEAD = "seed", "form", "family / plant", "noise", "modes", "verdict", "not right", "R²", "said"
 
 
@@ -144,4 +146,6 @@ def silence(rows: Rows) -> str:
         ("an effect or a term", share(len(said), len(rows))),
     ]
     text = table(("nothing hidden: said", "measured"), lines)
-    return text + (f"\n\n{table(HEAD, map(line, said))}" if said else "")
+    keep = [i for i, name in enumerate(HEAD) if name not in OF_FORMS]
+    cells = [[line(row)[i] for i in keep] for row in said]
+    return text + (f"\n\n{table([HEAD[i] for i in keep], cells)}" if said else "")

@@ -119,11 +119,24 @@ def test_tyres_that_creep_are_no_undeclared_skid(compliance_s, known):
     assert ("undeclared_skid" in dict(selection.fit.extension.known)) is known
 
 
-@pytest.mark.parametrize(("ratio", "creeps"), [(0.4, False), (3.2, False), (10.0, True), (60.0, True)])
-def test_from_a_stiffness_on_a_skid_is_a_creep(ratio, creeps):
-    extension = Extension(BASE, {"undeclared_skid": {"stiffness_ratio": ratio}})
-    assert is_creep("undeclared_skid", extension) is creeps
-    assert not is_creep("cornering_stiffness", extension)
+SLOW, QUICK = 5.0, 16.0
+"""How fast tyres stop to skid, m/s²."""
+
+
+@pytest.mark.parametrize(
+    ("decay_mps2", "ratio", "creeps"),
+    [
+        *((SLOW, 0.4, False), (SLOW, 9.0, False), (SLOW, 10.0, True), (SLOW, 60.0, True)),
+        *((QUICK, 7.0, False), (QUICK, 9.0, True)),
+    ],
+)
+def test_from_a_stiffness_on_a_skid_is_a_creep(decay_mps2, ratio, creeps):
+    """From 10 times the skid's on, or where it moves by less than 8 mm/s at 1 m/s², which is v/(decay·ratio)."""
+    base = BASE._replace(skid_decay_mps2=decay_mps2)
+    extension = Extension(base, {"undeclared_skid": {"stiffness_ratio": ratio}})
+    problem = cornering(0.004)
+    assert is_creep("undeclared_skid", problem, extension) is creeps
+    assert not is_creep("cornering_stiffness", problem, extension)
 
 
 def test_an_arm_moves_the_path_by_those_components_that_the_log_shows():

@@ -8,6 +8,7 @@ from wmr_replay.gap.estimation.covariance import robust_covariance
 from wmr_replay.gap.estimation.own_form import freedom_of
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.estimation.sideslip import most_compliance
 from wmr_replay.gap.evidence.answer import answer_p
 from wmr_replay.gap.evidence.channels import seen_in_one_channel
 from wmr_replay.gap.evidence.excitation import excitation_ratios
@@ -182,9 +183,14 @@ def other_cause(
     return ""
 
 
-def is_creep(name: str, extension: Extension) -> bool:
-    """Whether an undeclared skid is the elastic sideslip of tyres that grip, which no label misses."""
-    return name == SKID and extension.effects[name]["stiffness_ratio"] >= STIFFEST
+def is_creep(name: str, problem: Problem, extension: Extension) -> bool:
+    """Whether an undeclared skid is the elastic sideslip of tyres that grip, which no label misses: of the
+    stiffest tyres, or no more than tyres of robots show.
+    """
+    if name != SKID:
+        return False
+    least = min(STIFFEST, 1 / most_compliance(problem, extension))
+    return extension.effects[name]["stiffness_ratio"] >= least
 
 
 def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
@@ -198,7 +204,7 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
     model does not know of turning; or tyres that are the same, or creep. ``rest`` is the model without it.
     """
     own, extension = problem.settings.misfit, current.extension
-    if same_tyres(name, extension, problem.settings.selection) or is_creep(name, extension):
+    if same_tyres(name, extension, problem.settings.selection) or is_creep(name, problem, extension):
         return True
     if is_rest(name, extension, own) or withholds_a_rest(name, problem, extension, own):
         return True
