@@ -131,7 +131,7 @@ SLOW, QUICK = 5.0, 16.0
     ],
 )
 def test_from_a_stiffness_on_a_skid_is_a_creep(decay_mps2, ratio, creeps):
-    """From 10 times the skid's on, or where it moves by less than 8 mm/s at 1 m/s², which is v/(decay·ratio)."""
+    """From 10 times the skid's on, or where it moves by less than 8 mm/s at 1 m/s²: v/(decay·ratio)."""
     base = BASE._replace(skid_decay_mps2=decay_mps2)
     extension = Extension(base, {"undeclared_skid": {"stiffness_ratio": ratio}})
     problem = cornering(0.004)
