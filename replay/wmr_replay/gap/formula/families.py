@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.placed_factors import (
     OF_LINE,
@@ -66,9 +65,9 @@ class Family:
         return tuple(Term(self.channel, carrier or ("1",)) for carrier in self.carriers if self.plain)
 
 
-def shortest_s(family: Family, own: FormulaSettings) -> float:
-    """The shortest wave over time that is looked for: of what the time alone moves, shorter ones."""
-    return own.least_swing_s if family.carriers == ((),) else own.least_period_s
+def swings_alone(family: Family) -> bool:
+    """Whether a wave over time carries nothing but itself: such ones are looked for that are shorter."""
+    return family.carriers == ((),)
 
 
 def texts(family: Family, shape: tuple[float, ...]) -> tuple[str, ...]:

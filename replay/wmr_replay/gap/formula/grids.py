@@ -23,7 +23,7 @@ from wmr_replay.gap.formula.carriers import (
     UNSWITCHED,
     carriers_of,
 )
-from wmr_replay.gap.formula.families import SHAPES, Factors, Family, shortest_s
+from wmr_replay.gap.formula.families import SHAPES, Factors, Family, swings_alone
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of, ordered
 from wmr_replay.gap.settings.formula import FormulaSettings
@@ -126,14 +126,15 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
         ("fall", span_s * np.array(own.decay_spans)[:, None]),
     )
     switches = edges_of(columns["t"], own.edge_widths, own)
-    longest_s = own.longest_in_spans * span_s
+    periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
+    swings = np.concatenate([periods, numbers_of_waves(span_s, own.least_swing_s, own.least_period_s, own)])
     for channel in TRIED:
         for text in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers_of(text), plain=True)
             short = SHORT if "effort" in text or text == "1" else ()
             own_shapes = [one for one in shapes if one[0] not in short]
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in own_shapes))
-            yield grid_of((family, numbers_of_waves(span_s, shortest_s(family, own), longest_s, own)))
+            yield grid_of((family, swings if swings_alone(family) else periods))
             if (channel, text) not in UNSWITCHED:
                 yield grid_of((replace(family, kind="edge"), switches))
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.formula.families import BELLS, CUTS, shortest_s
+from wmr_replay.gap.formula.families import BELLS, CUTS, swings_alone
 from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
 from wmr_replay.gap.model.dictionary import columns_of
@@ -93,7 +93,8 @@ def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:
     if group.family.along == "xy":
         largest = 2 * np.pi / own.least_length_m
         return np.asarray(shape * min(1.0, largest / max(float(np.hypot(*shape)), 1e-9)))
-    shortest = shortest_s(group.family, own) if group.family.along == "t" else own.least_length_m
+    shortest = own.least_swing_s if swings_alone(group.family) else own.least_period_s
+    shortest = shortest if group.family.along == "t" else own.least_length_m
     return np.clip(shape, group.shape[0] / 2, 2 * np.pi / shortest)
 
 
