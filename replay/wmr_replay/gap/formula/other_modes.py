@@ -162,9 +162,10 @@ def that_takes_place(start: Start, problem: Problem, selection: Selection) -> St
         return None
     there, budget = start.problem, problem.settings.budget
     rest = fit_model(there, start.rest, None, budget.base_diffusion)
+    beside = named(problem, selection).price if rest.extension.effects else 0.0
     tried = groups_of(there.binned, problem.settings.formula).beside(rest.extension.effects)
     grown = (
-        replace(start, fit=formula.fit, price=formula.price(there))
+        replace(start, fit=formula.fit, price=beside + formula.price(there))
         for formula in grown_both_ways(there, rest, tried)
     )
     return next((one for one in grown if takes_place(one, problem, selection)), None)
