@@ -3,6 +3,7 @@
 import importlib
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from wmr_replay.gap.estimation.smoothed_modes import (
     switches_of,
 )
 from wmr_replay.gap.estimation.unknown_modes import chain_of
+from wmr_replay.gap.formula import other_modes
 from wmr_replay.gap.formula.modes import Start, once_more, whole_cost
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
@@ -128,3 +130,32 @@ def test_what_is_seen_keeps_the_names_and_the_price(lossy):
     assert seen.price == 7.0
     assert seen.rest is start.rest
     assert [*seen.fit.extension.effects] == [LOSS]
+
+
+def a_start(cost: float, names: tuple[str, ...] = ()) -> SimpleNamespace:
+    """A model with its modes, as far as it is compared: its cost and price, and what it stands beside."""
+    problem = SimpleNamespace(settings=SETTINGS, binned=None)
+    fit = SimpleNamespace(extension=SimpleNamespace(effects={name: {} for name in names}))
+    return SimpleNamespace(cost=cost, price=0.0, problem=problem, rest=fit, fit=fit)
+
+
+@pytest.mark.parametrize(
+    ("cost", "names", "price"),
+    [(20.0, (), 5.0), (20.0, ("scrub_torque",), 12.0), (10.0 + SETTINGS.modes.hopeless + 1.0, (), None)],
+)
+def test_a_start_that_is_nearly_as_likely_is_grown_first(monkeypatch, cost, names, price):
+    """The formula that is grown pays for the named effects beside it; far behind, nothing is grown."""
+    start, grown = a_start(cost, names), SimpleNamespace(fit="grown", price=lambda _problem: 5.0)
+    tried = SimpleNamespace(beside=lambda _effects: None)
+    for name, stands_in in {
+        "takes_place": lambda one, *_: one is not start,
+        "named": lambda *_: SimpleNamespace(cost=10.0, price=7.0),
+        "whole_cost": lambda one: one.cost,
+        "fit_model": lambda *_: SimpleNamespace(extension=start.rest.extension),
+        "groups_of": lambda *_: tried,
+        "grown_both_ways": lambda *_: [grown],
+        "replace": lambda _start, **changed: SimpleNamespace(**changed),
+    }.items():
+        monkeypatch.setattr(other_modes, name, stands_in)
+    found = other_modes.that_takes_place(start, start.problem, None)
+    assert (found and (found.fit, found.price)) == (None if price is None else ("grown", price))

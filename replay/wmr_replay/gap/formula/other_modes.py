@@ -1,4 +1,4 @@
-"""Formulas found together with the contact modes that an identifier sees with them."""
+"""Formulas found together with the contact modes that are seen with them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -41,7 +41,7 @@ def with_other_modes(
     extension: Extension,
     options: GapOptions,
 ) -> Proven | None:
-    """The formula found again with modes that the identifier sees with a formula, where those are likelier.
+    """The formula found again with modes that are seen with a formula, where those are likelier.
 
     An identifier takes an acceleration that its model lacks for slipping. So every curve that explains
     something is a model to identify with; the likeliest one is grown from the start.
@@ -64,7 +64,7 @@ def with_other_modes(
 
 
 def with_its_modes(log: Log, problem: Problem, found: Proven, options: GapOptions) -> Proven:
-    """What is found on a long log with the modes that the identifier sees with it, where that is likelier.
+    """What is found on a long log with the modes that are seen with it, where that is likelier.
 
     On short logs every curve is a model to identify with; the longer a log, the more sees to it that what is
     found first is what is there, and the more each of them costs.
@@ -84,7 +84,7 @@ def with_its_modes(log: Log, problem: Problem, found: Proven, options: GapOption
 def seen_with_curves(
     log: Log, problem: Problem, selection: Selection, found: Proven | None, options: GapOptions
 ) -> list[Start]:
-    """What is found, and groups, with the modes that the identifier sees with each; empty where there is
+    """What is found, and groups, with the modes that are seen with each; empty where there is
     nothing to look for: modes that stay the same, or slipping that follows the model.
     """
     seen = [] if found is None else [once_more(log, found.model, options)]

@@ -93,8 +93,9 @@ def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:
     if group.family.along == "xy":
         largest = 2 * np.pi / own.least_length_m
         return np.asarray(shape * min(1.0, largest / max(float(np.hypot(*shape)), 1e-9)))
-    shortest = own.least_swing_s if swings_alone(group.family) else own.least_period_s
-    shortest = shortest if group.family.along == "t" else own.least_length_m
+    shortest = own.least_length_m
+    if group.family.along == "t":
+        shortest = own.least_swing_s if swings_alone(group.family) else own.least_period_s
     return np.clip(shape, group.shape[0] / 2, 2 * np.pi / shortest)
 
 

@@ -189,8 +189,8 @@ def is_creep(name: str, problem: Problem, extension: Extension) -> bool:
     """
     if name != SKID:
         return False
-    least = min(STIFFEST, 1 / most_compliance(problem, extension))
-    return extension.effects[name]["stiffness_ratio"] >= least
+    most = max(1 / STIFFEST, most_compliance(problem, extension))
+    return extension.effects[name]["stiffness_ratio"] * most >= 1
 
 
 def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:

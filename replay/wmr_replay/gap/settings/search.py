@@ -140,7 +140,7 @@ class ModeSettings:
 
     smoothed: int = 2
     """How often modes are asked of the likelihood that sums over them, each time with the disturbance that
-    the modes before leave. Numerics: of six logs to develop, a third time changed no cost by more than 8."""
+    the modes before leave. Numerics: on seven logs to develop, a third time changed costs by up to 8."""
 
     far_behind: float = 120.0
     """A solution that holds and costs so much less than a selection with the labels of a preliminary model is
