@@ -8,6 +8,7 @@ from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
 from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
 from wmr_replay.gap.evidence.excitation import excitation_ratios
+from wmr_replay.gap.formula.one_way import held_back
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
 from wmr_replay.gap.model.binned_log import lasts_long
@@ -52,6 +53,7 @@ def analyse(
         selection = without_formula(selection)
     else:
         problem, selection = with_formula(log, problem, selection, extension, options)
+        selection = held_back(problem, selection)
     tell("proving", 0.8)
     result = assemble(problem, selection, model, options)
     return replace(result, notes=(*result.notes, *filter(None, (note, what_was_left_out(work)))))

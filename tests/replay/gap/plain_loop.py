@@ -25,23 +25,27 @@ def made_log(
     *,
     drag_per_s: float = 0.0,
     cubic_s_per_m2: float = 0.0,
+    even_per_s: float = 0.0,
+    forwards: bool = False,
     seconds: float = 40.0,
     lively: bool = True,
     load: tuple[float, float] = (0.0, 0.0),
 ) -> Log:
-    """A drive of a plain loop at 100 Hz with a drag, viscous or cubic: speeds held for 1.5 s under a
-    disturbance, or a constant torque straight ahead. ``load`` is a mass ratio, and when it comes, s.
+    """A drive of a plain loop at 100 Hz with a drag, viscous or cubic, or what acts backwards whichever way
+    the robot rolls: speeds held for 1.5 s under a disturbance, or a constant torque straight ahead. ``load``
+    is a mass ratio, and when it comes, s.
     """
     rng = np.random.default_rng(seed)
     n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
     wanted = np.repeat(rng.uniform(-1.5, 1.5, (n // 150 + 1, 2)), 150, axis=0)[:n] * [1.0, 0.15]
+    wanted[:, 0] = 0.3 + np.abs(wanted[:, 0]) if forwards else wanted[:, 0]
     z, d, path, sent = np.zeros(5), np.zeros(2), np.zeros((n, 3)), np.zeros((n, 2))
     for k in range(n):
         path[k] = z[:3]
         total, difference = 2 * (wanted[k] - z[3:]) / [BASE.alpha, BASE.alpha_yaw] if lively else (0.5, 0.0)
         sent[k] = (total - difference) / 2, (total + difference) / 2
         ahead = BASE.alpha * total / (1 + load[0] * (k * dt >= load[1]))
-        drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3
+        drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3 + even_per_s * abs(z[3])
         acc = np.array([ahead - drag, BASE.alpha_yaw * difference]) + d
         d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
         v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2

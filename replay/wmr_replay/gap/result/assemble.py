@@ -10,7 +10,7 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.against import with_curves
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
-from wmr_replay.gap.result.formulas import formulas_of
+from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
 from wmr_replay.gap.result.locate import locate, marked, placed
 from wmr_replay.gap.result.metrics import gap_metric, with_slip_gaps
 from wmr_replay.gap.result.place_reach import crossed_once
@@ -51,6 +51,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     traces = traces_of(problem, base, fit)
     gaps = gap_metric(errors, "position", "m", options), gap_metric(errors, "yaw", "rad", options)
     position, yaw = with_slip_gaps(problem, traces, *gaps)
+    formulas = formulas_of(effects, binned)
+    notes = (*notes, *unseen_parity(formulas, binned, options.gates.report))
     effects = with_curves(
         effects,
         traces,
@@ -73,7 +75,7 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
         notes=(*notes, *in_modes, *doubts(model.misfit, options.gates.misfit), *what_to_drive(verdict)),
         traces=traces,
         candidates=scores_of(selection),
-        formulas=formulas_of(effects, problem.binned),
+        formulas=formulas,
     )
 
 

@@ -7,10 +7,16 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.result.result import Estimate, Formula, FoundEffect
+from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.slip_terms import is_slip_term
 from wmr_schemas.terms import COEFFICIENT, SIGNED, Term, parse_term
 
+ONE_WAY = {
+    "v": ("rolls forwards", "rolls backwards"),
+    "yaw_rate": ("turns to the left", "turns to the right"),
+}
+"""What a robot does whose speed has one sign, plus or minus."""
 ADDED_TO = {"longitudinal": "dv_long/dt", "lateral": "dv_lat/dt", "yaw": "half_track·d(yaw_rate)/dt"}
 
 
@@ -41,6 +47,22 @@ def formula_of(effects: Sequence[FoundEffect], binned: BinnedLog) -> Formula:
         rms_mps2=float(np.sqrt(np.mean(np.sum(values, axis=0) ** 2))),
         visited={name: (float(columns[name].min()), float(columns[name].max())) for name in names},
     )
+
+
+def unseen_parity(
+    formulas: Iterable[Formula], binned: BinnedLog, settings: ReportSettings
+) -> tuple[str, ...]:
+    """Notes on the speeds of formulas that took one sign alone: there, odd and even are the same."""
+    read, notes = {name for formula in formulas for name in formula.parity}, []
+    for name, ways in ONE_WAY.items():
+        speed = columns_of(binned)[name]
+        back, ahead = (float(np.sum(np.maximum(sign * speed, 0.0) ** 2)) for sign in (-1, 1))
+        if name in read and min(back, ahead) < settings.one_way * max(back, ahead):
+            notes.append(
+                f"the robot only {ways[ahead < back]}: this log does not show whether the formula "
+                f"is odd or even in {name}; what holds a robot back is odd"
+            )
+    return tuple(notes)
 
 
 def text_of(effects: Iterable[FoundEffect]) -> str:

@@ -28,7 +28,8 @@ class FormulaSettings:
 
     as_good: float = 2.0
     """A group that explains less than the best by no more than this is as good: that of the fewest quantities
-    is taken. Statistics: "not worth more than a bare mention" after Kass and Raftery (1995)."""
+    is taken. So is a formula that holds the robot back, in place of one that pushes. Statistics: "not worth
+    more than a bare mention" after Kass and Raftery (1995)."""
 
     steepest_mps2: float = 3.0
     """Largest acceleration by a place. Physics: a slope of 18°; what seems steeper is a slip."""

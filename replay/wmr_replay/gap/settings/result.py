@@ -68,6 +68,10 @@ class ShownSettings:
 class ReportSettings:
     """Intervals and verdicts."""
 
+    one_way: float = 0.01
+    """Share of a speed's mean square up to which its rarer sign is not seen. Judgement: a robot that rocks
+    back a little where it stops does not reverse."""
+
     ambiguous_bic: float = 10.0
     """BIC difference below which another effect explains the log nearly as well. Statistics: 10 is "very
     strong" evidence after Kass and Raftery (1995)."""
