@@ -33,6 +33,7 @@ from formulas.forms import (  # noqa: E402
     EIGHTH,
     ELEVENTH,
     FIFTH,
+    FOURTEENTH,
     FOURTH,
     NINTH,
     REPORT,
@@ -71,6 +72,7 @@ FORMS = {
     "eleventh": ELEVENTH,
     "twelfth": TWELFTH,
     "thirteenth": THIRTEENTH,
+    "fourteenth": FOURTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -24,6 +24,7 @@ from worlds import (
     practice_paths,
     route_paths,
     site_paths,
+    wild_paths,
     work_paths,
     yard_paths,
 )
@@ -316,6 +317,10 @@ FAMILIES = {
     "bee": Family(fresh_paths.bee, (2.0, 25.0), (0.5, 4.0)),
     "statues": Family(fresh_paths.statues, (3.0, 30.0), (0.5, 3.0)),
     "rower": Family(fresh_paths.rower, (2.0, 25.0), (0.5, 4.0)),
+    "moth": Family(wild_paths.moth, (2.0, 25.0), (0.5, 4.0)),
+    "bull": Family(wild_paths.bull, (2.0, 20.0), (0.5, 4.0)),
+    "curler": Family(wild_paths.curler, (3.0, 30.0), (0.5, 4.0)),
+    "scribe": Family(wild_paths.scribe, (3.0, 30.0), (0.5, 3.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

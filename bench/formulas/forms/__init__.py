@@ -12,6 +12,7 @@ from formulas.forms.earlier import EARLIER
 from formulas.forms.eighth import EIGHTH
 from formulas.forms.eleventh import ELEVENTH
 from formulas.forms.fifth import FIFTH
+from formulas.forms.fourteenth import FOURTEENTH
 from formulas.forms.fourth import FOURTH
 from formulas.forms.ninth import NINTH
 from formulas.forms.report import REPORT
@@ -30,6 +31,7 @@ __all__ = [
     "ELEVENTH",
     "FIFTH",
     "FORMS",
+    "FOURTEENTH",
     "FOURTH",
     "NINTH",
     "ORDER",
@@ -62,17 +64,27 @@ FORMS = (
     | ELEVENTH
     | TWELFTH
     | THIRTEENTH
+    | FOURTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
     *("dome", "round_hill", "ridge", "bowl", "mud_patch", "loading_ramp", "drain", "bungee", "lawn_edge"),
     *("mopped_lane", "thick_rug", "crowned_road", "oil_spill", "saddle", "whirlpool", "helical_ramp"),
-    *("carpet_edge", "swale", "tall_grass", "laid_hose", "wheel_ruts", "loose_sand"),
+    *(
+        "carpet_edge",
+        "swale",
+        "tall_grass",
+        "laid_hose",
+        "wheel_ruts",
+        "loose_sand",
+        "garden_hose",
+        "cart_ruts",
+    ),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""
