@@ -135,9 +135,7 @@ REPORT = {
         radius=(0.2, 0.4),
     ),
     # A limited-slip axle: the harder it is driven or braked, the more it resists turning.
-    "locking_axle": form(
-        "yaw", "yaw_rate effort_sum", "yaw_rate:odd effort_sum:even", axle, grip=(0.7, 1.2)
-    ),
+    "locking_axle": form("yaw", "yaw_rate effort_sum", "yaw_rate:odd effort_sum:even", axle, grip=(0.7, 1.2)),
     # A sliding tail plate: it resists a turn on the spot in full, a turn on the move much less.
     "skid_plate": form(
         "yaw", "v yaw_rate", "v:even yaw_rate:odd", plate, friction=(0.25, 0.42), reach=(0.2, 0.45)
