@@ -81,7 +81,7 @@ FACTOR = {
     "y": ("y", lambda at: at.y),
 }
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
-BELL = re.compile(r"(bump|disc|hill|tilt)\(([^,]+),([^,]+),([^)]+)\)")
+BELL = re.compile(r"(bump|disc|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(r"(fall|over|bell|ring|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
 EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
@@ -129,19 +129,25 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
         of, k, along = getattr(np, wave[1]), float(wave[2]), wave[3]
         return along, lambda at: of(k * (way(at) if along == "s" else getattr(at, along)))
     if bell := BELL.fullmatch(text):
-        x, y, r = (float(bell[i]) for i in (2, 3, 4))
-        if bell[1] in {"bump", "disc"}:
-            return "x y", lambda at: in_place(bell[1], np.hypot(at.x - x, at.y - y) / r)
-        turn = np.pi / 2 if bell[1] == "tilt" else 0.0
-        return (
-            "x y yaw",
-            lambda at: (
-                ((at.x - x) * np.cos(at.yaw + turn) + (at.y - y) * np.sin(at.yaw + turn))
-                / r
-                * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
-            ),
-        )
+        return about(bell[1], *(float(bell[i]) for i in (2, 3, 4)))
     return numbered(text, efforts)
+
+
+def about(kind: str, x: float, y: float, r: float) -> tuple[str, Callable[[At], F64]]:
+    """Factors about a place: what lies there, its slope, or a rope to there."""
+    if kind in {"bump", "disc"}:
+        return "x y", lambda at: in_place(kind, np.hypot(at.x - x, at.y - y) / r)
+    if kind.startswith("rope"):
+        return "x y yaw", pulled(x, y, r, aside=kind == "rope_left")
+    turn = np.pi / 2 if kind == "tilt" else 0.0
+    return (
+        "x y yaw",
+        lambda at: (
+            ((at.x - x) * np.cos(at.yaw + turn) + (at.y - y) * np.sin(at.yaw + turn))
+            / r
+            * np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / (2 * r**2))
+        ),
+    )
 
 
 def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, Callable[[At], F64]]:
@@ -158,6 +164,16 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
         numbers = [float(number) for number in shape[3].split(",")]
         return shape[2], lambda at: shaped(shape[1], getattr(at, column) / per, numbers)
     raise ValueError(f"no factor {text!r}")
+
+
+def pulled(x: float, y: float, soft: float, *, aside: bool) -> Callable[[At], F64]:
+    """What a rope to a place does ahead, or to the left: the cosine or sine of its bearing, slack near by."""
+
+    def of(at: At) -> F64:
+        far, bearing = np.hypot(x - at.x, y - at.y), np.arctan2(y - at.y, x - at.x) - at.yaw
+        return (np.sin(bearing) if aside else np.cos(bearing)) * far / np.hypot(far, soft)
+
+    return of
 
 
 def in_time(kind: str, first: float, width: float = 1.0) -> Callable[[At], F64]:

@@ -8,6 +8,8 @@
     disc(X,Y,R)        1/(1 + (r/R)⁸), flat within R, with short edges
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
+    rope(X,Y,R)        d/√(r² + R²), d the part along the heading of the way to (X, Y): a pull towards there
+    rope_left(X,Y,R)   the same with the part to the left of the heading
     edge(x,X,W)        tanh((x − X)/W), from one side of a line to the other; over x, y, t, or yaw, all turns
     band(x,X,W)        exp(−(x − X)²/2W²), a strip along a line; over x or y
     side(X,Y,A,W)      tanh(d/W), d the distance from a line through (X, Y), along the direction A, rad
@@ -29,12 +31,12 @@ Number = float | F64
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
-BELL = re.compile(rf"(bump|disc|hill|tilt)\({NUMBER},{NUMBER},{NUMBER}\)")
+BELL = re.compile(rf"(bump|disc|hill|tilt|rope|rope_left)\({NUMBER},{NUMBER},{NUMBER}\)")
 LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
 EDGE = re.compile(rf"(?:edge\(([xyt]|yaw)|band\(([xy])),{NUMBER},{NUMBER}\)")
 FORMS = (
-    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), hill(X,Y,R), tilt(X,Y,R), edge(x,X,W), "
-    "band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
+    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), hill(X,Y,R), tilt(X,Y,R), rope(X,Y,R), "
+    "rope_left(X,Y,R), edge(x,X,W), band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
 )
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
 """Time and place themselves, with the powers of metre and second of their units."""
@@ -72,13 +74,12 @@ def placed_factor(text: str) -> PlacedFactor | None:
 
 
 def bell_factor(kind: str, x: float, y: float, r: float) -> PlacedFactor | None:
-    """A bell, or its slope ahead or aside; None where it has no width."""
+    """A bell, its slope ahead or aside, or a pull towards a place; None where it has no width."""
     if r <= 0:
         return None
     if kind in OF_PLACE:
         return PlacedFactor(("x", "y"), lambda c: OF_PLACE[kind](c, x, y, r))
-    slope = hill if kind == "hill" else tilt
-    return PlacedFactor(("x", "y", "yaw"), lambda c: slope(c, x, y, r))
+    return PlacedFactor(("x", "y", "yaw"), lambda c: TOWARDS[kind](c, x, y, r))
 
 
 def bump(c: Columns, x: float, y: float, r: float) -> F64:
@@ -104,6 +105,21 @@ def tilt(c: Columns, x: float, y: float, r: float) -> F64:
     """The downhill slope of the bell to the left of the heading."""
     aside = (c["y"] - y) * np.cos(c["yaw"]) - (c["x"] - x) * np.sin(c["yaw"])
     return np.asarray(aside / r * bump(c, x, y, r))
+
+
+def rope(c: Columns, x: float, y: float, r: float) -> F64:
+    """A pull of 1 towards a place, along the heading; within ``r`` of it a weaker one."""
+    along = (x - c["x"]) * np.cos(c["yaw"]) + (y - c["y"]) * np.sin(c["yaw"])
+    return np.asarray(along / np.sqrt((x - c["x"]) ** 2 + (y - c["y"]) ** 2 + r**2))
+
+
+def rope_left(c: Columns, x: float, y: float, r: float) -> F64:
+    """The same to the left of the heading."""
+    aside = (y - c["y"]) * np.cos(c["yaw"]) - (x - c["x"]) * np.sin(c["yaw"])
+    return np.asarray(aside / np.sqrt((x - c["x"]) ** 2 + (y - c["y"]) ** 2 + r**2))
+
+
+TOWARDS = {"hill": hill, "tilt": tilt, "rope": rope, "rope_left": rope_left}
 
 
 def edge(z: F64, at: float, width: float) -> F64:
@@ -157,7 +173,7 @@ def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:
 
 
 def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:
-    """The text of a bump, disc, hill or tilt."""
+    """The text of a bump, disc, hill, tilt or rope."""
     return f"{kind}({number(x_m)},{number(y_m)},{number(r_m)})"
 
 

@@ -1,10 +1,19 @@
 """Bells over the plane, where the robot comes onto their flanks at least twice."""
 
 from collections.abc import Iterator
+from itertools import product
 
 import numpy as np
 
-from wmr_replay.gap.formula.carriers import HEADING, SOFT_V, SOFT_W, SOFTER_V, SOFTER_W, carriers_of
+from wmr_replay.gap.formula.carriers import (
+    EITHER_WAY,
+    HEADING,
+    SOFT_V,
+    SOFT_W,
+    SOFTER_V,
+    SOFTER_W,
+    carriers_of,
+)
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import TRIED, Grid
 from wmr_replay.gap.model.binned_log import BinnedLog
@@ -15,11 +24,17 @@ from wmr_schemas.terms import TermChannel
 CARRIED: tuple[tuple[str, TermChannel, str], ...] = (
     *((slope, channel, "1") for slope in ("hill", "tilt") for channel in TRIED),
     *(("bump", "longitudinal", text) for text in ("1", "v", "sgn(v)", HEADING)),
-    *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING)),
+    *(("bump", "yaw", text) for text in ("1", "yaw_rate", "sgn(yaw_rate)", HEADING, EITHER_WAY)),
     *(("disc", "longitudinal", text) for text in ("v", "sgn(v)", SOFT_V, HEADING, "effort_sum")),
-    *(("disc", "yaw", text) for text in ("yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, "effort_diff")),
+    *(
+        ("disc", "yaw", text)
+        for text in ("yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, EITHER_WAY, "effort_diff")
+    ),
 )
-"""Height, ahead and to the side, and what pushes, brakes or blows in a place, or takes traction there."""
+"""Height, ahead and to the side, and what pushes, brakes, guides or blows in a place, or takes traction."""
+
+PULLED: tuple[tuple[str, TermChannel], ...] = (("rope", "longitudinal"), ("rope_left", "yaw"))
+"""A hose or cable that is held in a place. Fixed behind the axle, it turns the robot, too."""
 
 OVER_ALL: tuple[tuple[TermChannel, str], ...] = (
     *(("longitudinal", text) for text in ("sgn(v)", SOFT_V, SOFTER_V, "v")),
@@ -35,6 +50,8 @@ def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     for kind, channel, text in CARRIED:
         if len(numbers[kind]):
             yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
+    for kind, channel in PULLED:
+        yield Grid(((Family(kind, channel), ropes_of(binned, settings)),))
     wide = wide_bells_of(binned, settings)
     for channel, text in OVER_ALL:
         yield Grid(((Family("bump", channel, "", carriers_of(text), plain=True), wide),))
@@ -50,6 +67,16 @@ def wide_bells_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
         cells = np.unique(np.rint(2 * place / radius_m), axis=0) * radius_m / 2
         found.append(np.column_stack([cells, np.full(len(cells), radius_m)]))
     return np.concatenate(found)
+
+
+def ropes_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
+    """Ropes (m, 3) that are held at places on a grid over the area and about it."""
+    place = binned.pose[:, :2]
+    span_m = max(float(np.mean(np.ptp(place, axis=0))), settings.least_radius_m)
+    step_m, reach_m = settings.rope_step * span_m, settings.rope_reach * span_m
+    x_m, y_m = (np.arange(u.min() - reach_m, u.max() + reach_m + step_m, step_m) for u in place.T)
+    radii = np.maximum(span_m * np.array(settings.rope_shares), settings.least_radius_m)
+    return np.array(list(product(x_m, y_m, np.unique(radii))))
 
 
 def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:

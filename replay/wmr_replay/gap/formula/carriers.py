@@ -20,7 +20,7 @@ OVER_TIME: Table = {
         *("effort_sum", "effort_sum*abs(v)", "abs(effort_sum)", "effort_diff"),
     ),
     "yaw": (
-        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, SOFTER_W, "v", "abs(v)", "sgn(v)"),
+        *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, SOFTER_W, "v", "abs(v)", "sgn(v)", SOFT_V),
         *(
             "abs(v)*yaw_rate",
             "v*yaw_rate",

@@ -16,6 +16,8 @@ from wmr_schemas.placed_factors import (
     edge,
     hill,
     line_text,
+    rope,
+    rope_left,
     slanted_text,
     tilt,
     wave_text,
@@ -26,19 +28,21 @@ from wmr_schemas.terms import Term, TermChannel
 Factors = tuple[str, ...]
 WAVES = ("sin", "cos")
 CUTS = {"edge": edge, "band": band}
-BELLS = {"bump": bump, "disc": disc, "hill": hill, "tilt": tilt}
+ROPES = {"rope": rope, "rope_left": rope_left}
+BELLS = {"bump": bump, "disc": disc, "hill": hill, "tilt": tilt, **ROPES}
 SHAPES = ("fall", "over", "bell", "ring")
-PLACED = ("wave", "bump", "disc", "hill", "tilt", "band", "strip")
+PLACED = ("wave", "bump", "disc", "hill", "tilt", *ROPES, "band", "strip")
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, hill, tilt, or one of the shapes of
-    :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its functions stands times each of the
-    ``carriers``, which are products; with ``plain``, these stand beside them as well. The numbers of a side
-    or strip are its distance from ``around``, the angle across it, and its width.
+    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, hill, tilt, rope, rope_left, or
+    one of the shapes of :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its
+    functions stands times each of the ``carriers``, which are products; with ``plain``, these stand beside
+    them as well. The numbers of a side or strip are its distance from ``around``, the angle across it, and
+    its width.
     """
 
     kind: str

@@ -4,7 +4,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.formula.families import BELLS, CUTS, swings_alone
+from wmr_replay.gap.formula.families import BELLS, CUTS, ROPES, swings_alone
 from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
 from wmr_replay.gap.model.dictionary import columns_of
@@ -68,8 +68,7 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
     if family.kind == "wave":
         return within_lengths(group, shape, own)
     if family.kind in BELLS:
-        widest = own.wide_shares[-1] if family.plain else own.widest_bell
-        return within_area(shape, problem, widest)
+        return within_area(group, shape, problem)
     columns = columns_of(problem.binned)
     if family.kind in OF_LINE:
         return within_lines(group, shape, columns, own)
@@ -108,11 +107,13 @@ def within_lines(group: Group, shape: F64, columns: Columns, own: FormulaSetting
     return np.array([apart, angle, np.clip(shape[2], narrow / 2, wide)])
 
 
-def within_area(shape: F64, problem: Problem, widest: float) -> F64:
-    """The place and radius of a bell, at most ``widest`` spans wide."""
+def within_area(group: Group, shape: F64, problem: Problem) -> F64:
+    """The place and radius of a bell; a rope may be held outside of the area."""
     own, place = problem.settings.formula, problem.binned.pose[:, :2]
-    widest_m = widest * float(np.mean(np.ptp(place, axis=0)))
-    middle = np.clip(shape[:2], place.min(axis=0), place.max(axis=0))
+    span_m, is_rope = float(np.mean(np.ptp(place, axis=0))), group.family.kind in ROPES
+    widest_m = span_m * (own.wide_shares[-1] if group.family.plain or is_rope else own.widest_bell)
+    beyond_m = span_m * own.rope_reach * is_rope
+    middle = np.clip(shape[:2], place.min(axis=0) - beyond_m, place.max(axis=0) + beyond_m)
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 
 

@@ -177,6 +177,17 @@ class FormulaSettings:
     widest_bell: float = 0.35
     """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
 
+    rope_shares: tuple[float, float] = (0.05, 0.3)
+    """How near its end a rope gets slack, on the grid, in the same spans. As ``bell_shares``."""
+
+    rope_step: float = 0.25
+    """Step of the places where a rope may be held, in those spans. Numerics: half a span away, its direction
+    changes by half a right angle at most from one to the next."""
+
+    rope_reach: float = 0.5
+    """How far outside of the area a rope may be held, in those spans. Statistics: a pull from farther away is
+    hardly told from a slope."""
+
     least_radius_m: float = 0.5
     """Smallest radius of a bell, m. Judgement: about a robot's length."""
 
