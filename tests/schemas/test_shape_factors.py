@@ -34,6 +34,8 @@ BY_HAND = {
     "v*x": -0.72,
     "v*edge(x,1,0.4)": -0.6 * math.tanh(0.5),
     "tilt(0.2,-2,1.5)": (-math.cos(0.5) - math.sin(0.5)) / 1.5 * math.exp(-2.0 / 4.5),
+    "rope(4.2,1,12)": math.cos(math.atan2(4.0, 3.0) - 0.5) * 5.0 / 13.0,
+    "rope_left(4.2,1,12)": math.sin(math.atan2(4.0, 3.0) - 0.5) * 5.0 / 13.0,
 }
 UNITS = {
     "effort_sum*fall(v,0.3)": "m/(s²·N·m)",

@@ -171,6 +171,25 @@ def test_a_formula_without_answers_grows_beside_one_that_may_answer(monkeypatch,
 
 
 @pytest.mark.parametrize(
+    "of",
+    [
+        lambda carrier: Group(PRODUCT, (parse_term(f"unnamed:yaw:{carrier}"),)),
+        lambda carrier: shaped(Family("wave", "yaw", "t", ((carrier,),)), 0.5),
+        lambda carrier: shaped(Family("fall", "yaw", "v", ((carrier,),)), 0.5),
+        lambda carrier: shaped(Family("disc", "yaw", "", ((carrier,),)), 1.0, 2.0, 0.5),
+    ],
+    ids=["product", "swing", "shape", "place"],
+)
+def test_efforts_that_answer_are_no_rivals_of_what_they_answer(of):
+    assert rival_kind(of("effort_diff")) != rival_kind(of("yaw_rate")) == rival_kind(of("effort_sum"))
+
+
+def shaped(family: Family, *numbers: float) -> Group:
+    """A group of a family with these numbers."""
+    return Group(family, family.terms(numbers), numbers)
+
+
+@pytest.mark.parametrize(
     ("carrier", "plain", "kind"),
     [
         ("cos(yaw)", True, "wave and constant"),

@@ -90,6 +90,28 @@ def test_a_rut_turns_a_robot_whichever_way_round():
     assert not any(channel == "longitudinal" for channel, _ in kinds)
 
 
+def test_so_it_does_in_a_round_place():
+    tried = groups_of(problem_of(made_log(2)).binned, SETTINGS.formula)
+    either = (("cos(2yaw)",), ("sin(2yaw)",))
+    assert {g.first.kind for g in tried.grids if g.first.carriers == either} >= {"bump", "disc"}
+
+
+@pytest.mark.parametrize(("kind", "channel"), [("rope", "longitudinal"), ("rope_left", "yaw")])
+def test_ropes_are_held_over_the_area_and_about_it(kind, channel):
+    problem = problem_of(made_log(2))
+    place, own = problem.binned.pose[:, :2], SETTINGS.formula
+    span_m = float(np.mean(np.ptp(place, axis=0)))
+    (grid,) = (g for g in groups_of(problem.binned, own).grids if g.first.kind == kind)
+    ((family, shapes),) = grid.pieces
+    assert (family.channel, family.carriers) == (channel, ((),))
+    low, high = place.min(axis=0) - own.rope_reach * span_m, place.max(axis=0) + own.rope_reach * span_m
+    assert shapes[:, :2].min(axis=0) == pytest.approx(low)
+    assert np.all(shapes[:, :2].max(axis=0) >= high)
+    assert np.all(np.diff(np.unique(shapes[:, 0])) == pytest.approx(own.rope_step * span_m))
+    group = Group(family, family.terms(tuple(shapes[0])), tuple(shapes[0]))
+    assert allowed(group, np.array([1e3, -1e3, 1e3]), problem) == pytest.approx([high[0], low[1], span_m])
+
+
 def test_frictions_may_change_smoothly_over_the_whole_area():
     problem = problem_of(made_log(2))
     place = problem.binned.pose[:, :2]

@@ -4,14 +4,12 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.formula.families import PLACED
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
 
 KINDS = {"fall": "shape", "over": "shape", "bell": "shape", "ring": "shape"}
 """Kinds that are rivals of one another: the best few of all of them are looked at."""
-OF_PLACE = (*PLACED, "edge", "side")
 
 
 def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
@@ -21,15 +19,20 @@ def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
     most = dict(problem.settings.formula.rivals)
     for one in found:
         kept.setdefault(rival_kind(one.group), []).append(one)
-    firsts = [one for kind, some in kept.items() for one in some[: most.get(kind, 1)]]
+    firsts = [one for kind, some in kept.items() for one in some[: most.get(kind.split(" of ")[0], 1)]]
     price = log_n(problem)
     return sorted(firsts, key=lambda one: one.group.price(price) - one.gain)
 
 
 def rival_kind(group: Group) -> str:
     """The kind among which a group is one of the best, or not: a wave with its constant is no rival of the
-    same wave without, nor are efforts in a place, which answer what is there, of what they answer.
+    same wave without, nor are efforts, which answer what is there, of what they answer.
     """
+    return kind_of(group) + (" of efforts" if group.may_answer else "")
+
+
+def kind_of(group: Group) -> str:
+    """The kind of a group, whatever it reads."""
     family, along = group.family, {"t": "timed", "yaw": "heading"}
     if family.kind == "edge" and family.along == "t":
         return "switch"
@@ -38,8 +41,6 @@ def rival_kind(group: Group) -> str:
     tilted = any("(yaw)" in factor for carrier in family.carriers for factor in carrier)
     if family.kind == "wave" and family.plain and tilted:
         return "wave and constant"
-    if family.kind in OF_PLACE and group.may_answer:
-        return f"{family.kind} of efforts"
     return KINDS.get(family.kind, family.kind)
 
 
