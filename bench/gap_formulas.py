@@ -32,6 +32,7 @@ from formulas.forms import (  # noqa: E402
     EARLIER,
     EIGHTH,
     ELEVENTH,
+    FIFTEENTH,
     FIFTH,
     FOURTEENTH,
     FOURTH,
@@ -73,6 +74,7 @@ FORMS = {
     "twelfth": TWELFTH,
     "thirteenth": THIRTEENTH,
     "fourteenth": FOURTEENTH,
+    "fifteenth": FIFTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -16,6 +16,7 @@ from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
 from worlds import (
+    course_paths,
     duty_paths,
     fresh_paths,
     heeding_paths,
@@ -321,6 +322,10 @@ FAMILIES = {
     "bull": Family(wild_paths.bull, (2.0, 20.0), (0.5, 4.0)),
     "curler": Family(wild_paths.curler, (3.0, 30.0), (0.5, 4.0)),
     "scribe": Family(wild_paths.scribe, (3.0, 30.0), (0.5, 3.0)),
+    "barrel-racer": Family(course_paths.barrel_racer, (2.0, 25.0), (0.5, 4.0)),
+    "half-pipe": Family(course_paths.half_pipe, (2.0, 20.0), (0.5, 3.0)),
+    "trout": Family(course_paths.trout, (3.0, 30.0), (0.5, 4.0)),
+    "comet": Family(course_paths.comet, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

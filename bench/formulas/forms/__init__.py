@@ -11,6 +11,7 @@ from formulas.forms.develop import DEVELOP
 from formulas.forms.earlier import EARLIER
 from formulas.forms.eighth import EIGHTH
 from formulas.forms.eleventh import ELEVENTH
+from formulas.forms.fifteenth import FIFTEENTH
 from formulas.forms.fifth import FIFTH
 from formulas.forms.fourteenth import FOURTEENTH
 from formulas.forms.fourth import FOURTH
@@ -29,6 +30,7 @@ __all__ = [
     "EARLIER",
     "EIGHTH",
     "ELEVENTH",
+    "FIFTEENTH",
     "FIFTH",
     "FORMS",
     "FOURTEENTH",
@@ -65,12 +67,13 @@ FORMS = (
     | TWELFTH
     | THIRTEENTH
     | FOURTEENTH
+    | FIFTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
@@ -84,7 +87,7 @@ PLACED = (
         "wheel_ruts",
         "loose_sand",
         "garden_hose",
-        "cart_ruts",
+        *("cart_ruts", "floor_dip", "rubber_mat"),
     ),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

@@ -5,143 +5,148 @@ import numpy as np
 from formulas.forms.base import At, form
 from wmr_schemas.arrays import F64
 
-ROUND = (0.0, 6.28)
-EITHER = (-1.0, 1.0)
+CREEP_MPS = 0.1
+"""Within this speed, what opposes motion changes sides."""
+CREEP_RADPS = 0.12
 
 
-def side_of(side: float) -> float:
-    """Left or right, by the sign of the draw."""
-    return 1.0 if side >= 0.0 else -1.0
+def cold_grease(at: At, c: float, warm_s: float, left_over: float) -> F64:
+    """Shear-thinning grease, |v|^0.4, that churning warms."""
+    cold = left_over + (1.0 - left_over) * np.exp(-at.t / warm_s)
+    return -c * cold * at.v / (at.v**2 + CREEP_MPS**2) ** 0.3
 
 
-def shudder(at: At, peak: float, speed: float, width: float) -> F64:
-    """A drag with a hump at one speed, against the motion."""
-    return -peak * np.tanh(at.v / 0.05) * np.exp(-(((np.abs(at.v) - speed) / width) ** 2))
+def shimmy(at: At, c: float, peak: float, width: float) -> F64:
+    """A loss round one speed, either way."""
+    return -c * np.tanh(at.v / CREEP_MPS) * np.exp(-(((np.abs(at.v) - peak) / width) ** 2))
 
 
-def worm(at: At, friction: float) -> F64:
-    """Sliding friction between gear teeth that the torque presses together, against the motion."""
-    return -friction * np.abs(at.pull) * np.tanh(at.v / 0.06)
+def wind(at: At, c: float, source: float, depth: float, period_s: float, phase: float) -> F64:
+    """The push along the heading of a wind much faster than the robot, with gusts."""
+    return -c * np.cos(at.yaw - source) * (1.0 + depth * np.sin(2 * np.pi * at.t / period_s + phase))
 
 
-def soil(at: At, drag: float, rate: float) -> F64:
-    """Drag of the earth that turning wheels push before their flanks."""
-    return -drag * np.tanh(at.v / 0.1) * (1.0 - np.exp(-((at.yaw_rate / rate) ** 2)))
+def dip(at: At, c: float, x: float, y: float, radius: float) -> F64:
+    """Downhill to the middle of a bell-shaped hollow, steepest (c) at ``radius``."""
+    ahead = ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw)) / radius
+    far = ((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2
+    return -c * ahead * np.exp(0.5 - 0.5 * far)
 
 
-def deck(at: At, size: float, period: float, phase: float, direction: float) -> F64:
-    """Gravity along the heading on a floor that rolls about one axis."""
-    return size * np.sin(2 * np.pi * at.t / period + phase) * np.cos(at.yaw - direction)
+def arm(at: At, c: float, period_s: float, share: float, phase: float) -> F64:
+    """Reaction to an arm swung over and, half a period later, back: to speed it up, then to stop it."""
+    u = np.mod(at.t / period_s + phase, 1.0)
+    over, back = np.clip(u / share, 0.0, 1.0), np.clip((u - 0.5) / share, 0.0, 1.0)
+    return c * (np.sin(2 * np.pi * back) - np.sin(2 * np.pi * over))
 
 
-def hose(at: At, tension: float, x: float, y: float, radius: float) -> F64:
-    """Tension towards the tap, along the heading, rising once the slack is used up."""
-    east, north = x - at.x, y - at.y
-    far = np.maximum(np.hypot(east, north), 1e-6)
-    taut = 1.0 - np.exp(-2.0 * np.maximum(far - 0.6 * radius, 0.0) / radius)
-    return tension * taut * (east * np.cos(at.yaw) + north * np.sin(at.yaw)) / far
+def skid(at: At, c: float, arm_m: float) -> F64:
+    """Dry friction of a skid at the tail: what of it points sideways, as its foot slides."""
+    side = arm_m * at.yaw_rate
+    return -c * side / np.sqrt(at.v**2 + side**2 + 0.05**2)
 
 
-def pump(at: At, lost: float, share: float) -> F64:
-    """Drive pressure lost to steering where one pump feeds both wheel motors."""
-    return -lost * at.pull * (1.0 - np.exp(-np.abs(at.turn) / share))
-
-
-def vane(at: At, size: float, wind: float, gust: float, period: float, phase: float) -> F64:
-    """The moment that turns a tail fin downwind, by a wind that swells and sinks."""
-    swell = 1.0 + gust * np.sin(2 * np.pi * at.t / period + phase)
-    return size * swell * np.sin(wind - at.yaw)
-
-
-def ruts(at: At, size: float, along: float, x: float, y: float, radius: float) -> F64:
-    """A moment that turns the wheels into parallel grooves, either way along, within a round area."""
-    far = np.hypot(at.x - x, at.y - y) / radius
-    return size * np.exp(-(far**4)) * np.sin(2.0 * (along - at.yaw))
-
-
-def axle(at: At, grip: float) -> F64:
-    """Clutch plates pressed by the drive torque hold the two wheels to one speed."""
-    return -grip * np.abs(at.pull) * np.tanh(at.yaw_rate / 0.15)
-
-
-def plate(at: At, friction: float, reach: float) -> F64:
-    """Sideways part of the dry friction under a sliding tail, whose direction is that of the slide."""
-    return -friction * at.w / np.sqrt(at.w**2 + (reach * at.v) ** 2 + 0.02**2)
-
-
-def leak(at: At, drag: float, side: float, start: float, over: float) -> F64:
-    """Drag of one tyre as it goes soft: to its side forwards, to the other backwards."""
-    soft = 1.0 - np.exp(-np.maximum(at.t - start, 0.0) / over)
-    return side_of(side) * drag * soft * np.tanh(at.v / 0.1)
+def mat(at: At, c: float, x: float, y: float, radius: float) -> F64:
+    """Pivoting tyres grabbed on a round mat with a firm edge."""
+    far = ((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2
+    return -c * np.tanh(at.yaw_rate / CREEP_RADPS) / (1.0 + far**3)
 
 
 REPORT = {
-    # A drive belt that shudders near one speed and eats power there.
-    "belt_shudder": form(
-        "longitudinal", "v", "v:odd", shudder, peak=(0.25, 0.45), speed=(0.35, 0.75), width=(0.15, 0.3)
+    # stiff grease in the bearings after a cold night, shear-thinning with speed and thinner as it warms
+    "stiff_grease": form(
+        "longitudinal",
+        "v t",
+        "v:odd",
+        cold_grease,
+        c=(0.4, 0.65),
+        warm_s=(20.0, 50.0),
+        left_over=(0.15, 0.35),
     ),
-    # Worm gears: teeth rub in proportion to the load, which takes from the drive and adds to the brake.
-    "worm_gears": form("longitudinal", "v effort_sum", "v:odd effort_sum:even", worm, friction=(0.35, 0.65)),
-    # Soft ground: in a bend the wheels bulldoze a berm, which holds the robot back.
-    "bulldozed_soil": form(
-        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even", soil, drag=(0.25, 0.5), rate=(0.2, 0.5)
+    # the castor flutters round one speed of travel and eats power there, slower and faster it runs quietly
+    "wheel_shimmy": form(
+        "longitudinal", "v", "v:odd", shimmy, c=(0.3, 0.55), peak=(0.35, 0.7), width=(0.15, 0.3)
     ),
-    # Aboard a ship whose deck rolls with the swell.
-    "ship_deck": form(
-        "longitudinal", "t yaw", "", deck, size=(0.25, 0.5), period=(5.0, 14.0), phase=ROUND, direction=ROUND
+    # a tall body in a strong wind from one side of the yard, pushed along its heading, in gusts
+    "side_gusts": form(
+        "longitudinal",
+        "yaw t",
+        "",
+        wind,
+        c=(0.2, 0.4),
+        source=(0.0, 6.28),
+        depth=(0.3, 0.7),
+        period_s=(8.0, 20.0),
+        phase=(0.0, 6.28),
     ),
-    # A hose or cable dragged from a tap, slack close by and taut farther off.
-    "garden_hose": form(
+    # the floor sinks towards a drain: downhill on the way in, uphill on the way out
+    "floor_dip": form(
         "longitudinal",
         "x y yaw",
         "",
-        hose,
-        tension=(0.3, 0.5),
+        dip,
+        c=(0.3, 0.55),
         x=(0.25, 0.75),
         y=(0.25, 0.75),
         radius=(0.2, 0.4),
     ),
-    # One hydraulic pump for both wheel motors: hard steering takes pressure from the drive.
-    "shared_pump": form(
+    # worm gears whose tooth pressure, driving or braking alike, is paid for in rubbing against the motion
+    "worm_gear": form(
         "longitudinal",
-        "effort_sum effort_diff",
-        "effort_sum:odd effort_diff:even",
-        pump,
-        lost=(0.45, 0.75),
-        share=(0.06, 0.16),
+        "v effort_sum",
+        "v:odd effort_sum:even",
+        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / CREEP_MPS),
+        c=(0.5, 0.8),
     ),
-    # A tall tail or banner behind the axle weathercocks in a gusty wind.
-    "weather_vane": form(
-        "yaw",
-        "t yaw",
-        "",
-        vane,
-        size=(0.18, 0.35),
-        wind=ROUND,
-        gust=(0.3, 0.8),
-        period=(8.0, 25.0),
-        phase=ROUND,
+    # wheels that pull apart wring the frame until the brake discs touch their pads
+    "brake_rub": form(
+        "longitudinal",
+        "v effort_diff",
+        "v:odd effort_diff:even",
+        lambda at, c, half: -c * np.tanh(at.v / CREEP_MPS) * np.abs(at.turn) / (np.abs(at.turn) + half),
+        c=(0.3, 0.6),
+        half=(0.05, 0.15),
     ),
-    # Old wheel ruts or planks in one area that guide the wheels along themselves.
-    "cart_ruts": form(
+    # furrows in a field that guide rolling wheels along the rows, either way, and resist being left
+    "crop_rows": form(
         "yaw",
-        "x y yaw",
+        "v yaw",
+        "v:even",
+        lambda at, c, row: -c * np.sin(2 * (at.yaw - row)) * np.tanh(np.abs(at.v) / 0.25),
+        c=(0.2, 0.4),
+        row=(0.0, 3.14),
+    ),
+    # an arm on top that picks and places by the clock; the body takes the reaction of each swing
+    "picking_arm": form(
+        "yaw",
+        "t",
         "",
-        ruts,
-        size=(0.35, 0.55),
-        along=(0.0, 3.14),
+        arm,
+        c=(0.2, 0.4),
+        period_s=(2.5, 5.0),
+        share=(0.3, 0.45),
+        phase=(0.0, 1.0),
+    ),
+    # one bald tyre slips the more the harder both pull (or brake), so the robot veers to its side
+    "worn_tyre": form(
+        "yaw",
+        "effort_sum",
+        "effort_sum:odd",
+        lambda at, c, half: c * at.pull * np.abs(at.pull) / (np.abs(at.pull) + half),
+        c=(0.7, 1.1),
+        half=(0.12, 0.3),
+    ),
+    # a skid at the tail: hard to swing aside at a crawl, easily while it slides along at speed
+    "tail_skid": form("yaw", "v yaw_rate", "v:even yaw_rate:odd", skid, c=(0.4, 0.75), arm_m=(0.35, 0.7)),
+    # a rubber mat before a machine that grabs the tyres as they pivot
+    "rubber_mat": form(
+        "yaw",
+        "x y yaw_rate",
+        "yaw_rate:odd",
+        mat,
+        c=(0.3, 0.55),
         x=(0.25, 0.75),
         y=(0.25, 0.75),
         radius=(0.2, 0.4),
-    ),
-    # A limited-slip axle: the harder it is driven or braked, the more it resists turning.
-    "locking_axle": form("yaw", "yaw_rate effort_sum", "yaw_rate:odd effort_sum:even", axle, grip=(0.7, 1.2)),
-    # A sliding tail plate: it resists a turn on the spot in full, a turn on the move much less.
-    "skid_plate": form(
-        "yaw", "v yaw_rate", "v:even yaw_rate:odd", plate, friction=(0.25, 0.42), reach=(0.2, 0.45)
-    ),
-    # A puncture: some while into the drive one tyre goes soft and drags on its side.
-    "leaking_tyre": form(
-        "yaw", "v t", "v:odd", leak, drag=(0.2, 0.4), side=EITHER, start=(3.0, 20.0), over=(6.0, 20.0)
     ),
 }

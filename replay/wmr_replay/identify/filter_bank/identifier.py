@@ -63,7 +63,9 @@ class BankIdentifier:
         jumped = said[6] >= PRIORS.jump_probable
         coasts = np.concatenate([self._coasts, no_demand(efforts_of(bins), alpha[1:])])
         self._coasts = coasts[-1:]
-        answers = BinEstimates(said[:4], alpha, alpha * np.sqrt(said[5]), jumped, done, coasts)
+        with np.errstate(invalid="ignore"):  # of a model that cannot be, ln α runs away, its variance below 0
+            alpha_sd = alpha * np.sqrt(said[5])
+        answers = BinEstimates(said[:4], alpha, alpha_sd, jumped, done, coasts)
         return decide(paper, evidence, answers, self.settings.min_confidence, self._n_modes)
 
     def looking_back(self, lag_s: float) -> LookingBack | None:
