@@ -18,7 +18,7 @@ from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
 from wmr_replay.gap.formula.grow import Formula, fitted_with, grown_both_ways, simplest
 from wmr_replay.gap.formula.scores import ScoredGroup, scored_groups
 from wmr_replay.gap.formula.shapes import refined
-from wmr_replay.gap.formula.winners import rival_kind
+from wmr_replay.gap.formula.winners import rivals_of
 from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dictionary import WINDOWS_BINS, columns_of, window_of
@@ -181,7 +181,7 @@ def test_a_formula_without_answers_grows_beside_one_that_may_answer(monkeypatch,
     ids=["product", "swing", "shape", "place"],
 )
 def test_efforts_that_answer_are_no_rivals_of_what_they_answer(of):
-    assert rival_kind(of("effort_diff")) != rival_kind(of("yaw_rate")) == rival_kind(of("effort_sum"))
+    assert rivals_of(of("effort_diff")) != rivals_of(of("yaw_rate")) == rivals_of(of("effort_sum"))
 
 
 def shaped(family: Family, *numbers: float) -> Group:
@@ -200,7 +200,7 @@ def shaped(family: Family, *numbers: float) -> Group:
 )
 def test_a_tilting_wave_with_its_constant_is_no_rival_of_the_same_wave(carrier, plain, kind):
     family = Family("wave", "yaw", "x", ((carrier,),), plain=plain)
-    assert rival_kind(Group(family, family.terms((0.5,)), (0.5,))) == kind
+    assert rivals_of(Group(family, family.terms((0.5,)), (0.5,))) == (kind, False)
 
 
 def test_a_group_that_is_chosen_twice_counts_by_its_better_score():

@@ -10,7 +10,7 @@ from wmr_replay.gap.formula import other_modes, search
 from wmr_replay.gap.formula.families import Family, values
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
 from wmr_replay.gap.formula.shapes import allowed
-from wmr_replay.gap.formula.winners import rival_kind
+from wmr_replay.gap.formula.winners import rivals_of
 from wmr_schemas.terms import parse_term
 
 
@@ -164,7 +164,7 @@ def test_what_winds_up_with_all_turns_is_tried_and_is_no_rival_of_a_wave_over_th
         ("longitudinal", ((),)),
     }
     wave = group(Family("wave", "yaw", "yaw"), 1.0)
-    assert rival_kind(group(turned[0], 0.5, 1.0)) != rival_kind(wave)
+    assert rivals_of(group(turned[0], 0.5, 1.0)) != rivals_of(wave)
 
 
 def test_pulses_carry_drags_and_no_efforts():

@@ -12,7 +12,7 @@ from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
 from wmr_replay.gap.formula.grow import Formula, unseen_between
 from wmr_replay.gap.formula.proven import Proven
-from wmr_replay.gap.formula.winners import rival_kind
+from wmr_replay.gap.formula.winners import rivals_of
 from wmr_replay.gap.model.dictionary import FORMULA_TERMS
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.score import ScoredCandidate
@@ -47,7 +47,7 @@ def test_what_the_library_or_a_place_explains_does_not(switches):
 
 def test_a_switch_is_no_rival_of_a_wave_in_time_or_an_edge_of_a_place():
     kinds = {
-        rival_kind(Group(family, family.terms(shape), shape))
+        rivals_of(Group(family, family.terms(shape), shape))
         for family, shape in (
             (Family("edge", "yaw", "t", (("effort_diff",),)), (30.0, 2.0)),
             (Family("edge", "yaw", "x", (("effort_diff",),)), (3.0, 0.2)),

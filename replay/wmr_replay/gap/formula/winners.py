@@ -8,6 +8,7 @@ from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
 
+Rivals = tuple[str, bool]
 KINDS = {"fall": "shape", "over": "shape", "bell": "shape", "ring": "shape"}
 """Kinds that are rivals of one another: the best few of all of them are looked at."""
 
@@ -15,24 +16,24 @@ KINDS = {"fall": "shape", "over": "shape", "bell": "shape", "ring": "shape"}
 def winners(problem: Problem, at: Fit, tried: Tried) -> list[ScoredGroup]:
     """The best few of each kind, scored by the filter, the best by gain less price first."""
     found = scored_groups(problem, at, (*tried.groups, *best_of_grids(problem, at, tried)))
-    kept: dict[str, list[ScoredGroup]] = {}
+    kept: dict[Rivals, list[ScoredGroup]] = {}
     most = dict(problem.settings.formula.rivals)
     for one in found:
-        kept.setdefault(rival_kind(one.group), []).append(one)
-    firsts = [one for kind, some in kept.items() for one in some[: most.get(kind.split(" of ")[0], 1)]]
+        kept.setdefault(rivals_of(one.group), []).append(one)
+    firsts = [one for (kind, _), some in kept.items() for one in some[: most.get(kind, 1)]]
     price = log_n(problem)
     return sorted(firsts, key=lambda one: one.group.price(price) - one.gain)
 
 
-def rival_kind(group: Group) -> str:
-    """The kind among which a group is one of the best, or not: a wave with its constant is no rival of the
-    same wave without, nor are efforts, which answer what is there, of what they answer.
+def rivals_of(group: Group) -> Rivals:
+    """Among which a group is one of the best, or not: its kind, and whether it may answer a disturbance.
+    Efforts, which answer what is there, are no rivals of what they answer.
     """
-    return kind_of(group) + (" of efforts" if group.may_answer else "")
+    return kind_of(group), group.may_answer
 
 
 def kind_of(group: Group) -> str:
-    """The kind of a group, whatever it reads."""
+    """The kind of a group: a wave with its constant is no rival of the same wave without."""
     family, along = group.family, {"t": "timed", "yaw": "heading"}
     if family.kind == "edge" and family.along == "t":
         return "switch"
@@ -50,13 +51,13 @@ def best_of_grids(problem: Problem, at: Fit, tried: Tried) -> list[Group]:
         return []
     e = fitted_innovations(problem, at.innovations)[:, :, None]
     screen, price = screen_of(problem, at, e, at.psi), log_n(problem)
-    best: dict[str, list[tuple[float, Group]]] = {}
+    best: dict[Rivals, list[tuple[float, Group]]] = {}
     most = problem.settings.formula.screened
     for grid in tried.grids:
         excess = screen.gains(grid)[:, 0] - tried.prices(grid, price)
         k = int(np.argmax(excess))
         if excess[k] > 0:
             group = tried.group(grid, k)
-            best.setdefault(rival_kind(group), []).append((float(excess[k]), group))
+            best.setdefault(rivals_of(group), []).append((float(excess[k]), group))
     first = (sorted(some, key=lambda one: -one[0])[:most] for some in best.values())
     return [group for some in first for _, group in some]
