@@ -18,7 +18,9 @@ from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 
 LEAST_SHARE = 0.05
-"""A part of an answer counts for its variables from this share of the answer's mean square on."""
+"""Parts of an answer count for their variables from this share of the answer's mean square on. Each term was
+held against it alone until the sixteenth report.
+"""
 PURE = 0.8
 """From this share on, a function is called odd (or even) in a variable."""
 BOTH_SIGNS = 0.1
@@ -83,7 +85,7 @@ FACTOR = {
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|disc|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
-SHAPE = re.compile(r"(fall|over|bell|ring|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
+SHAPE = re.compile(r"(fall|over|bell|ring|rise|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
 EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|pulse|after|decay)\(([^)]+)\)")
@@ -213,6 +215,8 @@ def shaped(kind: str, value: F64, numbers: list[float]) -> F64:
     first, size = numbers[0], np.abs(value)
     if kind == "soft":
         return np.tanh(value / first)
+    if kind == "rise":
+        return np.tanh(size / first)
     if kind == "fall":
         return np.asarray(first / (first + size))
     if kind == "over":
@@ -261,8 +265,8 @@ def scored(world: HiddenWorld, effects: list[Mapping[str, Any]]) -> dict[str, An
         return np.sum([p.of(where) for p in on_channel], axis=0)
 
     said = total(at)
-    shares = [np.mean(p.of(at)[rows] ** 2) / max(np.mean(said[rows] ** 2), 1e-30) for p in on_channel]
-    counted = [p.variables for p, share in zip(on_channel, shares, strict=True) if share >= LEAST_SHARE]
+    least = LEAST_SHARE * max(np.mean(said[rows] ** 2), 1e-30)
+    counted = [names for names, of in by_variables(on_channel, at).items() if np.mean(of[rows] ** 2) >= least]
     variables = frozenset().union(*counted) == form.variables
     seen = At(*(column[rows][::EVERY] for column in at))
     shown = {name: sign_of for name, sign_of in form.parity.items() if both_signs(seen, name)}
@@ -275,6 +279,14 @@ def scored(world: HiddenWorld, effects: list[Mapping[str, Any]]) -> dict[str, An
         "r2": float(1 - left),
         "rms": rms(hidden[rows]),
     }
+
+
+def by_variables(parts: Iterable[Part], at: At) -> dict[frozenset[str], F64]:
+    """What the parts of the same variables say together: a direction in time takes four terms."""
+    found: dict[frozenset[str], F64] = {}
+    for part in parts:
+        found[part.variables] = found.get(part.variables, 0.0) + part.of(at)
+    return found
 
 
 def rms(x: F64) -> float:

@@ -4,6 +4,7 @@
     over(z,K)     max(1 − K/|z|, 0)           0 up to K: z·over(z,K) is what z exceeds K by
     bell(z,K)     exp(−z²/2K²)                acts where z is small
     ring(z,C,W)   exp(−(|z| − C)²/2W²)        acts where |z| is about C
+    rise(z,K)     tanh(|z|/K)                 acts where z is not small
     soft(z,K)     tanh(z/K)                   changes its sign over K: a friction of a soft contact
     gust(T,W)     exp(−(t − T)²/2W²)          acts about the time T, for some W seconds
     pulse(T,W)    1/(1 + ((t − T)/W)⁸)        acts from T − W to T + W, with short edges
@@ -25,10 +26,11 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
-SHAPE = re.compile(rf"(fall|over|bell|ring|soft)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
+SHAPE = re.compile(rf"(fall|over|bell|ring|rise|soft)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
 TIMED = re.compile(rf"(gust|pulse|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
 SHAPE_FORMS = (
-    "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), soft(z,K), gust(T,W), pulse(T,W), after(T), decay(T)"
+    "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), rise(z,K), soft(z,K), gust(T,W), pulse(T,W), after(T), "
+    "decay(T)"
 )
 LEAST = 1e-12
 
@@ -51,6 +53,11 @@ def bell(z: F64, k: float) -> F64:
 def ring(z: F64, c: float, w: float) -> F64:
     """A bell about |z| = C."""
     return np.asarray(np.exp(-(((np.abs(z) - c) / w) ** 2) / 2))
+
+
+def rise(z: F64, k: float) -> F64:
+    """From 0 at 0 to 1, over K."""
+    return np.tanh(np.abs(z) / k)
 
 
 def soft(z: F64, k: float) -> F64:
@@ -83,6 +90,7 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "over": (over, 1),
     "bell": (bell, 1),
     "ring": (ring, 2),
+    "rise": (rise, 1),
     "soft": (soft, 1),
     "gust": (gust, 2),
     "pulse": (pulse, 2),

@@ -18,6 +18,7 @@ BY_HAND = {
     "v*over(v,0.9)": 0.0,
     "bell(effort_diff,1.5)": math.exp(-2.0),
     "sgn(v)*ring(v,0.5,0.2)": -math.exp(-0.125),
+    "rise(effort_diff,2)*v": -0.6 * math.tanh(1.5),
     "soft(v,0.3)": math.tanh(-2.0),
     "soft(yaw_rate,0.2)*bell(v,0.6)": math.tanh(2.0) * math.exp(-0.5),
     "gust(10,4)*cos(yaw)": math.exp(-0.125) * math.cos(0.5),
@@ -49,6 +50,7 @@ PARITIES = {
     "v*over(v,0.3)": {"v": "odd"},
     "sgn(v)*ring(v,0.5,0.2)": {"v": "odd"},
     "soft(v,0.3)*fall(v,0.2)": {"v": "odd"},
+    "rise(v,0.3)*sin(2yaw)": {"v": "even"},
     "v*soft(v,0.3)*soft(yaw_rate,0.1)": {"v": "even", "yaw_rate": "odd"},
     "gust(10,4)*cos(yaw)": {},
 }

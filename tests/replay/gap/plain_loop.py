@@ -17,6 +17,7 @@ ROBOT = RobotParameters(alpha=0.28, alpha_yaw=0.34, half_track_m=0.25)
 BASE = Base(0.28, 0.34, 0.25, 8.0, 0.0, 0.5, 0.5, 0.0, 5.0)
 NOISE = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
 SD = (0.004, 0.004, 0.003)
+FURROWS_FROM_MPS = 0.3
 DISTURBANCE_MPS2, KEPT = 0.015, float(np.exp(-0.01 / 0.4))
 
 
@@ -26,14 +27,15 @@ def made_log(
     drag_per_s: float = 0.0,
     cubic_s_per_m2: float = 0.0,
     even_per_s: float = 0.0,
+    furrows_mps2: float = 0.0,
     forwards: bool = False,
     seconds: float = 40.0,
     lively: bool = True,
     load: tuple[float, float] = (0.0, 0.0),
 ) -> Log:
-    """A drive of a plain loop at 100 Hz with a drag, viscous or cubic, or what acts backwards whichever way
-    the robot rolls: speeds held for 1.5 s under a disturbance, or a constant torque straight ahead. ``load``
-    is a mass ratio, and when it comes, s.
+    """A drive of a plain loop at 100 Hz with a drag, viscous or cubic, what acts backwards whichever way the
+    robot rolls, or furrows along x that turn a rolling robot: speeds held for 1.5 s under a disturbance, or a
+    constant torque straight ahead. ``load`` is a mass ratio, and when it comes, s.
     """
     rng = np.random.default_rng(seed)
     n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
@@ -46,7 +48,8 @@ def made_log(
         sent[k] = (total - difference) / 2, (total + difference) / 2
         ahead = BASE.alpha * total / (1 + load[0] * (k * dt >= load[1]))
         drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3 + even_per_s * abs(z[3])
-        acc = np.array([ahead - drag, BASE.alpha_yaw * difference]) + d
+        guided = furrows_mps2 * np.sin(2 * z[2]) * np.tanh(abs(z[3]) / FURROWS_FROM_MPS)
+        acc = np.array([ahead - drag, BASE.alpha_yaw * difference - guided]) + d
         d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
         v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2
         z += dt * np.array([v * np.cos(yaw), v * np.sin(yaw), (z[4] + acc[1] * dt / 2) / l, *acc])

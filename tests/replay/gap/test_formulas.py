@@ -26,7 +26,8 @@ from wmr_replay.gap.formula.groups import (
     plain_groups,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import Formula, grow, is_sound, passes
+from wmr_replay.gap.formula.grow import grow, passes
+from wmr_replay.gap.formula.longer import Formula, is_sound
 from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, in_terms, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel
@@ -98,6 +99,26 @@ def test_a_bias_scores_as_the_constant_that_it_is(bench, channel, bias):
     term = score.part_of(f"unnamed:{channel}:1", {"coefficient": 0.6 * alpha}, robot)
     assert (found.channel, found.variables) == (term.channel, term.variables) == (channel, frozenset())
     np.testing.assert_allclose(found.of(at), term.of(at))
+
+
+def test_terms_of_the_same_variables_count_together(bench):
+    score, case = bench("formulas.score"), bench("worlds.case").Case(2, "patrol", "mocap", "", 4, 40.0)
+    world = bench("formulas.plants").hidden_world("squall", case)
+    at = world.at()
+    parts = score.parts_of(
+        [
+            {"name": f"unnamed:longitudinal:{text}", "parameters": {"coefficient": [size]}}
+            for text, size in (("sin(yaw)", 0.1), ("sin(0.5t)*cos(yaw)", 0.02), ("cos(0.5t)*sin(yaw)", -0.03))
+        ],
+        world.world.robot,
+    )
+    together = score.by_variables(parts, at)
+    assert {*together} == {frozenset({"yaw"}), frozenset({"yaw", "t"})}
+    np.testing.assert_allclose(together[frozenset({"yaw"})], 0.1 * np.sin(at.yaw))
+    np.testing.assert_allclose(
+        together[frozenset({"yaw", "t"})],
+        0.02 * np.sin(0.5 * at.t) * np.cos(at.yaw) - 0.03 * np.cos(0.5 * at.t) * np.sin(at.yaw),
+    )
 
 
 @pytest.mark.parametrize("seed", [11, 12])

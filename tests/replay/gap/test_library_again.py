@@ -13,8 +13,8 @@ from wmr_replay.gap import GapOptions
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula.gates import too_small
 from wmr_replay.gap.formula.groups import PRODUCT, Group
-from wmr_replay.gap.formula.grow import Formula
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
+from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.rests import shares_of, units_of
 from wmr_replay.gap.model.dictionary import columns_of

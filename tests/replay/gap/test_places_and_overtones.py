@@ -8,6 +8,7 @@ from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.formula import other_modes, search
 from wmr_replay.gap.formula.families import Family, values
+from wmr_replay.gap.formula.grids import swings_of
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
 from wmr_replay.gap.formula.shapes import allowed
 from wmr_replay.gap.formula.winners import rivals_of
@@ -76,7 +77,10 @@ def test_beside_a_refused_library_only_answers_have_to_show_in_manoeuvres(monkey
     """What turns a robot by the torques ahead answers nothing."""
     one = Group(PRODUCT, (parse_term(f"unnamed:{term}"),))
     problem = problem_of(made_log(1))
-    found = SimpleNamespace(problem=problem, base=None, formula=SimpleNamespace(groups=(one,), fit=None))
+    found = SimpleNamespace(
+        problem=problem, base=None, formula=SimpleNamespace(groups=(one,), fit=None, gain=900.0)
+    )
+    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
     monkeypatch.setattr(search, "gain_in_manoeuvres", lambda _before, _after: gained)
     assert search.may_only_answer(found) is vetoed
 
@@ -142,18 +146,20 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
     assert search.explains_more(problem, selection, formula) is takes
 
 
-def test_what_a_named_effect_shows_in_manoeuvres_its_better_form_need_not_show_again():
+def test_what_a_named_effect_shows_in_manoeuvres_its_better_form_need_not_show_again(monkeypatch):
+    """All rows are manoeuvres, so that the whole price is asked for."""
+    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
     one = Group(PRODUCT, (parse_term("unnamed:yaw:disc(1,2,3)*effort_diff"),))
     other = Group(PRODUCT, (parse_term("unnamed:longitudinal:effort_sum*abs(v)"),))
     problem = problem_of(made_log(1))
-    formula = SimpleNamespace(groups=(one, other))
-    whole = search.price_of_answers(problem, formula)
-    assert whole == pytest.approx(search.price_of_answers(problem, formula, {"both"}))
-    in_yaw = search.price_of_answers(problem, formula, {"longitudinal"})
-    ahead = search.price_of_answers(problem, formula, {"yaw"})
+    formula = SimpleNamespace(groups=(one, other), gain=900.0)
+    whole = search.asked_of_answers(problem, None, formula)
+    assert whole == pytest.approx(search.asked_of_answers(problem, None, formula, {"both"}))
+    in_yaw = search.asked_of_answers(problem, None, formula, {"longitudinal"})
+    ahead = search.asked_of_answers(problem, None, formula, {"yaw"})
     assert in_yaw > 0 < ahead
     assert whole == pytest.approx(in_yaw + ahead)
-    assert search.price_of_answers(problem, formula, {"yaw", "longitudinal"}) == 0
+    assert search.asked_of_answers(problem, None, formula, {"yaw", "longitudinal"}) == 0
 
 
 def test_what_winds_up_with_all_turns_is_tried_and_is_no_rival_of_a_wave_over_the_heading():
@@ -197,7 +203,17 @@ def test_what_swings_quickly_is_a_function_of_the_time_alone():
     )
 
 
-@pytest.mark.parametrize(("carriers", "shortest_s"), [(((),), 1.5), ((("v",),), 4.0)])
+@pytest.mark.parametrize("span_s", [40.0, 90.0])
+def test_quick_swings_leave_no_gap_between_their_octaves(span_s):
+    """Neighbours differ by no more than half a turn over the log."""
+    own = SETTINGS.formula
+    numbers = np.sort(np.concatenate([*swings_of(span_s, own)]).ravel())
+    assert numbers[0] == pytest.approx(2 * np.pi / own.least_period_s)
+    assert numbers[-1] == pytest.approx(2 * np.pi / own.least_swing_s)
+    assert np.diff(numbers).max() <= np.pi / span_s * 1.05
+
+
+@pytest.mark.parametrize(("carriers", "shortest_s"), [(((),), 0.8), ((("v",),), 4.0)])
 def test_a_wave_s_number_moves_as_far_as_its_grid_goes(carriers, shortest_s):
     wave = group(Family("wave", "longitudinal", "t", carriers=carriers), 2.2)
     moved = allowed(wave, np.array([9.0]), problem_of(made_log(2)))

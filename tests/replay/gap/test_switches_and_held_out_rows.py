@@ -10,7 +10,7 @@ from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import search
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
-from wmr_replay.gap.formula.grow import Formula, unseen_between
+from wmr_replay.gap.formula.longer import Formula, unseen_between
 from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.winners import rivals_of
 from wmr_replay.gap.model.dictionary import FORMULA_TERMS
@@ -106,18 +106,21 @@ def test_an_answer_that_no_manoeuvre_of_its_channel_shows_takes_no_other_group_d
     problem = problem_of(made_log(1))
     texts = "longitudinal:v*abs(yaw_rate)", "longitudinal:effort_sum*abs(v)", "yaw:effort_diff*abs(v)"
     groups = tuple(map(product, texts))
-    formula = SimpleNamespace(groups=groups, fit=None)
+    formula = SimpleNamespace(groups=groups, fit=None, gain=900.0)
     selection = SimpleNamespace(found=(), fit=None)
     gains = {"longitudinal": ahead, "yaw": turning}
     monkeypatch.setattr(search, "gains_in_manoeuvres", lambda *_: gains)
+    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
     monkeypatch.setattr(
         search,
         "without",
-        lambda _, one, group: SimpleNamespace(groups=tuple(g for g in one.groups if g is not group)),
+        lambda _, one, group: SimpleNamespace(
+            groups=tuple(g for g in one.groups if g is not group), fit=None, gain=900.0
+        ),
     )
     shown = search.shown_part(problem, selection, formula)
     assert shown.groups == tuple(groups[i] for i in left)
-    alone = SimpleNamespace(groups=groups[2:], fit=None)
+    alone = SimpleNamespace(groups=groups[2:], fit=None, gain=900.0)
     assert search.shown_part(problem, selection, alone) is alone
 
 

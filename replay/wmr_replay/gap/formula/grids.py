@@ -23,10 +23,10 @@ from wmr_replay.gap.formula.carriers import (
     UNSWITCHED,
     carriers_of,
 )
-from wmr_replay.gap.formula.families import SHAPES, Factors, Family, swings_alone
+from wmr_replay.gap.formula.families import Factors, Family, swings_alone
 from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of, ordered
-from wmr_replay.gap.settings.formula import FormulaSettings
+from wmr_replay.gap.settings.formula import FormulaSettings, Shares
 from wmr_schemas.arrays import F64
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, TermChannel
@@ -74,7 +74,14 @@ def grids_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Grid, ...]:
 
 def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]:
     """Products of one or two quantities, odd or even in each, shaped by one quantity."""
-    shapes = {z: list(shapes_of(columns[z], settings)) for z in SHAPED}
+    rings = np.array(list(product(*settings.ring_shares)))
+    shapes = {
+        z: [
+            *shapes_of(columns[z], settings.scale_shares, settings),
+            ("ring", scale_of(columns[z], settings) * rings),
+        ]
+        for z in SHAPED
+    }
     for channel in TRIED:
         for carriers, along in carried():
             family = Family("", channel, along, carriers, plain=True)
@@ -100,12 +107,15 @@ def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
             yield (carrier,), b
 
 
-def shapes_of(z: F64, own: FormulaSettings) -> Iterator[tuple[str, F64]]:
-    """Each shape with its numbers on a quantity's scale, its root mean square."""
-    scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
-    for kind, shares in zip(SHAPES[:-1], own.scale_shares, strict=True):
-        yield kind, scale * np.array(shares)[:, None]
-    yield SHAPES[-1], scale * np.array(list(product(*own.ring_shares)))
+def shapes_of(z: F64, shares: Shares, own: FormulaSettings) -> Iterator[tuple[str, F64]]:
+    """Each shape with its numbers on a quantity's scale."""
+    for kind, numbers in shares:
+        yield kind, scale_of(z, own) * np.array(numbers)[:, None]
+
+
+def scale_of(z: F64, own: FormulaSettings) -> float:
+    """The scale of a quantity (n,): its root mean square."""
+    return max(float(np.sqrt(np.mean(z**2))), own.least_scale)
 
 
 def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
@@ -127,7 +137,7 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     )
     switches = edges_of(columns["t"], own.edge_widths, own)
     periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
-    swings = np.concatenate([periods, numbers_of_waves(span_s, own.least_swing_s, own.least_period_s, own)])
+    swings = np.concatenate([periods, *swings_of(span_s, own)])
     for channel in TRIED:
         for text in OVER_TIME[channel]:
             family = Family("wave", channel, "t", carriers_of(text), plain=True)
@@ -137,6 +147,15 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
             yield grid_of((family, swings if swings_alone(family) else periods))
             if (channel, text) not in UNSWITCHED:
                 yield grid_of((replace(family, kind="edge"), switches))
+
+
+def swings_of(span_s: float, own: FormulaSettings) -> Iterator[F64]:
+    """Numbers (m, 1) of the waves over time that are shorter than all others, octave by octave."""
+    longest = own.least_period_s
+    while longest > own.least_swing_s:
+        shortest = max(longest / 2, own.least_swing_s)
+        yield between(span_s, shortest, longest, own)
+        longest = shortest
 
 
 def waves(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
@@ -206,8 +225,11 @@ def numbers_of_waves(span: float, shortest: float, longest: float, own: FormulaS
     """Numbers (m, 1) of waves of every length that a span can tell apart: half a turn over it from one to the
     next.
     """
-    if longest <= 2 * shortest:
-        return np.zeros((0, 1))
+    return between(span, shortest, longest, own) if longest > 2 * shortest else np.zeros((0, 1))
+
+
+def between(span: float, shortest: float, longest: float, own: FormulaSettings) -> F64:
+    """Numbers (m, 1) of waves from one length to the other."""
     first, last = 2 * np.pi / longest, 2 * np.pi / shortest
     n = min(int((last - first) * span / np.pi) + 1, own.most_waves)
     return np.linspace(first, last, n)[:, None]

@@ -103,10 +103,13 @@ def twins_of(effects: Iterable[str]) -> set[str]:
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """Everything that is tried on a log: groups without numbers, and grids of those with numbers."""
+    """Everything that is tried on a log: groups without numbers, and grids of those with numbers, each for
+    every one of ``times`` before it.
+    """
 
     groups: tuple[Group, ...]
     grids: tuple[Grid, ...] = ()
+    times: float = 1
 
     @property
     def shaped(self) -> "Tried":
@@ -120,9 +123,9 @@ class Tried:
         return Tried(groups, tuple(grid for grid in self.grids if not self.group(grid, 0).may_answer))
 
     @cached_property
-    def n_grids(self) -> int:
+    def n_grids(self) -> float:
         """How many groups the grids are."""
-        return sum(map(len, self.grids))
+        return self.times * sum(map(len, self.grids))
 
     def group(self, grid: Grid, k: int) -> Group:
         """The k-th group of a grid."""

@@ -1,6 +1,6 @@
 """Beyond the library: a formula in the place of what the selection says, or beside it."""
 
-from collections.abc import Iterable, Set
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import replace
 from enum import Enum
 
@@ -9,27 +9,36 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
-from wmr_replay.gap.evidence.excitation import gain_in_manoeuvres, gains_in_manoeuvres, torques_of
+from wmr_replay.gap.evidence.excitation import (
+    gain_in_manoeuvres,
+    gains_in_manoeuvres,
+    manoeuvres,
+    torques_of,
+)
 from wmr_replay.gap.evidence.significance import correlation
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import (
     PRODUCT,
     TWINS,
     Group,
+    Tried,
     groups_of,
     plain_groups,
     twins_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import FORMULAS, Formula, grown_both_ways, pruned, unseen_between, without
+from wmr_replay.gap.formula.grow import FORMULAS, grown_both_ways, pruned, without
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
+from wmr_replay.gap.formula.longer import Formula, unseen_between
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
 from wmr_replay.gap.formula.named_within import with_names
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
-from wmr_replay.gap.formula.scores import log_n, scored_groups
+from wmr_replay.gap.formula.scores import excess, log_n, scored_groups
 from wmr_replay.gap.formula.softness import with_own_softness
+from wmr_replay.gap.formula.tinged import tinges_of
+from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.options import GapOptions
@@ -39,7 +48,7 @@ from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
-from wmr_schemas.terms import COEFFICIENT, parse_term
+from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
 
 LOAD_STEP = "load_step"
 
@@ -110,11 +119,11 @@ def ways_to_look(
 
 
 def may_only_answer(found: Proven) -> bool:
-    """Whether a formula of the efforts that answer the disturbance explains no more than its price in
+    """Whether a formula of the efforts that answer the disturbance explains less than is asked of it in
     manoeuvres.
     """
-    price = price_of_answers(found.problem, found.formula)
-    return price > 0 and gain_in_manoeuvres(found.base, found.formula.fit) <= price
+    asked = asked_of_answers(found.problem, found.base, found.formula)
+    return asked > 0 and gain_in_manoeuvres(found.base, found.formula.fit) <= asked
 
 
 def stands(
@@ -158,7 +167,7 @@ def points_outside(problem: Problem, selection: Selection) -> bool:
     """Whether a disturbance is left that a formula may explain, or a constant effect seems to vary.
 
     A load step may be the coarse form of a drift, and several effects that of one law. Beside one effect of
-    the library one pass asks whether a product or curve explains what it leaves.
+    the library one pass asks whether a product or curve explains what it leaves, or a shape of its own terms.
     """
     settings, fit = problem.settings, selection.fit
     doubtful = len(selection.found) > 1 or any(
@@ -168,8 +177,16 @@ def points_outside(problem: Problem, selection: Selection) -> bool:
     if doubtful or left is not None or not selection.found:
         return doubtful or left is not None
     plain = without_twins(plain_groups(), fit.extension.effects)
-    best = scored_groups(problem, fit, plain)[0]
-    return best.gain - best.group.price(log_n(problem)) > settings.formula.margin
+    shapes = shapes_of_effects(problem, fit.extension.effects)
+    found = [*scored_groups(problem, fit, plain)[:1], *winners(problem, fit, shapes)]
+    return any(excess(problem, one) > settings.formula.margin for one in found)
+
+
+def shapes_of_effects(problem: Problem, effects: Iterable[str]) -> Tried:
+    """The terms that effects are, each channel's shaped by a quantity."""
+    terms = [parse_term(name) for name in twins_of(effects)]
+    own = [[term for term in terms if term.channel == channel] for channel in CHANNELS]
+    return Tried((), tuple(grid for some in own if some for grid in tinges_of(problem, some, own=True)))
 
 
 def best_formula(
@@ -268,8 +285,9 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
     price = formula.price(problem) + library_price(problem, formula, library) - prices
     excess = selection.fit.deviance - formula.fit.deviance - price
     if not library or len(library) < len(selection.found):
-        answers = price_of_answers(problem, formula, {torques_of(f.name) for f in selection.found})
-        shown = not answers or in_manoeuvres > answers
+        known = {torques_of(f.name) for f in selection.found}
+        asked = asked_of_answers(problem, selection.fit, formula, known)
+        shown = not asked or in_manoeuvres > asked
         return shown and excess > own.margin * bool(selection.found)
     unseen = unseen_between(problem, selection.fit, formula.fit)
     if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
@@ -302,8 +320,8 @@ def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Form
     gains, spare = gains_in_manoeuvres(selection.fit, formula.fit), list[Group]()
     for channel in sorted({c for group in formula.groups for c in group.answers - shown}):
         answers = [group for group in formula.groups if channel in group.answers]
-        price = sum(group.price(log_n(problem)) for group in answers)
-        spare += answers if gains.get(channel, 0.0) <= price else []
+        asked = asked_of(problem, selection.fit, formula, answers)
+        spare += answers if gains.get(channel, 0.0) <= asked else []
     if len(spare) == len(formula.groups):
         return formula
     for group in spare:
@@ -311,12 +329,22 @@ def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Form
     return formula
 
 
-def price_of_answers(problem: Problem, formula: Formula, shown: Set[str] = frozenset()) -> float:
-    """The price of the groups that may answer the disturbance, but of efforts of channels that are ``shown``:
-    what a named effect shows in manoeuvres, its better form need not show again.
+def asked_of_answers(problem: Problem, before: Fit, formula: Formula, shown: Set[str] = frozenset()) -> float:
+    """What manoeuvres must gain by the groups that may answer the disturbance, but of efforts of channels
+    that are ``shown``: what a named effect shows there, its better form need not show again.
     """
-    answers = (group for group in formula.groups if group.answers - shown)
-    return sum(group.price(log_n(problem)) for group in answers)
+    return asked_of(problem, before, formula, [one for one in formula.groups if one.answers - shown])
+
+
+def asked_of(problem: Problem, before: Fit, formula: Formula, answers: Sequence[Group]) -> float:
+    """What manoeuvres must gain by some groups of a formula: their price, or where few rows are manoeuvres
+    that of their coefficients and their share of what the formula gains. An answer gains nothing there.
+    """
+    price = sum(group.price(log_n(problem)) for group in answers)
+    coefficients = log_n(problem) * sum(len(group.terms) for group in answers)
+    channels = {channel for group in answers for channel in group.answers}
+    rows = max((int(manoeuvres(problem, before, c).sum()) for c in channels), default=0)
+    return min(price, max(coefficients, formula.gain * rows / int(problem.train.sum())))
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+Shares = tuple[tuple[str, tuple[float, ...]], ...]
+"""Shapes, each with the numbers with which it is tried, in root mean squares of their quantity."""
+
 
 @dataclass(frozen=True)
 class FormulaSettings:
@@ -78,17 +81,28 @@ class FormulaSettings:
     least_period_s: float = 4.0
     """Shortest wave over time, s. Physics: what swings faster is the disturbance, which lasts as long."""
 
-    least_swing_s: float = 1.5
-    """Shortest wave of the time alone, s. Physics: a load on .6 m of rope. It goes on in step, as no
-    disturbance does."""
+    least_swing_s: float = 0.8
+    """Shortest wave of the time alone, s. Physics: a load on .2 m of rope, an arm that picks and places. It
+    goes on in step, as no disturbance does."""
 
-    scale_shares: tuple[tuple[float, ...], ...] = (
-        (0.1, 0.3, 0.8, 2.0),
-        (0.2, 0.45, 0.8, 1.3),
-        (0.25, 0.6, 1.2),
+    scale_shares: Shares = (
+        ("fall", (0.1, 0.3, 0.8, 2.0)),
+        ("over", (0.2, 0.45, 0.8, 1.3)),
+        ("bell", (0.25, 0.6, 1.2)),
     )
-    """Numbers of falls, overs and bells on the grid, in root mean squares of their quantity. Numerics: from
-    one to the next a shape changes by less than Gauss–Newton makes up for."""
+    """Shapes on the grid. Numerics: from one number to the next a shape changes by less than Gauss–Newton
+    makes up for."""
+
+    tinge_shares: Shares = (
+        ("fall", (0.1, 0.3, 0.8, 2.0)),
+        ("over", (0.2, 0.45, 0.8, 1.3)),
+        ("bell", (0.25, 0.6, 1.2)),
+        ("rise", (0.25, 0.6, 1.2)),
+    )
+    """Shapes that what is found is tried with. As ``scale_shares``."""
+
+    most_tinges: int = 2
+    """Most such shapes that are fitted, to choose one. Numerics: each costs a fit."""
 
     ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))
     """Middles and widths of rings, in the same units. As ``scale_shares``."""
