@@ -17,6 +17,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.evidence.excitation import manoeuvres
 from wmr_replay.gap.formula.bells import visits_of
+from wmr_replay.gap.formula.formula import Formula, is_sound
 from wmr_replay.gap.formula.groups import (
     CURVE,
     PRODUCT,
@@ -27,7 +28,6 @@ from wmr_replay.gap.formula.groups import (
     without_twins,
 )
 from wmr_replay.gap.formula.grow import grow, passes
-from wmr_replay.gap.formula.longer import Formula, is_sound
 from wmr_replay.gap.formula.proven import Proven, proven
 from wmr_replay.gap.formula.search import explains_more, in_terms, is_the_same, stated_by
 from wmr_replay.gap.model.base import BaseModel

@@ -11,10 +11,10 @@ from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.gates import too_small
 from wmr_replay.gap.formula.groups import PRODUCT, Group
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
-from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.rests import shares_of, units_of
 from wmr_replay.gap.model.dictionary import columns_of

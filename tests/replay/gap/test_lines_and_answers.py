@@ -14,9 +14,9 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
 from wmr_replay.gap.formula import grow as growing
 from wmr_replay.gap.formula.families import Family, values
+from wmr_replay.gap.formula.formula import Formula, fitted_with
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
 from wmr_replay.gap.formula.grow import grown_both_ways, simplest
-from wmr_replay.gap.formula.longer import Formula, fitted_with
 from wmr_replay.gap.formula.scores import ScoredGroup, scored_groups
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import rivals_of

@@ -6,8 +6,8 @@ from tests.replay.gap.plain_loop import BASE, made_log, problem_of
 from wmr_replay.gap import GapOptions
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import PRODUCT, Group
-from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.named_within import is_in, with_names
 from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.search import selection_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.replay.gap.plain_loop import SETTINGS, made_log, problem_of
 
-from wmr_replay.gap.formula import other_modes, search
+from wmr_replay.gap.formula import answers, other_modes, search
 from wmr_replay.gap.formula.families import Family, values
 from wmr_replay.gap.formula.grids import swings_of
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
@@ -80,9 +80,9 @@ def test_beside_a_refused_library_only_answers_have_to_show_in_manoeuvres(monkey
     found = SimpleNamespace(
         problem=problem, base=None, formula=SimpleNamespace(groups=(one,), fit=None, gain=900.0)
     )
-    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
-    monkeypatch.setattr(search, "gain_in_manoeuvres", lambda _before, _after: gained)
-    assert search.may_only_answer(found) is vetoed
+    monkeypatch.setattr(answers, "manoeuvres", lambda problem, *_: problem.train)
+    monkeypatch.setattr(answers, "gain_in_manoeuvres", lambda _before, _after: gained)
+    assert answers.may_only_answer(found) is vetoed
 
 
 @pytest.mark.parametrize(("again", "taken"), [(10.0, "again"), (90.0, "start")])
@@ -148,18 +148,18 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
 
 def test_what_a_named_effect_shows_in_manoeuvres_its_better_form_need_not_show_again(monkeypatch):
     """All rows are manoeuvres, so that the whole price is asked for."""
-    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
+    monkeypatch.setattr(answers, "manoeuvres", lambda problem, *_: problem.train)
     one = Group(PRODUCT, (parse_term("unnamed:yaw:disc(1,2,3)*effort_diff"),))
     other = Group(PRODUCT, (parse_term("unnamed:longitudinal:effort_sum*abs(v)"),))
     problem = problem_of(made_log(1))
     formula = SimpleNamespace(groups=(one, other), gain=900.0)
-    whole = search.asked_of_answers(problem, None, formula)
-    assert whole == pytest.approx(search.asked_of_answers(problem, None, formula, {"both"}))
-    in_yaw = search.asked_of_answers(problem, None, formula, {"longitudinal"})
-    ahead = search.asked_of_answers(problem, None, formula, {"yaw"})
+    whole = answers.asked_of_answers(problem, None, formula)
+    assert whole == pytest.approx(answers.asked_of_answers(problem, None, formula, {"both"}))
+    in_yaw = answers.asked_of_answers(problem, None, formula, {"longitudinal"})
+    ahead = answers.asked_of_answers(problem, None, formula, {"yaw"})
     assert in_yaw > 0 < ahead
     assert whole == pytest.approx(in_yaw + ahead)
-    assert search.asked_of_answers(problem, None, formula, {"yaw", "longitudinal"}) == 0
+    assert answers.asked_of_answers(problem, None, formula, {"yaw", "longitudinal"}) == 0
 
 
 def test_what_winds_up_with_all_turns_is_tried_and_is_no_rival_of_a_wave_over_the_heading():

@@ -7,8 +7,8 @@ from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import softness
 from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
-from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.shapes import allowed
 from wmr_replay.gap.model.dictionary import CURVE_TERMS
 from wmr_replay.gap.model.extension import Extension

@@ -7,10 +7,10 @@ import pytest
 from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula import search
+from wmr_replay.gap.formula import answers, search
 from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.formula import Formula, unseen_between
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
-from wmr_replay.gap.formula.longer import Formula, unseen_between
 from wmr_replay.gap.formula.proven import Proven
 from wmr_replay.gap.formula.winners import rivals_of
 from wmr_replay.gap.model.dictionary import FORMULA_TERMS
@@ -109,19 +109,19 @@ def test_an_answer_that_no_manoeuvre_of_its_channel_shows_takes_no_other_group_d
     formula = SimpleNamespace(groups=groups, fit=None, gain=900.0)
     selection = SimpleNamespace(found=(), fit=None)
     gains = {"longitudinal": ahead, "yaw": turning}
-    monkeypatch.setattr(search, "gains_in_manoeuvres", lambda *_: gains)
-    monkeypatch.setattr(search, "manoeuvres", lambda problem, *_: problem.train)
+    monkeypatch.setattr(answers, "gains_in_manoeuvres", lambda *_: gains)
+    monkeypatch.setattr(answers, "manoeuvres", lambda problem, *_: problem.train)
     monkeypatch.setattr(
-        search,
+        answers,
         "without",
         lambda _, one, group: SimpleNamespace(
             groups=tuple(g for g in one.groups if g is not group), fit=None, gain=900.0
         ),
     )
-    shown = search.shown_part(problem, selection, formula)
+    shown = answers.shown_part(problem, selection, formula)
     assert shown.groups == tuple(groups[i] for i in left)
     alone = SimpleNamespace(groups=groups[2:], fit=None, gain=900.0)
-    assert search.shown_part(problem, selection, alone) is alone
+    assert answers.shown_part(problem, selection, alone) is alone
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from wmr_replay.gap.evidence.excitation import p_in_manoeuvres
 from wmr_replay.gap.evidence.holdout import Proof, path_change, prove
 from wmr_replay.gap.evidence.placebo import block_scores
 from wmr_replay.gap.evidence.spread import may_be_nothing
+from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import CURVE, Group, Tried
-from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.rests import beyond_rests
 from wmr_replay.gap.formula.scores import chunked, efforts_of, log_n, places_in, sensitivities_to
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of

@@ -8,12 +8,12 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, unseen_between
 from wmr_replay.gap.formula.groups import Group, Tried
-from wmr_replay.gap.formula.longer import Formula, extended, is_sound, score, unseen_between
+from wmr_replay.gap.formula.modulated import with_modulation
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
-from wmr_replay.gap.formula.tinged import with_tinges
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.work import work_on
@@ -40,7 +40,7 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         parts = longer.groups[-1].parts
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         longer = pruned(problem, longer) if len(parts) > 1 else longer
-        formula = with_tinges(problem, longer, parts)
+        formula = with_modulation(problem, longer, parts)
     return pruned(problem, formula)
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.holdout import Proof
+from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.gates import of_proven_channels, why_not
 from wmr_replay.gap.formula.groups import Tried
-from wmr_replay.gap.formula.longer import Formula
 from wmr_replay.gap.formula.modes import Start
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.fit_candidates import FittedCandidate

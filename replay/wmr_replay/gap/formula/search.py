@@ -1,6 +1,6 @@
 """Beyond the library: a formula in the place of what the selection says, or beside it."""
 
-from collections.abc import Iterable, Sequence, Set
+from collections.abc import Iterable
 from dataclasses import replace
 from enum import Enum
 
@@ -11,33 +11,31 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
 from wmr_replay.gap.evidence.excitation import (
     gain_in_manoeuvres,
-    gains_in_manoeuvres,
-    manoeuvres,
     torques_of,
 )
 from wmr_replay.gap.evidence.significance import correlation
+from wmr_replay.gap.formula.answers import asked_of_answers, may_only_answer, shown_part
+from wmr_replay.gap.formula.formula import Formula, unseen_between
 from wmr_replay.gap.formula.gates import p_value_of
 from wmr_replay.gap.formula.groups import (
     PRODUCT,
     TWINS,
     Group,
-    Tried,
     groups_of,
     plain_groups,
     twins_of,
     without_twins,
 )
-from wmr_replay.gap.formula.grow import FORMULAS, grown_both_ways, pruned, without
+from wmr_replay.gap.formula.grow import FORMULAS, grown_both_ways, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
-from wmr_replay.gap.formula.longer import Formula, unseen_between
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
+from wmr_replay.gap.formula.modulated import modulations_of_effects
 from wmr_replay.gap.formula.named_within import with_names
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
-from wmr_replay.gap.formula.scores import excess, log_n, scored_groups
+from wmr_replay.gap.formula.scores import excess, scored_groups
 from wmr_replay.gap.formula.softness import with_own_softness
-from wmr_replay.gap.formula.tinged import tinges_of
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import work_on
@@ -48,7 +46,7 @@ from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
-from wmr_schemas.terms import CHANNELS, COEFFICIENT, parse_term
+from wmr_schemas.terms import COEFFICIENT, parse_term
 
 LOAD_STEP = "load_step"
 
@@ -118,14 +116,6 @@ def ways_to_look(
     return (Way.BESIDE if found.formula.rest.extension.effects else Way.IN_PLACE,)
 
 
-def may_only_answer(found: Proven) -> bool:
-    """Whether a formula of the efforts that answer the disturbance explains less than is asked of it in
-    manoeuvres.
-    """
-    asked = asked_of_answers(found.problem, found.base, found.formula)
-    return asked > 0 and gain_in_manoeuvres(found.base, found.formula.fit) <= asked
-
-
 def stands(
     problem: Problem, selection: Selection, found: Proven, before: Problem, nothing: Selection
 ) -> bool:
@@ -177,16 +167,9 @@ def points_outside(problem: Problem, selection: Selection) -> bool:
     if doubtful or left is not None or not selection.found:
         return doubtful or left is not None
     plain = without_twins(plain_groups(), fit.extension.effects)
-    shapes = shapes_of_effects(problem, fit.extension.effects)
+    shapes = modulations_of_effects(problem, fit.extension.effects)
     found = [*scored_groups(problem, fit, plain)[:1], *winners(problem, fit, shapes)]
     return any(excess(problem, one) > settings.formula.margin for one in found)
-
-
-def shapes_of_effects(problem: Problem, effects: Iterable[str]) -> Tried:
-    """The terms that effects are, each channel's shaped by a quantity."""
-    terms = [parse_term(name) for name in twins_of(effects)]
-    own = [[term for term in terms if term.channel == channel] for channel in CHANNELS]
-    return Tried((), tuple(grid for some in own if some for grid in tinges_of(problem, some, own=True)))
 
 
 def best_formula(
@@ -310,41 +293,6 @@ def is_of_their_quantities(formula: Formula, selection: Selection) -> bool:
     own = {column for name in twins_of(effects) for column in parse_term(name).columns}
     read = {column for group in formula.groups for column in group.columns}
     return read <= own or not all(name in TWINS for name in effects)
-
-
-def shown_part(problem: Problem, selection: Selection, formula: Formula) -> Formula:
-    """The formula without the groups that may answer a channel's disturbance, where that channel's manoeuvres
-    do not show them and others stand beside them: these are no reason to lose the others.
-    """
-    shown = {torques_of(effect.name) for effect in selection.found}
-    gains, spare = gains_in_manoeuvres(selection.fit, formula.fit), list[Group]()
-    for channel in sorted({c for group in formula.groups for c in group.answers - shown}):
-        answers = [group for group in formula.groups if channel in group.answers]
-        asked = asked_of(problem, selection.fit, formula, answers)
-        spare += answers if gains.get(channel, 0.0) <= asked else []
-    if len(spare) == len(formula.groups):
-        return formula
-    for group in spare:
-        formula = without(problem, formula, group)
-    return formula
-
-
-def asked_of_answers(problem: Problem, before: Fit, formula: Formula, shown: Set[str] = frozenset()) -> float:
-    """What manoeuvres must gain by the groups that may answer the disturbance, but of efforts of channels
-    that are ``shown``: what a named effect shows there, its better form need not show again.
-    """
-    return asked_of(problem, before, formula, [one for one in formula.groups if one.answers - shown])
-
-
-def asked_of(problem: Problem, before: Fit, formula: Formula, answers: Sequence[Group]) -> float:
-    """What manoeuvres must gain by some groups of a formula: their price, or where few rows are manoeuvres
-    that of their coefficients and their share of what the formula gains. An answer gains nothing there.
-    """
-    price = sum(group.price(log_n(problem)) for group in answers)
-    coefficients = log_n(problem) * sum(len(group.terms) for group in answers)
-    channels = {channel for group in answers for channel in group.answers}
-    rows = max((int(manoeuvres(problem, before, c).sum()) for c in channels), default=0)
-    return min(price, max(coefficients, formula.gain * rows / int(problem.train.sum())))
 
 
 def is_the_same(formula: Formula, selection: Selection) -> bool:

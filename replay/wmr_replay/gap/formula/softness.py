@@ -9,8 +9,8 @@ from dataclasses import replace
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import fit_model
+from wmr_replay.gap.formula.formula import Formula, score
 from wmr_replay.gap.formula.groups import Group
-from wmr_replay.gap.formula.longer import Formula, score
 from wmr_replay.gap.model.dictionary import SOFT_SIGNS
 from wmr_schemas.shape_factors import shape_text
 from wmr_schemas.terms import Term

@@ -93,15 +93,10 @@ class FormulaSettings:
     """Shapes on the grid. Numerics: from one number to the next a shape changes by less than Gauss–Newton
     makes up for."""
 
-    tinge_shares: Shares = (
-        ("fall", (0.1, 0.3, 0.8, 2.0)),
-        ("over", (0.2, 0.45, 0.8, 1.3)),
-        ("bell", (0.25, 0.6, 1.2)),
-        ("rise", (0.25, 0.6, 1.2)),
-    )
-    """Shapes that what is found is tried with. As ``scale_shares``."""
+    rise_shares: tuple[float, ...] = (0.25, 0.6, 1.2)
+    """Rises with which what is found is tried besides. As ``scale_shares``."""
 
-    most_tinges: int = 2
+    most_modulations: int = 2
     """Most such shapes that are fitted, to choose one. Numerics: each costs a fit."""
 
     ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))

@@ -7,10 +7,10 @@ import pytest
 from tests.replay.gap.plain_loop import BASE, FURROWS_FROM_MPS, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula import search, tinged
+from wmr_replay.gap.formula import answers, modulated
 from wmr_replay.gap.formula.families import Family
+from wmr_replay.gap.formula.formula import Formula, score
 from wmr_replay.gap.formula.groups import PRODUCT, Group
-from wmr_replay.gap.formula.longer import Formula, score
 from wmr_replay.gap.model.extension import Extension
 from wmr_schemas.terms import parse_term
 
@@ -35,7 +35,7 @@ def formula_of(problem, *groups: Group) -> Formula:
 def test_furrows_that_turn_a_rolling_robot_rise_with_the_speed():
     problem = problem_of(made_log(1, furrows_mps2=0.4)).fold(0)
     before = formula_of(problem, ALONG)
-    found = tinged.with_tinges(problem, before, [ALONG])
+    found = modulated.with_modulation(problem, before, [ALONG])
     (group,) = found.groups
     kinds = {re.sub(r"[\d.]+\)$", "K)", name.removeprefix("unnamed:yaw:")) for name in group.names}
     assert kinds == {"sin(2yaw)*rise(v,K)", "cos(2yaw)*rise(v,K)"}
@@ -51,16 +51,16 @@ def test_what_fades_with_nothing_stays_as_it_is():
     problem = problem_of(made_log(1, even_per_s=0.15)).fold(0)
     pull = Group(FURROWS, FURROWS.terms((2.0,)), (2.0,))
     before = formula_of(problem, pull)
-    assert tinged.with_tinges(problem, before, [pull]) is before
+    assert modulated.with_modulation(problem, before, [pull]) is before
 
 
 def test_what_reads_no_place_heading_or_time_is_not_looked_at(monkeypatch):
     problem = problem_of(made_log(1))
     drag = Group(PRODUCT, (term("longitudinal:v*abs(v)"),))
-    monkeypatch.setattr(tinged, "evaluate", None)
+    monkeypatch.setattr(modulated, "evaluate", None)
     one = Formula(None, None, (drag,))
-    assert tinged.with_tinges(problem, one, [drag]) is one
-    assert tinged.with_tinges(problem, one, [ALONG]) is one
+    assert modulated.with_modulation(problem, one, [drag]) is one
+    assert modulated.with_modulation(problem, one, [ALONG]) is one
 
 
 @pytest.mark.parametrize(
@@ -74,7 +74,7 @@ def test_what_reads_no_place_heading_or_time_is_not_looked_at(monkeypatch):
 )
 def test_shapes_are_of_what_is_not_read_and_never_of_the_efforts_that_answer(text, own, along):
     problem = problem_of(made_log(1))
-    grids = [*tinged.tinges_of(problem, [term(text)], own=own)]
+    grids = [*modulated.modulations_of(problem, [term(text)], own=own)]
     assert {grid.first.along for grid in grids} == along
     assert all(kind in {"fall", "over", "bell", "rise"} for grid in grids for kind in kinds_of(grid))
     for grid in grids:
@@ -91,13 +91,13 @@ def kinds_of(grid) -> set[str]:
 
 def test_the_terms_of_an_effect_are_shaped_by_channel():
     problem = problem_of(made_log(1))
-    tried = search.shapes_of_effects(problem, ["com_offset", "input_delay"])
+    tried = modulated.modulations_of_effects(problem, ["com_offset", "input_delay"])
     products = {(grid.first.channel, *grid.first.carriers) for grid in tried.grids}
     assert products == {
         ("longitudinal", ("yaw_rate", "yaw_rate")),
         ("yaw", ("v", "yaw_rate")),
     }
-    assert search.shapes_of_effects(problem, ["input_delay"]).grids == ()
+    assert modulated.modulations_of_effects(problem, ["input_delay"]).grids == ()
 
 
 @pytest.mark.parametrize(("rows", "asked"), [(0, "coefficients"), (20, "share"), (400, "price")])
@@ -107,11 +107,11 @@ def test_few_manoeuvres_are_asked_for_their_share(monkeypatch, rows, asked):
     formula = Formula(None, None, (answer,))
     monkeypatch.setattr(Formula, "gain", property(lambda _: 300.0))
     chosen = np.arange(len(problem.binned)) < rows
-    monkeypatch.setattr(search, "manoeuvres", lambda *_: chosen)
-    found = search.asked_of_answers(problem, None, formula)
-    price = search.log_n(problem)
+    monkeypatch.setattr(answers, "manoeuvres", lambda *_: chosen)
+    found = answers.asked_of_answers(problem, None, formula)
+    price = answers.log_n(problem)
     share = 300.0 * rows / problem.train.sum()
     expected = {"coefficients": price, "share": share, "price": answer.price(price)}
     assert found == pytest.approx(expected[asked])
     assert price < share < answer.price(price) or asked != "share"
-    assert search.asked_of_answers(problem, None, formula, {"longitudinal"}) == 0
+    assert answers.asked_of_answers(problem, None, formula, {"longitudinal"}) == 0
