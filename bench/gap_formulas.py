@@ -40,6 +40,7 @@ from formulas.forms import (  # noqa: E402
     REPORT,
     SECOND,
     SEVENTH,
+    SIXTEENTH,
     SIXTH,
     TENTH,
     THIRD,
@@ -75,6 +76,7 @@ FORMS = {
     "thirteenth": THIRTEENTH,
     "fourteenth": FOURTEENTH,
     "fifteenth": FIFTEENTH,
+    "sixteenth": SIXTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -24,6 +24,7 @@ from worlds import (
     outdoor_paths,
     practice_paths,
     route_paths,
+    signal_paths,
     site_paths,
     wild_paths,
     work_paths,
@@ -326,6 +327,10 @@ FAMILIES = {
     "half-pipe": Family(course_paths.half_pipe, (2.0, 20.0), (0.5, 3.0)),
     "trout": Family(course_paths.trout, (3.0, 30.0), (0.5, 4.0)),
     "comet": Family(course_paths.comet, (3.0, 30.0), (0.5, 4.0)),
+    "fencer": Family(signal_paths.fencer, (2.0, 25.0), (0.5, 4.0)),
+    "lighthouse": Family(signal_paths.lighthouse, (3.0, 30.0), (0.5, 4.0)),
+    "rally": Family(signal_paths.rally, (2.0, 20.0), (0.5, 4.0)),
+    "swing": Family(signal_paths.swing, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -19,6 +19,7 @@ from formulas.forms.ninth import NINTH
 from formulas.forms.report import REPORT
 from formulas.forms.second import SECOND
 from formulas.forms.seventh import SEVENTH
+from formulas.forms.sixteenth import SIXTEENTH
 from formulas.forms.sixth import SIXTH
 from formulas.forms.tenth import TENTH
 from formulas.forms.third import THIRD
@@ -41,6 +42,7 @@ __all__ = [
     "REPORT",
     "SECOND",
     "SEVENTH",
+    "SIXTEENTH",
     "SIXTH",
     "TENTH",
     "THIRD",
@@ -68,12 +70,13 @@ FORMS = (
     | THIRTEENTH
     | FOURTEENTH
     | FIFTEENTH
+    | SIXTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
@@ -87,7 +90,7 @@ PLACED = (
         "wheel_ruts",
         "loose_sand",
         "garden_hose",
-        *("cart_ruts", "floor_dip", "rubber_mat"),
+        *("cart_ruts", "floor_dip", "rubber_mat", "roundabout", "whirl"),
     ),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

@@ -5,148 +5,129 @@ import numpy as np
 from formulas.forms.base import At, form
 from wmr_schemas.arrays import F64
 
-CREEP_MPS = 0.1
-"""Within this speed, what opposes motion changes sides."""
-CREEP_RADPS = 0.12
+
+def way(v: F64) -> F64:
+    """Which way it rolls, smooth through standstill."""
+    return np.tanh(v / 0.1)
 
 
-def cold_grease(at: At, c: float, warm_s: float, left_over: float) -> F64:
-    """Shear-thinning grease, |v|^0.4, that churning warms."""
-    cold = left_over + (1.0 - left_over) * np.exp(-at.t / warm_s)
-    return -c * cold * at.v / (at.v**2 + CREEP_MPS**2) ** 0.3
+def washboard(at: At, size: float, peak: float, width: float) -> F64:
+    """A drag with a resonance at one speed."""
+    return -size * way(at.v) / (1 + ((np.abs(at.v) - peak) / width) ** 2)
 
 
-def shimmy(at: At, c: float, peak: float, width: float) -> F64:
-    """A loss round one speed, either way."""
-    return -c * np.tanh(at.v / CREEP_MPS) * np.exp(-(((np.abs(at.v) - peak) / width) ** 2))
+def base_speed(at: At, base: float) -> F64:
+    """The share of the pull that is missing above the base speed, where power is what is limited."""
+    return at.pull * (base / np.maximum(np.abs(at.v), base) - 1)
 
 
-def wind(at: At, c: float, source: float, depth: float, period_s: float, phase: float) -> F64:
-    """The push along the heading of a wind much faster than the robot, with gusts."""
-    return -c * np.cos(at.yaw - source) * (1.0 + depth * np.sin(2 * np.pi * at.t / period_s + phase))
+def lean(at: At, size: float, side: float) -> F64:
+    """A drag that comes with the sideways acceleration and levels off."""
+    leaning = (at.v * at.yaw_rate / side) ** 2
+    return -size * way(at.v) * leaning / (1 + leaning)
 
 
-def dip(at: At, c: float, x: float, y: float, radius: float) -> F64:
-    """Downhill to the middle of a bell-shaped hollow, steepest (c) at ``radius``."""
-    ahead = ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw)) / radius
-    far = ((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2
-    return -c * ahead * np.exp(0.5 - 0.5 * far)
+def compressor(at: At, size: float, period: float, phase: float) -> F64:
+    """A drag that is clutched in for half of each period."""
+    clutch = 0.5 + 0.5 * np.tanh(4 * np.sin(2 * np.pi * at.t / period + phase))
+    return -size * way(at.v) * clutch
 
 
-def arm(at: At, c: float, period_s: float, share: float, phase: float) -> F64:
-    """Reaction to an arm swung over and, half a period later, back: to speed it up, then to stop it."""
-    u = np.mod(at.t / period_s + phase, 1.0)
-    over, back = np.clip(u / share, 0.0, 1.0), np.clip((u - 0.5) / share, 0.0, 1.0)
-    return c * (np.sin(2 * np.pi * back) - np.sin(2 * np.pi * over))
+def roundabout(at: At, x: float, y: float, radius: float, rim: float) -> F64:
+    """Away from a centre in proportion to the distance, as far as it lies along the heading."""
+    return rim * ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw)) / radius
 
 
-def skid(at: At, c: float, arm_m: float) -> F64:
-    """Dry friction of a skid at the tail: what of it points sideways, as its foot slides."""
-    side = arm_m * at.yaw_rate
-    return -c * side / np.sqrt(at.v**2 + side**2 + 0.05**2)
+def nap(at: At, size: float, lie: float) -> F64:
+    """A drag that is full against the lie of a pile, half across it and none along it."""
+    return -0.5 * size * way(at.v) * (1 - way(at.v) * np.cos(at.yaw - lie))
 
 
-def mat(at: At, c: float, x: float, y: float, radius: float) -> F64:
-    """Pivoting tyres grabbed on a round mat with a firm edge."""
-    far = ((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2
-    return -c * np.tanh(at.yaw_rate / CREEP_RADPS) / (1.0 + far**3)
+def limited_slip(at: At, share: float) -> F64:
+    """A friction against turning that the driving torque, of either sign, presses together."""
+    return -share * np.abs(at.pull) * np.tanh(at.yaw_rate / 0.15)
+
+
+def grooves(at: At, size: float, along: float, pace: float) -> F64:
+    """Into line with grooves, either way along them, while the wheels roll."""
+    return -size * np.sin(2 * (at.yaw - along)) * at.v**2 / (at.v**2 + pace**2)
+
+
+def whirl(at: At, x: float, y: float, radius: float, size: float, spin: float) -> F64:
+    """Dragged along, near a centre, by a floor that spins."""
+    near = np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2)
+    return size * near * np.tanh((spin - at.yaw_rate) / 0.3)
+
+
+def swash(at: At, size: float, period: float, phase: float, shore: float) -> F64:
+    """A flow to and fro in one direction of the world that pushes the nose round."""
+    return size * np.sin(2 * np.pi * at.t / period + phase) * np.sin(shore - at.yaw)
+
+
+def current_limit(at: At, share: float, knee: float) -> F64:
+    """Turning effort that is missing while the pull has taken the current."""
+    return -share * at.turn * at.pull**2 / (at.pull**2 + knee**2)
 
 
 REPORT = {
-    # stiff grease in the bearings after a cold night, shear-thinning with speed and thinner as it warms
-    "stiff_grease": form(
-        "longitudinal",
-        "v t",
-        "v:odd",
-        cold_grease,
-        c=(0.4, 0.65),
-        warm_s=(20.0, 50.0),
-        left_over=(0.15, 0.35),
+    # A corrugated track shakes the suspension at its resonance at one speed: slower or faster is easier.
+    "corrugations": form(
+        "longitudinal", "v", "v:odd", washboard, size=(0.25, 0.45), peak=(0.3, 0.6), width=(0.1, 0.2)
     ),
-    # the castor flutters round one speed of travel and eats power there, slower and faster it runs quietly
-    "wheel_shimmy": form(
-        "longitudinal", "v", "v:odd", shimmy, c=(0.3, 0.55), peak=(0.35, 0.7), width=(0.15, 0.3)
+    # Motors in field weakening: above their base speed the power is constant, the torque falls as 1 / speed.
+    "field_weakening": form(
+        "longitudinal", "v effort_sum", "v:even effort_sum:odd", base_speed, base=(0.3, 0.5)
     ),
-    # a tall body in a strong wind from one side of the yard, pushed along its heading, in gusts
-    "side_gusts": form(
-        "longitudinal",
-        "yaw t",
-        "",
-        wind,
-        c=(0.2, 0.4),
-        source=(0.0, 6.28),
-        depth=(0.3, 0.7),
-        period_s=(8.0, 20.0),
-        phase=(0.0, 6.28),
+    # A tall load leans outwards in bends; the outer tyre is squashed and rolls hard, to its bump stop.
+    "lean": form(
+        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even", lean, size=(0.25, 0.45), side=(0.06, 0.15)
     ),
-    # the floor sinks towards a drain: downhill on the way in, uphill on the way out
-    "floor_dip": form(
+    # An air compressor on the axle, which a pressure switch clutches in and out.
+    "compressor": form(
+        "longitudinal", "v t", "v:odd", compressor, size=(0.2, 0.4), period=(16.0, 30.0), phase=(0.0, 6.28)
+    ),
+    # The whole floor is a roundabout that turns evenly: the centrifugal force, from its pivot outwards.
+    "roundabout": form(
         "longitudinal",
         "x y yaw",
         "",
-        dip,
-        c=(0.3, 0.55),
+        roundabout,
         x=(0.25, 0.75),
         y=(0.25, 0.75),
-        radius=(0.2, 0.4),
+        radius=(0.25, 0.4),
+        rim=(0.12, 0.25),
     ),
-    # worm gears whose tooth pressure, driving or braking alike, is paid for in rubbing against the motion
-    "worm_gear": form(
-        "longitudinal",
-        "v effort_sum",
-        "v:odd effort_sum:even",
-        lambda at, c: -c * np.abs(at.pull) * np.tanh(at.v / CREEP_MPS),
-        c=(0.5, 0.8),
+    # Carpet pile or combed turf: rolling against its lie, ahead or backing, is hard, with it is free.
+    "nap": form("longitudinal", "v yaw", "", nap, size=(0.2, 0.4), lie=(0.0, 6.28)),
+    # A limited-slip differential between the wheels: its plates are pressed together by the torque.
+    "limited_slip": form(
+        "yaw", "yaw_rate effort_sum", "yaw_rate:odd effort_sum:even", limited_slip, share=(0.25, 0.45)
     ),
-    # wheels that pull apart wring the frame until the brake discs touch their pads
-    "brake_rub": form(
-        "longitudinal",
-        "v effort_diff",
-        "v:odd effort_diff:even",
-        lambda at, c, half: -c * np.tanh(at.v / CREEP_MPS) * np.abs(at.turn) / (np.abs(at.turn) + half),
-        c=(0.3, 0.6),
-        half=(0.05, 0.15),
-    ),
-    # furrows in a field that guide rolling wheels along the rows, either way, and resist being left
-    "crop_rows": form(
-        "yaw",
-        "v yaw",
-        "v:even",
-        lambda at, c, row: -c * np.sin(2 * (at.yaw - row)) * np.tanh(np.abs(at.v) / 0.25),
-        c=(0.2, 0.4),
-        row=(0.0, 3.14),
-    ),
-    # an arm on top that picks and places by the clock; the body takes the reaction of each swing
-    "picking_arm": form(
-        "yaw",
-        "t",
-        "",
-        arm,
-        c=(0.2, 0.4),
-        period_s=(2.5, 5.0),
-        share=(0.3, 0.45),
-        phase=(0.0, 1.0),
-    ),
-    # one bald tyre slips the more the harder both pull (or brake), so the robot veers to its side
-    "worn_tyre": form(
-        "yaw",
-        "effort_sum",
-        "effort_sum:odd",
-        lambda at, c, half: c * at.pull * np.abs(at.pull) / (np.abs(at.pull) + half),
-        c=(0.7, 1.1),
-        half=(0.12, 0.3),
-    ),
-    # a skid at the tail: hard to swing aside at a crawl, easily while it slides along at speed
-    "tail_skid": form("yaw", "v yaw_rate", "v:even yaw_rate:odd", skid, c=(0.4, 0.75), arm_m=(0.35, 0.7)),
-    # a rubber mat before a machine that grabs the tyres as they pivot
-    "rubber_mat": form(
+    # Boards with grooves (or old furrows), which guide the rolling wheels into line from either side.
+    "grooves": form("yaw", "v yaw", "v:even", grooves, size=(0.15, 0.35), along=(0.0, 3.14), pace=(0.1, 0.3)),
+    # A turntable under a loose mat (or an eddy of water): near it, the robot is carried round with it.
+    "whirl": form(
         "yaw",
         "x y yaw_rate",
-        "yaw_rate:odd",
-        mat,
-        c=(0.3, 0.55),
+        "",
+        whirl,
         x=(0.25, 0.75),
         y=(0.25, 0.75),
-        radius=(0.2, 0.4),
+        radius=(0.25, 0.4),
+        size=(0.2, 0.4),
+        spin=(0.3, 0.8),
+    ),
+    # On a beach, waves run up and back: they strike the nose and turn it, most when it stands broadside.
+    "swash": form(
+        "yaw", "t yaw", "", swash, size=(0.15, 0.35), period=(6.0, 14.0), phase=(0.0, 6.28), shore=(0.0, 6.28)
+    ),
+    # Both motors on one current limit that serves driving first: steering starves while it pulls or brakes.
+    "starved_steering": form(
+        "yaw",
+        "effort_sum effort_diff",
+        "effort_sum:even effort_diff:odd",
+        current_limit,
+        share=(0.8, 0.98),
+        knee=(0.1, 0.25),
     ),
 }
