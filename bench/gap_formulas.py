@@ -39,6 +39,7 @@ from formulas.forms import (  # noqa: E402
     NINTH,
     REPORT,
     SECOND,
+    SEVENTEENTH,
     SEVENTH,
     SIXTEENTH,
     SIXTH,
@@ -77,6 +78,7 @@ FORMS = {
     "fourteenth": FOURTEENTH,
     "fifteenth": FIFTEENTH,
     "sixteenth": SIXTEENTH,
+    "seventeenth": SEVENTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -22,6 +22,7 @@ from worlds import (
     heeding_paths,
     late_paths,
     outdoor_paths,
+    play_paths,
     practice_paths,
     route_paths,
     signal_paths,
@@ -331,6 +332,10 @@ FAMILIES = {
     "lighthouse": Family(signal_paths.lighthouse, (3.0, 30.0), (0.5, 4.0)),
     "rally": Family(signal_paths.rally, (2.0, 20.0), (0.5, 4.0)),
     "swing": Family(signal_paths.swing, (3.0, 30.0), (0.5, 4.0)),
+    "teacups": Family(play_paths.teacups, (3.0, 30.0), (0.5, 4.0)),
+    "micromouse": Family(play_paths.micromouse, (2.0, 20.0), (0.5, 4.0)),
+    "glider": Family(play_paths.glider, (3.0, 30.0), (0.5, 4.0)),
+    "sumo": Family(play_paths.sumo, (2.0, 25.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

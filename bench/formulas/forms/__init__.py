@@ -18,6 +18,7 @@ from formulas.forms.fourth import FOURTH
 from formulas.forms.ninth import NINTH
 from formulas.forms.report import REPORT
 from formulas.forms.second import SECOND
+from formulas.forms.seventeenth import SEVENTEENTH
 from formulas.forms.seventh import SEVENTH
 from formulas.forms.sixteenth import SIXTEENTH
 from formulas.forms.sixth import SIXTH
@@ -41,6 +42,7 @@ __all__ = [
     "PLACED",
     "REPORT",
     "SECOND",
+    "SEVENTEENTH",
     "SEVENTH",
     "SIXTEENTH",
     "SIXTH",
@@ -71,12 +73,13 @@ FORMS = (
     | FOURTEENTH
     | FIFTEENTH
     | SIXTEENTH
+    | SEVENTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (
@@ -90,7 +93,7 @@ PLACED = (
         "wheel_ruts",
         "loose_sand",
         "garden_hose",
-        *("cart_ruts", "floor_dip", "rubber_mat", "roundabout", "whirl"),
+        *("cart_ruts", "floor_dip", "rubber_mat", "roundabout", "whirl", "steel_plate"),
     ),
 )
 """Forms whose place and radius are drawn as shares of the area that is driven."""

@@ -6,128 +6,135 @@ from formulas.forms.base import At, form
 from wmr_schemas.arrays import F64
 
 
-def way(v: F64) -> F64:
-    """Which way it rolls, smooth through standstill."""
-    return np.tanh(v / 0.1)
+def chain_slap(at: At, size: float, slap: float, width: float) -> F64:
+    """Drag in a band of speeds ahead, about ``slap`` m/s."""
+    return -size * np.exp(-(((at.v - slap) / width) ** 2))
 
 
-def washboard(at: At, size: float, peak: float, width: float) -> F64:
-    """A drag with a resonance at one speed."""
-    return -size * way(at.v) / (1 + ((np.abs(at.v) - peak) / width) ** 2)
+def rubbing_crate(at: At, size: float, play: float) -> F64:
+    """Drag while the sideways acceleration to the left is above ``play`` m/s²."""
+    return -0.5 * size * np.tanh(at.v / 0.15) * (1 + np.tanh((at.v * at.yaw_rate - play) / 0.06))
 
 
-def base_speed(at: At, base: float) -> F64:
-    """The share of the pull that is missing above the base speed, where power is what is limited."""
-    return at.pull * (base / np.maximum(np.abs(at.v), base) - 1)
+def water_cannon(at: At, size: float, reach: float, period: float, phase: float) -> F64:
+    """Recoil along the robot of a jet that sweeps ``reach`` rad to either side."""
+    return -size * np.cos(reach * np.sin(2 * np.pi * at.t / period + phase))
 
 
-def lean(at: At, size: float, side: float) -> F64:
-    """A drag that comes with the sideways acceleration and levels off."""
-    leaning = (at.v * at.yaw_rate / side) ** 2
-    return -size * way(at.v) * leaning / (1 + leaning)
+def clay_clods(at: At, size: float, period: float, phase: float) -> F64:
+    """Rolling drag that grows steadily for most of each period, then falls off."""
+    share = np.mod(at.t / period + phase / (2 * np.pi), 1.0)
+    falling = 0.5 * (1 + np.cos(np.pi * (share - 0.85) / 0.15))
+    return -size * np.tanh(at.v / 0.15) * np.where(share < 0.85, share / 0.85, falling)
 
 
-def compressor(at: At, size: float, period: float, phase: float) -> F64:
-    """A drag that is clutched in for half of each period."""
-    clutch = 0.5 + 0.5 * np.tanh(4 * np.sin(2 * np.pi * at.t / period + phase))
-    return -size * way(at.v) * clutch
+def taut_track(at: At, size: float, tight: float) -> F64:
+    """Rolling drag that grows with the differential torque of either sign and levels off."""
+    pulled = (at.turn / tight) ** 2
+    return -size * np.tanh(at.v / 0.15) * pulled / (1 + pulled)
 
 
-def roundabout(at: At, x: float, y: float, radius: float, rim: float) -> F64:
-    """Away from a centre in proportion to the distance, as far as it lies along the heading."""
-    return rim * ((at.x - x) * np.cos(at.yaw) + (at.y - y) * np.sin(at.yaw)) / radius
+def low_sun(at: At, size: float, azimuth: float) -> F64:
+    """Push and brake lost where the panel looks away from ``azimuth``."""
+    shade = 0.5 * (1 - np.tanh(2 * np.cos(at.yaw - azimuth)))
+    return -size * shade * np.tanh(at.pull / 0.4)
 
 
-def nap(at: At, size: float, lie: float) -> F64:
-    """A drag that is full against the lie of a pile, half across it and none along it."""
-    return -0.5 * size * way(at.v) * (1 - way(at.v) * np.cos(at.yaw - lie))
+def tyre_squeal(at: At, size: float, squeal: float, width: float) -> F64:
+    """Resistance to turning in a band of yaw rates about ``squeal`` rad/s to either side."""
+    left = np.exp(-(((at.yaw_rate - squeal) / width) ** 2))
+    right = np.exp(-(((at.yaw_rate + squeal) / width) ** 2))
+    return -size * (left - right)
 
 
-def limited_slip(at: At, share: float) -> F64:
-    """A friction against turning that the driving torque, of either sign, presses together."""
-    return -share * np.abs(at.pull) * np.tanh(at.yaw_rate / 0.15)
+def towed_harrow(at: At, size: float, bite: float) -> F64:
+    """Resistance to turning that sets in above a speed ahead of ``bite`` m/s."""
+    return -0.5 * size * np.tanh(at.yaw_rate / 0.15) * (1 + np.tanh((at.v - bite) / 0.15))
 
 
-def grooves(at: At, size: float, along: float, pace: float) -> F64:
-    """Into line with grooves, either way along them, while the wheels roll."""
-    return -size * np.sin(2 * (at.yaw - along)) * at.v**2 / (at.v**2 + pace**2)
+def toe_steer(at: At, size: float, soft: float) -> F64:
+    """A veer with the common torque, as the robot rolls: a bush gives way by ``soft`` m/s²."""
+    return size * np.tanh(at.v / 0.5) * np.tanh(at.pull / soft)
 
 
-def whirl(at: At, x: float, y: float, radius: float, size: float, spin: float) -> F64:
-    """Dragged along, near a centre, by a floor that spins."""
-    near = np.exp(-((at.x - x) ** 2 + (at.y - y) ** 2) / radius**2)
-    return size * near * np.tanh((spin - at.yaw_rate) / 0.3)
+def steel_plate(at: At, size: float, x: float, y: float, radius: float) -> F64:
+    """Turning torque no longer spent on scrub in a round place, its edge some decimetres wide."""
+    inside = 0.5 * (1 - np.tanh((np.hypot(at.x - x, at.y - y) - radius) / 0.2))
+    return size * inside * np.tanh(at.turn / 0.22)
 
 
-def swash(at: At, size: float, period: float, phase: float, shore: float) -> F64:
-    """A flow to and fro in one direction of the world that pushes the nose round."""
-    return size * np.sin(2 * np.pi * at.t / period + phase) * np.sin(shore - at.yaw)
-
-
-def current_limit(at: At, share: float, knee: float) -> F64:
-    """Turning effort that is missing while the pull has taken the current."""
-    return -share * at.turn * at.pull**2 / (at.pull**2 + knee**2)
+def clipped_shunt(at: At, size: float, clip: float) -> F64:
+    """Turning torque in excess where more than ``clip`` m/s² to the left is asked for."""
+    return 0.5 * size * (1 + np.tanh((at.turn - clip) / 0.1))
 
 
 REPORT = {
-    # A corrugated track shakes the suspension at its resonance at one speed: slower or faster is easier.
-    "corrugations": form(
-        "longitudinal", "v", "v:odd", washboard, size=(0.25, 0.45), peak=(0.3, 0.6), width=(0.1, 0.2)
+    # A slack drive chain flutters at one speed and beats on its guard; only its lower run is free, so only
+    # ahead.
+    "chain_slap": form(
+        "longitudinal", "v", "", chain_slap, size=(0.2, 0.45), slap=(0.3, 0.65), width=(0.16, 0.28)
     ),
-    # Motors in field weakening: above their base speed the power is constant, the torque falls as 1 / speed.
-    "field_weakening": form(
-        "longitudinal", "v effort_sum", "v:even effort_sum:odd", base_speed, base=(0.3, 0.5)
+    # A tall crate on a soft mount leans out of each bend; on its right side it then rubs on the wheel.
+    "rubbing_crate": form(
+        "longitudinal", "v yaw_rate", "", rubbing_crate, size=(0.18, 0.45), play=(0.02, 0.1)
     ),
-    # A tall load leans outwards in bends; the outer tyre is squashed and rolls hard, to its bump stop.
-    "lean": form(
-        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even", lean, size=(0.25, 0.45), side=(0.06, 0.15)
-    ),
-    # An air compressor on the axle, which a pressure switch clutches in and out.
-    "compressor": form(
-        "longitudinal", "v t", "v:odd", compressor, size=(0.2, 0.4), period=(16.0, 30.0), phase=(0.0, 6.28)
-    ),
-    # The whole floor is a roundabout that turns evenly: the centrifugal force, from its pivot outwards.
-    "roundabout": form(
+    # A fire or irrigation robot: the nozzle sweeps from side to side, its recoil pushes backwards while
+    # the jet points ahead and forwards while it points behind.
+    "water_cannon": form(
         "longitudinal",
-        "x y yaw",
+        "t",
         "",
-        roundabout,
-        x=(0.25, 0.75),
-        y=(0.25, 0.75),
-        radius=(0.25, 0.4),
-        rim=(0.12, 0.25),
+        water_cannon,
+        size=(0.14, 0.35),
+        reach=(1.4, 2.8),
+        period=(15.0, 35.0),
+        phase=(0.0, 6.28),
     ),
-    # Carpet pile or combed turf: rolling against its lie, ahead or backing, is hard, with it is free.
-    "nap": form("longitudinal", "v yaw", "", nap, size=(0.2, 0.4), lie=(0.0, 6.28)),
-    # A limited-slip differential between the wheels: its plates are pressed together by the torque.
-    "limited_slip": form(
-        "yaw", "yaw_rate effort_sum", "yaw_rate:odd effort_sum:even", limited_slip, share=(0.25, 0.45)
+    # Wet clay builds up between wheels and mudguards until the clods break away, then starts anew.
+    "clay_clods": form(
+        "longitudinal", "t v", "v:odd", clay_clods, size=(0.2, 0.45), period=(18.0, 40.0), phase=(0.0, 6.28)
     ),
-    # Boards with grooves (or old furrows), which guide the rolling wheels into line from either side.
-    "grooves": form("yaw", "v yaw", "v:even", grooves, size=(0.15, 0.35), along=(0.0, 3.14), pace=(0.1, 0.3)),
-    # A turntable under a loose mat (or an eddy of water): near it, the robot is carried round with it.
-    "whirl": form(
-        "yaw",
-        "x y yaw_rate",
-        "",
-        whirl,
-        x=(0.25, 0.75),
-        y=(0.25, 0.75),
-        radius=(0.25, 0.4),
+    # A crawler: unlike torques pull the slack of one track tight, whose rollers then run hard.
+    "taut_track": form(
+        "longitudinal",
+        "v effort_diff",
+        "v:odd effort_diff:even",
+        taut_track,
+        size=(0.25, 0.5),
+        tight=(0.12, 0.28),
+    ),
+    # A rover that lives on its panel, which faces one way: the supply droops where the sun is behind it.
+    "low_sun": form(
+        "longitudinal",
+        "yaw effort_sum",
+        "effort_sum:odd",
+        low_sun,
         size=(0.2, 0.4),
-        spin=(0.3, 0.8),
+        azimuth=(0.0, 6.28),
     ),
-    # On a beach, waves run up and back: they strike the nose and turn it, most when it stands broadside.
-    "swash": form(
-        "yaw", "t yaw", "", swash, size=(0.15, 0.35), period=(6.0, 14.0), phase=(0.0, 6.28), shore=(0.0, 6.28)
+    # Solid tyres of a floor scrubber stick and slip with a squeal, at some yaw rates and not beyond them.
+    "tyre_squeal": form(
+        "yaw", "yaw_rate", "yaw_rate:odd", tyre_squeal, size=(0.15, 0.4), squeal=(0.3, 0.7), width=(0.16, 0.3)
     ),
-    # Both motors on one current limit that serves driving first: steering starves while it pulls or brakes.
-    "starved_steering": form(
+    # A harrow on a short bar: its tines bite when drawn ahead and hold the tail; backwards they ride up.
+    "towed_harrow": form(
+        "yaw", "v yaw_rate", "yaw_rate:odd", towed_harrow, size=(0.25, 0.5), bite=(0.15, 0.5)
+    ),
+    # A worn rubber bush lets one wheel toe out under push and in under braking: the robot steers itself.
+    "toe_steer": form(
+        "yaw", "v effort_sum", "v:odd effort_sum:odd", toe_steer, size=(0.2, 0.45), soft=(0.15, 0.35)
+    ),
+    # A smooth steel plate in a rough floor: the scrub that holds against the turning torque is missing there.
+    "steel_plate": form(
         "yaw",
-        "effort_sum effort_diff",
-        "effort_sum:even effort_diff:odd",
-        current_limit,
-        share=(0.8, 0.98),
-        knee=(0.1, 0.25),
+        "x y effort_diff",
+        "effort_diff:odd",
+        steel_plate,
+        size=(0.22, 0.42),
+        x=(0.25, 0.75),
+        y=(0.25, 0.75),
+        radius=(0.25, 0.4),
     ),
+    # The current sensor of the steering amplifier clips on one side, so its loop overshoots the torque there.
+    "clipped_shunt": form("yaw", "effort_diff", "", clipped_shunt, size=(0.18, 0.4), clip=(0.05, 0.2)),
 }
