@@ -29,7 +29,7 @@ from wmr_replay.gap.formula.groups import (
 from wmr_replay.gap.formula.grow import FORMULAS, grown_both_ways, pruned
 from wmr_replay.gap.formula.library_again import effects_meant, library_again, why_not_named
 from wmr_replay.gap.formula.modes import Start, is_likelier, may_slip_less
-from wmr_replay.gap.formula.modulated import modulations_of_effects
+from wmr_replay.gap.formula.modulations import modulations_of_effects
 from wmr_replay.gap.formula.named_within import with_names
 from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of

@@ -9,7 +9,7 @@ from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
 
 Rivals = tuple[str, bool]
-KINDS = {"fall": "shape", "over": "shape", "bell": "shape", "ring": "shape", "rise": "shape"}
+KINDS = dict.fromkeys(("fall", "over", "bell", "ring", "rise", "soft"), "shape")
 """Kinds that are rivals of one another: the best few of all of them are looked at."""
 
 

@@ -1,0 +1,86 @@
+"""What a found term may be shaped by: one quantity more, or one that it reads, in another way."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.evidence.excitation import ANSWERS
+from wmr_replay.gap.formula.families import Factors, Family
+from wmr_replay.gap.formula.grids import Grid, grid_of, scale_of, shapes_of
+from wmr_replay.gap.formula.groups import CURVE, Group, Tried, twins_of
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_schemas.shape_factors import SHAPED
+from wmr_schemas.terms import CHANNELS, FACTORS, Term, TermChannel, parse_term
+
+
+def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False) -> Iterator[Grid]:
+    """Terms of one channel, all of them times one shape of a quantity; with ``own``, of those that they read
+    as well. No shape is of the efforts that answer what is found.
+    """
+    read = {column for term in terms for column in term.columns}
+    carriers = tuple(tuple(factor for factor in term.factors if factor != "1") for term in terms)
+    for z in SHAPED:
+        if z != ANSWERS[terms[0].channel] and (own or z not in read):
+            yield shaped_by(problem, z, terms[0].channel, carriers)
+
+
+def shapes_instead(problem: Problem, terms: Sequence[Term]) -> Iterator[Grid]:
+    """The terms with one quantity that they all read, odd or even, in another way: by its shapes alone, or
+    times its sign, an effort's times itself. Terms that read nothing else are left as they are.
+    """
+    channel = terms[0].channel
+    for z in SHAPED:
+        parities = {term.parity.get(z) for term in terms}
+        carriers = tuple(dict.fromkeys(factors_without(z, term) for term in terms))
+        if carriers == ((),) or z == ANSWERS[channel]:
+            continue
+        if parities == {"even"}:
+            yield shaped_by(problem, z, channel, carriers)
+        if parities == {"odd"}:
+            yield softened(problem, z, channel, carriers)
+            sign = f"sgn({z})" if f"sgn({z})" in FACTORS else z
+            yield shaped_by(problem, z, channel, tuple((*one, sign) for one in carriers), but="rise")
+
+
+def towards_a_speed(terms: Sequence[Term], n_tried: float) -> Iterator[Group]:
+    """The terms without one quantity and in proportion to it, together: a floor or a wind that moves drags
+    towards its own speed.
+    """
+    channel = terms[0].channel
+    for z in SHAPED:
+        bare = dict.fromkeys(factors_without(z, term) for term in terms)
+        if z != ANSWERS[channel] and () not in bare:
+            both = [factors for one in bare for factors in (one, (*one, z))]
+            yield Group(CURVE, tuple(Term(channel, one) for one in both), n_tried=len(SHAPED) * n_tried)
+
+
+def factors_without(z: str, term: Term) -> tuple[str, ...]:
+    """A term's factors but those of a quantity."""
+    return tuple(one for one in term.factors if z not in Term(term.channel, (one,)).columns)
+
+
+def shaped_by(
+    problem: Problem, z: str, channel: TermChannel, carriers: tuple[Factors, ...], but: str = ""
+) -> Grid:
+    """These carriers times one shape of a quantity, of any kind but one."""
+    settings = problem.settings.formula
+    shares = *settings.scale_shares, ("rise", settings.rise_shares)
+    family = Family("", channel, z, carriers)
+    shapes = shapes_of(columns_of(problem.binned)[z], shares, settings)
+    return grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes if kind != but))
+
+
+def softened(problem: Problem, z: str, channel: TermChannel, carriers: tuple[Factors, ...]) -> Grid:
+    """These carriers times a soft sign of a quantity, which is its sign times a rise."""
+    own = problem.settings.formula
+    softs = scale_of(columns_of(problem.binned)[z], own) * np.array(own.rise_shares)[:, None]
+    return grid_of((Family("soft", channel, z, carriers), softs))
+
+
+def modulations_of_effects(problem: Problem, effects: Iterable[str]) -> Tried:
+    """The terms that effects are, each channel's shaped by a quantity."""
+    terms = [parse_term(name) for name in twins_of(effects)]
+    own = [[term for term in terms if term.channel == channel] for channel in CHANNELS]
+    return Tried((), tuple(grid for some in own if some for grid in modulations_of(problem, some, own=True)))
