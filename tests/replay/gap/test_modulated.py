@@ -1,6 +1,7 @@
 """What is found, shaped by one quantity more: furrows that turn a robot only as it rolls."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -123,7 +124,10 @@ def test_shapes_are_of_what_is_not_read_and_never_of_the_efforts_that_answer(tex
                 ("effort_sum", "cos(yaw)*effort_sum", {"fall", "over", "bell"}),
             ],
         ),
-        (["longitudinal:cos(yaw)*effort_sum"], []),
+        (
+            ["longitudinal:cos(yaw)*abs(effort_sum)"],
+            [("effort_sum", "cos(yaw)", {"fall", "over", "bell", "rise"})],
+        ),
         (["longitudinal:v*abs(v)"], []),
         (["longitudinal:cos(yaw)*v", "longitudinal:sin(yaw)*abs(v)"], []),
         (["longitudinal:cos(yaw)*v", "longitudinal:sin(yaw)"], []),
@@ -172,18 +176,18 @@ def test_the_terms_of_an_effect_are_shaped_by_channel():
     assert modulations.modulations_of_effects(problem, ["input_delay"]).grids == ()
 
 
-@pytest.mark.parametrize(("rows", "asked"), [(0, "coefficients"), (20, "share"), (400, "price")])
+@pytest.mark.parametrize(("rows", "asked"), [(0, "coefficients"), (40, "share"), (400, "price")])
 def test_few_manoeuvres_are_asked_for_their_share(monkeypatch, rows, asked):
     problem = problem_of(made_log(1))
     answer = Group(PRODUCT, (term("longitudinal:abs(effort_sum)*sgn(v)"),), n_tried=5000)
-    formula = Formula(None, None, (answer,))
-    monkeypatch.setattr(Formula, "gain", property(lambda _: 300.0))
+    before, fit = SimpleNamespace(deviance=300.0), SimpleNamespace(deviance=0.0)
+    formula = Formula(None, fit, (answer,))
     chosen = np.arange(len(problem.binned)) < rows
     monkeypatch.setattr(answers, "manoeuvres", lambda *_: chosen)
-    found = answers.asked_of_answers(problem, None, formula)
+    found = answers.asked_of_answers(problem, before, formula)
     price = answers.log_n(problem)
-    share = 300.0 * rows / problem.train.sum()
+    share = 0.5 * 300.0 * rows / problem.train.sum()
     expected = {"coefficients": price, "share": share, "price": answer.price(price)}
     assert found == pytest.approx(expected[asked])
     assert price < share < answer.price(price) or asked != "share"
-    assert answers.asked_of_answers(problem, None, formula, {"longitudinal"}) == 0
+    assert answers.asked_of_answers(problem, before, formula, {"longitudinal"}) == 0

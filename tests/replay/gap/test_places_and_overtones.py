@@ -152,14 +152,15 @@ def test_what_a_named_effect_shows_in_manoeuvres_its_better_form_need_not_show_a
     one = Group(PRODUCT, (parse_term("unnamed:yaw:disc(1,2,3)*effort_diff"),))
     other = Group(PRODUCT, (parse_term("unnamed:longitudinal:effort_sum*abs(v)"),))
     problem = problem_of(made_log(1))
-    formula = SimpleNamespace(groups=(one, other), gain=900.0)
-    whole = answers.asked_of_answers(problem, None, formula)
-    assert whole == pytest.approx(answers.asked_of_answers(problem, None, formula, {"both"}))
-    in_yaw = answers.asked_of_answers(problem, None, formula, {"longitudinal"})
-    ahead = answers.asked_of_answers(problem, None, formula, {"yaw"})
+    before, after = SimpleNamespace(deviance=900.0), SimpleNamespace(deviance=0.0)
+    formula = SimpleNamespace(groups=(one, other), fit=after)
+    whole = answers.asked_of_answers(problem, before, formula)
+    assert whole == pytest.approx(answers.asked_of_answers(problem, before, formula, {"both"}))
+    in_yaw = answers.asked_of_answers(problem, before, formula, {"longitudinal"})
+    ahead = answers.asked_of_answers(problem, before, formula, {"yaw"})
     assert in_yaw > 0 < ahead
     assert whole == pytest.approx(in_yaw + ahead)
-    assert answers.asked_of_answers(problem, None, formula, {"yaw", "longitudinal"}) == 0
+    assert answers.asked_of_answers(problem, before, formula, {"yaw", "longitudinal"}) == 0
 
 
 def test_what_winds_up_with_all_turns_is_tried_and_is_no_rival_of_a_wave_over_the_heading():

@@ -56,10 +56,11 @@ def asked_of_answers(problem: Problem, before: Fit, formula: Formula, shown: Set
 
 def asked_of(problem: Problem, before: Fit, formula: Formula, answers: Sequence[Group]) -> float:
     """What manoeuvres must gain by some groups of a formula: their price, or where few rows are manoeuvres
-    that of their coefficients and their share of what the formula gains. An answer gains nothing there.
+    that of their coefficients, and half as much a row as all rows do. An answer gains nothing there.
     """
     price = sum(group.price(log_n(problem)) for group in answers)
     coefficients = log_n(problem) * sum(len(group.terms) for group in answers)
     channels = {channel for group in answers for channel in group.answers}
     rows = max((int(manoeuvres(problem, before, c).sum()) for c in channels), default=0)
-    return min(price, max(coefficients, formula.gain * rows / int(problem.train.sum())))
+    gained, share = before.deviance - formula.fit.deviance, rows / int(problem.train.sum())
+    return min(price, max(coefficients, problem.settings.formula.shown_share * gained * share))

@@ -28,13 +28,14 @@ def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False
 
 def shapes_instead(problem: Problem, terms: Sequence[Term]) -> Iterator[Grid]:
     """The terms with one quantity that they all read, odd or even, in another way: by its shapes alone, or
-    times its sign, an effort's times itself. Terms that read nothing else are left as they are.
+    times its sign, an effort's times itself. Terms that read nothing else are left as they are. Terms of the
+    efforts that answer stay such terms.
     """
     channel = terms[0].channel
     for z in SHAPED:
         parities = {term.parity.get(z) for term in terms}
         carriers = tuple(dict.fromkeys(factors_without(z, term) for term in terms))
-        if carriers == ((),) or z == ANSWERS[channel]:
+        if carriers == ((),):
             continue
         if parities == {"even"}:
             yield shaped_by(problem, z, channel, carriers)

@@ -273,7 +273,8 @@ def explains_more(problem: Problem, selection: Selection, formula: Formula) -> b
         shown = not asked or in_manoeuvres > asked
         return shown and excess > own.margin * bool(selection.found)
     unseen = unseen_between(problem, selection.fit, formula.fit)
-    if unseen < min(0.0, -excess / 2) or in_manoeuvres <= max(price, 0.0):
+    asked = min(max(price, 0.0), asked_of_answers(problem, selection.fit, formula))
+    if unseen < min(0.0, -excess / 2) or in_manoeuvres <= asked:
         return False
     share = own.beyond_library if is_of_their_quantities(formula, selection) else 0.0
     wrong_form = share * (selection.base.deviance - selection.fit.deviance)

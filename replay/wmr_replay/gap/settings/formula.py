@@ -48,6 +48,10 @@ class FormulaSettings:
     beyond_margin: float = 30.0
     """Least excess beside named effects. As ``SelectionSettings.margin_identified``."""
 
+    shown_share: float = 0.5
+    """What manoeuvres must gain a row by efforts that may answer a disturbance, a share of what all rows do.
+    Statistics: of what is there, as many manoeuvres gain less than the mean as more."""
+
     most_change: float = 2.0
     """Most by which a formula may change the size of a named effect beside it, a factor. Judgement."""
 
