@@ -101,6 +101,11 @@ def test_a_bias_scores_as_the_constant_that_it_is(bench, channel, bias):
     np.testing.assert_allclose(found.of(at), term.of(at))
 
 
+def test_no_two_forms_have_one_name(bench):
+    order = bench("formulas.forms").ORDER
+    assert len({*order}) == len(order) > 200
+
+
 def test_terms_of_the_same_variables_count_together(bench):
     score, case = bench("formulas.score"), bench("worlds.case").Case(2, "patrol", "mocap", "", 4, 40.0)
     world = bench("formulas.plants").hidden_world("squall", case)
