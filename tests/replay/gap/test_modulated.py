@@ -150,6 +150,10 @@ def test_what_moves_drags_towards_its_own_speed():
     assert {(group.family, group.n_tried) for group in groups} == {(CURVE, 28.0)}
     along = {group.columns for group in modulations.towards_a_speed([term("longitudinal:v")], 1.0)}
     assert along == {frozenset(("v", z)) for z in ("yaw_rate", "effort_diff")}
+    edge = [term("longitudinal:edge(x,1,0.5)"), term("longitudinal:1")]
+    by_v, *_ = modulations.towards_a_speed(edge, 1.0)
+    texts = [name.removeprefix("unnamed:longitudinal:") for name in by_v.names]
+    assert texts == ["edge(x,1,0.5)", "edge(x,1,0.5)*v", "1", "v"]
 
 
 def test_what_acts_in_few_rows_is_as_large_as_it_is_there():

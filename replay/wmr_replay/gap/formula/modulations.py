@@ -52,14 +52,14 @@ def towards_a_speed(terms: Sequence[Term], n_tried: float) -> Iterator[Group]:
     channel = terms[0].channel
     for z in SHAPED:
         bare = dict.fromkeys(factors_without(z, term) for term in terms)
-        if z != ANSWERS[channel] and () not in bare:
-            both = [factors for one in bare for factors in (one, (*one, z))]
+        if z != ANSWERS[channel] and {*bare} != {()}:
+            both = [factors for one in bare for factors in (one or ("1",), (*one, z))]
             yield Group(CURVE, tuple(Term(channel, one) for one in both), n_tried=len(SHAPED) * n_tried)
 
 
 def factors_without(z: str, term: Term) -> tuple[str, ...]:
-    """A term's factors but those of a quantity."""
-    return tuple(one for one in term.factors if z not in Term(term.channel, (one,)).columns)
+    """A term's factors but those of a quantity; none of the constant's."""
+    return tuple(one for one in term.factors if one != "1" and z not in Term(term.channel, (one,)).columns)
 
 
 def shaped_by(
