@@ -77,9 +77,8 @@ def test_beside_a_refused_library_only_answers_have_to_show_in_manoeuvres(monkey
     """What turns a robot by the torques ahead answers nothing."""
     one = Group(PRODUCT, (parse_term(f"unnamed:{term}"),))
     problem = problem_of(made_log(1))
-    found = SimpleNamespace(
-        problem=problem, base=None, formula=SimpleNamespace(groups=(one,), fit=None, gain=900.0)
-    )
+    before, after = SimpleNamespace(deviance=900.0), SimpleNamespace(deviance=0.0)
+    found = SimpleNamespace(problem=problem, base=before, formula=SimpleNamespace(groups=(one,), fit=after))
     monkeypatch.setattr(answers, "manoeuvres", lambda problem, *_: problem.train)
     monkeypatch.setattr(answers, "gain_in_manoeuvres", lambda _before, _after: gained)
     assert answers.may_only_answer(found) is vetoed
@@ -134,6 +133,7 @@ def test_held_out_rows_may_lose_half_of_what_the_fitted_ones_gain(monkeypatch, g
         "is_the_same": False,
         "keeps_its_effects": True,
         "gain_in_manoeuvres": 50.0,
+        "asked_of_answers": 40.0,
         "price_of": 0.0,
         "library_price": 0.0,
         "library_of": (named,),

@@ -106,8 +106,9 @@ def test_an_answer_that_no_manoeuvre_of_its_channel_shows_takes_no_other_group_d
     problem = problem_of(made_log(1))
     texts = "longitudinal:v*abs(yaw_rate)", "longitudinal:effort_sum*abs(v)", "yaw:effort_diff*abs(v)"
     groups = tuple(map(product, texts))
-    formula = SimpleNamespace(groups=groups, fit=None, gain=900.0)
-    selection = SimpleNamespace(found=(), fit=None)
+    before, after = SimpleNamespace(deviance=900.0), SimpleNamespace(deviance=0.0)
+    formula = SimpleNamespace(groups=groups, fit=after)
+    selection = SimpleNamespace(found=(), fit=before)
     gains = {"longitudinal": ahead, "yaw": turning}
     monkeypatch.setattr(answers, "gains_in_manoeuvres", lambda *_: gains)
     monkeypatch.setattr(answers, "manoeuvres", lambda problem, *_: problem.train)
@@ -115,12 +116,12 @@ def test_an_answer_that_no_manoeuvre_of_its_channel_shows_takes_no_other_group_d
         answers,
         "without",
         lambda _, one, group: SimpleNamespace(
-            groups=tuple(g for g in one.groups if g is not group), fit=None, gain=900.0
+            groups=tuple(g for g in one.groups if g is not group), fit=after
         ),
     )
     shown = answers.shown_part(problem, selection, formula)
     assert shown.groups == tuple(groups[i] for i in left)
-    alone = SimpleNamespace(groups=groups[2:], fit=None, gain=900.0)
+    alone = SimpleNamespace(groups=groups[2:], fit=after)
     assert answers.shown_part(problem, selection, alone) is alone
 
 

@@ -24,9 +24,6 @@ from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
 from wmr_schemas.arrays import F64
 from wmr_schemas.terms import COEFFICIENT, TermChannel, parse_term
 
-LEAST = 1e-30
-"""Instead of 0, where nothing acts. Numerics."""
-
 
 def p_value_of(problem: Problem, formula: Formula) -> float:
     """The larger p of likelihood ratio and block-robust Wald test, times the groups that were tried.
@@ -129,8 +126,8 @@ def size_of(by_channel: Mapping[TermChannel, F64]) -> float:
     """Root mean square of accelerations where they act, each row by its share of a²: √(Σ a⁴ / Σ a²), m/s²;
     the larger of both channels. What acts in a few places is as large as it is there.
     """
-    squares = [value**2 for value in by_channel.values()]
-    return max(float(np.sqrt(np.sum(a * a) / max(np.sum(a), LEAST))) for a in squares)
+    squares = [value[value != 0] ** 2 for value in by_channel.values()]
+    return max((float(np.sqrt(np.sum(a * a) / np.sum(a))) for a in squares if len(a)), default=0.0)
 
 
 def beyond_base_mps2(problem: Problem, formula: Formula) -> float:
