@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from wmr_schemas.arrays import F64
 from wmr_synth.driving.drivers import Waypoints
+from worlds.fresh_paths import softened, steps
 from worlds.parts import Rng
+from worlds.signal_paths import homewards
 
 STEP_S = 0.1
 MOST_MPS = 0.98
@@ -15,31 +16,10 @@ AWAY_M = 4.0
 """Farther from the start than this, a glider heads home; a wrestler does so at half of it."""
 
 
-def softened(speed: list[float], turning: list[float], over_s: float) -> Waypoints:
-    """References at steps of ``STEP_S``, averaged under a bell of this length."""
-    bell = np.hanning(2 * max(round(0.5 * over_s / STEP_S), 1) + 3)[1:-1]
-    fast = np.clip(speed, -MOST_MPS, MOST_MPS)
-    most = np.clip(turning, -MOST_RADPS, MOST_RADPS)
-    smooth = [
-        np.convolve(np.pad(u, len(bell) // 2, mode="edge"), bell / bell.sum(), mode="valid")
-        for u in (fast, most)
-    ]
-    t_s = STEP_S * np.arange(len(speed))
-    return Waypoints(tuple(t_s.tolist()), tuple(smooth[0].tolist()), tuple(smooth[1].tolist()))
-
-
-def steps(length_s: float) -> F64:
-    """Shares 0 to 1 of a part of this length, one a step."""
-    return np.linspace(0.0, 1.0, max(round(length_s / STEP_S), 2))
-
-
-def homewards(speed: list[float], turning: list[float]) -> tuple[float, float]:
-    """How far the start is by now, m, and how far to the left of the nose it lies, rad."""
-    yaw = STEP_S * np.cumsum(turning)
-    x = STEP_S * float(np.sum(np.asarray(speed) * np.cos(yaw)))
-    y = STEP_S * float(np.sum(np.asarray(speed) * np.sin(yaw)))
-    off = np.arctan2(-y, -x) - (float(yaw[-1]) if len(yaw) else 0.0)
-    return float(np.hypot(x, y)), float(np.arctan2(np.sin(off), np.cos(off)))
+def within_limits(speed: list[float], turning: list[float], over_s: float) -> Waypoints:
+    """References within the limits, averaged under a bell of this length."""
+    fast = np.clip(speed, -MOST_MPS, MOST_MPS).tolist()
+    return softened(fast, np.clip(turning, -MOST_RADPS, MOST_RADPS).tolist(), over_s)
 
 
 def teacups(duration_s: float, rng: Rng) -> Waypoints:
@@ -62,7 +42,7 @@ def teacups(duration_s: float, rng: Rng) -> Waypoints:
         speed += [0.0] * held
         turning += [0.0] * held
         side = -side
-    return softened(speed, turning, 0.8)
+    return within_limits(speed, turning, 0.8)
 
 
 def maze(rng: Rng, legs: int) -> list[tuple[int, int]]:
@@ -124,7 +104,7 @@ def micromouse(duration_s: float, rng: Rng) -> Waypoints:
         for go, rate in parts:
             speed += go
             turning += rate
-    return softened(speed, turning, 1.6)
+    return within_limits(speed, turning, 1.6)
 
 
 def glider(duration_s: float, rng: Rng) -> Waypoints:
@@ -151,7 +131,7 @@ def glider(duration_s: float, rng: Rng) -> Waypoints:
         speed += (rng.uniform(0.6, 0.8) + dips).tolist()
         turning += rolls.tolist()
         side = -side if rng.uniform() < 0.7 else side
-    return softened(speed, turning, 1.6)
+    return within_limits(speed, turning, 1.6)
 
 
 def sumo(duration_s: float, rng: Rng) -> Waypoints:
@@ -181,4 +161,4 @@ def sumo(duration_s: float, rng: Rng) -> Waypoints:
         out = rng.uniform(-0.65, -0.35) if rng.uniform() < 0.6 else rng.uniform(0.2, 0.4)
         speed += (out * np.sin(np.pi * end) ** 0.5).tolist()
         turning += [rng.uniform(-0.5, 0.5)] * len(end)
-    return softened(speed, turning, 1.8)
+    return within_limits(speed, turning, 1.8)

@@ -40,7 +40,7 @@ def shapes_instead(problem: Problem, terms: Sequence[Term]) -> Iterator[Grid]:
         if parities == {"even"}:
             yield shaped_by(problem, z, channel, carriers)
         if parities == {"odd"}:
-            yield softened(problem, z, channel, carriers)
+            yield soft_signs(problem, z, channel, carriers)
             sign = f"sgn({z})" if f"sgn({z})" in FACTORS else z
             yield shaped_by(problem, z, channel, tuple((*one, sign) for one in carriers), but="rise")
 
@@ -73,7 +73,7 @@ def shaped_by(
     return grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes if kind != but))
 
 
-def softened(problem: Problem, z: str, channel: TermChannel, carriers: tuple[Factors, ...]) -> Grid:
+def soft_signs(problem: Problem, z: str, channel: TermChannel, carriers: tuple[Factors, ...]) -> Grid:
     """These carriers times a soft sign of a quantity, which is its sign times a rise."""
     own = problem.settings.formula
     softs = scale_of(columns_of(problem.binned)[z], own) * np.array(own.rise_shares)[:, None]
