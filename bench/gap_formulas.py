@@ -30,6 +30,7 @@ import numpy as np  # noqa: E402
 from formulas.forms import (  # noqa: E402
     DEVELOP,
     EARLIER,
+    EIGHTEENTH,
     EIGHTH,
     ELEVENTH,
     FIFTEENTH,
@@ -79,6 +80,7 @@ FORMS = {
     "fifteenth": FIFTEENTH,
     "sixteenth": SIXTEENTH,
     "seventeenth": SEVENTEENTH,
+    "eighteenth": EIGHTEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -85,7 +85,9 @@ FACTOR = {
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|disc|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
-SHAPE = re.compile(r"(fall|over|bell|ring|rise|soft)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)")
+SHAPE = re.compile(
+    r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)"
+)
 EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|pulse|after|decay)\(([^)]+)\)")
@@ -211,10 +213,12 @@ def crossed(kind: str, apart: F64) -> F64:
 
 
 def shaped(kind: str, value: F64, numbers: list[float]) -> F64:
-    """A shape of a quantity: all but a soft sign are of its size."""
+    """A shape of a quantity: all but a soft sign and a side are of its size."""
     first, size = numbers[0], np.abs(value)
     if kind == "soft":
         return np.tanh(value / first)
+    if kind in {"above", "beyond"}:
+        return 1 / (1 + np.exp(-2 * ((value if kind == "above" else size) - first) / numbers[1]))
     if kind == "rise":
         return np.tanh(size / first)
     if kind == "fall":

@@ -1,4 +1,4 @@
-"""Sixty-six driver families: references of speed and yaw rate, and histories of contact modes, by seed.
+"""Seventy driver families: references of speed and yaw rate, and histories of contact modes, by seed.
 
 Every draw comes from the generator that is given. Paths are those of ``quality_logs`` where they fit; mode
 histories are drawn here, since their rate is part of what the benchmark varies.
@@ -24,6 +24,7 @@ from worlds import (
     outdoor_paths,
     play_paths,
     practice_paths,
+    restless_paths,
     route_paths,
     signal_paths,
     site_paths,
@@ -336,6 +337,10 @@ FAMILIES = {
     "micromouse": Family(play_paths.micromouse, (2.0, 20.0), (0.5, 4.0)),
     "glider": Family(play_paths.glider, (3.0, 30.0), (0.5, 4.0)),
     "sumo": Family(play_paths.sumo, (2.0, 25.0), (0.5, 4.0)),
+    "coaster": Family(restless_paths.coaster, (2.0, 25.0), (0.5, 4.0)),
+    "tumbleweed": Family(restless_paths.tumbleweed, (3.0, 30.0), (0.5, 4.0)),
+    "typewriter": Family(restless_paths.typewriter, (2.0, 20.0), (0.5, 4.0)),
+    "spinning-top": Family(restless_paths.spinning_top, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -6,12 +6,15 @@
     ring(z,C,W)   exp(−(|z| − C)²/2W²)        acts where |z| is about C
     rise(z,K)     tanh(|z|/K)                 acts where z is not small
     soft(z,K)     tanh(z/K)                   changes its sign over K: a friction of a soft contact
+    beyond(z,C,W) ½(1 + tanh((|z| − C)/W))    sets in at |z| = C
+    above(z,C,W)  ½(1 + tanh((z − C)/W))      acts on one side of C alone
     gust(T,W)     exp(−(t − T)²/2W²)          acts about the time T, for some W seconds
     pulse(T,W)    1/(1 + ((t − T)/W)⁸)        acts from T − W to T + W, with short edges
     after(T)      1 from t = T on, 0 before
     decay(T)      exp(−t/T)
 
-z is v, yaw_rate, effort_sum or effort_diff, and all of its shapes but soft are even in it; fall takes t, too.
+z is v, yaw_rate, effort_sum or effort_diff, and its shapes are even in it, but for soft, which is odd, and
+above, which is neither; fall takes t, too.
 Numbers are in the unit of z, or in seconds; the factors have none.
 """
 
@@ -26,11 +29,11 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
-SHAPE = re.compile(rf"(fall|over|bell|ring|rise|soft)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
+SHAPE = re.compile(rf"(fall|over|bell|ring|rise|soft|beyond|above)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
 TIMED = re.compile(rf"(gust|pulse|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
 SHAPE_FORMS = (
-    "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), rise(z,K), soft(z,K), gust(T,W), pulse(T,W), after(T), "
-    "decay(T)"
+    "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), rise(z,K), soft(z,K), beyond(z,C,W), above(z,C,W), "
+    "gust(T,W), pulse(T,W), after(T), decay(T)"
 )
 LEAST = 1e-12
 
@@ -65,6 +68,16 @@ def soft(z: F64, k: float) -> F64:
     return np.tanh(z / k)
 
 
+def beyond(z: F64, c: float, w: float) -> F64:
+    """From 0 to 1 as |z| exceeds C, over W."""
+    return above(np.abs(z), c, w)
+
+
+def above(z: F64, c: float, w: float) -> F64:
+    """From 0 to 1 as z exceeds C, over W."""
+    return np.asarray((1 + np.tanh((z - c) / w)) / 2)
+
+
 def gust(t: F64, middle: float, w: float) -> F64:
     """A bell about a time."""
     return np.asarray(np.exp(-(((t - middle) / w) ** 2) / 2))
@@ -92,19 +105,26 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "ring": (ring, 2),
     "rise": (rise, 1),
     "soft": (soft, 1),
+    "beyond": (beyond, 2),
+    "above": (above, 2),
     "gust": (gust, 2),
     "pulse": (pulse, 2),
     "after": (after, 1),
     "decay": (decay, 1),
 }
 """Each shape's function, and how many numbers it has; all but a middle and a beginning are above 0."""
-FREE = ("gust", "pulse", "after")
-"""Shapes whose first number is a time, which may be 0 or below."""
+FREE = ("gust", "pulse", "after", "above")
+"""Shapes whose first number may be 0 or below: a time, or a side."""
 
 
 def is_odd(text: str) -> bool:
     """Whether a shape is odd in what it shapes a term by."""
     return text.startswith("soft(")
+
+
+def is_one_sided(text: str) -> bool:
+    """Whether a shape is neither odd nor even in what it shapes a term by."""
+    return text.startswith("above(")
 
 
 @lru_cache(maxsize=4096)

@@ -26,7 +26,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.errors import InvalidTerm
 from wmr_schemas.placed_factors import FORMS, PlacedFactor, placed_factor
-from wmr_schemas.shape_factors import SHAPE_FORMS, is_odd, shape_factor
+from wmr_schemas.shape_factors import SHAPE_FORMS, is_odd, is_one_sided, shape_factor
 from wmr_schemas.slip_terms import unit_of
 
 TermChannel = Literal["longitudinal", "lateral", "yaw"]
@@ -122,13 +122,14 @@ class Term:
 
     @property
     def parity(self) -> dict[str, str]:
-        """Odd or even in each of the signed columns that it reads."""
+        """Odd, even or mixed in each of the signed columns that it reads."""
         odd = {c: 0 for c in self.columns if c in SIGNED}
         for factor in self.factors:
             listed = factor in FACTORS and factor not in EVEN
             if (listed or is_odd(factor)) and (column := columns_of(factor)[0]) in odd:
                 odd[column] += 1
-        return {column: "odd" if times % 2 else "even" for column, times in odd.items()}
+        mixed = {column for factor in self.factors if is_one_sided(factor) for column in columns_of(factor)}
+        return {c: "mixed" if c in mixed else "odd" if times % 2 else "even" for c, times in odd.items()}
 
     @property
     def powers(self) -> tuple[int, ...]:

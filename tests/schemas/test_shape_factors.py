@@ -21,6 +21,9 @@ BY_HAND = {
     "rise(effort_diff,2)*v": -0.6 * math.tanh(1.5),
     "soft(v,0.3)": math.tanh(-2.0),
     "soft(yaw_rate,0.2)*bell(v,0.6)": math.tanh(2.0) * math.exp(-0.5),
+    "beyond(v,0.4,0.5)": 1 / (1 + math.exp(-0.8)),
+    "above(v,0.4,0.5)": 1 / (1 + math.exp(4.0)),
+    "above(effort_diff,-3,2)*v": -0.3,
     "gust(10,4)*cos(yaw)": math.exp(-0.125) * math.cos(0.5),
     "pulse(10,4)*v": -0.6 / (1 + 0.5**8),
     "edge(yaw,0.2,0.6)": math.tanh(0.5),
@@ -52,6 +55,9 @@ PARITIES = {
     "soft(v,0.3)*fall(v,0.2)": {"v": "odd"},
     "rise(v,0.3)*sin(2yaw)": {"v": "even"},
     "v*soft(v,0.3)*soft(yaw_rate,0.1)": {"v": "even", "yaw_rate": "odd"},
+    "sgn(v)*beyond(yaw_rate,0.4,0.2)": {"v": "odd", "yaw_rate": "even"},
+    "v*above(v,0,0.2)": {"v": "mixed"},
+    "sgn(v)*above(yaw_rate,-0.4,0.2)": {"v": "odd", "yaw_rate": "mixed"},
     "gust(10,4)*cos(yaw)": {},
 }
 
@@ -71,7 +77,7 @@ def test_a_shape_has_no_unit(product: str) -> None:
 
 
 @pytest.mark.parametrize("product", PARITIES)
-def test_a_shape_is_even_but_for_a_soft_sign(product: str) -> None:
+def test_a_shape_is_even_but_for_a_soft_sign_and_one_side(product: str) -> None:
     assert parse_term(f"unnamed:yaw:{product}").parity == PARITIES[product]
 
 
@@ -85,6 +91,7 @@ def test_texts_are_read_back() -> None:
     for factor in (
         shape_text("ring", "v", 0.51234, 1e-7),
         shape_text("gust", "t", 123456.0, 3.0),
+        shape_text("above", "effort_sum", -0.5, 2e-4),
         shape_text("after", "t", -2.0),
         slanted_text("sin", 0.78539, -0.2),
         slanted_text("cos", -0.5, 0.2),
@@ -109,6 +116,9 @@ def test_texts_are_read_back() -> None:
             "sin(2x+y)",
             "bell(v,nan)",
             "edge(v,1,1)",
+            "beyond(v,0,1)",
+            "above(v,1,0)",
+            "above(x,1,1)",
             "edge(x,1,0)",
         ),
     ],

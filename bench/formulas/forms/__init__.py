@@ -9,6 +9,7 @@ One file a set, named as its part of ``split.toml``.
 from formulas.forms.base import At, Form, form
 from formulas.forms.develop import DEVELOP
 from formulas.forms.earlier import EARLIER
+from formulas.forms.eighteenth import EIGHTEENTH
 from formulas.forms.eighth import EIGHTH
 from formulas.forms.eleventh import ELEVENTH
 from formulas.forms.fifteenth import FIFTEENTH
@@ -30,6 +31,7 @@ from formulas.forms.twelfth import TWELFTH
 __all__ = [
     "DEVELOP",
     "EARLIER",
+    "EIGHTEENTH",
     "EIGHTH",
     "ELEVENTH",
     "FIFTEENTH",
@@ -74,12 +76,13 @@ FORMS = (
     | FIFTEENTH
     | SIXTEENTH
     | SEVENTEENTH
+    | EIGHTEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (

@@ -2,139 +2,169 @@
 
 import numpy as np
 
-from formulas.forms.base import At, form
+from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def chain_slap(at: At, size: float, slap: float, width: float) -> F64:
-    """Drag in a band of speeds ahead, about ``slap`` m/s."""
-    return -size * np.exp(-(((at.v - slap) / width) ** 2))
+def counted_pulses(at: At, size: float, pulse: float) -> F64:
+    """Speed counted in whole pulses: what is lost in rounding is a saw over the speed, its edges rounded."""
+    angle = 2 * np.pi * at.v / pulse
+    return -size * np.arctan2(0.6 * np.sin(angle), 1 + 0.6 * np.cos(angle)) / np.arcsin(0.6)
 
 
-def rubbing_crate(at: At, size: float, play: float) -> F64:
-    """Drag while the sideways acceleration to the left is above ``play`` m/s²."""
-    return -0.5 * size * np.tanh(at.v / 0.15) * (1 + np.tanh((at.v * at.yaw_rate - play) / 0.06))
+def moving_walkway(
+    at: At, size: float, pace: float, slip: float, middle: float, half: float, way: float
+) -> F64:
+    """A moving walkway along x: on it the floor rubs the robot towards the belt's own speed."""
+    on = 0.5 * (np.tanh((at.y - middle + half) / 0.35) - np.tanh((at.y - middle - half) / 0.35))
+    belt = pace * np.cos(at.yaw + np.pi * np.floor(way))
+    return size * on * np.tanh((belt - at.v) / slip)
 
 
-def water_cannon(at: At, size: float, reach: float, period: float, phase: float) -> F64:
-    """Recoil along the robot of a jet that sweeps ``reach`` rad to either side."""
-    return -size * np.cos(reach * np.sin(2 * np.pi * at.t / period + phase))
+def sliding_ballast(at: At, size: float, knee: float) -> F64:
+    """A ballast on a sprung rail is flung ahead to its stop once the robot turns fast enough, either way."""
+    share = (at.yaw_rate / knee) ** 4
+    return size * share / (1 + share)
 
 
-def clay_clods(at: At, size: float, period: float, phase: float) -> F64:
-    """Rolling drag that grows steadily for most of each period, then falls off."""
-    share = np.mod(at.t / period + phase / (2 * np.pi), 1.0)
-    falling = 0.5 * (1 + np.cos(np.pi * (share - 0.85) / 0.15))
-    return -size * np.tanh(at.v / 0.15) * np.where(share < 0.85, share / 0.85, falling)
+def skipping_pawls(at: At, size: float, lever: float, grip: float) -> F64:
+    """The right hub's worn pawls skip where pushed ahead beyond their grip: there a fixed push is lost."""
+    ahead = np.maximum(at.pull + lever * at.turn, 0.0) / grip
+    return -size * ahead**3 / (1 + ahead**3)
 
 
-def taut_track(at: At, size: float, tight: float) -> F64:
-    """Rolling drag that grows with the differential torque of either sign and levels off."""
-    pulled = (at.turn / tight) ** 2
-    return -size * np.tanh(at.v / 0.15) * pulled / (1 + pulled)
+def drum_spin_up(at: At, size: float, middle: float, width: float, hertz: float, phase: float) -> F64:
+    """A drum aboard spins up: its rising shake is felt while it passes the springs' own beat."""
+    since = at.t - middle
+    turns = hertz * since + 0.5 * 0.004 * since**2
+    return size * np.exp(-0.5 * (since / width) ** 2) * np.sin(2 * np.pi * turns + phase)
 
 
-def low_sun(at: At, size: float, azimuth: float) -> F64:
-    """Push and brake lost where the panel looks away from ``azimuth``."""
-    shade = 0.5 * (1 - np.tanh(2 * np.cos(at.yaw - azimuth)))
-    return -size * shade * np.tanh(at.pull / 0.4)
+def fountain_gutter(at: At, size: float, east: float, north: float, radius: float, width: float) -> F64:
+    """A round gutter about a fountain: downhill to its bottom from the inside and from the outside."""
+    dx, dy = at.x - east, at.y - north
+    away = np.hypot(dx, dy)
+    off = (away - radius) / width
+    outwards = (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / np.sqrt(away**2 + 0.04)
+    return -size * off * np.exp(0.5 - 0.5 * off**2) * outwards
 
 
-def tyre_squeal(at: At, size: float, squeal: float, width: float) -> F64:
-    """Resistance to turning in a band of yaw rates about ``squeal`` rad/s to either side."""
-    left = np.exp(-(((at.yaw_rate - squeal) / width) ** 2))
-    right = np.exp(-(((at.yaw_rate + squeal) / width) ** 2))
-    return -size * (left - right)
+def paving_grid(at: At, size: float, angle: float, slow: float) -> F64:
+    """Joints of square paving take the wheels along: rolling either way, to the nearest of four headings."""
+    return -size * np.sin(4 * (at.yaw - angle)) * at.v**2 / (at.v**2 + slow**2)
 
 
-def towed_harrow(at: At, size: float, bite: float) -> F64:
-    """Resistance to turning that sets in above a speed ahead of ``bite`` m/s."""
-    return -0.5 * size * np.tanh(at.yaw_rate / 0.15) * (1 + np.tanh((at.v - bite) / 0.15))
+def half_blown_bridge(at: At, size: float, soft: float, power: float) -> F64:
+    """One motor's bridge is half blown: weak when it drives, whole when it brakes, so that driving steers."""
+    drive = (np.maximum(at.v * at.pull, 0.0) / power) ** 2
+    return size * at.pull / np.sqrt(at.pull**2 + soft**2) * drive / (1 + drive)
 
 
-def toe_steer(at: At, size: float, soft: float) -> F64:
-    """A veer with the common torque, as the robot rolls: a bush gives way by ``soft`` m/s²."""
-    return size * np.tanh(at.v / 0.5) * np.tanh(at.pull / soft)
+def swivel_mops(at: At, size: float, rate: float) -> F64:
+    """Two swivelling mops drag at a slow turn, and once swung about they throw the nose on in a quick one."""
+    u = at.yaw_rate / rate
+    return -2.8 * size * u * (1 - u**2) / (1 + u**4)
 
 
-def steel_plate(at: At, size: float, x: float, y: float, radius: float) -> F64:
-    """Turning torque no longer spent on scrub in a round place, its edge some decimetres wide."""
-    inside = 0.5 * (1 - np.tanh((np.hypot(at.x - x, at.y - y) - radius) / 0.2))
-    return size * inside * np.tanh(at.turn / 0.22)
+def passing_lorries(at: At, size: float, every: float, first: float, length: float, road: float) -> F64:
+    """Lorries on a road: each pushes the nearer end off, then sucks it in, most where alongside."""
+    since = np.mod(at.t - first + 0.5 * every, every) - 0.5 * every
+    pulse = since / length * np.exp(0.5 - 0.5 * (since / length) ** 2)
+    return -size * pulse * (0.3 + 0.7 * np.cos(at.yaw - road) ** 2)
 
 
-def clipped_shunt(at: At, size: float, clip: float) -> F64:
-    """Turning torque in excess where more than ``clip`` m/s² to the left is asked for."""
-    return 0.5 * size * (1 + np.tanh((at.turn - clip) / 0.1))
+def buried_magnet(
+    at: At, size: float, east: float, north: float, reach: float, pole: float, quarter: float
+) -> F64:
+    """A heading held by compass over a buried magnet: it is pulled to the field lines of a dipole."""
+    dx, dy = at.x - east, at.y - north
+    far = dx**2 + dy**2
+    strength = 4 * far * reach**2 / (far + reach**2) ** 2
+    return size * strength * np.sin(2 * np.arctan2(dy, dx) - aslant(pole, quarter) - at.yaw)
 
 
 REPORT = {
-    # A slack drive chain flutters at one speed and beats on its guard; only its lower run is free, so only
-    # ahead.
-    "chain_slap": form(
-        "longitudinal", "v", "", chain_slap, size=(0.2, 0.45), slap=(0.3, 0.65), width=(0.16, 0.28)
+    "counted_pulses": form("longitudinal", "v", "v:odd", counted_pulses, size=(0.2, 0.4), pulse=(0.3, 0.45)),
+    "moving_walkway": form(
+        "longitudinal",
+        "v y yaw",
+        "",
+        moving_walkway,
+        size=(0.2, 0.4),
+        pace=(0.5, 0.9),
+        slip=(0.25, 0.5),
+        middle=(-1.0, 1.0),
+        half=(1.5, 2.3),
+        way=(0.0, 2.0),
     ),
-    # A tall crate on a soft mount leans out of each bend; on its right side it then rubs on the wheel.
-    "rubbing_crate": form(
-        "longitudinal", "v yaw_rate", "", rubbing_crate, size=(0.18, 0.45), play=(0.02, 0.1)
+    "sliding_ballast": form(
+        "longitudinal", "yaw_rate", "yaw_rate:even", sliding_ballast, size=(0.2, 0.42), knee=(0.22, 0.38)
     ),
-    # A fire or irrigation robot: the nozzle sweeps from side to side, its recoil pushes backwards while
-    # the jet points ahead and forwards while it points behind.
-    "water_cannon": form(
+    "skipping_pawls": form(
+        "longitudinal",
+        "effort_sum effort_diff",
+        "",
+        skipping_pawls,
+        size=(0.2, 0.4),
+        lever=(0.3, 0.5),
+        grip=(0.15, 0.3),
+    ),
+    "drum_spin_up": form(
         "longitudinal",
         "t",
         "",
-        water_cannon,
-        size=(0.14, 0.35),
-        reach=(1.4, 2.8),
-        period=(15.0, 35.0),
+        drum_spin_up,
+        size=(0.25, 0.45),
+        middle=(18.0, 42.0),
+        width=(9.0, 15.0),
+        hertz=(0.2, 0.35),
         phase=(0.0, 6.28),
     ),
-    # Wet clay builds up between wheels and mudguards until the clods break away, then starts anew.
-    "clay_clods": form(
-        "longitudinal", "t v", "v:odd", clay_clods, size=(0.2, 0.45), period=(18.0, 40.0), phase=(0.0, 6.28)
-    ),
-    # A crawler: unlike torques pull the slack of one track tight, whose rollers then run hard.
-    "taut_track": form(
+    "fountain_gutter": form(
         "longitudinal",
-        "v effort_diff",
-        "v:odd effort_diff:even",
-        taut_track,
-        size=(0.25, 0.5),
-        tight=(0.12, 0.28),
+        "x y yaw",
+        "",
+        fountain_gutter,
+        size=(0.25, 0.45),
+        east=(-1.5, 1.5),
+        north=(-1.5, 1.5),
+        radius=(1.5, 3.0),
+        width=(0.7, 1.1),
     ),
-    # A rover that lives on its panel, which faces one way: the supply droops where the sun is behind it.
-    "low_sun": form(
-        "longitudinal",
-        "yaw effort_sum",
-        "effort_sum:odd",
-        low_sun,
-        size=(0.2, 0.4),
-        azimuth=(0.0, 6.28),
+    "paving_grid": form(
+        "yaw", "v yaw", "v:even", paving_grid, size=(0.35, 0.65), angle=(0.0, 1.57), slow=(0.15, 0.35)
     ),
-    # Solid tyres of a floor scrubber stick and slip with a squeal, at some yaw rates and not beyond them.
-    "tyre_squeal": form(
-        "yaw", "yaw_rate", "yaw_rate:odd", tyre_squeal, size=(0.15, 0.4), squeal=(0.3, 0.7), width=(0.16, 0.3)
-    ),
-    # A harrow on a short bar: its tines bite when drawn ahead and hold the tail; backwards they ride up.
-    "towed_harrow": form(
-        "yaw", "v yaw_rate", "yaw_rate:odd", towed_harrow, size=(0.25, 0.5), bite=(0.15, 0.5)
-    ),
-    # A worn rubber bush lets one wheel toe out under push and in under braking: the robot steers itself.
-    "toe_steer": form(
-        "yaw", "v effort_sum", "v:odd effort_sum:odd", toe_steer, size=(0.2, 0.45), soft=(0.15, 0.35)
-    ),
-    # A smooth steel plate in a rough floor: the scrub that holds against the turning torque is missing there.
-    "steel_plate": form(
+    "half_blown_bridge": form(
         "yaw",
-        "x y effort_diff",
-        "effort_diff:odd",
-        steel_plate,
-        size=(0.22, 0.42),
-        x=(0.25, 0.75),
-        y=(0.25, 0.75),
-        radius=(0.25, 0.4),
+        "v effort_sum",
+        "",
+        half_blown_bridge,
+        size=(0.3, 0.6),
+        soft=(0.1, 0.25),
+        power=(0.03, 0.08),
     ),
-    # The current sensor of the steering amplifier clips on one side, so its loop overshoots the torque there.
-    "clipped_shunt": form("yaw", "effort_diff", "", clipped_shunt, size=(0.18, 0.4), clip=(0.05, 0.2)),
+    "swivel_mops": form("yaw", "yaw_rate", "yaw_rate:odd", swivel_mops, size=(0.25, 0.5), rate=(0.3, 0.5)),
+    "passing_lorries": form(
+        "yaw",
+        "t yaw",
+        "",
+        passing_lorries,
+        size=(0.35, 0.65),
+        every=(7.5, 10.0),
+        first=(0.0, 10.0),
+        length=(0.9, 1.15),
+        road=(0.0, 3.14),
+    ),
+    "buried_magnet": form(
+        "yaw",
+        "x y yaw",
+        "",
+        buried_magnet,
+        size=(0.3, 0.6),
+        east=(-2.5, 2.5),
+        north=(-2.5, 2.5),
+        reach=(1.5, 3.0),
+        pole=(0.2, 1.37),
+        quarter=(0.0, 4.0),
+    ),
 }

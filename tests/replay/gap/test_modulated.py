@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 from tests.replay.gap.plain_loop import BASE, FURROWS_FROM_MPS, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
@@ -180,7 +181,7 @@ def test_the_terms_of_an_effect_are_shaped_by_channel():
     assert modulations.modulations_of_effects(problem, ["input_delay"]).grids == ()
 
 
-@pytest.mark.parametrize(("rows", "asked"), [(0, "coefficients"), (40, "share"), (400, "price")])
+@pytest.mark.parametrize(("rows", "asked"), [(0, "significant"), (40, "share"), (400, "price")])
 def test_few_manoeuvres_are_asked_for_their_share(monkeypatch, rows, asked):
     problem = problem_of(made_log(1))
     answer = Group(PRODUCT, (term("longitudinal:abs(effort_sum)*sgn(v)"),), n_tried=5000)
@@ -189,9 +190,9 @@ def test_few_manoeuvres_are_asked_for_their_share(monkeypatch, rows, asked):
     chosen = np.arange(len(problem.binned)) < rows
     monkeypatch.setattr(answers, "manoeuvres", lambda *_: chosen)
     found = answers.asked_of_answers(problem, before, formula)
-    price = answers.log_n(problem)
+    price, significant = answers.log_n(problem), norm.isf(0.005) ** 2
     share = 0.5 * 300.0 * rows / problem.train.sum()
-    expected = {"coefficients": price, "share": share, "price": answer.price(price)}
+    expected = {"significant": significant, "share": share, "price": answer.price(price)}
     assert found == pytest.approx(expected[asked])
-    assert price < share < answer.price(price) or asked != "share"
+    assert significant < share < answer.price(price) or asked != "share"
     assert answers.asked_of_answers(problem, before, formula, {"longitudinal"}) == 0

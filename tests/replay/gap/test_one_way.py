@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
+from tests.replay.gap.plain_loop import BASE, NOISE, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula.one_way import held_back, odd, undirected
+from wmr_replay.gap.formula.one_way import held_back, odd, swinging_drag, undirected
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.formulas import formula_of, unseen_parity
 from wmr_replay.gap.result.result import Estimate, FoundEffect
@@ -17,6 +17,7 @@ from wmr_replay.gap.search.select import Selection
 from wmr_schemas.terms import parse_term
 
 EVEN_PER_S = 0.15
+CONSTANT = "unnamed:longitudinal:1"
 LINEAR, SQUARE = "unnamed:longitudinal:v", "unnamed:longitudinal:abs(v)"
 
 
@@ -99,6 +100,33 @@ def test_what_is_no_term_any_more_is_no_longer_said_not_to_be_named(pushed):
 def test_what_pushes_though_nothing_directs_it(products, about):
     terms = {term(text) for text in products}
     assert undirected(terms) == {term(text) for text in about}
+
+
+@pytest.mark.parametrize(
+    ("size", "forwards", "others", "is_drag"),
+    [
+        (-0.2, True, (), True),
+        (-0.1, True, (), False),
+        (0.2, True, (), False),
+        (-0.2, False, (), False),
+        (-0.2, True, ("sin(0.5x)", "cos(yaw)", "abs(v)"), True),
+    ],
+)
+def test_a_swing_that_hardly_ever_pushes_is_a_drag(size, forwards, others, is_drag):
+    """A constant and a swing of .2 about it, on top of drives ahead and both ways."""
+    problem = problem_of(made_log(1, forwards=forwards))
+    sizes = {"1": size, "sin(0.5t)": 0.16, "cos(0.5t)": 0.12, **dict.fromkeys(others, 0.3)}
+    terms = {text: term(f"longitudinal:{text}") for text in sizes}
+    effects = {terms[text].name: {"coefficient": value} for text, value in sizes.items()}
+    fit = fit_model(problem, Extension(BASE, effects), NOISE, 0)
+    found = swinging_drag(problem, fit, {*terms.values(), term("yaw:sin(0.5t)")})
+    assert found == ({terms[text] for text in ("1", "sin(0.5t)", "cos(0.5t)")} if is_drag else set())
+
+
+def test_a_constant_alone_is_no_swing():
+    problem = problem_of(made_log(1, forwards=True))
+    fit = fit_model(problem, Extension(BASE, {CONSTANT: {"coefficient": -0.2}}), NOISE, 0)
+    assert swinging_drag(problem, fit, {parse_term(CONSTANT)}) == set()
 
 
 @pytest.mark.parametrize(

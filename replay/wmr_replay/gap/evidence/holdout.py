@@ -74,6 +74,10 @@ class Prediction(NamedTuple):
         by_some = self.p_value < settings.level and self.beyond_one > settings.clear_gain
         return by_size or by_some or self.p_value < settings.clear
 
+    def is_clear_twice(self, settings: HoldOutSettings) -> bool:
+        """Whether many blocks say so, and by as much in more than one of them."""
+        return self.p_value < settings.clear and self.beyond_one > settings.clear_gain
+
 
 def windows_within(problem: Problem, chosen: Bool) -> Windows:
     """Whole windows of the rows ``chosen`` (n,).
@@ -120,7 +124,8 @@ def is_proven(
     (:func:`least_reduction`). Where that gap is mostly pose noise, the prediction decides, unless the gap is
     clearly larger. Where hardly any window shows a difference, since those that an identifier calls slipping
     are left out, the prediction alone decides, where it is clear; so it does where the disturbance makes so
-    much of the gap that an effect that is there may not reduce it by as much (:func:`gap_change`).
+    much of the gap that an effect that is there may not reduce it by as much (:func:`gap_change`). Where the
+    prediction is clear twice over, the gap need but shrink.
     """
     if change is None:
         few = n_windows < settings.few_windows
@@ -133,7 +138,8 @@ def is_proven(
     least = least_reduction(change, predicted.p_value, settings, placed=placed)
     if predicted.is_clear(settings) and change.promised < least and not placed:
         return True
-    return predicted.p_value < settings.level and change.reduction >= least
+    shrinks = change.reduction >= least or (change.reduction > 0 and predicted.is_clear_twice(settings))
+    return predicted.p_value < settings.level and shrinks
 
 
 def is_placed(without: Fit, with_it: Fit) -> bool:

@@ -6,6 +6,8 @@ is made of them must be seen in manoeuvres (:mod:`wmr_replay.gap.evidence.excita
 
 from collections.abc import Sequence, Set
 
+from scipy.special import chdtri
+
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.excitation import (
@@ -56,11 +58,15 @@ def asked_of_answers(problem: Problem, before: Fit, formula: Formula, shown: Set
 
 def asked_of(problem: Problem, before: Fit, formula: Formula, answers: Sequence[Group]) -> float:
     """What manoeuvres must gain by some groups of a formula: their price, or where few rows are manoeuvres
-    that of their coefficients, and half as much a row as all rows do. An answer gains nothing there.
+    what is significant of as many coefficients, and half as much a row as all rows do. An answer gains
+    nothing there.
     """
+    if not answers:
+        return 0.0
     price = sum(group.price(log_n(problem)) for group in answers)
-    coefficients = log_n(problem) * sum(len(group.terms) for group in answers)
+    n_terms = sum(len(group.terms) for group in answers)
+    significant = float(chdtri(n_terms, problem.settings.excitation.level))
     channels = {channel for group in answers for channel in group.answers}
     rows = max((int(manoeuvres(problem, before, c).sum()) for c in channels), default=0)
     gained, share = before.deviance - formula.fit.deviance, rows / int(problem.train.sum())
-    return min(price, max(coefficients, problem.settings.formula.shown_share * gained * share))
+    return min(price, max(significant, problem.settings.formula.shown_share * gained * share))

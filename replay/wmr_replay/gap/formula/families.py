@@ -30,7 +30,7 @@ WAVES = ("sin", "cos")
 CUTS = {"edge": edge, "band": band}
 ROPES = {"rope": rope, "rope_left": rope_left}
 BELLS = {"bump": bump, "disc": disc, "hill": hill, "tilt": tilt, **ROPES}
-SHAPES = ("fall", "over", "bell", "rise", "soft", "ring")
+SHAPES = ("fall", "over", "bell", "rise", "soft", "ring", "beyond", "above")
 PLACED = ("wave", "bump", "disc", "hill", "tilt", *ROPES, "band", "strip")
 
 

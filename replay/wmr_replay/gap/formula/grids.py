@@ -74,11 +74,10 @@ def grids_of(binned: BinnedLog, settings: FormulaSettings) -> tuple[Grid, ...]:
 
 def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]:
     """Products of one or two quantities, odd or even in each, shaped by one quantity."""
-    rings = np.array(list(product(*settings.ring_shares)))
     shapes = {
         z: [
             *shapes_of(columns[z], settings.scale_shares, settings),
-            ("ring", scale_of(columns[z], settings) * rings),
+            *((kind, scale_of(columns[z], settings) * pairs) for kind, pairs in two_numbers(settings)),
         ]
         for z in SHAPED
     }
@@ -86,6 +85,14 @@ def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]
         for carriers, along in carried():
             family = Family("", channel, along, carriers, plain=True)
             yield grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes[along]))
+
+
+def two_numbers(own: FormulaSettings) -> Iterator[tuple[str, F64]]:
+    """Kinds with a middle and a width, these in units of the quantity's scale; one side may be either."""
+    yield "ring", np.array(list(product(*own.ring_shares)))
+    middles, widths = own.side_shares
+    yield "beyond", np.array(list(product(middles, widths)))
+    yield "above", np.array(list(product((*middles, *(-at for at in middles)), widths)))
 
 
 def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:

@@ -12,6 +12,7 @@ from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, u
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.modulated import with_modulation
 from wmr_replay.gap.formula.part import middle_of
+from wmr_replay.gap.formula.passes import is_of_one_pass
 from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
@@ -124,7 +125,7 @@ def longer_ones(problem: Problem, formula: Formula, tried: Tried) -> list[Formul
         promising = [one for one, beyond in zip(finer, scores, strict=True) if beyond > enough]
         chosen += to_fit(ranked(problem, promising), settings.formula)
     longer = [extended(problem, formula, one) for one in ranked(problem, chosen)]
-    return [one for one in longer if is_sound(problem, one)]
+    return [one for one in longer if is_sound(problem, one) and not is_of_one_pass(problem, one.groups[-1])]
 
 
 def ranked(problem: Problem, scored: Iterable[ScoredGroup]) -> list[ScoredGroup]:

@@ -8,12 +8,15 @@ hardly tells the two apart, a formula says what is passive.
 from collections.abc import Set
 from dataclasses import replace
 
+import numpy as np
+
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.estimation.refit import gauss_newton
+from wmr_replay.gap.estimation.refit import Fit, gauss_newton
 from wmr_replay.gap.formula.groups import twins_of
+from wmr_replay.gap.model.dictionary import columns_of as columns_at
 from wmr_replay.gap.search.select import Selection
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.terms import Term, columns_of, parse_term
+from wmr_schemas.terms import COEFFICIENT, Term, columns_of, parse_term
 
 ROLLING = "sgn(v)"
 WAVES = ("sin(", "cos(")
@@ -22,7 +25,8 @@ WAVES = ("sin(", "cos(")
 def held_back(problem: Problem, said: Selection) -> Selection:
     """The selection with undirected terms odd in the speed, where the log tells no difference."""
     terms = {one.name: parse_term(one.name) for one in said.found if one.name.startswith(UNNAMED_PREFIX)}
-    turned = {term.name: odd(term).name for term in undirected({*terms.values()})}
+    drags = undirected({*terms.values()}) | swinging_drag(problem, said.fit, {*terms.values()})
+    turned = {term.name: odd(term).name for term in drags}
     names = [turned.get(name, name) for name in terms]
     if not turned or len({*names}) < len(names):
         return said
@@ -52,9 +56,23 @@ def undirected(terms: Set[Term]) -> set[Term]:
     return {term for some in (ahead, aside) for term in some if any(one.columns for one in some)}
 
 
+def swinging_drag(problem: Problem, fit: Fit, terms: Set[Term]) -> set[Term]:
+    """The terms of the time alone ahead, with their constant, where together they hardly ever push: what
+    swings about a drag is one.
+    """
+    swings = {term for term in terms if term.channel == "longitudinal" and {*term.columns} <= {"t"}}
+    if not any(term.columns for term in swings):
+        return set()
+    columns = columns_at(problem.binned)
+    ahead = [fit.extension.effects[one.name][COEFFICIENT] * one.evaluate(columns) for one in swings]
+    pushes = np.sum(ahead, axis=0) * np.sign(columns["v"])
+    hardly = problem.settings.formula.hardly_pushes
+    return swings if np.maximum(pushes, 0).sum() <= hardly * np.maximum(-pushes, 0).sum() else set()
+
+
 def is_odd(term: Term) -> bool:
-    """Whether a signed quantity directs a term: a speed, a torque."""
-    return "odd" in term.parity.values()
+    """Whether a signed quantity directs a term: a speed, a torque, or one side of it."""
+    return bool({"odd", "mixed"} & {*term.parity.values()})
 
 
 def is_directed(factor: str) -> bool:

@@ -35,6 +35,7 @@ from wmr_replay.gap.formula.other_modes import with_other_modes
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.proven import Proven, library_of, proven
 from wmr_replay.gap.formula.scores import excess, scored_groups
+from wmr_replay.gap.formula.sides import two_sided
 from wmr_replay.gap.formula.softness import with_own_softness
 from wmr_replay.gap.formula.winners import winners
 from wmr_replay.gap.model.extension import Extension
@@ -195,7 +196,8 @@ def best_formula(
         ways += grown_both_ways(problem, selection.base, tried)
     if library:
         ways = [replace(f, fit=settled(problem, f.fit)) for f in ways]
-    ways = [shown_part(problem, selection, with_own_softness(problem, f)) for f in ways]
+    ways = [two_sided(problem, with_own_softness(problem, f)) for f in ways]
+    ways = [shown_part(problem, selection, f) for f in ways]
     ways = [f for f in ways if explains_more(problem, selection, f)]
     ways.sort(key=lambda f: f.fit.deviance + f.price(problem) + library_price(problem, f, library))
     for formula in ways:

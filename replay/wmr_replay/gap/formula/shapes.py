@@ -83,8 +83,9 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
         return np.array([middle, np.clip(shape[1], own.least_gust_s, own.most_gust * np.ptp(t_s))])
     z = columns[family.along]
     scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
-    least, most = own.scales
-    return np.clip(shape, least * scale, most * scale)
+    least, most = (share * scale for share in own.scales)
+    low = np.where([family.kind == "above" and k == 0 for k in range(len(shape))], -most, least)
+    return np.clip(shape, low, most)
 
 
 def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:

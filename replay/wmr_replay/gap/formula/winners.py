@@ -4,12 +4,13 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.formula.families import SHAPES
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.scores import ScoredGroup, log_n, scored_groups
 from wmr_replay.gap.formula.screen import fitted_innovations, screen_of
 
 Rivals = tuple[str, bool]
-KINDS = dict.fromkeys(("fall", "over", "bell", "ring", "rise", "soft"), "shape")
+KINDS = dict.fromkeys(SHAPES, "shape")
 """Kinds that are rivals of one another: the best few of all of them are looked at."""
 
 

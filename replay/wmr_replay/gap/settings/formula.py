@@ -41,6 +41,19 @@ class FormulaSettings:
     """Largest root mean square of a term, in those of all terms together. Judgement: of larger ones a tenth
     is left, and a change of a few per cent in either turns the curve about."""
 
+    most_of_one_pass: float = 0.75
+    """Largest share of what efforts do at a place, in squares, in one pass of it, where an identifier says
+    the modes. Judgement: a second pass shows a third as much."""
+
+    seen_of_a_pass: float = 0.01
+    """Share of the largest square from which on a pass is one. Numerics: a tenth of the term."""
+
+    between_passes_s: float = 2.0
+    """Least time between two passes, s. Judgement: efforts change their sign within a pass, for less."""
+
+    hardly_pushes: float = 0.05
+    """Share of a drag that swings, which may push. Statistics: one in twenty."""
+
     beyond_library: float = 0.15
     """Share of the library's gain by which a formula must exceed it to take the place of a named effect.
     As ``SelectionSettings.remainder_share``: the wrong form of an effect leaves as much."""
@@ -105,6 +118,9 @@ class FormulaSettings:
 
     ring_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.4, 0.8, 1.2, 1.6), (0.25, 0.5))
     """Middles and widths of rings, in the same units. As ``scale_shares``."""
+
+    side_shares: tuple[tuple[float, ...], tuple[float, ...]] = ((0.3, 0.8), (0.15, 0.4))
+    """Where sides begin and over how much, in the same units. As ``scale_shares``."""
 
     softer: float = 1.5
     """Step of a friction's softness, a factor. Numerics: a friction changes little from one to the next."""
