@@ -18,6 +18,7 @@ BASE = Base(0.28, 0.34, 0.25, 8.0, 0.0, 0.5, 0.5, 0.0, 5.0)
 NOISE = Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2)
 SD = (0.004, 0.004, 0.003)
 FURROWS_FROM_MPS = 0.3
+GUSTS_RADPS = 1.3
 FAST_MPS, FAST_WITHIN_MPS = 0.7, 0.15
 DISTURBANCE_MPS2, KEPT = 0.015, float(np.exp(-0.01 / 0.4))
 
@@ -30,15 +31,16 @@ def made_log(
     even_per_s: float = 0.0,
     furrows_mps2: float = 0.0,
     fast_mps2: float = 0.0,
+    gusts_mps2: float = 0.0,
     forwards: bool = False,
     seconds: float = 40.0,
     lively: bool = True,
     load: tuple[float, float] = (0.0, 0.0),
 ) -> Log:
     """A drive of a plain loop at 100 Hz with a drag, viscous or cubic, what acts backwards whichever way the
-    robot rolls or from ``FAST_MPS`` ahead on, or furrows along x that turn a rolling robot: speeds held for
-    1.5 s under a disturbance, or a constant torque straight ahead. ``load`` is a mass ratio, and when it
-    comes, s.
+    robot rolls or from ``FAST_MPS`` ahead on, furrows along x that turn a rolling robot, or gusts along y
+    that turn it, most where it faces them: speeds held for 1.5 s under a disturbance, or a constant torque
+    straight ahead. ``load`` is a mass ratio, and when it comes, s.
     """
     rng = np.random.default_rng(seed)
     n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
@@ -53,7 +55,8 @@ def made_log(
         drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3 + even_per_s * abs(z[3])
         drag += fast_mps2 / (1 + np.exp(-2 * (z[3] - FAST_MPS) / FAST_WITHIN_MPS))
         guided = furrows_mps2 * np.sin(2 * z[2]) * np.tanh(abs(z[3]) / FURROWS_FROM_MPS)
-        acc = np.array([ahead - drag, BASE.alpha_yaw * difference - guided]) + d
+        gust = gusts_mps2 * np.sin(GUSTS_RADPS * k * dt) * np.sin(z[2]) ** 2
+        acc = np.array([ahead - drag, BASE.alpha_yaw * difference - guided + gust]) + d
         d = KEPT * d + DISTURBANCE_MPS2 * np.sqrt(1 - KEPT**2) * rng.normal(size=2) * lively
         v, yaw = z[3] + acc[0] * dt / 2, z[2] + z[4] / l * dt / 2
         z += dt * np.array([v * np.cos(yaw), v * np.sin(yaw), (z[4] + acc[1] * dt / 2) / l, *acc])

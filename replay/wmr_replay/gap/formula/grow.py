@@ -8,6 +8,7 @@ import numpy as np
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
+from wmr_replay.gap.formula.by_heading import with_heading
 from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, unseen_between
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.modulated import with_modulation
@@ -42,7 +43,7 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         longer = pruned(problem, longer) if len(parts) > 1 else longer
         formula = with_modulation(problem, longer, parts)
-    return pruned(problem, formula)
+    return with_heading(problem, pruned(problem, formula))
 
 
 def grown_both_ways(problem: Problem, rest: Fit, tried: Tried) -> list[Formula]:

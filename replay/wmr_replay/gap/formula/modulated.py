@@ -13,7 +13,12 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import evaluate
 from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, unseen_between
 from wmr_replay.gap.formula.groups import Group, Tried
-from wmr_replay.gap.formula.modulations import modulations_of, shapes_instead, towards_a_speed
+from wmr_replay.gap.formula.modulations import (
+    a_moving_floor,
+    modulations_of,
+    shapes_instead,
+    towards_a_speed,
+)
 from wmr_replay.gap.formula.scores import excess
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
@@ -52,7 +57,8 @@ def modulated(problem: Problem, others: Formula, groups: Sequence[Group]) -> lis
     terms = [term for group in groups for term in group.terms]
     grids = (*modulations_of(problem, terms), *shapes_instead(problem, terms))
     before = float(np.prod([group.n_tried for group in groups]))
-    tried = Tried(tuple(towards_a_speed(terms, before)), grids, before)
+    moving = *towards_a_speed(terms, before), *a_moving_floor(terms, before)
+    tried = Tried(moving, grids, before)
     finer = [refined(problem, others.fit, one) for one in winners(problem, others.fit, tried)]
     finer.sort(key=lambda one: -excess(problem, one))
     return [extended(problem, others, one) for one in finer[: problem.settings.formula.most_modulations]]

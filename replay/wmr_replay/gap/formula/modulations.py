@@ -57,6 +57,16 @@ def towards_a_speed(terms: Sequence[Term], n_tried: float) -> Iterator[Group]:
             yield Group(CURVE, tuple(Term(channel, one) for one in both), n_tried=len(SHAPED) * n_tried)
 
 
+def a_moving_floor(terms: Sequence[Term], n_tried: float) -> Iterator[Group]:
+    """The terms that read a speed ahead, with their floor moving somewhere: in place of v, v less the part
+    along the heading of the floor's speed.
+    """
+    bare = dict.fromkeys(factors_without("v", term) for term in terms)
+    if terms[0].channel == "longitudinal" and {*bare} != {()} and all("v" in term.columns for term in terms):
+        both = [(*one, speed) for one in bare for speed in ("v", "cos(yaw)", "sin(yaw)")]
+        yield Group(CURVE, tuple(Term("longitudinal", one) for one in both), n_tried=n_tried)
+
+
 def factors_without(z: str, term: Term) -> tuple[str, ...]:
     """A term's factors but those of a quantity; none of the constant's."""
     return tuple(one for one in term.factors if one != "1" and z not in Term(term.channel, (one,)).columns)

@@ -157,8 +157,9 @@ class FormulaSettings:
     most_turns: int = 30
     """Most half turns over a span of a wave along a direction. Numerics: the grid grows by its square."""
 
-    turns: tuple[float, ...] = (1.0, 2.0, 3.0)
-    """Waves over the heading, periods a turn. Physics: a wind has one, a floor with a grain two."""
+    turns: tuple[float, ...] = (1.0, 2.0, 3.0, 4.0)
+    """Waves over the heading, periods a turn. Physics: a wind has one, a floor with a grain two, one of
+    squares four."""
 
     slanted: float = 0.2
     """Least share of each direction in such a wave. Judgement: 12° off x or y; nearer it is a wave over
