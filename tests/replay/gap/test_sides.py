@@ -7,7 +7,7 @@ import pytest
 from tests.replay.gap.plain_loop import BASE, FAST_MPS, FAST_WITHIN_MPS, SETTINGS, made_log, problem_of
 
 from wmr_replay.gap.estimation.refit import fit_model
-from wmr_replay.gap.formula import grow, passes, sides
+from wmr_replay.gap.formula import grow, passes, sides, softness
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
@@ -57,7 +57,8 @@ def test_one_side_is_said_where_both_were_seen(dragged):
     steady = Group(PRODUCT, (parse_term("unnamed:longitudinal:v"),))
     formula = fitted(problem, of_kind("above", FAST_MPS, FAST_WITHIN_MPS), steady)
     found = sides.two_sided(problem, formula)
-    assert found.groups[0].family.kind == ("beyond" if forwards else "above")
+    side = "beyond" if forwards else "above"
+    assert found.groups[0].names == (f"unnamed:longitudinal:{side}(v,{FAST_MPS},{FAST_WITHIN_MPS})",)
     assert found.groups[1] is steady
     assert {*found.fit.extension.effects} == {*found.names}
     if forwards:
@@ -67,6 +68,16 @@ def test_one_side_is_said_where_both_were_seen(dragged):
         )
     else:
         assert found is formula
+
+
+def test_the_softness_that_was_found_stays(dragged):
+    problem, forwards = dragged
+    family = Family("above", "longitudinal", "v", (("soft(v,0.08)",),))
+    group = Group(family, family.terms((FAST_MPS, FAST_WITHIN_MPS)), (FAST_MPS, FAST_WITHIN_MPS))
+    softer = softness.refitted(problem, fitted(problem, group), "soft(v,0.08)", "soft(v,0.12)")
+    (name,) = sides.two_sided(problem, softer).names
+    assert "soft(v,0.12)" in name
+    assert ("beyond" in name) is forwards
 
 
 @pytest.mark.parametrize(("kind", "at"), [("above", -0.3), ("ring", 0.7), ("beyond", 0.7)])

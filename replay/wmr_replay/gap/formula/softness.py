@@ -43,7 +43,7 @@ def softened(problem: Problem, formula: Formula, start: str) -> Formula:
 
 
 def refitted(problem: Problem, formula: Formula, before: str, after: str) -> Formula:
-    """The formula with another soft factor, fitted again."""
+    """The formula with another factor in the place of one, fitted again."""
     n_tried = 2 * problem.settings.formula.most_softer
     groups = tuple(changed(group, before, after, n_tried) for group in formula.groups)
     extension, values = formula.fit.extension, formula.fit.extension.effects
@@ -55,7 +55,7 @@ def refitted(problem: Problem, formula: Formula, before: str, after: str) -> For
 
 
 def changed(group: Group, before: str, after: str, n_tried: int) -> Group:
-    """The group with another soft factor; what was tried for it counts once."""
+    """The group with another factor; what was tried for a soft one counts once."""
     terms = tuple(with_factor(term, before, after) for term in group.terms)
     if terms == group.terms:
         return group
