@@ -5,12 +5,15 @@ import numpy as np
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit, fit_model
+from wmr_replay.gap.formula.formula import Formula
+from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+from wmr_schemas.terms import parse_term
 
 SETTINGS = GateSettings()
 ROBOT = RobotParameters(alpha=0.28, alpha_yaw=0.34, half_track_m=0.25)
@@ -84,3 +87,17 @@ def made_fit(problem: Problem, extension: Extension, e, psi=None) -> Fit:
     if psi is not None:
         vars(fit)["psi"] = psi
     return fit
+
+
+def term(text: str):
+    """The term of a text without its prefix."""
+    return parse_term(f"unnamed:{text}")
+
+
+def formula_of(problem, *groups: Group) -> Formula:
+    """The groups, fitted."""
+    base = fit_model(problem, Extension(BASE))
+    extension = base.extension
+    for name in (name for group in groups for name in group.names):
+        extension = extension.with_effect(name, {"coefficient": 0.0})
+    return Formula(base, fit_model(problem, extension, base.noise), groups)

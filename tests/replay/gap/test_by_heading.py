@@ -2,34 +2,16 @@
 
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
+from tests.replay.gap.plain_loop import SETTINGS, formula_of, made_log, problem_of, term
 
-from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula.by_heading import times_heading, with_heading
 from wmr_replay.gap.formula.families import Family
-from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import PRODUCT, Group
 from wmr_replay.gap.formula.modulations import a_moving_floor
-from wmr_replay.gap.model.extension import Extension
-from wmr_schemas.terms import parse_term
 
 SWING = Family("wave", "yaw", "t", ((),))
 PUSHED = Group(SWING, SWING.terms((1.3,)), (1.3,))
 OWN = SETTINGS.formula
-
-
-def term(text: str):
-    """The term of a text without its prefix."""
-    return parse_term(f"unnamed:{text}")
-
-
-def formula_of(problem, *groups: Group) -> Formula:
-    """The groups, fitted."""
-    base = fit_model(problem, Extension(BASE))
-    extension = base.extension
-    for name in (name for group in groups for name in group.names):
-        extension = extension.with_effect(name, {"coefficient": 0.0})
-    return Formula(base, fit_model(problem, extension, base.noise), groups)
 
 
 def test_what_pushes_from_the_side_is_found_by_the_heading_too():

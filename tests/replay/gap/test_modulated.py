@@ -6,33 +6,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.stats import norm
-from tests.replay.gap.plain_loop import BASE, FURROWS_FROM_MPS, SETTINGS, made_log, problem_of
+from tests.replay.gap.plain_loop import FURROWS_FROM_MPS, SETTINGS, formula_of, made_log, problem_of, term
 
-from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import answers, modulated, modulations
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.formula import Formula, score
 from wmr_replay.gap.formula.gates import size_of
 from wmr_replay.gap.formula.groups import CURVE, PRODUCT, Group
-from wmr_replay.gap.model.extension import Extension
-from wmr_schemas.terms import parse_term
 
 FURROWS = Family("wave", "yaw", "yaw", ((),))
 ALONG = Group(FURROWS, FURROWS.terms((2.0,)), (2.0,), 1000)
-
-
-def term(text: str):
-    """The term of a text without its prefix."""
-    return parse_term(f"unnamed:{text}")
-
-
-def formula_of(problem, *groups: Group) -> Formula:
-    """The groups, fitted."""
-    base = fit_model(problem, Extension(BASE))
-    extension = base.extension
-    for name in (name for group in groups for name in group.names):
-        extension = extension.with_effect(name, {"coefficient": 0.0})
-    return Formula(base, fit_model(problem, extension, base.noise), groups)
 
 
 def test_furrows_that_turn_a_rolling_robot_rise_with_the_speed():

@@ -4,12 +4,19 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.replay.gap.plain_loop import BASE, FAST_MPS, FAST_WITHIN_MPS, SETTINGS, made_log, problem_of
+from tests.replay.gap.plain_loop import (
+    BASE,
+    FAST_MPS,
+    FAST_WITHIN_MPS,
+    SETTINGS,
+    formula_of,
+    made_log,
+    problem_of,
+)
 
 from wmr_replay.gap.estimation.refit import fit_model
 from wmr_replay.gap.formula import grow, passes, sides, softness
 from wmr_replay.gap.formula.families import Family
-from wmr_replay.gap.formula.formula import Formula
 from wmr_replay.gap.formula.groups import PRODUCT, Group, groups_of
 from wmr_replay.gap.formula.shapes import allowed
 from wmr_replay.gap.model.dictionary import columns_of
@@ -32,15 +39,6 @@ def dragged(request):
     return problem_of(made_log(1, fast_mps2=SIZE_MPS2, forwards=request.param)).fold(0), request.param
 
 
-def fitted(problem, *groups: Group) -> Formula:
-    """The groups, fitted."""
-    base = fit_model(problem, Extension(BASE))
-    extension = base.extension
-    for name in (name for group in groups for name in group.names):
-        extension = extension.with_effect(name, {"coefficient": 0.0})
-    return Formula(base, fit_model(problem, extension, base.noise), groups)
-
-
 def test_a_drag_above_a_speed_is_found_on_its_side(dragged):
     problem, forwards = dragged
     base = fit_model(problem, Extension(BASE))
@@ -55,7 +53,7 @@ def test_a_drag_above_a_speed_is_found_on_its_side(dragged):
 def test_one_side_is_said_where_both_were_seen(dragged):
     problem, forwards = dragged
     steady = Group(PRODUCT, (parse_term("unnamed:longitudinal:v"),))
-    formula = fitted(problem, of_kind("above", FAST_MPS, FAST_WITHIN_MPS), steady)
+    formula = formula_of(problem, of_kind("above", FAST_MPS, FAST_WITHIN_MPS), steady)
     found = sides.two_sided(problem, formula)
     side = "beyond" if forwards else "above"
     assert found.groups[0].names == (f"unnamed:longitudinal:{side}(v,{FAST_MPS},{FAST_WITHIN_MPS})",)
@@ -74,7 +72,7 @@ def test_the_softness_that_was_found_stays(dragged):
     problem, forwards = dragged
     family = Family("above", "longitudinal", "v", (("soft(v,0.08)",),))
     group = Group(family, family.terms((FAST_MPS, FAST_WITHIN_MPS)), (FAST_MPS, FAST_WITHIN_MPS))
-    softer = softness.refitted(problem, fitted(problem, group), "soft(v,0.08)", "soft(v,0.12)")
+    softer = softness.refitted(problem, formula_of(problem, group), "soft(v,0.08)", "soft(v,0.12)")
     (name,) = sides.two_sided(problem, softer).names
     assert "soft(v,0.12)" in name
     assert ("beyond" in name) is forwards
@@ -83,7 +81,7 @@ def test_the_softness_that_was_found_stays(dragged):
 @pytest.mark.parametrize(("kind", "at"), [("above", -0.3), ("ring", 0.7), ("beyond", 0.7)])
 def test_what_has_no_such_other_side_is_left_as_it_is(dragged, kind, at):
     problem, _ = dragged
-    formula = fitted(problem, of_kind(kind, at, 0.2))
+    formula = formula_of(problem, of_kind(kind, at, 0.2))
     assert sides.two_sided(problem, formula) is formula
 
 
