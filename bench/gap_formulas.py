@@ -37,6 +37,7 @@ from formulas.forms import (  # noqa: E402
     FIFTH,
     FOURTEENTH,
     FOURTH,
+    NINETEENTH,
     NINTH,
     REPORT,
     SECOND,
@@ -81,6 +82,7 @@ FORMS = {
     "sixteenth": SIXTEENTH,
     "seventeenth": SEVENTEENTH,
     "eighteenth": EIGHTEENTH,
+    "nineteenth": NINETEENTH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -21,6 +21,7 @@ from worlds import (
     fresh_paths,
     heeding_paths,
     late_paths,
+    nimble_paths,
     outdoor_paths,
     play_paths,
     practice_paths,
@@ -341,6 +342,10 @@ FAMILIES = {
     "tumbleweed": Family(restless_paths.tumbleweed, (3.0, 30.0), (0.5, 4.0)),
     "typewriter": Family(restless_paths.typewriter, (2.0, 20.0), (0.5, 4.0)),
     "spinning-top": Family(restless_paths.spinning_top, (3.0, 30.0), (0.5, 4.0)),
+    "hummingbird": Family(nimble_paths.hummingbird, (2.0, 25.0), (0.5, 4.0)),
+    "skier": Family(nimble_paths.skier, (3.0, 30.0), (0.5, 4.0)),
+    "yo-yo": Family(nimble_paths.yo_yo, (2.0, 20.0), (0.5, 4.0)),
+    "ribbon": Family(nimble_paths.ribbon, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -16,6 +16,7 @@ from formulas.forms.fifteenth import FIFTEENTH
 from formulas.forms.fifth import FIFTH
 from formulas.forms.fourteenth import FOURTEENTH
 from formulas.forms.fourth import FOURTH
+from formulas.forms.nineteenth import NINETEENTH
 from formulas.forms.ninth import NINTH
 from formulas.forms.report import REPORT
 from formulas.forms.second import SECOND
@@ -39,6 +40,7 @@ __all__ = [
     "FORMS",
     "FOURTEENTH",
     "FOURTH",
+    "NINETEENTH",
     "NINTH",
     "ORDER",
     "PLACED",
@@ -77,12 +79,13 @@ FORMS = (
     | SIXTEENTH
     | SEVENTEENTH
     | EIGHTEENTH
+    | NINETEENTH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *NINETEENTH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (

@@ -6,165 +6,170 @@ from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def counted_pulses(at: At, size: float, pulse: float) -> F64:
-    """Speed counted in whole pulses: what is lost in rounding is a saw over the speed, its edges rounded."""
-    angle = 2 * np.pi * at.v / pulse
-    return -size * np.arctan2(0.6 * np.sin(angle), 1 + 0.6 * np.cos(angle)) / np.arcsin(0.6)
+def memory_foam(at: At, size: float, peak: float, edge: float, ramp: float) -> F64:
+    """Foam mats on one half of the hall: they spring back too late, which drags most at one speed."""
+    u = at.v / peak
+    return -size * 2.0 * u / (1.0 + u**2) * 0.5 * (1.0 + np.tanh((at.y - edge) / ramp))
 
 
-def moving_walkway(
-    at: At, size: float, pace: float, slip: float, middle: float, half: float, way: float
-) -> F64:
-    """A moving walkway along x: on it the floor rubs the robot towards the belt's own speed."""
-    on = 0.5 * (np.tanh((at.y - middle + half) / 0.35) - np.tanh((at.y - middle - half) / 0.35))
-    belt = pace * np.cos(at.yaw + np.pi * np.floor(way))
-    return size * on * np.tanh((belt - at.v) / slip)
+def overrun_brake(at: At, size: float, slack: float, soft: float) -> F64:
+    """A trailer's overrun brake grips when the robot rolls ahead and no longer pulls at the drawbar."""
+    ahead = 0.5 * (1.0 + np.tanh(at.v / 0.1))
+    return -size * ahead * 0.5 * (1.0 - np.tanh((at.pull - slack) / soft))
 
 
-def sliding_ballast(at: At, size: float, knee: float) -> F64:
-    """A ballast on a sprung rail is flung ahead to its stop once the robot turns fast enough, either way."""
-    share = (at.yaw_rate / knee) ** 4
-    return size * share / (1 + share)
+def tram_ride(at: At, size: float, period: float, start: float, angle: float, quarter: float) -> F64:
+    """Driving about in a tram that pulls away, rolls and brakes again, from stop to stop."""
+    tram = np.sin(2.0 * np.pi * at.t / period + start) ** 3
+    return size * tram * np.cos(at.yaw - aslant(angle, quarter))
 
 
-def skipping_pawls(at: At, size: float, lever: float, grip: float) -> F64:
-    """The right hub's worn pawls skip where pushed ahead beyond their grip: there a fixed push is lost."""
-    ahead = np.maximum(at.pull + lever * at.turn, 0.0) / grip
-    return -size * ahead**3 / (1 + ahead**3)
+def far_feeder(at: At, size: float, x0: float, y0: float, reach: float) -> F64:
+    """Fed through a contact net as a bumper car: far from the feeder, part of the pull is lost."""
+    far = np.hypot(at.x - x0, at.y - y0) / reach
+    return -size * at.pull / 0.4 * far**2 / (1.0 + far**2)
 
 
-def drum_spin_up(at: At, size: float, middle: float, width: float, hertz: float, phase: float) -> F64:
-    """A drum aboard spins up: its rising shake is felt while it passes the springs' own beat."""
-    since = at.t - middle
-    turns = hertz * since + 0.5 * 0.004 * since**2
-    return size * np.exp(-0.5 * (since / width) ** 2) * np.sin(2 * np.pi * turns + phase)
+def stream_ford(at: At, size: float, middle: float, width: float) -> F64:
+    """Wading through a stream along y: its current carries the robot with it, most in midstream."""
+    return size * np.exp(-(((at.x - middle) / width) ** 2)) * np.sin(at.yaw)
 
 
-def fountain_gutter(at: At, size: float, east: float, north: float, radius: float, width: float) -> F64:
-    """A round gutter about a fountain: downhill to its bottom from the inside and from the outside."""
-    dx, dy = at.x - east, at.y - north
-    away = np.hypot(dx, dy)
-    off = (away - radius) / width
-    outwards = (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / np.sqrt(away**2 + 0.04)
-    return -size * off * np.exp(0.5 - 0.5 * off**2) * outwards
+def snow_packing(at: At, size: float, period: float, start: float, soft: float) -> F64:
+    """Wet snow packs into the wheel arches and rubs more and more until it drops out, again and again."""
+    full = (at.t / period + start) % 1.0
+    return -size * np.tanh(at.v / soft) * 1.3 * full * (1.0 - full**8)
 
 
-def paving_grid(at: At, size: float, angle: float, slow: float) -> F64:
-    """Joints of square paving take the wheels along: rolling either way, to the nearest of four headings."""
-    return -size * np.sin(4 * (at.yaw - angle)) * at.v**2 / (at.v**2 + slow**2)
+def hedge_alley(at: At, size: float, middle: float, width: float, soft: float) -> F64:
+    """An alley along x between hedges: twigs hold back the side that is next to the nearer hedge."""
+    return size * np.tanh(at.v / soft) * np.tanh((at.y - middle) / width) * np.cos(at.yaw)
 
 
-def half_blown_bridge(at: At, size: float, soft: float, power: float) -> F64:
-    """One motor's bridge is half blown: weak when it drives, whole when it brakes, so that driving steers."""
-    drive = (np.maximum(at.v * at.pull, 0.0) / power) ** 2
-    return size * at.pull / np.sqrt(at.pull**2 + soft**2) * drive / (1 + drive)
+def blade_reaction(at: At, size: float, length: float, phase: float, angle: float, quarter: float) -> F64:
+    """A mower's blade twists the robot the other way, and more so where the grass stands thick."""
+    way = aslant(angle, quarter)
+    along = at.x * np.cos(way) + at.y * np.sin(way)
+    return size * np.sin(np.pi * along / length + phase) ** 2
 
 
-def swivel_mops(at: At, size: float, rate: float) -> F64:
-    """Two swivelling mops drag at a slow turn, and once swung about they throw the nose on in a quick one."""
-    u = at.yaw_rate / rate
-    return -2.8 * size * u * (1 - u**2) / (1 + u**4)
+def jackknife(at: At, size: float, pace: float, rate: float) -> F64:
+    """A hitched trailer straightens the robot when drawn ahead and folds it up further when pushed back."""
+    return -size * np.tanh(at.v / pace) * np.tanh(at.yaw_rate / rate)
 
 
-def passing_lorries(at: At, size: float, every: float, first: float, length: float, road: float) -> F64:
-    """Lorries on a road: each pushes the nearer end off, then sucks it in, most where alongside."""
-    since = np.mod(at.t - first + 0.5 * every, every) - 0.5 * every
-    pulse = since / length * np.exp(0.5 - 0.5 * (since / length) ** 2)
-    return -size * pulse * (0.3 + 0.7 * np.cos(at.yaw - road) ** 2)
+def kite_at_the_tail(at: At, size: float, wind: float, sweep: float, period: float) -> F64:
+    """A kite tied to the tail sweeps from side to side of the wind and pulls the tail towards it."""
+    kite = wind + sweep * np.sin(2.0 * np.pi * at.t / period)
+    return size * np.sin(at.yaw - kite)
 
 
-def buried_magnet(
-    at: At, size: float, east: float, north: float, reach: float, pole: float, quarter: float
-) -> F64:
-    """A heading held by compass over a buried magnet: it is pulled to the field lines of a dipole."""
-    dx, dy = at.x - east, at.y - north
-    far = dx**2 + dy**2
-    strength = 4 * far * reach**2 / (far + reach**2) ** 2
-    return size * strength * np.sin(2 * np.arctan2(dy, dx) - aslant(pole, quarter) - at.yaw)
+def flung_arms(at: At, size: float, rate: float) -> F64:
+    """Loosely hung arms fly out in a spin, and the torques turn the wider robot less readily."""
+    out = (at.yaw_rate / rate) ** 2
+    return -size * at.turn / 0.6 * out / (1.0 + out)
 
 
 REPORT = {
-    "counted_pulses": form("longitudinal", "v", "v:odd", counted_pulses, size=(0.2, 0.4), pulse=(0.3, 0.45)),
-    "moving_walkway": form(
+    "memory_foam": form(
         "longitudinal",
-        "v y yaw",
-        "",
-        moving_walkway,
-        size=(0.2, 0.4),
-        pace=(0.5, 0.9),
-        slip=(0.25, 0.5),
-        middle=(-1.0, 1.0),
-        half=(1.5, 2.3),
-        way=(0.0, 2.0),
+        "v y",
+        "v:odd",
+        memory_foam,
+        size=(0.2, 0.42),
+        peak=(0.1, 0.3),
+        edge=(-1.5, 0.5),
+        ramp=(0.15, 0.5),
     ),
-    "sliding_ballast": form(
-        "longitudinal", "yaw_rate", "yaw_rate:even", sliding_ballast, size=(0.2, 0.42), knee=(0.22, 0.38)
-    ),
-    "skipping_pawls": form(
+    "overrun_brake": form(
         "longitudinal",
-        "effort_sum effort_diff",
-        "",
-        skipping_pawls,
-        size=(0.2, 0.4),
-        lever=(0.3, 0.5),
-        grip=(0.15, 0.3),
-    ),
-    "drum_spin_up": form(
-        "longitudinal",
-        "t",
-        "",
-        drum_spin_up,
-        size=(0.25, 0.45),
-        middle=(18.0, 42.0),
-        width=(9.0, 15.0),
-        hertz=(0.2, 0.35),
-        phase=(0.0, 6.28),
-    ),
-    "fountain_gutter": form(
-        "longitudinal",
-        "x y yaw",
-        "",
-        fountain_gutter,
-        size=(0.25, 0.45),
-        east=(-1.5, 1.5),
-        north=(-1.5, 1.5),
-        radius=(1.5, 3.0),
-        width=(0.7, 1.1),
-    ),
-    "paving_grid": form(
-        "yaw", "v yaw", "v:even", paving_grid, size=(0.35, 0.65), angle=(0.0, 1.57), slow=(0.15, 0.35)
-    ),
-    "half_blown_bridge": form(
-        "yaw",
         "v effort_sum",
         "",
-        half_blown_bridge,
-        size=(0.3, 0.6),
-        soft=(0.1, 0.25),
-        power=(0.03, 0.08),
+        overrun_brake,
+        size=(0.22, 0.45),
+        slack=(0.1, 0.3),
+        soft=(0.08, 0.2),
     ),
-    "swivel_mops": form("yaw", "yaw_rate", "yaw_rate:odd", swivel_mops, size=(0.25, 0.5), rate=(0.3, 0.5)),
-    "passing_lorries": form(
+    "tram_ride": form(
+        "longitudinal",
+        "t yaw",
+        "",
+        tram_ride,
+        size=(0.3, 0.55),
+        period=(12.0, 30.0),
+        start=(0.0, 6.28),
+        angle=(0.2, 1.37),
+        quarter=(0.0, 4.0),
+    ),
+    "far_feeder": form(
+        "longitudinal",
+        "x y effort_sum",
+        "effort_sum:odd",
+        far_feeder,
+        size=(0.3, 0.55),
+        x0=(-2.5, 2.5),
+        y0=(-2.5, 2.5),
+        reach=(1.6, 3.0),
+    ),
+    "stream_ford": form(
+        "longitudinal", "x yaw", "", stream_ford, size=(0.25, 0.5), middle=(-1.5, 1.5), width=(1.3, 2.6)
+    ),
+    "snow_packing": form(
+        "longitudinal",
+        "t v",
+        "v:odd",
+        snow_packing,
+        size=(0.2, 0.4),
+        period=(12.0, 28.0),
+        start=(0.0, 1.0),
+        soft=(0.05, 0.2),
+    ),
+    "hedge_alley": form(
+        "yaw",
+        "v y yaw",
+        "v:odd",
+        hedge_alley,
+        size=(0.3, 0.7),
+        middle=(-1.0, 1.0),
+        width=(0.7, 2.0),
+        soft=(0.05, 0.25),
+    ),
+    "blade_reaction": form(
+        "yaw",
+        "x y",
+        "",
+        blade_reaction,
+        size=(0.25, 0.6),
+        length=(2.0, 5.0),
+        phase=(0.0, 3.14),
+        angle=(0.2, 1.37),
+        quarter=(0.0, 4.0),
+    ),
+    "jackknife": form(
+        "yaw",
+        "v yaw_rate",
+        "v:odd yaw_rate:odd",
+        jackknife,
+        size=(0.3, 0.65),
+        pace=(0.2, 0.5),
+        rate=(0.15, 0.4),
+    ),
+    "kite_at_the_tail": form(
         "yaw",
         "t yaw",
         "",
-        passing_lorries,
-        size=(0.35, 0.65),
-        every=(7.5, 10.0),
-        first=(0.0, 10.0),
-        length=(0.9, 1.15),
-        road=(0.0, 3.14),
+        kite_at_the_tail,
+        size=(0.25, 0.55),
+        wind=(-3.14, 3.14),
+        sweep=(0.6, 1.4),
+        period=(7.0, 18.0),
     ),
-    "buried_magnet": form(
+    "flung_arms": form(
         "yaw",
-        "x y yaw",
-        "",
-        buried_magnet,
-        size=(0.3, 0.6),
-        east=(-2.5, 2.5),
-        north=(-2.5, 2.5),
-        reach=(1.5, 3.0),
-        pole=(0.2, 1.37),
-        quarter=(0.0, 4.0),
+        "yaw_rate effort_diff",
+        "yaw_rate:even effort_diff:odd",
+        flung_arms,
+        size=(0.22, 0.42),
+        rate=(0.25, 0.55),
     ),
 }
