@@ -3,6 +3,7 @@
 It is drawn from ``gap.json`` and ``gap_traces.parquet`` alone.
 """
 
+import re
 from collections.abc import Iterator
 
 import msgspec
@@ -38,6 +39,8 @@ WHERE_BY_WHEELS = {
 }
 MOST_CANDIDATES = 10
 SMALLEST_P = 1e-12
+INTERVAL = re.compile(r" \([^\s()]+ to [^\s()]+\)")
+"""The interval of a coefficient in the text of a formula."""
 
 
 def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame | None = None) -> str:
@@ -49,12 +52,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
     sheet.add(page.verdict(word, gap.sentence.strip(), tone), page.facts(fact_list(gap)))
     if gap.effects:
         sheet.section("What is missing")
-        for effect in gap.effects:
-            known = WHERE | (WHERE_BY_WHEELS if gap.base_model == "wheel_speed" else {})
-            place = page.escape(known.get(effect.channel, effect.channel))
-            formula = f"<code>{page.escape(effect.formula)}</code>"
-            sheet.add(f"<p><b>{page.escape(effect.name)}</b> acts on {place}: {formula}</p>")
-        sheet.add(*(f"<p><code>{page.escape(one.text)}</code></p>" for one in gap.formulas))
+        sheet.add(*missing(gap))
         sheet.add(effect_table(gap.effects))
     sheet.section("Data quality")
     sheet.add(quality(gap))
@@ -84,6 +82,19 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
     )
     sheet.add(page.footer(origin(gap)))
     return sheet.text()
+
+
+def missing(gap: GapFile) -> Iterator[str]:
+    """What each effect acts on; the terms of a formula in one line, whose intervals the table has."""
+    known = WHERE | (WHERE_BY_WHEELS if gap.base_model == "wheel_speed" else {})
+    of_formulas = {name for one in gap.formulas for name in one.terms}
+    for effect in (one for one in gap.effects if one.name not in of_formulas):
+        place, formula = page.escape(known.get(effect.channel, effect.channel)), page.escape(effect.formula)
+        yield f"<p><b>{page.escape(effect.name)}</b> acts on {place}: <code>{formula}</code></p>"
+    for one in gap.formulas:
+        place, size = page.escape(known.get(one.channel, one.channel)), figure(one.rms_mps2)
+        formula = page.escape(INTERVAL.sub("", one.text))
+        yield f"<p><b>A formula</b> acts on {place}, by {size} m/s² (rms): <code>{formula}</code></p>"
 
 
 def origin(gap: GapFile) -> list[str]:

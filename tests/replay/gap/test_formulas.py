@@ -34,7 +34,7 @@ from wmr_replay.gap.model.base import BaseModel
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.candidates import candidate_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.result.formulas import parity_of, text_of
+from wmr_replay.gap.result.formulas import parity_of, short_text_of, text_of
 from wmr_replay.gap.result.result import Estimate, FoundEffect
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.verdict import verdict_of
@@ -158,10 +158,22 @@ def estimate(name, value):
 def test_the_text_of_a_formula():
     terms = [estimate("unnamed:longitudinal:v*v*v", -0.1), estimate("unnamed:longitudinal:sgn(v)", -0.2)]
     assert text_of(terms) == (
-        "dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v + -0.2 m/s² (-0.21 to -0.19)·sgn(v) (odd in v)"
+        "dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v - 0.2 m/s² (0.19 to 0.21)·sgn(v) (odd in v)"
     )
     mixed = [parse_term("unnamed:yaw:v"), parse_term("unnamed:yaw:abs(v)*yaw_rate")]
     assert parity_of(mixed) == {"v": "mixed", "yaw_rate": "mixed"}
+
+
+def test_a_long_formula_is_cut_short_in_the_sentence_and_whole_in_the_text():
+    names = ("1", "sin(0.5t)", "cos(0.5t)", "v", "v*yaw_rate", "v*cos(yaw)")
+    terms = [estimate(f"unnamed:longitudinal:{name}", 0.1 * (-1) ** k) for k, name in enumerate(names)]
+    four = "dv_long/dt += 0.1 m/s² - 0.1 m/s²·sin(0.5t) + 0.1 m/s²·cos(0.5t) - 0.1 1/s·v"
+    assert short_text_of(terms[:4], SETTINGS.report) == f"{four} (mixed in v)"
+    more = "of t, v, yaw_rate; mixed in v, mixed in yaw_rate"
+    assert short_text_of(terms[:5], SETTINGS.report) == f"{four} + 1 more term ({more})"
+    assert short_text_of(terms, SETTINGS.report).startswith(f"{four} + 2 more terms (of t, v, yaw_rate, yaw;")
+    assert short_text_of(terms[:2], SETTINGS.report) == text_of(terms[:2])
+    assert text_of(terms).count(" to ") == len(names)
 
 
 def test_an_effect_beside_a_formula_is_named():
@@ -170,7 +182,7 @@ def test_an_effect_beside_a_formula_is_named():
     problem = SimpleNamespace(settings=SETTINGS)
     assert verdict_of(problem, (slope, term), None, ())[0] == "named"
     assert verdict_of(problem, (term,), SimpleNamespace(not_named=()), ())[0] == "unnamed"
-    assert sentence_of("named", (slope, term), ()) == (
+    assert sentence_of("named", (slope, term), (), SETTINGS.report) == (
         "The model lacks slope and dv_long/dt += -0.1 s/m² (-0.11 to -0.09)·v·v·v (odd in v), "
         "for which the library has no name."
     )

@@ -22,6 +22,7 @@ from wmr_replay.gap.model.dynamics import N_STATE, Row, V, W, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.sentence import sentence_of
 from wmr_replay.gap.result.verdict import forms_note
+from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.terms import parse_term
 
 OPTIONS = GapOptions(modes="given")
@@ -75,7 +76,7 @@ def test_what_a_gate_refuses_is_not_named_and_the_sentence_says_the_gate(dragged
     reasons = why_not_named(found, selection)
     assert reasons == (("viscous_drag", "moves the path by less than the tolerance"),)
     notes = forms_note(replace(selection, not_named=reasons))
-    said = sentence_of("unnamed", (), notes)
+    said = sentence_of("unnamed", (), notes, ReportSettings())
     assert "viscous_drag" in said
     assert "moves the path by less than the tolerance" in said
 

@@ -41,7 +41,8 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
             verdict, where, notes = "unnamed", marked(where, left), (placed(left),)
         elif undecided := slip_or_loss(problem, base):
             verdict, notes = "not_enough_excitation", undecided
-    sentence, in_modes = sentence_of(verdict, effects, notes), tuple[str, ...]()
+    sentence = sentence_of(verdict, effects, notes, options.gates.report)
+    in_modes: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
         notes = (*notes, *crossed_once(binned, fit))
     if verdict in ("nothing_missing", "not_enough_excitation"):

@@ -1,6 +1,7 @@
 """The terms of a dictionary that were found, as one formula for each channel."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,9 +28,7 @@ def is_term(effect: FoundEffect) -> bool:
 
 def formulas_of(effects: Iterable[FoundEffect], binned: BinnedLog) -> tuple[Formula, ...]:
     """A formula for each channel that has terms."""
-    terms = [effect for effect in effects if is_term(effect)]
-    channels = dict.fromkeys(effect.channel for effect in terms)
-    return tuple(formula_of([e for e in terms if e.channel == channel], binned) for channel in channels)
+    return tuple(formula_of(own, binned) for own in by_channel(effects))
 
 
 def formula_of(effects: Sequence[FoundEffect], binned: BinnedLog) -> Formula:
@@ -67,24 +66,69 @@ def unseen_parity(
 
 def text_of(effects: Iterable[FoundEffect]) -> str:
     """The formulas of all terms among the effects, with units and 95 % intervals."""
+    return "; ".join(map(whole_text, by_channel(effects)))
+
+
+def short_text_of(effects: Iterable[FoundEffect], settings: ReportSettings) -> str:
+    """The same in a line or two: long ones without intervals, and of the longest the first terms alone."""
+    short = settings.sentence_intervals
+    texts = (
+        whole_text(own) if len(own) <= short else short_text(own, settings.sentence_terms)
+        for own in by_channel(effects)
+    )
+    return "; ".join(texts)
+
+
+def by_channel(effects: Iterable[FoundEffect]) -> list[list[FoundEffect]]:
+    """The terms among the effects, those of each channel together."""
     terms = [effect for effect in effects if is_term(effect)]
-    said = []
-    for channel in dict.fromkeys(effect.channel for effect in terms):
-        own = [effect for effect in terms if effect.channel == channel]
-        summed = " + ".join(term_text(parse_term(e.name), e.parameters[COEFFICIENT]) for e in own)
-        parity = ", ".join(
-            f"{sign} in {name}" for name, sign in parity_of([parse_term(e.name) for e in own]).items()
-        )
-        said.append(f"{ADDED_TO[channel]} += {summed}" + (f" ({parity})" if parity else ""))
-    return "; ".join(said)
+    channels = dict.fromkeys(effect.channel for effect in terms)
+    return [[effect for effect in terms if effect.channel == channel] for channel in channels]
 
 
-def term_text(term: Term, coefficient: Estimate) -> str:
-    """A term with its coefficient, unit and interval."""
+def whole_text(own: Sequence[FoundEffect]) -> str:
+    """The formula of one channel."""
+    parity = parity_text(own)
+    return f"{ADDED_TO[own[0].channel]} += {summed(own, intervals=True)}" + (f" ({parity})" if parity else "")
+
+
+def short_text(own: Sequence[FoundEffect], most_terms: int) -> str:
+    """The first terms of a channel, which explain most, how many more there are, and what they all read."""
+    terms = [parse_term(effect.name) for effect in own]
+    parts = [f"{ADDED_TO[own[0].channel]} += {summed(own[:most_terms], intervals=False)}"]
+    about = [parity] if (parity := parity_text(own)) else []
+    if more := len(own[most_terms:]):
+        parts.append(f"{more} more {'terms' if more > 1 else 'term'}")
+        about = ["of " + ", ".join(dict.fromkeys(c for term in terms for c in term.columns)), *about]
+    return " + ".join(parts) + (f" ({'; '.join(about)})" if about else "")
+
+
+def parity_text(own: Sequence[FoundEffect]) -> str:
+    """Odd, even or mixed in which speeds and torques; empty where it reads none."""
+    signs = parity_of([parse_term(effect.name) for effect in own])
+    return ", ".join(f"{sign} in {name}" for name, sign in signs.items())
+
+
+def summed(own: Sequence[FoundEffect], *, intervals: bool) -> str:
+    """The terms as a sum: from the second on, the sign of a coefficient stands before it."""
+    texts = []
+    for effect in own:
+        coefficient = effect.parameters[COEFFICIENT]
+        if negative := bool(texts) and coefficient.value < 0:
+            low, high = coefficient.ci95
+            coefficient = replace(coefficient, value=-coefficient.value, ci95=(-high, -low))
+        text = term_text(parse_term(effect.name), coefficient, intervals=intervals)
+        texts += [f" {'-' if negative else '+'} {text}"] if texts else [text]
+    return "".join(texts)
+
+
+def term_text(term: Term, coefficient: Estimate, *, intervals: bool) -> str:
+    """A term with its coefficient and unit, and the interval."""
     low, high = coefficient.ci95
     unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
+    between = f" ({low:.3g} to {high:.3g})" if intervals else ""
     product = "" if term.factors == ("1",) else "·" + "·".join(term.factors)
-    return f"{coefficient.value:.3g}{unit} ({low:.3g} to {high:.3g}){product}"
+    return f"{coefficient.value:.3g}{unit}{between}{product}"
 
 
 def parity_of(terms: Sequence[Term]) -> dict[str, str]:

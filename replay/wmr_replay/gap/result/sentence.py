@@ -1,13 +1,16 @@
 """The verdict in one sentence."""
 
-from wmr_replay.gap.result.formulas import is_term, text_of
+from wmr_replay.gap.result.formulas import is_term, short_text_of
 from wmr_replay.gap.result.result import FoundEffect, Verdict
+from wmr_replay.gap.settings.result import ReportSettings
 
 
-def sentence_of(verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple[str, ...]) -> str:
-    """The verdict with the effects and their sizes, or with the notes."""
+def sentence_of(
+    verdict: Verdict, effects: tuple[FoundEffect, ...], notes: tuple[str, ...], settings: ReportSettings
+) -> str:
+    """The verdict with the effects and their sizes, or with the notes; a long formula is cut short."""
     parts = [described(effect) for effect in effects if not is_term(effect)]
-    formula = text_of(effects)
+    formula = short_text_of(effects, settings)
     said = " and ".join([*parts, formula] if formula else parts)
     if parts and formula:
         said += ", for which the library has no name"

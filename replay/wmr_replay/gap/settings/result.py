@@ -72,6 +72,13 @@ class ReportSettings:
     """Share of a speed's mean square up to which its rarer sign is not seen. Judgement: a robot that rocks
     back a little where it stops does not reverse."""
 
+    sentence_intervals: int = 2
+    """Most terms of a formula that the sentence says with intervals. Presentation: a line and a half."""
+
+    sentence_terms: int = 4
+    """Most terms of a formula that the sentence says; of the others it says how many. Presentation: as
+    above."""
+
     ambiguous_bic: float = 10.0
     """BIC difference below which another effect explains the log nearly as well. Statistics: 10 is "very
     strong" evidence after Kass and Raftery (1995)."""

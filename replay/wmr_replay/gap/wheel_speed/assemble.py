@@ -69,7 +69,7 @@ def assemble(selection: Selection, base: Base, options: GapOptions) -> GapResult
     )
     return GapResult(
         verdict=verdict,
-        sentence=sentence_of(verdict, effects, reasons),
+        sentence=sentence_of(verdict, effects, reasons, options.gates.report),
         effects=effects if verdict in ("named", "ambiguous", "unnamed") else (),
         where=where_of(problem, selection, options, standing),
         position=metric(proofs, "position", "m", windows.seconds, options),
