@@ -107,6 +107,13 @@ class Formula(Part, frozen=True):
     visited: Annotated[
         dict[str, tuple[Maybe, Maybe]], Meta(description="range of each quantity over the log")
     ]
+    variable: Annotated[
+        str, Meta(description="column of the traces that what it explains follows most; empty where unknown")
+    ] = ""
+    against: Annotated[
+        Against | None,
+        Meta(description="the residual of its channel against that column, in bins; null where unknown"),
+    ] = None
 
 
 class Interval(Part, frozen=True):

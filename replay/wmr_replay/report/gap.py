@@ -4,7 +4,8 @@ It is drawn from ``gap.json`` and ``gap_traces.parquet`` alone.
 """
 
 import re
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 import msgspec
 import polars as pl
@@ -71,7 +72,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
             "Candidates and their scores",
             "Score: drop of the deviance less the price of the parameters. The best of a stage is tested.",
         )
-        sheet.add(*candidate_tables(gap.candidates))
+        sheet.add(*candidate_tables(list(formulas_as_one(gap))))
     alternatives(sheet, gap)
     remains(sheet, gap)
     sheet.section("How it was made")
@@ -87,8 +88,7 @@ def gap_page(gap: GapFile, traces: pl.DataFrame, name: str, other: pl.DataFrame 
 def missing(gap: GapFile) -> Iterator[str]:
     """What each effect acts on; the terms of a formula in one line, whose intervals the table has."""
     known = WHERE | (WHERE_BY_WHEELS if gap.base_model == "wheel_speed" else {})
-    of_formulas = {name for one in gap.formulas for name in one.terms}
-    for effect in (one for one in gap.effects if one.name not in of_formulas):
+    for effect in figures.named(gap):
         place, formula = page.escape(known.get(effect.channel, effect.channel)), page.escape(effect.formula)
         yield f"<p><b>{page.escape(effect.name)}</b> acts on {place}: <code>{formula}</code></p>"
     for one in gap.formulas:
@@ -179,8 +179,9 @@ def proof(gap: GapFile, traces: pl.DataFrame) -> list[list[Figure | None]]:
     if not gap.effects:
         alone = [figures.residual_figure(one, traces, extended=False, residuals=words) for one in words]
         return [list(alone)]
-    scatters = [figures.scatter_figure(effect, traces, words) for effect in gap.effects]
-    shown = dict.fromkeys(effect.residual or "longitudinal" for effect in gap.effects)
+    pairs = figures.shown_of(gap)
+    scatters = [figures.scatter_figure(one, traces, words) for one in pairs]
+    shown = dict.fromkeys(one.residual or "longitudinal" for one in pairs)
     others = [channel for channel in ("longitudinal", "yaw") if channel not in shown][: 2 - len(shown)]
     over_time = [
         figures.residual_figure(channel, traces, extended=True, residuals=words)
@@ -239,7 +240,21 @@ def share(value: float | None) -> str:
     return "–" if value is None else f"{value:.0%}"
 
 
-def candidate_tables(candidates: tuple[Candidate, ...]) -> Iterator[str]:
+def formulas_as_one(gap: GapFile) -> Iterator[Candidate]:
+    """The candidates; terms of a formula that stand or fall together are one line."""
+    terms = {name for one in gap.formulas for name in one.terms}
+    together = Counter((one.stage, one.score) for one in gap.candidates if one.name in terms)
+    said = set[tuple[int, float | None]]()
+    for one in gap.candidates:
+        key = (one.stage, one.score)
+        if one.name not in terms or together[key] == 1:
+            yield one
+        elif key not in said:
+            said.add(key)
+            yield msgspec.structs.replace(one, name="the formula")
+
+
+def candidate_tables(candidates: Sequence[Candidate]) -> Iterator[str]:
     """A table of bars for each stage, the best first."""
     for stage in sorted({one.stage for one in candidates}):
         ranked = [one for one in candidates if one.stage == stage][:MOST_CANDIDATES]
@@ -267,12 +282,9 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
     if not gap.effects:
         return
     sheet.section("Alternatives, and how to separate them")
-    for effect in gap.effects:
-        same = [name for name in effect.confound_class if name != effect.name]
-        said = (
-            f"no motion tells it from {', '.join(same)}" if same else "no other effect gives the same motion"
-        )
-        sheet.add(f"<h3>{page.escape(effect.name)}</h3>", page.paragraph(f"By theory, {said}."))
+    told = [one for one in gap.effects if one in figures.named(gap) or one.alternatives]
+    for effect in told:
+        sheet.add(f"<h3>{page.escape(effect.name)}</h3>", page.paragraph(f"By theory, {by_theory(effect)}."))
         rows = [(one.name, figure(one.delta_bic), one.separate_with or "–") for one in effect.alternatives]
         head = ("next best on this log", "worse by (ΔBIC)", "told apart by")
         sheet.add(page.table(head, rows, numeric=(1,)))
@@ -281,6 +293,16 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
         if effect.alternatives and gap.base_model == "torque":
             pair = f"{effect.name},{effect.alternatives[0].name}"
             sheet.add(f"<p>A drive that tells: <code>{page.escape(gap_elsewhere.designing(pair))}</code></p>")
+    if len(told) < len(gap.effects):
+        sheet.add(
+            "<h3>The formula</h3>", page.paragraph("By theory, no effect of the library moves as it does.")
+        )
+
+
+def by_theory(effect: Effect) -> str:
+    """Which effects no motion tells from one."""
+    same = [name for name in effect.confound_class if name != effect.name]
+    return f"no motion tells it from {', '.join(same)}" if same else "no other effect gives the same motion"
 
 
 def remains(sheet: page.Page, gap: GapFile) -> None:

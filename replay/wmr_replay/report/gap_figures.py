@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import polars as pl
@@ -11,7 +12,7 @@ from wmr_replay.report.charts import Columns, Figure, Key, Read, Spec, numbers
 from wmr_replay.report.decimate import extremes, path_rows
 from wmr_replay.report.paths import box_of, pieces_of
 from wmr_schemas.arrays import F64, I64, Bool
-from wmr_schemas.gap_file import Effect, GapFile, Interval, Region
+from wmr_schemas.gap_file import Against, Effect, GapFile, Interval, Region
 
 BEFORE, AFTER, UNKNOWN, INK = "#d55e00", "#1f78b4", "#c3c8d0", "#3a424f"
 HEAT = ("#f6d860", "#f2a93b", "#e5732f", "#c43c39", "#7d1f5e")
@@ -32,6 +33,8 @@ SLIP_VELOCITIES = {
 QUANTITIES = {
     "t_s": "time [s]",
     "distance_m": "distance from the disc's centre [m]",
+    "x_m": "x [m]",
+    "y_m": "y [m]",
     "v_mps": "longitudinal velocity [m/s]",
     "v_lat_mps": "lateral velocity [m/s]",
     "yaw_rate_radps": "yaw rate [rad/s]",
@@ -63,11 +66,22 @@ def path_figures(gap: GapFile, traces: pl.DataFrame) -> list[Figure | None]:
     first = path_figure("before", "Path by error of the base model", traces, edges, marks=gap, key=key)
     if not gap.effects:
         return [first]
-    names = " and ".join(effect.name for effect in gap.effects)
     return [
         first,
-        path_figure("after", f"The same with {names} in the model", traces, edges, marks=None, key=key),
+        path_figure("after", f"The same with {said(gap)} in the model", traces, edges, marks=None, key=key),
     ]
+
+
+def said(gap: GapFile) -> str:
+    """The effects by name, and the formulas as such."""
+    names = [effect.name for effect in named(gap)]
+    return " and ".join([*names, *(["the formula"] if gap.formulas else [])])
+
+
+def named(gap: GapFile) -> list[Effect]:
+    """The effects that are no terms of a formula."""
+    terms = {name for one in gap.formulas for name in one.terms}
+    return [effect for effect in gap.effects if effect.name not in terms]
 
 
 def round_edges(largest: float) -> F64:
@@ -193,12 +207,41 @@ def discs(gap: GapFile) -> Columns:
     return out
 
 
-def variable_of(effect: Effect, traces: pl.DataFrame) -> F64:
-    """The quantity that the effect's residual follows, at each row."""
-    if effect.variable != "distance_m":
-        return values(traces, effect.variable)
-    centre = [effect.parameters[key].value if key in effect.parameters else None for key in ("x_m", "y_m")]
-    x_m, y_m = (np.nan if one is None else one for one in centre)
+class Shown(NamedTuple):
+    """What a scatter shows: its name and words, the residual, the quantity, and the table with the curve."""
+
+    name: str
+    words: str
+    residual: str
+    variable: str
+    against: Against | None
+    centre: tuple[float, float] = (np.nan, np.nan)
+
+
+def shown_of(gap: GapFile) -> list[Shown]:
+    """Each effect's residual over the quantity that it follows, and each formula's."""
+    found = [
+        Shown(one.name, one.name, one.residual, one.variable, one.against, centre_of(one))
+        for one in named(gap)
+    ]
+    return found + [
+        Shown(f"formula_{one.channel}", "the formula", one.channel, one.variable, one.against)
+        for one in gap.formulas
+    ]
+
+
+def centre_of(effect: Effect) -> tuple[float, float]:
+    """The middle of the disc in which an effect acts, m; NaN where it has none."""
+    found = [effect.parameters[key].value if key in effect.parameters else None for key in ("x_m", "y_m")]
+    x_m, y_m = (np.nan if one is None else one for one in found)
+    return x_m, y_m
+
+
+def variable_of(shown: Shown, traces: pl.DataFrame) -> F64:
+    """The quantity that a residual follows, at each row."""
+    if shown.variable != "distance_m":
+        return values(traces, shown.variable)
+    x_m, y_m = shown.centre
     return np.hypot(values(traces, "x_m") - x_m, values(traces, "y_m") - y_m)
 
 
@@ -208,19 +251,19 @@ def residuals_of(gap: GapFile) -> Mapping[str, str]:
 
 
 def scatter_figure(
-    effect: Effect, traces: pl.DataFrame, residuals: Mapping[str, str] = RESIDUALS
+    shown: Shown, traces: pl.DataFrame, residuals: Mapping[str, str] = RESIDUALS
 ) -> Figure | None:
     """The residual over the quantity that it follows, before and after: clouds and the median of each bin."""
-    if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
+    if shown.residual not in RESIDUALS or shown.variable not in QUANTITIES:
         return None
-    x = variable_of(effect, traces)
-    before, after = (values(traces, f"{model}_residual_{effect.residual}") for model in ("base", "extended"))
+    x = variable_of(shown, traces)
+    before, after = (values(traces, f"{model}_residual_{shown.residual}") for model in ("base", "extended"))
     known = np.isfinite(x) & np.isfinite(before) & np.isfinite(after)
     if known.sum() < BINS:
         return None
     x, before, after = x[known], before[known], after[known]
     edges = np.unique(np.quantile(x, np.linspace(0, 1, BINS + 1)))
-    name = f"scatter_{effect.name}"
+    name = f"scatter_{shown.name}"
     data = {
         f"{name}_0": cell_points(x, before),
         f"{name}_1": cell_points(x, after),
@@ -233,28 +276,26 @@ def scatter_figure(
         charts.dots(f"{name}_1", AFTER, size=9, opacity=0.32),
         *(median_line(f"{name}_{k}", colour) for k, colour in ((2, BEFORE), (3, AFTER))),
     ]
-    if effect.against is not None:
-        bins = effect.against.bins
+    if shown.against is not None:
+        bins = shown.against.bins
         data[f"{name}_4"] = {"x": [one.at for one in bins], "y": [one.fitted for one in bins]}
         layers.append(fitted_line(f"{name}_4"))
-    spec = charts.cloud(
-        layers, QUANTITIES[effect.variable], residuals[effect.residual], list(data), height=300
-    )
+    spec = charts.cloud(layers, QUANTITIES[shown.variable], residuals[shown.residual], list(data), height=300)
     key = [
         Key(BEFORE, "base model", "dot"),
-        Key(AFTER, f"with {effect.name}", "dot"),
+        Key(AFTER, f"with {shown.words}", "dot"),
         Key(INK, "median of a bin", "line"),
     ]
-    if effect.against is not None:
-        key.append(Key(MARK, "what the effect explains", "dash"))
-    return Figure(name, scatter_title(effect, before, after, residuals), spec, data, key)
+    if shown.against is not None:
+        key.append(Key(MARK, "what it explains", "dash"))
+    return Figure(name, scatter_title(shown, before, after, residuals), spec, data, key)
 
 
-def scatter_title(effect: Effect, before: F64, after: F64, residuals: Mapping[str, str]) -> str:
+def scatter_title(shown: Shown, before: F64, after: F64, residuals: Mapping[str, str]) -> str:
     """What is drawn, and the residual's root mean square before and after."""
-    quantity = QUANTITIES[effect.variable].partition(" [")[0]
+    quantity = QUANTITIES[shown.variable].partition(" [")[0]
     sizes = " → ".join(f"{np.sqrt(np.mean(one**2)):.2g}" for one in (before, after))
-    unit = residuals[effect.residual].partition(" [")[2].rstrip("]")
+    unit = residuals[shown.residual].partition(" [")[2].rstrip("]")
     return f"Residual against the {quantity}: {sizes} {unit} rms"
 
 

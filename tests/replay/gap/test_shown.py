@@ -6,11 +6,19 @@ import pytest
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.against import with_curves
+from wmr_replay.gap.result.against import with_curves, with_formula_curves
 from wmr_replay.gap.result.elsewhere import elsewhere
 from wmr_replay.gap.result.metrics import with_slip_gaps
 from wmr_replay.gap.result.remains import blocks
-from wmr_replay.gap.result.result import Estimate, FoundEffect, GapMetric, HeldOutGap, Traces, TrainGap
+from wmr_replay.gap.result.result import (
+    Estimate,
+    Formula,
+    FoundEffect,
+    GapMetric,
+    HeldOutGap,
+    Traces,
+    TrainGap,
+)
 from wmr_replay.gap.settings import GateSettings, ShownSettings
 from wmr_schemas.model_file import Effect, Model
 from wmr_schemas.modes import ContactMode
@@ -64,6 +72,19 @@ def test_a_drag_is_a_line_over_the_speed():
     assert np.abs([one.after for one in table.bins]).max() < 0.01
     assert table.rms_after < 0.1 * table.rms_before
     assert sum(one.seconds for one in table.bins) == pytest.approx(N * 0.05)
+
+
+def test_a_formula_is_shown_against_the_quantity_that_it_follows_most():
+    v = np.random.default_rng(1).uniform(0.5, 1.0, N)
+    rut = 0.3 * v * np.sin(2 * np.linspace(0, 9, N))
+    given = traces(rut, 0 * rut, v)
+    formula = Formula("longitudinal", "", ("a", "b"), {}, 0.2, {"v": (0.5, 1.0), "yaw": (0.0, 9.0)})
+    (shown,) = with_formula_curves((formula,), given, lambda _: given.base_residual, SHOWN)
+    at, fitted = (np.array([getattr(one, name) for one in shown.against.bins]) for name in ("at", "fitted"))
+    assert (shown.variable, shown.against.variable_unit) == ("yaw_rad", "rad")
+    assert fitted == pytest.approx(0.225 * np.sin(2 * at), abs=0.03)
+    nothing = Formula("longitudinal", "", ("a",), {}, 0.2, {})
+    assert with_formula_curves((nothing,), given, lambda _: given.base_residual, SHOWN) == (nothing,)
 
 
 def test_a_variable_that_is_not_among_the_traces_has_no_table():

@@ -12,6 +12,7 @@ import pytest
 import wmr_replay as wr
 from wmr_replay.api.gap import Gap
 from wmr_replay.gap import GapOptions
+from wmr_replay.gap.result.result import CandidateScore, Formula
 from wmr_replay.jobs.gap import GapRun, write_gap
 from wmr_replay.jobs.gap_document import document_of
 from wmr_replay.jobs.gap_traces import traces_frame
@@ -109,6 +110,25 @@ def test_a_gap_page_has_the_proof_and_its_numbers(made_up_gap, page_reader):
     before, after = (data[f"scatter_viscous_drag_{k}"] for k in (2, 3))
     assert np.polyfit(before["x"], before["y"], 1)[0] == pytest.approx(-0.2, abs=0.02)
     assert np.polyfit(after["x"], after["y"], 1)[0] == pytest.approx(0, abs=0.02)
+
+
+def test_a_gap_page_says_a_formula_once(made_up_gap, page_reader):
+    names = "unnamed:longitudinal:v", "unnamed:longitudinal:v*cos(yaw)"
+    terms = tuple(replace(made_up_gap.EFFECT, name=name, alternatives=()) for name in names)
+    text = "dv_long/dt += -0.2 1/s (-0.21 to -0.19)·v - 0.01 1/s (0.005 to 0.015)·v·cos(yaw) (odd in v)"
+    table = made_up_gap.EFFECT.against
+    formula = Formula("longitudinal", text, names, {"v": "odd"}, 0.1, {"v": (0.0, 1.0)}, "v_mps", table)
+    scores = tuple(CandidateScore(0, name, 90.0, 80.0, 1e-9, "") for name in names)
+    given = document(made_up_gap, effects=terms, formulas=(formula,), candidates=scores)
+    read = page_reader.checked(gap_page(*given, "drive"))
+    assert "dv_long/dt += -0.2 1/s·v - 0.01 1/s·v·cos(yaw) (odd in v)" in read.text
+    assert "The same with the formula in the model" in read.text
+    assert read.text.count("no effect of the library moves as it does") == 1
+    assert [name for name in read.figures()["data"] if name.startswith("scatter")] == [
+        f"scatter_formula_longitudinal_{k}" for k in range(4 + (table is not None))
+    ]
+    assert "the formula" in read.text.partition("Candidates and their scores")[2].partition("Alternatives")[0]
+    assert names[1] not in read.text.partition("Candidates and their scores")[2].partition("What remains")[0]
 
 
 @pytest.mark.parametrize("verdict", ["nothing_missing", "not_enough_excitation"])

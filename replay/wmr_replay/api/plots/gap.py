@@ -16,13 +16,15 @@ from wmr_replay.report.gap_figures import (
     HEAT,
     QUANTITIES,
     RESIDUALS,
+    Shown,
     found_discs,
     level_words,
     round_edges,
+    shown_of,
     values,
     variable_of,
 )
-from wmr_schemas.gap_file import Effect, GapFile
+from wmr_schemas.gap_file import GapFile
 from wmr_schemas.text import shown
 
 WORDS = {"base": "base model", "extended": "extended model"}
@@ -45,15 +47,15 @@ WRAP = 92
 
 def gap_figure(gap: GapFile, traces: pl.DataFrame, name: str = "") -> Figure:
     """The figure of a gap analysis, out of ``gap.json`` and its traces."""
-    effect = gap.effects[0] if gap.effects else None
-    models = ("base", "extended") if effect else ("base",)
+    first = next(iter(shown_of(gap)), None)
+    models = ("base", "extended") if first else ("base",)
     short = SLIP if gap.base_model == "wheel_speed" else SHORT
     with styled():
         figure = Figure(figsize=(11, 7.2), layout="constrained")
         grid = figure.add_gridspec(3, 2, height_ratios=(3, 1.7, 3.2))
         top = figure.add_subplot(grid[0, 0])
-        channel = effect.residual if effect and effect.residual else "longitudinal"
-        if effect is None or not draw_scatter(top, effect, traces, short):
+        channel = first.residual if first and first.residual else "longitudinal"
+        if first is None or not draw_scatter(top, first, traces, short):
             draw_over_time(top, traces, "base_residual_lateral", short["lateral"], ("base",))
         draw_over_time(figure.add_subplot(grid[0, 1]), traces, f"residual_{channel}", short[channel], models)
         draw_over_time(
@@ -83,13 +85,13 @@ def said(gap: GapFile) -> str:
     return "\n".join(lines)
 
 
-def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame, short: dict[str, str]) -> bool:
+def draw_scatter(axes: Axes, one: Shown, traces: pl.DataFrame, short: dict[str, str]) -> bool:
     """The residual over the quantity that it follows, and the medians of bins; False without such columns."""
-    if effect.residual not in RESIDUALS or effect.variable not in QUANTITIES:
+    if one.residual not in RESIDUALS or one.variable not in QUANTITIES:
         return False
-    x = variable_of(effect, traces)
+    x = variable_of(one, traces)
     for model in ("base", "extended"):
-        y = values(traces, f"{model}_residual_{effect.residual}")
+        y = values(traces, f"{model}_residual_{one.residual}")
         known = np.isfinite(x) & np.isfinite(y)
         axes.plot(
             x[known],
@@ -115,7 +117,7 @@ def draw_scatter(axes: Axes, effect: Effect, traces: pl.DataFrame, short: dict[s
             label=WORDS[model],
         )
     axes.axhline(0, color=DARK, linewidth=0.6)
-    axes.set(xlabel=QUANTITIES[effect.variable], title=short[effect.residual])
+    axes.set(xlabel=QUANTITIES[one.variable], title=short[one.residual])
     key_above(axes)
     return True
 

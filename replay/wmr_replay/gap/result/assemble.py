@@ -1,13 +1,16 @@
 """From a selection to everything that a result holds."""
 
+from functools import reduce
+
 from wmr_replay.gap.estimation.path_error import window_errors
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.evidence.answer import LATE, answered_score
 from wmr_replay.gap.evidence.holdout import held_out_errors, windows_within
 from wmr_replay.gap.model.base import BaseModel
+from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.options import GapOptions
-from wmr_replay.gap.result.against import with_curves
+from wmr_replay.gap.result.against import with_curves, with_formula_curves
 from wmr_replay.gap.result.detectable import minimum_detectable, unseen
 from wmr_replay.gap.result.effects import extended_model, found_effects
 from wmr_replay.gap.result.formulas import formulas_of, unseen_parity
@@ -54,6 +57,12 @@ def assemble(problem: Problem, selection: Selection, model: BaseModel, options: 
     position, yaw = with_slip_gaps(problem, traces, *gaps)
     formulas = formulas_of(effects, binned)
     notes = (*notes, *unseen_parity(formulas, binned, options.gates.report))
+    formulas = with_formula_curves(
+        formulas,
+        traces,
+        lambda one: residual(problem, reduce(Extension.without, one.terms, fit.extension), base),
+        options.gates.shown,
+    )
     effects = with_curves(
         effects,
         traces,

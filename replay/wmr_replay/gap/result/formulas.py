@@ -111,7 +111,7 @@ def parity_text(own: Sequence[FoundEffect]) -> str:
 
 def summed(own: Sequence[FoundEffect], *, intervals: bool) -> str:
     """The terms as a sum: from the second on, the sign of a coefficient stands before it."""
-    texts = []
+    texts: list[str] = []
     for effect in own:
         coefficient = effect.parameters[COEFFICIENT]
         if negative := bool(texts) and coefficient.value < 0:

@@ -82,7 +82,8 @@ class Formula:
     """What terms of a dictionary add to the acceleration of a channel, as one sum.
 
     ``text`` has units and intervals; ``parity`` says odd, even or mixed by quantity; ``rms_mps2`` is its size
-    over the log, ``visited`` the range of each quantity that it was seen over.
+    over the log, ``visited`` the range of each quantity that it was seen over. ``against`` is the residual
+    against the column ``variable`` of the traces, the one that what it explains follows most.
     """
 
     channel: str
@@ -91,6 +92,8 @@ class Formula:
     parity: Mapping[str, str]
     rms_mps2: float
     visited: Mapping[str, tuple[float, float]]
+    variable: str = ""
+    against: Against | None = None
 
 
 @dataclass(frozen=True)
