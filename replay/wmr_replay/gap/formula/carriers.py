@@ -46,10 +46,12 @@ OVER_PLACE: Table = {
     ),
     "yaw": (
         *("1", "cos(yaw)", "sin(yaw)", HEADING, "yaw_rate", "sgn(yaw_rate)", "abs(v)*yaw_rate", "v"),
-        *("sgn(v)", "effort_diff"),
+        *("sgn(v)", "sgn(v)*cos(yaw)", "sgn(v)*sin(yaw)", "effort_diff"),
     ),
 }
-"""Height and tilt by the heading, drags, pulls to a side, and traction."""
+"""Height and tilt by the heading, drags, pulls to a side, and traction. A wall holds back the side that is next
+to it: which one that is, the heading says, and which way, the way of rolling.
+"""
 OVER_STRIP: Table = {
     "longitudinal": ("1", "v", "sgn(v)", SOFT_V, HEADING, "effort_sum"),
     "yaw": ("1", "yaw_rate", "sgn(yaw_rate)", SOFT_W, HEADING, EITHER_WAY, "effort_diff"),

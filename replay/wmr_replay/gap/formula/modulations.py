@@ -15,15 +15,22 @@ from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, FACTORS, Term, TermChannel, parse_term
 
 
+MOVING = ("v", "yaw_rate")
+"""The quantities whose sign may turn about what is found."""
+
+
 def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False) -> Iterator[Grid]:
     """Terms of one channel, all of them times one shape of a quantity; with ``own``, of those that they read
-    as well. No shape is of the efforts that answer what is found.
+    as well. No shape is of the efforts that answer what is found. A speed may turn them about, too: what rubs
+    one side holds it back whichever way the robot rolls.
     """
     read = {column for term in terms for column in term.columns}
     carriers = tuple(tuple(factor for factor in term.factors if factor != "1") for term in terms)
     for z in SHAPED:
         if z != ANSWERS[terms[0].channel] and (own or z not in read):
             yield shaped_by(problem, z, terms[0].channel, carriers)
+        if z in MOVING and not own and z not in read:
+            yield soft_signs(problem, z, terms[0].channel, carriers)
 
 
 def shapes_instead(problem: Problem, terms: Sequence[Term]) -> Iterator[Grid]:
