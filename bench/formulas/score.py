@@ -83,7 +83,7 @@ FACTOR = {
     "y": ("y", lambda at: at.y),
 }
 WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
-BELL = re.compile(r"(bump|disc|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
+BELL = re.compile(r"(bump|disc|away|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(
     r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)"
@@ -139,7 +139,7 @@ def factor_of(text: str, robot: RobotParameters) -> tuple[str, Callable[[At], F6
 
 def about(kind: str, x: float, y: float, r: float) -> tuple[str, Callable[[At], F64]]:
     """Factors about a place: what lies there, its slope, or a rope to there."""
-    if kind in {"bump", "disc"}:
+    if kind in {"bump", "disc", "away"}:
         return "x y", lambda at: in_place(kind, np.hypot(at.x - x, at.y - y) / r)
     if kind.startswith("rope"):
         return "x y yaw", pulled(x, y, r, aside=kind == "rope_left")
@@ -192,7 +192,9 @@ def in_time(kind: str, first: float, width: float = 1.0) -> Callable[[At], F64]:
 
 
 def in_place(kind: str, apart: F64) -> F64:
-    """A bell over the plane, or a place with short edges, by the distance in radii."""
+    """A bell over the plane, a place with short edges, or what lies far from it, by the distance in radii."""
+    if kind == "away":
+        return apart**2 / (1 + apart**2)
     return np.exp(-0.5 * apart**2) if kind == "bump" else 1 / (1 + apart**8)
 
 

@@ -6,6 +6,7 @@
     sin(Kx+Ly)         the same along a direction, of K rad/m over x and L over y: cos(0.4x-1.2y)
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     disc(X,Y,R)        1/(1 + (r/R)⁸), flat within R, with short edges
+    away(X,Y,R)        r²/(r² + R²), 0 at (X, Y) and 1 far away
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
     rope(X,Y,R)        d/√(r² + R²), d the part along the heading of the way to (X, Y): a pull towards there
@@ -31,12 +32,12 @@ Number = float | F64
 NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
-BELL = re.compile(rf"(bump|disc|hill|tilt|rope|rope_left)\({NUMBER},{NUMBER},{NUMBER}\)")
+BELL = re.compile(rf"(bump|disc|away|hill|tilt|rope|rope_left)\({NUMBER},{NUMBER},{NUMBER}\)")
 LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
 EDGE = re.compile(rf"(?:edge\(([xyt]|yaw)|band\(([xy])),{NUMBER},{NUMBER}\)")
 FORMS = (
-    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), hill(X,Y,R), tilt(X,Y,R), rope(X,Y,R), "
-    "rope_left(X,Y,R), edge(x,X,W), band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
+    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), away(X,Y,R), hill(X,Y,R), "
+    "tilt(X,Y,R), rope(X,Y,R), rope_left(X,Y,R), edge(x,X,W), band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
 )
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
 """Time and place themselves, with the powers of metre and second of their units."""
@@ -92,7 +93,13 @@ def disc(c: Columns, x: float, y: float, r: float) -> F64:
     return np.asarray(1 / (1 + (((c["x"] - x) ** 2 + (c["y"] - y) ** 2) / r**2) ** 4))
 
 
-OF_PLACE = {"bump": bump, "disc": disc}
+def away(c: Columns, x: float, y: float, r: float) -> F64:
+    """How far from a place, levelling off: a half at the distance R."""
+    square = (c["x"] - x) ** 2 + (c["y"] - y) ** 2
+    return np.asarray(square / (square + r**2))
+
+
+OF_PLACE = {"bump": bump, "disc": disc, "away": away}
 
 
 def hill(c: Columns, x: float, y: float, r: float) -> F64:

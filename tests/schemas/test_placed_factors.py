@@ -19,6 +19,7 @@ BY_HAND = {
     "cos(2y)": math.cos(-6.0),
     "sin(0.25s)": math.sin(2.75),
     "bump(0.5,-2,1.5)": BELL,
+    "away(0.5,-2,1.5)": (DX**2 + DY**2) / (DX**2 + DY**2 + R**2),
     "disc(0.5,-2,1.5)": 1 / (1 + ((DX**2 + DY**2) / R**2) ** 4),
     "band(y,-2,1.5)": math.exp(-0.5 / 1.5**2),
     "edge(x,0.5,0.2)": math.tanh(3.5),

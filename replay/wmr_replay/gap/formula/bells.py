@@ -1,6 +1,6 @@
 """Bells over the plane, where the robot comes onto their flanks at least twice."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -42,6 +42,12 @@ OVER_ALL: tuple[tuple[TermChannel, str], ...] = (
 )
 """Frictions and drags that change smoothly over the whole area: about the tap of a hose, say."""
 
+FAR: tuple[tuple[TermChannel, str], ...] = (
+    *(("longitudinal", text) for text in ("effort_sum", "sgn(v)", SOFT_V, "v")),
+    *(("yaw", text) for text in ("effort_diff", "sgn(yaw_rate)", SOFT_W, "yaw_rate")),
+)
+"""What is lost, or drags, far from a place: from what feeds a robot, or from a hose's tap."""
+
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     """The bells of a log, by what they carry."""
@@ -52,17 +58,19 @@ def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
             yield Grid(((Family(kind, channel, "", carriers_of(text)), numbers[kind]),))
     for kind, channel in PULLED:
         yield Grid(((Family(kind, channel), ropes_of(binned, settings)),))
-    wide = wide_bells_of(binned, settings)
+    wide, far = (wide_bells_of(binned, settings, s) for s in (settings.wide_shares, settings.away_shares))
     for channel, text in OVER_ALL:
         yield Grid(((Family("bump", channel, "", carriers_of(text), plain=True), wide),))
+    for channel, text in FAR:
+        yield Grid(((Family("away", channel, "", carriers_of(text)), far),))
 
 
-def wide_bells_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
-    """Bells (m, 3) as wide as the area, about places on a grid where the robot was."""
+def wide_bells_of(binned: BinnedLog, settings: FormulaSettings, shares: Sequence[float]) -> F64:
+    """Wide bells (m, 3), radii by shares of the area's span, about places on a grid where the robot was."""
     place = binned.pose[:, :2]
     span_m = float(np.mean(np.ptp(place, axis=0)))
     found = []
-    for share in settings.wide_shares:
+    for share in shares:
         radius_m = max(share * span_m, settings.least_radius_m)
         cells = np.unique(np.rint(2 * place / radius_m), axis=0) * radius_m / 2
         found.append(np.column_stack([cells, np.full(len(cells), radius_m)]))

@@ -49,8 +49,8 @@ OVER_PLACE: Table = {
         *("sgn(v)", "sgn(v)*cos(yaw)", "sgn(v)*sin(yaw)", "effort_diff"),
     ),
 }
-"""Height and tilt by the heading, drags, pulls to a side, and traction. A wall holds back the side that is next
-to it: which one that is, the heading says, and which way, the way of rolling.
+"""Height and tilt by the heading, drags, pulls to a side, and traction. A wall holds back the side that is
+next to it: which one that is, the heading says, and which way, the way of rolling.
 """
 OVER_STRIP: Table = {
     "longitudinal": ("1", "v", "sgn(v)", SOFT_V, HEADING, "effort_sum"),

@@ -8,6 +8,7 @@ from wmr_schemas.arrays import F64
 from wmr_schemas.placed_factors import (
     OF_LINE,
     Columns,
+    away,
     band,
     bell_text,
     bump,
@@ -29,17 +30,19 @@ Factors = tuple[str, ...]
 WAVES = ("sin", "cos")
 CUTS = {"edge": edge, "band": band}
 ROPES = {"rope": rope, "rope_left": rope_left}
-BELLS = {"bump": bump, "disc": disc, "hill": hill, "tilt": tilt, **ROPES}
+BELLS = {"bump": bump, "disc": disc, "away": away, "hill": hill, "tilt": tilt, **ROPES}
+WIDE = ("away", *ROPES)
+"""Bells that may be as wide as the area without terms beside them."""
 SHAPES = ("fall", "over", "bell", "rise", "soft", "ring", "beyond", "above")
-PLACED = ("wave", "bump", "disc", "hill", "tilt", *ROPES, "band", "strip")
+PLACED = ("wave", "bump", "disc", "away", "hill", "tilt", *ROPES, "band", "strip")
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, hill, tilt, rope, rope_left, or
-    one of the shapes of :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its
+    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, away, hill, tilt, rope, rope_left,
+    or one of the shapes of :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its
     functions stands times each of the ``carriers``, which are products; with ``plain``, these stand beside
     them as well. The numbers of a side or strip are its distance from ``around``, the angle across it, and
     its width.

@@ -14,7 +14,6 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, FACTORS, Term, TermChannel, parse_term
 
-
 MOVING = ("v", "yaw_rate")
 """The quantities whose sign may turn about what is found."""
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
-from wmr_replay.gap.formula.families import BELLS, CUTS, ROPES, swings_alone
+from wmr_replay.gap.formula.families import BELLS, CUTS, ROPES, WIDE, swings_alone
 from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.formula.scores import ScoredGroup, efforts_of, equations_of
 from wmr_replay.gap.model.dictionary import columns_of
@@ -112,7 +112,8 @@ def within_area(group: Group, shape: F64, problem: Problem) -> F64:
     """The place and radius of a bell; a rope may be held outside of the area."""
     own, place = problem.settings.formula, problem.binned.pose[:, :2]
     span_m, is_rope = float(np.mean(np.ptp(place, axis=0))), group.family.kind in ROPES
-    widest_m = span_m * (own.wide_shares[-1] if group.family.plain or is_rope else own.widest_bell)
+    wide = group.family.plain or group.family.kind in WIDE
+    widest_m = span_m * (own.wide_shares[-1] if wide else own.widest_bell)
     beyond_m = span_m * own.rope_reach * is_rope
     middle = np.clip(shape[:2], place.min(axis=0) - beyond_m, place.max(axis=0) + beyond_m)
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))

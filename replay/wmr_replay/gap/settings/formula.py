@@ -204,6 +204,9 @@ class FormulaSettings:
     wide_shares: tuple[float, ...] = (0.5, 1.0)
     """The same of frictions that change over the whole area. As ``bell_shares``."""
 
+    away_shares: tuple[float, ...] = (0.12, 0.2, 0.35, 0.6)
+    """The same of the distance at which what acts far from a place is half of all. As ``bell_shares``."""
+
     widest_bell: float = 0.35
     """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
 
