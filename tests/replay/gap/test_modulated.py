@@ -13,6 +13,7 @@ from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.formula import Formula, score
 from wmr_replay.gap.formula.gates import size_of
 from wmr_replay.gap.formula.groups import CURVE, PRODUCT, Group
+from wmr_replay.gap.model.dictionary import columns_of
 
 FURROWS = Family("wave", "yaw", "yaw", ((),))
 ALONG = Group(FURROWS, FURROWS.terms((2.0,)), (2.0,), 1000)
@@ -81,6 +82,7 @@ def test_what_reads_no_place_heading_or_time_is_not_looked_at(monkeypatch):
 def test_shapes_are_of_what_is_not_read_and_never_of_the_efforts_that_answer(text, own, along):
     problem = problem_of(made_log(1))
     grids = [*modulations.modulations_of(problem, [term(text)], own=own)]
+    grids = [grid for grid in grids if kinds_of(grid) != {"soft"}]
     assert {grid.first.along for grid in grids} == along
     assert all(kind in {"fall", "over", "bell", "rise"} for grid in grids for kind in kinds_of(grid))
     for grid in grids:
@@ -88,6 +90,27 @@ def test_shapes_are_of_what_is_not_read_and_never_of_the_efforts_that_answer(tex
         (only,) = family.terms(shape)
         assert only.channel == text.split(":")[0]
         assert [*only.factors][:-1] == [one for one in text.split(":")[1].split("*") if one != "1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "own", "along"),
+    [
+        ("yaw:sin(2yaw)", False, {"v", "yaw_rate"}),
+        ("yaw:edge(y,1,0.5)*cos(yaw)*v", False, {"yaw_rate"}),
+        ("longitudinal:cos(yaw)", True, set()),
+    ],
+)
+def test_a_speed_of_both_signs_may_turn_about_what_does_not_read_it(monkeypatch, text, own, along):
+    problem = problem_of(made_log(1))
+    grids = [*modulations.modulations_of(problem, [term(text)], own=own)]
+    assert {grid.first.along for grid in grids if kinds_of(grid) == {"soft"}} == along
+    for grid in grids:
+        (only,) = grid.first.terms(grid.at(0)[1])
+        assert (only.parity[grid.first.along] == "odd") == (kinds_of(grid) == {"soft"})
+    ahead = {name: np.abs(column) for name, column in columns_of(problem.binned).items()}
+    monkeypatch.setattr(modulations, "columns_of", lambda _: ahead)
+    grids = [*modulations.modulations_of(problem, [term(text)], own=own)]
+    assert not any(kinds_of(grid) == {"soft"} for grid in grids)
 
 
 @pytest.mark.parametrize(

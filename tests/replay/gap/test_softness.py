@@ -128,3 +128,16 @@ def test_frictions_may_change_smoothly_over_the_whole_area():
     narrow = Family("bump", "yaw", "", (("yaw_rate",),))
     group = Group(narrow, narrow.terms((1.0, 1.0, 1.0)), (1.0, 1.0, 1.0))
     assert allowed(group, np.full(3, 1e3), problem)[2] == pytest.approx(SETTINGS.formula.widest_bell * span_m)
+
+
+def test_what_acts_far_from_a_place_levels_off_as_wide_as_the_area():
+    problem = problem_of(made_log(2))
+    span_m = float(np.mean(np.ptp(problem.binned.pose[:, :2], axis=0)))
+    found = [g.pieces[0] for g in groups_of(problem.binned, SETTINGS.formula).grids if g.first.kind == "away"]
+    carried = {(family.channel, *family.carriers) for family, _ in found}
+    assert {("longitudinal", ("effort_sum",)), ("yaw", ("effort_diff",))} <= carried
+    for family, shapes in found:
+        assert {*np.round(shapes[:, 2] / span_m, 6)} == {*SETTINGS.formula.away_shares}
+        group = Group(family, family.terms(tuple(shapes[0])), tuple(shapes[0]))
+        assert allowed(group, np.full(3, 1e3), problem)[2] == pytest.approx(span_m)
+        assert len(group.terms) == 1

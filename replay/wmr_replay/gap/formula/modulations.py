@@ -10,7 +10,7 @@ from wmr_replay.gap.evidence.excitation import ANSWERS
 from wmr_replay.gap.formula.families import Factors, Family
 from wmr_replay.gap.formula.grids import Grid, grid_of, scale_of, shapes_of
 from wmr_replay.gap.formula.groups import CURVE, Group, Tried, twins_of
-from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.model.dictionary import columns_of, is_one_way
 from wmr_schemas.shape_factors import SHAPED
 from wmr_schemas.terms import CHANNELS, FACTORS, Term, TermChannel, parse_term
 
@@ -20,16 +20,21 @@ MOVING = ("v", "yaw_rate")
 
 def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False) -> Iterator[Grid]:
     """Terms of one channel, all of them times one shape of a quantity; with ``own``, of those that they read
-    as well. No shape is of the efforts that answer what is found. A speed may turn them about, too: what rubs
-    one side holds it back whichever way the robot rolls.
+    as well. No shape is of the efforts that answer what is found. A speed that has both signs may turn them
+    about, too: what rubs one side holds it back whichever way the robot rolls.
     """
     read = {column for term in terms for column in term.columns}
     carriers = tuple(tuple(factor for factor in term.factors if factor != "1") for term in terms)
     for z in SHAPED:
         if z != ANSWERS[terms[0].channel] and (own or z not in read):
             yield shaped_by(problem, z, terms[0].channel, carriers)
-        if z in MOVING and not own and z not in read:
+        if z in MOVING and not own and z not in read and turns_about(problem, z):
             yield soft_signs(problem, z, terms[0].channel, carriers)
+
+
+def turns_about(problem: Problem, z: str) -> bool:
+    """Whether a log shows both signs of a quantity."""
+    return not is_one_way(columns_of(problem.binned)[z], problem.settings.report.one_way)
 
 
 def shapes_instead(problem: Problem, terms: Sequence[Term]) -> Iterator[Grid]:

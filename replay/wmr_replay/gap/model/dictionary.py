@@ -237,6 +237,12 @@ def computed_columns(binned: BinnedLog) -> dict[str, F64]:
     }
 
 
+def is_one_way(speed: F64, share: float) -> bool:
+    """Whether a speed (n,) hardly ever has its rarer sign: below a share of the other one's squares."""
+    back, ahead = (float(np.sum(np.maximum(sign * speed, 0.0) ** 2)) for sign in (-1, 1))
+    return min(back, ahead) < share * max(back, ahead)
+
+
 def own_columns_of(binned: BinnedLog) -> dict[str, F64]:
     """The columns that a user's effect reads, :data:`wmr_schemas.effects.own.Columns`, at each row (n,)."""
     terms = columns_of(binned)

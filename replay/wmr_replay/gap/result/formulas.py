@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.gap.model.binned_log import BinnedLog
-from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.model.dictionary import columns_of, is_one_way
 from wmr_replay.gap.result.result import Estimate, Formula, FoundEffect
 from wmr_replay.gap.settings.result import ReportSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
@@ -55,10 +55,10 @@ def unseen_parity(
     read, notes = {name for formula in formulas for name in formula.parity}, []
     for name, ways in ONE_WAY.items():
         speed = columns_of(binned)[name]
-        back, ahead = (float(np.sum(np.maximum(sign * speed, 0.0) ** 2)) for sign in (-1, 1))
-        if name in read and min(back, ahead) < settings.one_way * max(back, ahead):
+        if name in read and is_one_way(speed, settings.one_way):
+            way = ways[int(np.sum(speed * np.abs(speed)) < 0)]
             notes.append(
-                f"the robot only {ways[ahead < back]}: this log does not show whether the formula "
+                f"the robot only {way}: this log does not show whether the formula "
                 f"is odd or even in {name}; what holds a robot back is odd"
             )
     return tuple(notes)
