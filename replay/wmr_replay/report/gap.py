@@ -282,7 +282,8 @@ def alternatives(sheet: page.Page, gap: GapFile) -> None:
     if not gap.effects:
         return
     sheet.section("Alternatives, and how to separate them")
-    told = [one for one in gap.effects if one in figures.named(gap) or one.alternatives]
+    named = figures.named(gap)
+    told = [one for one in gap.effects if one in named or one.alternatives or len(one.confound_class) > 1]
     for effect in told:
         sheet.add(f"<h3>{page.escape(effect.name)}</h3>", page.paragraph(f"By theory, {by_theory(effect)}."))
         rows = [(one.name, figure(one.delta_bic), one.separate_with or "–") for one in effect.alternatives]

@@ -114,12 +114,14 @@ def test_a_gap_page_has_the_proof_and_its_numbers(made_up_gap, page_reader):
 
 def test_a_gap_page_says_a_formula_once(made_up_gap, page_reader):
     names = "unnamed:longitudinal:v", "unnamed:longitudinal:v*cos(yaw)"
-    terms = tuple(replace(made_up_gap.EFFECT, name=name, alternatives=()) for name in names)
+    terms = [
+        replace(made_up_gap.EFFECT, name=name, alternatives=(), confound_class=(name,)) for name in names
+    ]
     text = "dv_long/dt += -0.2 1/s (-0.21 to -0.19)·v - 0.01 1/s (0.005 to 0.015)·v·cos(yaw) (odd in v)"
     table = made_up_gap.EFFECT.against
     formula = Formula("longitudinal", text, names, {"v": "odd"}, 0.1, {"v": (0.0, 1.0)}, "v_mps", table)
     scores = tuple(CandidateScore(0, name, 90.0, 80.0, 1e-9, "") for name in names)
-    given = document(made_up_gap, effects=terms, formulas=(formula,), candidates=scores)
+    given = document(made_up_gap, effects=tuple(terms), formulas=(formula,), candidates=scores)
     read = page_reader.checked(gap_page(*given, "drive"))
     assert "dv_long/dt += -0.2 1/s·v - 0.01 1/s·v·cos(yaw) (odd in v)" in read.text
     assert "The same with the formula in the model" in read.text

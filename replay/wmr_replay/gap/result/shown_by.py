@@ -22,7 +22,7 @@ SPEED, TURNING, SUM, DIFFERENCE = "v_mps", "yaw_rate_radps", "effort_sum_nm", "e
 DISTANCE = "distance_m"
 """Distance from the centre of the disc in which the effect acts: of the traces and its parameters."""
 TIME, HEADING, SIDEWAYS, RATE = "t_s", "yaw_rad", "v_lat_mps", "effort_sum_rate_nmps"
-PLACES = ("x_m", "y_m")
+PLACES = X, Y = "x_m", "y_m"
 AHEAD, ASIDE, YAW = "longitudinal", "lateral", "yaw"
 EFFECTS = {
     "payload": ShownBy(AHEAD, SUM),
@@ -79,8 +79,8 @@ OF_FACTOR = {
     "effort_diff": DIFFERENCE,
     "a": SPEED,
     "t": TIME,
-    "x": PLACES[0],
-    "y": PLACES[1],
+    "x": X,
+    "y": Y,
     "s": SPEED,
 }
 OF_SLIP = {"v_long": AHEAD, "v_lat": ASIDE, "yaw_rate": YAW}
