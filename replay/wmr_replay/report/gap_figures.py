@@ -74,8 +74,8 @@ def path_figures(gap: GapFile, traces: pl.DataFrame) -> list[Figure | None]:
 
 def said(gap: GapFile) -> str:
     """The effects by name, and the formulas as such."""
-    names = [effect.name for effect in named(gap)]
-    return " and ".join([*names, *(["the formula"] if gap.formulas else [])])
+    formulas = "the formulas" if len(gap.formulas) > 1 else "the formula"
+    return " and ".join([*(effect.name for effect in named(gap)), *([formulas] if gap.formulas else [])])
 
 
 def named(gap: GapFile) -> list[Effect]:
