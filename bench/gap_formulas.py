@@ -49,6 +49,7 @@ from formulas.forms import (  # noqa: E402
     THIRD,
     THIRTEENTH,
     TWELFTH,
+    TWENTIETH,
 )
 from formulas.oracle import difference, judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
@@ -83,6 +84,7 @@ FORMS = {
     "seventeenth": SEVENTEENTH,
     "eighteenth": EIGHTEENTH,
     "nineteenth": NINETEENTH,
+    "twentieth": TWENTIETH,
     "report": REPORT,
 }
 MODES = ("given", "identified")

@@ -16,6 +16,7 @@ from wmr_schemas.signals import ModeTrack
 from wmr_synth.driving.drivers import ClosedLoop, Waypoints
 from wmr_synth.driving.patrol import ramped, stop_go_reverse_turn
 from worlds import (
+    animal_paths,
     course_paths,
     duty_paths,
     fresh_paths,
@@ -346,6 +347,10 @@ FAMILIES = {
     "skier": Family(nimble_paths.skier, (3.0, 30.0), (0.5, 4.0)),
     "yo-yo": Family(nimble_paths.yo_yo, (2.0, 20.0), (0.5, 4.0)),
     "ribbon": Family(nimble_paths.ribbon, (3.0, 30.0), (0.5, 4.0)),
+    "dung-beetle": Family(animal_paths.dung_beetle, (2.0, 25.0), (0.5, 4.0)),
+    "tennis-player": Family(animal_paths.tennis_player, (3.0, 30.0), (0.5, 4.0)),
+    "squirrel": Family(animal_paths.squirrel, (2.0, 20.0), (0.5, 4.0)),
+    "dressage": Family(animal_paths.dressage, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -28,6 +28,7 @@ from formulas.forms.tenth import TENTH
 from formulas.forms.third import THIRD
 from formulas.forms.thirteenth import THIRTEENTH
 from formulas.forms.twelfth import TWELFTH
+from formulas.forms.twentieth import TWENTIETH
 
 __all__ = [
     "DEVELOP",
@@ -54,6 +55,7 @@ __all__ = [
     "THIRD",
     "THIRTEENTH",
     "TWELFTH",
+    "TWENTIETH",
     "At",
     "Form",
     "form",
@@ -80,12 +82,14 @@ FORMS = (
     | SEVENTEENTH
     | EIGHTEENTH
     | NINETEENTH
+    | TWENTIETH
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
-    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *NINETEENTH, *REPORT),
+    *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *NINETEENTH),
+    *(*TWENTIETH, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (

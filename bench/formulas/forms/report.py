@@ -6,170 +6,122 @@ from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def memory_foam(at: At, size: float, peak: float, edge: float, ramp: float) -> F64:
-    """Foam mats on one half of the hall: they spring back too late, which drags most at one speed."""
-    u = at.v / peak
-    return -size * 2.0 * u / (1.0 + u**2) * 0.5 * (1.0 + np.tanh((at.y - edge) / ramp))
+def eddy_brake(at: At, size: float, critical: float) -> F64:
+    """A magnet hung over a copper plate on the axle brakes by eddy currents, most at its critical speed."""
+    ratio = at.v / critical
+    return -2.0 * size * ratio / (1.0 + ratio**2)
 
 
-def overrun_brake(at: At, size: float, slack: float, soft: float) -> F64:
-    """A trailer's overrun brake grips when the robot rolls ahead and no longer pulls at the drawbar."""
-    ahead = 0.5 * (1.0 + np.tanh(at.v / 0.1))
-    return -size * ahead * 0.5 * (1.0 - np.tanh((at.pull - slack) / soft))
+def filling_rake(at: At, size: float, period: float, phase: float, soft: float = 0.05) -> F64:
+    """A leaf rake drags the harder the fuller it gets, and is lifted to drop its heap at even intervals."""
+    return -size * np.tanh(at.v / soft) * np.mod(at.t / period + phase, 1.0)
 
 
-def tram_ride(at: At, size: float, period: float, start: float, angle: float, quarter: float) -> F64:
-    """Driving about in a tram that pulls away, rolls and brakes again, from stop to stop."""
-    tram = np.sin(2.0 * np.pi * at.t / period + start) ** 3
-    return size * tram * np.cos(at.yaw - aslant(angle, quarter))
-
-
-def far_feeder(at: At, size: float, x0: float, y0: float, reach: float) -> F64:
-    """Fed through a contact net as a bumper car: far from the feeder, part of the pull is lost."""
-    far = np.hypot(at.x - x0, at.y - y0) / reach
-    return -size * at.pull / 0.4 * far**2 / (1.0 + far**2)
-
-
-def stream_ford(at: At, size: float, middle: float, width: float) -> F64:
-    """Wading through a stream along y: its current carries the robot with it, most in midstream."""
-    return size * np.exp(-(((at.x - middle) / width) ** 2)) * np.sin(at.yaw)
-
-
-def snow_packing(at: At, size: float, period: float, start: float, soft: float) -> F64:
-    """Wet snow packs into the wheel arches and rubs more and more until it drops out, again and again."""
-    full = (at.t / period + start) % 1.0
-    return -size * np.tanh(at.v / soft) * 1.3 * full * (1.0 - full**8)
-
-
-def hedge_alley(at: At, size: float, middle: float, width: float, soft: float) -> F64:
-    """An alley along x between hedges: twigs hold back the side that is next to the nearer hedge."""
-    return size * np.tanh(at.v / soft) * np.tanh((at.y - middle) / width) * np.cos(at.yaw)
-
-
-def blade_reaction(at: At, size: float, length: float, phase: float, angle: float, quarter: float) -> F64:
-    """A mower's blade twists the robot the other way, and more so where the grass stands thick."""
+def coil_gaps(at: At, size: float, spacing: float, phase: float, angle: float, quarter: float) -> F64:
+    """Rows of coils in the floor feed the motors by induction; between two rows some pull is lost."""
     way = aslant(angle, quarter)
     along = at.x * np.cos(way) + at.y * np.sin(way)
-    return size * np.sin(np.pi * along / length + phase) ** 2
+    return -size * at.pull * np.sin(np.pi * along / spacing + phase) ** 2
 
 
-def jackknife(at: At, size: float, pace: float, rate: float) -> F64:
-    """A hitched trailer straightens the robot when drawn ahead and folds it up further when pushed back."""
-    return -size * np.tanh(at.v / pace) * np.tanh(at.yaw_rate / rate)
+def rollover_guard(at: At, size: float, limit: float) -> F64:
+    """A tall robot's guard cuts the pull as the sideways acceleration v·yaw_rate nears its limit."""
+    return -size * at.pull * np.tanh((at.v * at.yaw_rate / limit) ** 2)
 
 
-def kite_at_the_tail(at: At, size: float, wind: float, sweep: float, period: float) -> F64:
-    """A kite tied to the tail sweeps from side to side of the wind and pulls the tail towards it."""
-    kite = wind + sweep * np.sin(2.0 * np.pi * at.t / period)
-    return size * np.sin(at.yaw - kite)
+def slipway(at: At, size: float, shore: float, angle: float, quarter: float, length: float = 2.0) -> F64:
+    """A slipway's water deepens evenly from shore to its flat foot; drag by depth and speed squared."""
+    way = aslant(angle, quarter)
+    depth = np.clip((at.x * np.cos(way) + at.y * np.sin(way) + shore) / length, 0.0, 1.0)
+    return -size * depth * at.v * np.abs(at.v)
 
 
-def flung_arms(at: At, size: float, rate: float) -> F64:
-    """Loosely hung arms fly out in a spin, and the torques turn the wider robot less readily."""
-    out = (at.yaw_rate / rate) ** 2
-    return -size * at.turn / 0.6 * out / (1.0 + out)
+def counterweight(
+    at: At, size: float, distance: float, angle: float, quarter: float, soft: float = 0.3
+) -> F64:
+    """A line over a pulley to a hanging weight draws the robot with even force towards the pulley's post."""
+    way = aslant(angle, quarter)
+    dx, dy = distance * np.cos(way) - at.x, distance * np.sin(way) - at.y
+    return size * (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / np.sqrt(dx**2 + dy**2 + soft**2)
 
+
+def scanning_dish(at: At, size: float, period: float, phase: float, sharp: float = 1.5) -> F64:
+    """A heavy dish on the roof pans evenly to and fro; its turning about at either end kicks the body."""
+    swing = 2.0 * np.pi * at.t / period + phase
+    return size * np.sin(swing) / np.cosh(sharp * np.cos(swing)) ** 2
+
+
+def kingpin_under_pull(at: At, size: float, soft: float = 0.04) -> F64:
+    """The kingpin of a towed dolly rubs against turning, the harder the more pull or push it passes on."""
+    return -size * np.tanh(at.w / soft) * np.abs(at.pull)
+
+
+def gravel_ring(at: At, size: float, radius: float, width: float, soft: float = 0.04) -> F64:
+    """A round path of deep gravel about the middle of the site grips the wheels against turning on it."""
+    off = (np.hypot(at.x, at.y) - radius) / width
+    return -size * np.tanh(at.w / soft) * np.exp(-(off**2))
+
+
+def squashed_downhill_tyre(at: At, size: float, angle: float, quarter: float) -> F64:
+    """Across a slope the lower, loaded wheel grips and the upper one slips: pulling turns the robot."""
+    return size * at.pull * np.sin(at.yaw - aslant(angle, quarter))
+
+
+def iron_chassis(at: At, size: float, angle: float) -> F64:
+    """By a scanner's big magnet the long iron chassis is turned in line with the field, either end first."""
+    return -size * np.sin(2.0 * (at.yaw - angle))
+
+
+ANGLE = {"angle": (0.2, 1.37), "quarter": (0.0, 4.0)}
 
 REPORT = {
-    "memory_foam": form(
-        "longitudinal",
-        "v y",
-        "v:odd",
-        memory_foam,
-        size=(0.2, 0.42),
-        peak=(0.1, 0.3),
-        edge=(-1.5, 0.5),
-        ramp=(0.15, 0.5),
+    "eddy_brake": form("longitudinal", "v", "v:odd", eddy_brake, size=(0.2, 0.45), critical=(0.2, 0.5)),
+    "filling_rake": form(
+        "longitudinal", "v t", "v:odd", filling_rake, size=(0.3, 0.6), period=(18.0, 35.0), phase=(0.0, 1.0)
     ),
-    "overrun_brake": form(
-        "longitudinal",
-        "v effort_sum",
-        "",
-        overrun_brake,
-        size=(0.22, 0.45),
-        slack=(0.1, 0.3),
-        soft=(0.08, 0.2),
-    ),
-    "tram_ride": form(
-        "longitudinal",
-        "t yaw",
-        "",
-        tram_ride,
-        size=(0.3, 0.55),
-        period=(12.0, 30.0),
-        start=(0.0, 6.28),
-        angle=(0.2, 1.37),
-        quarter=(0.0, 4.0),
-    ),
-    "far_feeder": form(
+    "coil_gaps": form(
         "longitudinal",
         "x y effort_sum",
         "effort_sum:odd",
-        far_feeder,
-        size=(0.3, 0.55),
-        x0=(-2.5, 2.5),
-        y0=(-2.5, 2.5),
-        reach=(1.6, 3.0),
-    ),
-    "stream_ford": form(
-        "longitudinal", "x yaw", "", stream_ford, size=(0.25, 0.5), middle=(-1.5, 1.5), width=(1.3, 2.6)
-    ),
-    "snow_packing": form(
-        "longitudinal",
-        "t v",
-        "v:odd",
-        snow_packing,
-        size=(0.2, 0.4),
-        period=(12.0, 28.0),
-        start=(0.0, 1.0),
-        soft=(0.05, 0.2),
-    ),
-    "hedge_alley": form(
-        "yaw",
-        "v y yaw",
-        "v:odd",
-        hedge_alley,
-        size=(0.3, 0.7),
-        middle=(-1.0, 1.0),
-        width=(0.7, 2.0),
-        soft=(0.05, 0.25),
-    ),
-    "blade_reaction": form(
-        "yaw",
-        "x y",
-        "",
-        blade_reaction,
-        size=(0.25, 0.6),
-        length=(2.0, 5.0),
+        coil_gaps,
+        size=(0.5, 0.9),
+        spacing=(1.5, 3.5),
         phase=(0.0, 3.14),
-        angle=(0.2, 1.37),
-        quarter=(0.0, 4.0),
+        **ANGLE,
     ),
-    "jackknife": form(
+    "rollover_guard": form(
+        "longitudinal",
+        "effort_sum v yaw_rate",
+        "effort_sum:odd v:even yaw_rate:even",
+        rollover_guard,
+        size=(0.5, 0.9),
+        limit=(0.08, 0.2),
+    ),
+    "slipway": form("longitudinal", "x y v", "v:odd", slipway, size=(0.5, 1.2), shore=(0.7, 1.7), **ANGLE),
+    "counterweight": form(
+        "longitudinal", "x y yaw", "", counterweight, size=(0.15, 0.4), distance=(1.0, 3.0), **ANGLE
+    ),
+    "scanning_dish": form(
+        "yaw", "t", "", scanning_dish, size=(0.25, 0.6), period=(5.0, 14.0), phase=(0.0, 6.28)
+    ),
+    "kingpin_under_pull": form(
         "yaw",
-        "v yaw_rate",
-        "v:odd yaw_rate:odd",
-        jackknife,
-        size=(0.3, 0.65),
-        pace=(0.2, 0.5),
-        rate=(0.15, 0.4),
+        "yaw_rate effort_sum",
+        "yaw_rate:odd effort_sum:even",
+        kingpin_under_pull,
+        size=(0.4, 0.8),
     ),
-    "kite_at_the_tail": form(
+    "gravel_ring": form(
         "yaw",
-        "t yaw",
-        "",
-        kite_at_the_tail,
-        size=(0.25, 0.55),
-        wind=(-3.14, 3.14),
-        sweep=(0.6, 1.4),
-        period=(7.0, 18.0),
+        "x y yaw_rate",
+        "yaw_rate:odd",
+        gravel_ring,
+        size=(0.3, 0.6),
+        radius=(1.2, 2.5),
+        width=(0.6, 1.2),
     ),
-    "flung_arms": form(
-        "yaw",
-        "yaw_rate effort_diff",
-        "yaw_rate:even effort_diff:odd",
-        flung_arms,
-        size=(0.22, 0.42),
-        rate=(0.25, 0.55),
+    "squashed_downhill_tyre": form(
+        "yaw", "yaw effort_sum", "effort_sum:odd", squashed_downhill_tyre, size=(0.4, 0.8), **ANGLE
     ),
+    "iron_chassis": form("yaw", "yaw", "", iron_chassis, size=(0.15, 0.4), angle=(0.2, 2.94)),
 }
