@@ -23,6 +23,7 @@ SD = (0.004, 0.004, 0.003)
 FURROWS_FROM_MPS = 0.3
 GUSTS_RADPS = 1.3
 FAST_MPS, FAST_WITHIN_MPS = 0.7, 0.15
+LAWN_M, LAWN_WITHIN_M = -4.0, 0.3
 DISTURBANCE_MPS2, KEPT = 0.015, float(np.exp(-0.01 / 0.4))
 
 
@@ -35,6 +36,7 @@ def made_log(
     furrows_mps2: float = 0.0,
     fast_mps2: float = 0.0,
     gusts_mps2: float = 0.0,
+    lawn_per_m: float = 0.0,
     forwards: bool = False,
     seconds: float = 40.0,
     lively: bool = True,
@@ -42,8 +44,9 @@ def made_log(
 ) -> Log:
     """A drive of a plain loop at 100 Hz with a drag, viscous or cubic, what acts backwards whichever way the
     robot rolls or from ``FAST_MPS`` ahead on, furrows along x that turn a rolling robot, or gusts along y
-    that turn it, most where it faces them: speeds held for 1.5 s under a disturbance, or a constant torque
-    straight ahead. ``load`` is a mass ratio, and when it comes, s.
+    that turn it, most where it faces them, or a drag that grows with v|v| beyond ``LAWN_M`` along x: speeds
+    held for 1.5 s under a disturbance, or a constant torque straight ahead. ``load`` is a mass ratio, and
+    when it comes, s.
     """
     rng = np.random.default_rng(seed)
     n, dt, l = int(100 * seconds), 0.01, BASE.half_track_m
@@ -57,6 +60,8 @@ def made_log(
         ahead = BASE.alpha * total / (1 + load[0] * (k * dt >= load[1]))
         drag = drag_per_s * z[3] + cubic_s_per_m2 * z[3] ** 3 + even_per_s * abs(z[3])
         drag += fast_mps2 / (1 + np.exp(-2 * (z[3] - FAST_MPS) / FAST_WITHIN_MPS))
+        on_lawn = (1 + np.tanh((z[0] - LAWN_M) / LAWN_WITHIN_M)) / 2
+        drag += lawn_per_m * z[3] * abs(z[3]) * on_lawn
         guided = furrows_mps2 * np.sin(2 * z[2]) * np.tanh(abs(z[3]) / FURROWS_FROM_MPS)
         gust = gusts_mps2 * np.sin(GUSTS_RADPS * k * dt) * np.sin(z[2]) ** 2
         acc = np.array([ahead - drag, BASE.alpha_yaw * difference - guided + gust]) + d

@@ -1,6 +1,6 @@
 """A formula, and the fit of one group of terms more."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,6 +88,22 @@ def rms(values: F64) -> float:
 def score(problem: Problem, formula: Formula) -> float:
     """Gain less price."""
     return formula.gain - formula.price(problem)
+
+
+def simplest(problem: Problem, formulas: Sequence[Formula]) -> Formula:
+    """The best of the formulas; of those that are as good, the one whose last group reads least, and says
+    least where it says most: powers run away where few rows are.
+    """
+    best = max(score(problem, one) for one in formulas)
+    good = [one for one in formulas if score(problem, one) >= best - problem.settings.formula.as_good]
+    return min(good, key=lambda one: (len(one.groups[-1].columns), peak_mps2(problem, one)))
+
+
+def peak_mps2(problem: Problem, formula: Formula) -> float:
+    """The largest acceleration that a formula's last group says of any row, fitted or not."""
+    columns, values = columns_of(problem.binned), formula.fit.extension.effects
+    parts = [values[term.name][COEFFICIENT] * term.evaluate(columns) for term in formula.groups[-1].terms]
+    return float(np.max(np.abs(np.sum(parts, axis=0))))
 
 
 def unseen_between(problem: Problem, before: Fit, after: Fit) -> float:

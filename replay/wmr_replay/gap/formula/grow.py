@@ -9,18 +9,17 @@ from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model, gauss_newton
 from wmr_replay.gap.formula.by_heading import with_heading
-from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, unseen_between
+from wmr_replay.gap.formula.formula import Formula, extended, is_sound, score, simplest, unseen_between
 from wmr_replay.gap.formula.groups import Group, Tried
 from wmr_replay.gap.formula.modulated import with_modulation
 from wmr_replay.gap.formula.part import middle_of
 from wmr_replay.gap.formula.passes import is_of_one_pass
+from wmr_replay.gap.formula.placed import with_placement
 from wmr_replay.gap.formula.scores import ScoredGroup, excess, log_n
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import winners
-from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.work import work_on
 from wmr_replay.gap.settings.formula import FormulaSettings
-from wmr_schemas.terms import COEFFICIENT
 
 FORMULAS = "formulas beside what is named"
 """What a long log's search leaves out last."""
@@ -42,7 +41,7 @@ def grow(problem: Problem, rest: Fit, tried: Tried) -> Formula:
         parts = longer.groups[-1].parts
         longer = replace(longer, groups=(*longer.groups[:-1], *parts))
         longer = pruned(problem, longer) if len(parts) > 1 else longer
-        formula = with_modulation(problem, longer, parts)
+        formula = with_placement(problem, formula, with_modulation(problem, longer, parts))
     return with_heading(problem, pruned(problem, formula))
 
 
@@ -56,22 +55,6 @@ def grown_both_ways(problem: Problem, rest: Fit, tried: Tried) -> list[Formula]:
     if any(group.may_answer for group in found[0].groups):
         found.append(grow(problem, rest, tried.without_answers))
     return sorted((one for one in found if one.groups), key=lambda one: -score(problem, one))
-
-
-def simplest(problem: Problem, formulas: Sequence[Formula]) -> Formula:
-    """The best of the formulas; of those that are as good, the one whose last group reads least, and says
-    least where it says most: powers run away where few rows are.
-    """
-    best = max(score(problem, one) for one in formulas)
-    good = [one for one in formulas if score(problem, one) >= best - problem.settings.formula.as_good]
-    return min(good, key=lambda one: (len(one.groups[-1].columns), peak_mps2(problem, one)))
-
-
-def peak_mps2(problem: Problem, formula: Formula) -> float:
-    """The largest acceleration that a formula's last group says of any row, fitted or not."""
-    columns, values = columns_of(problem.binned), formula.fit.extension.effects
-    parts = [values[term.name][COEFFICIENT] * term.evaluate(columns) for term in formula.groups[-1].terms]
-    return float(np.max(np.abs(np.sum(parts, axis=0))))
 
 
 def shown_by_a_part(problem: Problem, rest: Fit, tried: Tried) -> Formula:

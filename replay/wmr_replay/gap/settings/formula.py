@@ -25,6 +25,10 @@ class FormulaSettings:
     """The same for the first group, for which the whole dictionary was searched. Statistics: twice that,
     since a formula says that the library is not enough."""
 
+    placed_margin: float = 30.0
+    """The same for a place, a heading or a time in which alone what is found holds. As ``beyond_margin``:
+    what is found without one is the better known."""
+
     most_of_a_row: float = 5.0
     """Most that one held-out row says for or against a formula, in −2 log likelihood. Statistics: "positive"
     and not "strong" evidence after Kass and Raftery (1995), since neighbours say the same."""
