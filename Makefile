@@ -22,7 +22,7 @@ PYTEST := $(PY) -m pytest -p xdist.plugin -p pytest_timeout -p _hypothesis_pytes
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types imports check-docs check-replay unit fuzz shell docs docs-commands figures bench bench-gap lock clean
+.PHONY: help demo test lint types imports check-docs check-replay unit slow fuzz shell docs docs-commands figures bench bench-gap lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1	/p' $(firstword $(MAKEFILE_LIST)) | expand -t 14
@@ -36,7 +36,7 @@ demo: $(RUNTIME) ## write the paper's acceleration log, analyse it, say how to l
 shell: $(RUNTIME) ## a shell in which wmr-replay and rerun are found; exit leaves it
 	@VIRTUAL_ENV="$(abspath $(VENV))" PATH="$(abspath $(BIN)):$$PATH" "$${SHELL:-/bin/sh}"
 
-test: lint types imports check-docs check-replay unit ## lint, type-check, build the docs, run the tests
+test: lint types imports check-docs check-replay unit ## lint, type-check, build the docs, run the tests but for the slow ones
 
 lint: $(TOOLS) ## ruff: rules and format
 	$(PY) -m ruff check
@@ -58,8 +58,11 @@ check-replay: $(TOOLS) ## replay the reference logs: has any answer changed?
 	$(BIN)/wmr-replay suite $(REFERENCES)/suite.toml --out $(REPLAYED) --jobs $(JOBS)
 	$(BIN)/wmr-replay check $(REFERENCES) $(REPLAYED) --criteria $(REFERENCES)/criteria.toml --junit $(REPLAYED)/report.xml
 
-unit: $(TOOLS) ## pytest alone; PYTEST_ARGS="tests/schemas -x" narrows it down
-	$(PYTEST) -n $(JOBS) $(PYTEST_ARGS)
+unit: $(TOOLS) ## pytest alone, but for what is slow; PYTEST_ARGS="tests/schemas -x" narrows it down
+	$(PYTEST) -n $(JOBS) -m "not slow" $(PYTEST_ARGS)
+
+slow: $(TOOLS) ## the tests that take longest: the pages' commands, long logs, hostile ones
+	$(PYTEST) -n $(JOBS) -m slow $(PYTEST_ARGS)
 
 SECONDS ?= 600
 fuzz: $(TOOLS) ## change logs, definitions and messages at random for SECONDS; what fails joins the stored inputs

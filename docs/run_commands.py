@@ -8,7 +8,7 @@ left out, numbers within 2 % or one unit of their last digit, since processors d
 
 ``<!-- not run: REASON -->`` before a block leaves it out, ``<!-- exit: 1 -->`` says how it ends, and
 ``<!-- not output -->`` stands before a text that no command printed. ``docs/commands.toml`` says what a page
-needs beforehand, and which pages ``make test`` runs.
+needs beforehand, and which pages ``make slow`` runs.
 """
 
 import argparse

@@ -56,6 +56,7 @@ def repository(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> P
     return tmp_path
 
 
+@pytest.mark.slow
 def test_the_examples_pass_on_our_references_and_fail_on_a_planted_change(
     examples: list[object], repository: Path
 ) -> None:

@@ -32,6 +32,7 @@ def page(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
     return tmp_path / "page.md"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_the_commands_of_a_quick_page_do_what_it_says(name: str) -> None:
     known = RUNNER.settings()[name]

@@ -24,6 +24,7 @@ def figures(text: str) -> list[float]:
     return [float(one) for one in NUMBER.findall(text)]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not CSV.exists(), reason="the shared data are not beside the project")
 @pytest.mark.timeout(180)
 def test_the_commands_of_the_page_give_what_it_shows(tmp_path, monkeypatch, command):

@@ -89,7 +89,7 @@ def test_a_changed_pin_is_installed(root: Path, environment: Environment, tmp_pa
     assert done.stdout.count("pip install --quiet --constraint constraints.txt") == 3
 
 
-def test_the_integration_server_runs_make_test(root: Path, environment: Environment, tmp_path: Path) -> None:
+def test_the_integration_server_runs_all_tests(root: Path, environment: Environment, tmp_path: Path) -> None:
     fake = tmp_path / "make"
     fake.write_text('#!/bin/sh\necho "make $* in $PWD, CI=$CI"\ncat\n')
     fake.chmod(0o755)
@@ -98,4 +98,4 @@ def test_the_integration_server_runs_make_test(root: Path, environment: Environm
     done = subprocess.run(
         command, cwd=tmp_path, env=env, capture_output=True, text=True, check=True, input="never read"
     )
-    assert done.stdout == f"make test in {root}, CI=true\n"
+    assert done.stdout == f"make test slow in {root}, CI=true\n"

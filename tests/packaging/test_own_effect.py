@@ -19,7 +19,7 @@ import wmr_synth
 from wmr_schemas.model_file import Effect, Model, model_to_toml, read_model
 
 SIZE = 0.04
-pytestmark = pytest.mark.timeout(1800)  # three commands compile what they need
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]  # three commands compile what they need
 HIDE = f"""
 import numpy as np
 from pathlib import Path

@@ -85,6 +85,7 @@ def session(commands: list[tuple[str, str]], here: Path, terminal: dict[str, str
 
 
 @needs_make
+@pytest.mark.slow
 def test_every_command_of_readme_works_in_its_order(
     root: Path, readme: str, pages: ModuleType, tmp_path: Path, terminal: dict[str, str]
 ) -> None:
@@ -116,6 +117,7 @@ def promised(readme: str) -> list[str]:
     return endings
 
 
+@pytest.mark.slow
 def test_installing_with_pip_as_readme_says(
     root: Path, readme: str, pages: ModuleType, tmp_path: Path, terminal: dict[str, str]
 ) -> None:

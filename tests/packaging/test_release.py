@@ -38,11 +38,12 @@ def versions(root: Path) -> ModuleType:
 def test_nothing_is_published_that_was_not_tested(workflow: dict[str, Any], root: Path) -> None:
     jobs = workflow["jobs"]
     lines = [step["run"] for step in jobs["build"]["steps"] if "run" in step]
-    assert lines.index("make test") < lines.index(".venv/bin/python -m build")
+    assert lines.index("make test slow") < lines.index(".venv/bin/python -m build")
     assert jobs["publish"]["needs"] == "build"
     assert jobs["docs"]["needs"] == "publish"
     targets = re.findall(r"^([a-z-]+):", (root / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-    assert {line.removeprefix("make ") for line in lines if line.startswith("make ")} <= set(targets)
+    made = [line.split()[1:] for line in lines if line.startswith("make ")]
+    assert {target for some in made for target in some} <= set(targets)
 
 
 def test_the_publisher_is_trusted_and_holds_no_password(workflow: dict[str, Any]) -> None:

@@ -140,6 +140,7 @@ def test_what_the_whole_does_not_show_is_not_begun_with(drive):
     assert stage[0].name == "viscous_drag"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wrong", [False, True])
 def test_a_long_log_gets_the_answer_of_the_whole(monkeypatch, log, wrong):
     """Also where its beginning shows something else."""
@@ -160,6 +161,7 @@ def cut(track, rows):
     return type(track)(**{field.name: getattr(track, field.name)[rows] for field in fields(track)})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lacks", ["torques", "known torques", "poses"])
 def test_a_long_log_whose_beginning_tells_nothing_is_analysed_as_a_whole(log, lacks):
     """As where the torques' driver starts late, or the tracker is lost at first."""

@@ -100,6 +100,7 @@ def test_a_hidden_effect_is_named_sized_and_proven_though_labels_are_wrong(analy
     assert held_out.reduction_ci95[0] > 0 or (effect.name in LOCAL and held_out.reduction_ci95[0] == 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "noise", "hide"),
     [
@@ -136,6 +137,7 @@ def test_a_cruise_does_not_allow_a_verdict(analysed):
     assert result.notes
 
 
+@pytest.mark.slow
 def test_what_a_log_cannot_tell_says_what_identified_modes_may_hide(analysed):
     options = ("patrol", "--disturbance", ".1:1", "--no-truth-topic")
     result = analysed(90_104, "rtk", modes="identified", options=options).result
@@ -145,6 +147,7 @@ def test_what_a_log_cannot_tell_says_what_identified_modes_may_hide(analysed):
     assert "is identified for" not in result.sentence
 
 
+@pytest.mark.slow
 def test_without_any_labels_the_effect_is_named_all_the_same(analysed):
     options = ("patrol", "--no-truth-topic")
     found = analysed(90_021, "rtk", "viscous_drag:c1_per_s=.25", modes="identified", options=options)
@@ -164,6 +167,7 @@ def test_what_an_identifier_takes_for_skidding_is_named_all_the_same(analysed, s
     assert [effect.name for effect in found.result.effects] == list(found.truth)
 
 
+@pytest.mark.slow
 def test_a_skid_that_an_identifier_sees_is_a_mode_and_its_tyres_are_what_is_missing(analysed):
     """The tyres hold .6 of the model's force; that they skid is no effect, once the modes say so."""
     hide, options = "undeclared_skid:stiffness_ratio=.6", ("patrol", "--no-truth-topic")

@@ -41,6 +41,7 @@ def loop_s() -> float:
     return time.process_time() - begun
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", BATCHES, ids=lambda names: f"{names[0]}-to-{names[-1]}")
 def test_a_hostile_log_is_read_or_refused_within_memory_and_time(tmp_path, names):
     files = [tmp_path / f"{name}.mcap" for name in ("clean", *names)]  # the first one compiles

@@ -77,6 +77,7 @@ def told(log):
     return drive_of(commanded, measured.record, drive, commanded.settings.drive)
 
 
+@pytest.mark.slow
 def test_the_wheels_tell_the_limits_of_a_drive_and_nothing_else():
     found = told(campaign(limited=True))
 
@@ -88,6 +89,7 @@ def test_the_wheels_tell_the_limits_of_a_drive_and_nothing_else():
     assert set(told(campaign(limited=False))) == {"drive_gain", "actuator_lag"}
 
 
+@pytest.mark.slow
 def test_commands_name_the_drive_and_the_chassis_of_a_campaign():
     result = analyse_wheel_speeds(
         [campaign(limited=True)], None, GapOptions(max_effects=8), driven_by="command"

@@ -42,6 +42,7 @@ def halves(shared_data, tmp_path_factory):
     return folder / "fitted.mcap", folder / "held_out.mcap"
 
 
+@pytest.mark.slow
 def test_the_named_effects_predict_the_steps_that_were_held_out(halves):
     fitted, held_out = halves
     found = wr.gap(fitted)
