@@ -12,11 +12,12 @@ from tests.replay.gap.plain_loop import BASE, SETTINGS, made_log, problem_of
 from wmr_replay.gap.estimation.diffusion import calmed
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, evaluate, fit_model
+from wmr_replay.gap.formula import formula as formula_module
 from wmr_replay.gap.formula import grow as growing
 from wmr_replay.gap.formula.families import Family, values
-from wmr_replay.gap.formula.formula import Formula, fitted_with
+from wmr_replay.gap.formula.formula import Formula, fitted_with, simplest
 from wmr_replay.gap.formula.groups import PRODUCT, Group, Tried, groups_of
-from wmr_replay.gap.formula.grow import grown_both_ways, simplest
+from wmr_replay.gap.formula.grow import grown_both_ways
 from wmr_replay.gap.formula.scores import ScoredGroup, scored_groups
 from wmr_replay.gap.formula.shapes import refined
 from wmr_replay.gap.formula.winners import rivals_of
@@ -119,8 +120,8 @@ def test_of_formulas_that_are_as_good_the_one_that_reads_least_is_taken(monkeypa
     problem = problem_of(made_log(1))
     scores = {"sgn(v)*t": 50.5, "t": 50.0, "v*t*t": 47.0}
     formulas = [SimpleNamespace(groups=(group(text),), of=text) for text in scores]
-    monkeypatch.setattr(growing, "score", lambda _problem, formula: scores[formula.of])
-    monkeypatch.setattr(growing, "peak_mps2", lambda _problem, _formula: 1.0)
+    monkeypatch.setattr(formula_module, "score", lambda _problem, formula: scores[formula.of])
+    monkeypatch.setattr(formula_module, "peak_mps2", lambda _problem, _formula: 1.0)
     assert simplest(problem, formulas).of == "t"
     assert simplest(problem, formulas[::2]).of == "sgn(v)*t"
 
@@ -136,11 +137,11 @@ def test_of_formulas_that_are_as_good_and_read_the_same_the_one_that_says_least_
         extension = Extension(BASE).with_effect(one.names[0], {"coefficient": size})
         formulas.append(Formula(base, evaluate(problem, extension, base.noise), (one,)))
     v = columns_of(problem.binned)["v"]
-    peaks = [growing.peak_mps2(problem, one) for one in formulas]
+    peaks = [formula_module.peak_mps2(problem, one) for one in formulas]
     np.testing.assert_allclose(
         peaks, [0.9 * np.max(np.abs(v)) ** 3, 0.2 * np.max(np.abs(v / (1 + np.abs(v) / 0.2)))]
     )
-    monkeypatch.setattr(growing, "score", lambda _problem, formula: 50.0 + (formula is formulas[0]))
+    monkeypatch.setattr(formula_module, "score", lambda _problem, formula: 50.0 + (formula is formulas[0]))
     assert simplest(problem, formulas) is formulas[int(np.argmin(peaks))]
 
 

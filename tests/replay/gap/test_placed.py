@@ -7,6 +7,7 @@ from tests.replay.gap.plain_loop import (
     LAWN_M,
     SETTINGS,
     formula_of,
+    made_fit,
     made_log,
     problem_of,
     term,
@@ -88,3 +89,12 @@ def test_a_term_of_a_place_is_held_against_no_other_one():
     problem = problem_of(made_log(3))
     grids = placements_of(problem, [term("longitudinal:edge(x,0.5,0.2)*v")])
     assert {grid.first.along for grid in grids} <= {"yaw", "t"}
+
+
+def test_beside_an_effect_of_the_library_nothing_is_tried(monkeypatch):
+    problem = problem_of(made_log(3, lawn_per_m=0.8)).fold(0)
+    everywhere = formula_of(problem, DRAG)
+    named = everywhere.rest.extension.with_effect("viscous_drag", {"c1_per_s": 0.0})
+    beside = Formula(made_fit(problem, named, everywhere.rest.innovations), everywhere.fit, everywhere.groups)
+    monkeypatch.setattr(placed, "evaluate", None)
+    assert placed.with_placement(problem, Formula(beside.rest, beside.rest), beside) is beside

@@ -21,11 +21,12 @@ from wmr_schemas.terms import Term
 
 def with_placement(problem: Problem, before: Formula, formula: Formula) -> Formula:
     """The formula with what it has beyond ``before`` times a function of the plane, the heading or the time,
-    where a disturbance is left that this explains enough of.
+    where a disturbance is left that this explains enough of. Not beside an effect of the library, whose size
+    a place would share.
     """
     own = problem.settings.formula
     calm = calmed(formula.fit.noise, problem.settings.diffusion, own.something_left)
-    if calm is None:
+    if calm is None or formula.rest.extension.effects:
         return formula
     further = [one for some in choices(before, formula) for one in placed(problem, formula, *some, calm)]
     better = [one for one in further if score(problem, one) >= score(problem, formula) + own.placed_margin]
