@@ -86,11 +86,13 @@ WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|disc|away|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(
-    r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|t),([^)]+)\)"
+    r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|sideways|power|t),([^)]+)\)"
 )
+CIRCLE = re.compile(r"circle\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
+MADE_OF = {"sideways": "v yaw_rate", "power": "v effort_sum"}
 EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
-TIMED = re.compile(r"(gust|pulse|after|decay)\(([^)]+)\)")
+TIMED = re.compile(r"(gust|pulse|after|decay|saw)\(([^)]+)\)")
 
 
 def parts_of(effects: Iterable[Mapping[str, Any]], robot: RobotParameters) -> list[Part]:
@@ -158,15 +160,21 @@ def numbered(text: str, efforts: Mapping[str, tuple[str, float]]) -> tuple[str, 
     """Factors with numbers, by what the manual says of them."""
     if (slanted := SLANTED.fullmatch(text)) or LINE.fullmatch(text):
         return "x y", on_plane(text, slanted)
+    if circle := CIRCLE.fullmatch(text):
+        x, y, r, width = map(float, circle.groups())
+        return "x y", lambda at: np.exp(-0.5 * ((np.hypot(at.x - x, at.y - y) - r) / width) ** 2)
     if timed := TIMED.fullmatch(text):
         return "t", in_time(timed[1], *map(float, timed[2].split(",")))
     if edge := EDGE.fullmatch(text):
         place, width = float(edge[3]), float(edge[4])
         return edge[2], lambda at: crossed(edge[1], (getattr(at, edge[2]) - place) / width)
     if shape := SHAPE.fullmatch(text):
-        column, per = efforts.get(shape[2], (shape[2], 1.0))
+        names = MADE_OF.get(shape[2], shape[2])
+        read = [efforts.get(name, (name, 1.0)) for name in names.split()]
         numbers = [float(number) for number in shape[3].split(",")]
-        return shape[2], lambda at: shaped(shape[1], getattr(at, column) / per, numbers)
+        return names, lambda at: shaped(
+            shape[1], np.prod([getattr(at, column) / per for column, per in read], axis=0), numbers
+        )
     raise ValueError(f"no factor {text!r}")
 
 
@@ -186,6 +194,8 @@ def in_time(kind: str, first: float, width: float = 1.0) -> Callable[[At], F64]:
         return lambda at: np.exp(-0.5 * ((at.t - first) / width) ** 2)
     if kind == "pulse":
         return lambda at: 1 / (1 + ((at.t - first) / width) ** 8)
+    if kind == "saw":
+        return lambda at: np.interp((at.t - first) / width % 1.0, [0.0, 0.95, 1.0], [0.0, 1.0, 0.0])
     if kind == "after":
         return lambda at: 1.0 * (at.t >= first)
     return lambda at: np.exp(-at.t / first)

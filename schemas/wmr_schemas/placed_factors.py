@@ -7,6 +7,7 @@
     bump(X,Y,R)        exp(−r²/2R²), r the distance from (X, Y), m
     disc(X,Y,R)        1/(1 + (r/R)⁸), flat within R, with short edges
     away(X,Y,R)        r²/(r² + R²), 0 at (X, Y) and 1 far away
+    circle(X,Y,R,W)    exp(−(r − R)²/2W²), along a circle about (X, Y)
     hill(X,Y,R)        (d/R)·exp(−r²/2R²), d the part of the way from (X, Y) along the heading
     tilt(X,Y,R)        the same with the part to the left of the heading
     rope(X,Y,R)        d/√(r² + R²), d the part along the heading of the way to (X, Y): a pull towards there
@@ -33,11 +34,13 @@ NUMBER = r"(-?\d+(?:\.\d+)?(?:e-?\d+)?)"
 WAVE = re.compile(rf"(sin|cos)\({NUMBER}([xyst]|yaw)\)")
 SLANTED = re.compile(rf"(sin|cos)\({NUMBER}x([+-]){NUMBER}y\)")
 BELL = re.compile(rf"(bump|disc|away|hill|tilt|rope|rope_left)\({NUMBER},{NUMBER},{NUMBER}\)")
+CIRCLE = re.compile(rf"circle\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
 LINE = re.compile(rf"(side|strip)\({NUMBER},{NUMBER},{NUMBER},{NUMBER}\)")
 EDGE = re.compile(rf"(?:edge\(([xyt]|yaw)|band\(([xy])),{NUMBER},{NUMBER}\)")
 FORMS = (
-    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), away(X,Y,R), hill(X,Y,R), "
-    "tilt(X,Y,R), rope(X,Y,R), rope_left(X,Y,R), edge(x,X,W), band(x,X,W), side(X,Y,A,W), strip(X,Y,A,W)"
+    "t, x, y, sin(Kx), cos(Ky), sin(Kx+Ly), bump(X,Y,R), disc(X,Y,R), away(X,Y,R), circle(X,Y,R,W), "
+    "hill(X,Y,R), tilt(X,Y,R), rope(X,Y,R), rope_left(X,Y,R), edge(x,X,W), band(x,X,W), "
+    "side(X,Y,A,W), strip(X,Y,A,W)"
 )
 PLAIN = {"t": (0, 1), "x": (1, 0), "y": (1, 0)}
 """Time and place themselves, with the powers of metre and second of their units."""
@@ -67,9 +70,17 @@ def placed_factor(text: str) -> PlacedFactor | None:
     if (line := EDGE.fullmatch(text)) and float(line[4]) > 0:
         along, at, width, cut = line[1] or line[2], float(line[3]), float(line[4]), band if line[2] else edge
         return PlacedFactor((along,), lambda c: cut(c[along], at, width))
+    return factor_of_plane(text)
+
+
+def factor_of_plane(text: str) -> PlacedFactor | None:
+    """What lies along a line or a circle, or about a place; None where it is none of these."""
     if (line := LINE.fullmatch(text)) and float(line[5]) > 0:
         of, (x, y, angle, width) = OF_LINE[line[1]], map(float, line.groups()[1:])
         return PlacedFactor(("x", "y"), lambda c: of(c, x, y, angle, width))
+    if found := CIRCLE.fullmatch(text):
+        x, y, r, width = map(float, found.groups())
+        return PlacedFactor(("x", "y"), lambda c: circle(c, x, y, r, width)) if min(r, width) > 0 else None
     bell = BELL.fullmatch(text)
     return bell_factor(bell[1], *map(float, bell.groups()[1:])) if bell else None
 
@@ -97,6 +108,12 @@ def away(c: Columns, x: float, y: float, r: float) -> F64:
     """How far from a place, levelling off: a half at the distance R."""
     square = (c["x"] - x) ** 2 + (c["y"] - y) ** 2
     return np.asarray(square / (square + r**2))
+
+
+def circle(c: Columns, x: Number, y: Number, r: Number, width: Number) -> F64:
+    """A strip along a circle about a place."""
+    off = np.hypot(c["x"] - x, c["y"] - y) - r
+    return np.asarray(np.exp(-((off / width) ** 2) / 2))
 
 
 OF_PLACE = {"bump": bump, "disc": disc, "away": away}
@@ -179,9 +196,9 @@ def slanted_text(function: str, k_radpm: float, l_radpm: float) -> str:
     return f"{function}({number(k_radpm)}x{sign}{number(abs(l_radpm))}y)"
 
 
-def bell_text(kind: str, x_m: float, y_m: float, r_m: float) -> str:
-    """The text of a bump, disc, hill, tilt or rope."""
-    return f"{kind}({number(x_m)},{number(y_m)},{number(r_m)})"
+def bell_text(kind: str, x_m: float, y_m: float, *lengths_m: float) -> str:
+    """The text of a bump, disc, hill, tilt or rope, or of a circle."""
+    return f"{kind}({','.join(map(number, (x_m, y_m, *lengths_m)))})"
 
 
 def number(value: float) -> str:

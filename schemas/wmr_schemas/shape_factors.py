@@ -12,14 +12,19 @@
     pulse(T,W)    1/(1 + ((t − T)/W)⁸)        acts from T − W to T + W, with short edges
     after(T)      1 from t = T on, 0 before
     decay(T)      exp(−t/T)
+    saw(T,P)      rises evenly from 0 at the time T to 1, P seconds later, and drops, again and again
 
-z is v, yaw_rate, effort_sum or effort_diff, and its shapes are even in it, but for soft, which is odd, and
-above, which is neither; fall takes t, too.
+z is v, yaw_rate, effort_sum, effort_diff, or one of the products
+
+    sideways      v·yaw_rate, the acceleration across a curve, m/s²
+    power         v·effort_sum, what the wheels give ahead, N·m·m/s
+
+and its shapes are even in it, but for soft, which is odd, and above, which is neither; fall takes t, too.
 Numbers are in the unit of z, or in seconds; the factors have none.
 """
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 
 import numpy as np
@@ -29,13 +34,23 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
+PRODUCTS = {"sideways": ("v", "yaw_rate"), "power": ("v", "effort_sum")}
+"""Products of two of them that it may be shaped by as well."""
+DROP = 0.05
+"""Share of a saw's period in which it drops."""
 SHAPE = re.compile(rf"(fall|over|bell|ring|rise|soft|beyond|above)\((\w+),{NUMBER}(?:,{NUMBER})?\)")
-TIMED = re.compile(rf"(gust|pulse|after|decay)\({NUMBER}(?:,{NUMBER})?\)")
+TIMED = re.compile(rf"(gust|pulse|after|decay|saw)\({NUMBER}(?:,{NUMBER})?\)")
 SHAPE_FORMS = (
     "fall(z,K), over(z,K), bell(z,K), ring(z,C,W), rise(z,K), soft(z,K), beyond(z,C,W), above(z,C,W), "
-    "gust(T,W), pulse(T,W), after(T), decay(T)"
+    "gust(T,W), pulse(T,W), after(T), decay(T), saw(T,P)"
 )
 LEAST = 1e-12
+
+
+def quantity(columns: Mapping[str, F64], name: str) -> F64:
+    """A quantity that shapes, one of the columns or a product of two of them."""
+    product = [columns[column] for column in PRODUCTS.get(name, (name,))]
+    return np.asarray(np.prod(product, axis=0)) if len(product) > 1 else product[0]
 
 
 def fall(z: F64, k: float) -> F64:
@@ -98,6 +113,12 @@ def decay(t: F64, time: float) -> F64:
     return np.asarray(np.exp(-t / time))
 
 
+def saw(t: F64, begins: float, period: float) -> F64:
+    """What rises evenly and drops at even intervals."""
+    phase = np.mod((t - begins) / period, 1.0)
+    return np.minimum(phase / (1 - DROP), (1 - phase) / DROP)
+
+
 OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "fall": (fall, 1),
     "over": (over, 1),
@@ -111,10 +132,15 @@ OF_SHAPE: dict[str, tuple[Callable[..., F64], int]] = {
     "pulse": (pulse, 2),
     "after": (after, 1),
     "decay": (decay, 1),
+    "saw": (saw, 2),
 }
 """Each shape's function, and how many numbers it has; all but a middle and a beginning are above 0."""
-FREE = ("gust", "pulse", "after", "above")
+FREE = ("gust", "pulse", "after", "saw", "above")
 """Shapes whose first number may be 0 or below: a time, or a side."""
+
+
+TIMES = ("gust", "pulse", "after", "decay", "saw")
+"""Shapes of the time alone."""
 
 
 def is_odd(text: str) -> bool:
@@ -132,7 +158,7 @@ def shape_factor(text: str) -> PlacedFactor | None:
     """The factor of that text; None where it is none of these."""
     if found := SHAPE.fullmatch(text):
         kind, column, numbers = found[1], found[2], found.groups()[2:]
-        if column not in SHAPED and (kind, column) != ("fall", "t"):
+        if column not in (*SHAPED, *PRODUCTS) and (kind, column) != ("fall", "t"):
             return None
     elif found := TIMED.fullmatch(text):
         kind, column, numbers = found[1], "t", found.groups()[1:]
@@ -142,12 +168,12 @@ def shape_factor(text: str) -> PlacedFactor | None:
     values = [float(number) for number in numbers if number is not None]
     if len(values) != n or min(values[kind in FREE :], default=1.0) <= 0:
         return None
-    return PlacedFactor((column,), lambda c: function(c[column], *values))
+    return PlacedFactor(PRODUCTS.get(column, (column,)), lambda c: function(quantity(c, column), *values))
 
 
 def shape_text(kind: str, along: str, *numbers: float) -> str:
     """The text of a shape over ``along``, its numbers to four digits."""
-    timed = () if kind in ("gust", "pulse", "after", "decay") else (along,)
+    timed = () if kind in TIMES else (along,)
     return f"{kind}({','.join([*timed, *map(digits, numbers)])})"
 
 

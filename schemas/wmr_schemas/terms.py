@@ -126,8 +126,9 @@ class Term:
         odd = {c: 0 for c in self.columns if c in SIGNED}
         for factor in self.factors:
             listed = factor in FACTORS and factor not in EVEN
-            if (listed or is_odd(factor)) and (column := columns_of(factor)[0]) in odd:
-                odd[column] += 1
+            if listed or is_odd(factor):
+                for column in odd.keys() & columns_of(factor):
+                    odd[column] += 1
         mixed = {column for factor in self.factors if is_one_sided(factor) for column in columns_of(factor)}
         return {c: "mixed" if c in mixed else "odd" if times % 2 else "even" for c, times in odd.items()}
 

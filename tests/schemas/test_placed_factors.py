@@ -20,6 +20,7 @@ BY_HAND = {
     "sin(0.25s)": math.sin(2.75),
     "bump(0.5,-2,1.5)": BELL,
     "away(0.5,-2,1.5)": (DX**2 + DY**2) / (DX**2 + DY**2 + R**2),
+    "circle(0.5,-2,1,0.3)": math.exp(-0.5 * ((math.hypot(DX, DY) - 1.0) / 0.3) ** 2),
     "disc(0.5,-2,1.5)": 1 / (1 + ((DX**2 + DY**2) / R**2) ** 4),
     "band(y,-2,1.5)": math.exp(-0.5 / 1.5**2),
     "edge(x,0.5,0.2)": math.tanh(3.5),
@@ -74,6 +75,7 @@ def test_texts_are_read_back() -> None:
         wave_text("sin", 0.78539, "x"),
         wave_text("cos", 12.0, "s"),
         bell_text("hill", -1.25, 0.0, 2.0),
+        bell_text("circle", -1.25, 0.0, 2.0, 0.4),
         cut_text("band", "y", -1.25, 0.3),
         cut_text("edge", "t", 40.0, 0.3),
         line_text("side", -1.25, 0.0, 2.9, 0.3),
@@ -86,6 +88,7 @@ def test_texts_are_read_back() -> None:
 OTHERS = (
     *("sin(x)", "sin(2z)", "bump(1,2)", "disc(1,2,0)", "tan(2x)", "sin(2x);v", "band(t,1,1)", "band(x,1,0)"),
     *("hill(0,0,0)", "side(1,2,3)", "side(1,2,3,0)", "strip(1,2,3,-1)", "edge(v,1,1)"),
+    *("circle(1,2,3)", "circle(1,2,0,1)", "circle(1,2,1,0)"),
 )
 
 

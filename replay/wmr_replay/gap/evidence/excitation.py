@@ -64,8 +64,8 @@ def torques_of(name: str) -> str:
     answer what turns the robot: a term that turns it by them has no such channel.
     """
     if name.startswith(UNNAMED_PREFIX):
-        channel = parse_term(name).channel
-        return channel if channel in ANSWERS and ANSWERS[channel] in name else BOTH
+        term = parse_term(name)
+        return term.channel if ANSWERS.get(term.channel) in term.columns else BOTH
     declaration = declaration_of(name)
     return declaration.channel if declaration.acts_on == "robot" else BOTH
 

@@ -46,7 +46,9 @@ FAR: tuple[tuple[TermChannel, str], ...] = (
     *(("longitudinal", text) for text in ("effort_sum", "sgn(v)", SOFT_V, "v")),
     *(("yaw", text) for text in ("effort_diff", "sgn(yaw_rate)", SOFT_W, "yaw_rate")),
 )
-"""What is lost, or drags, far from a place: from what feeds a robot, or from a hose's tap."""
+"""What is lost, or drags, far from a place, or on a round path about it: from what feeds a robot, or from a
+hose's tap.
+"""
 
 
 def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
@@ -61,8 +63,10 @@ def bells(binned: BinnedLog, settings: FormulaSettings) -> Iterator[Grid]:
     wide, far = (wide_bells_of(binned, settings, s) for s in (settings.wide_shares, settings.away_shares))
     for channel, text in OVER_ALL:
         yield Grid(((Family("bump", channel, "", carriers_of(text), plain=True), wide),))
+    circles = circles_of(binned, settings)
     for channel, text in FAR:
         yield Grid(((Family("away", channel, "", carriers_of(text)), far),))
+        yield Grid(((Family("circle", channel, "", carriers_of(text)), circles),))
 
 
 def wide_bells_of(binned: BinnedLog, settings: FormulaSettings, shares: Sequence[float]) -> F64:
@@ -85,6 +89,15 @@ def ropes_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
     x_m, y_m = (np.arange(u.min() - reach_m, u.max() + reach_m + step_m, step_m) for u in place.T)
     radii = np.maximum(span_m * np.array(settings.rope_shares), settings.least_radius_m)
     return np.array(list(product(x_m, y_m, np.unique(radii))))
+
+
+def circles_of(binned: BinnedLog, settings: FormulaSettings) -> F64:
+    """Circles (m, 4), radii by shares of the area's span, about places on a grid over the area."""
+    place = binned.pose[:, :2]
+    span_m = max(float(np.mean(np.ptp(place, axis=0))), settings.least_radius_m)
+    step_m, width_m = settings.circle_step * span_m, settings.circle_width * span_m
+    x_m, y_m = (np.arange(u.min(), u.max() + step_m, step_m) for u in place.T)
+    return np.array(list(product(x_m, y_m, span_m * np.array(settings.circle_shares), [width_m])))
 
 
 def bells_of(kind: str, binned: BinnedLog, settings: FormulaSettings) -> F64:

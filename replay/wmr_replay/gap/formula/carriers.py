@@ -32,6 +32,13 @@ OVER_TIME: Table = {
     ),
 }
 """Wind, drags, gains and pulls to a side."""
+SAWN: Table = {
+    "longitudinal": ("1", "sgn(v)", SOFT_V, SOFTER_V, "v", "effort_sum"),
+    "yaw": ("1", "sgn(yaw_rate)", SOFT_W, SOFTER_W, "yaw_rate", "effort_diff"),
+}
+"""What builds up and is let go at even intervals: a heap that is dropped, an emptied tank, a valve that
+bleeds.
+"""
 SHORT = ("gust", "pulse", "after")
 """What efforts do not do, nor a constant: a loss of traction and a load are effects of the library, and what
 pushes for a moment is a disturbance.
@@ -62,7 +69,10 @@ OVER_HEADING: Table = {
     "yaw": ("1", "v", "yaw_rate", "sgn(yaw_rate)", SOFT_W, "abs(v)", "effort_diff", "effort_sum"),
 }
 """A floor with a grain, a cable, wind. One turn ahead is a slope."""
-OVER_DIRECTION: Table = {"longitudinal": (HEADING, "1", "v"), "yaw": (HEADING, "1", "yaw_rate")}
+OVER_DIRECTION: Table = {
+    "longitudinal": (HEADING, "1", "v", "effort_sum"),
+    "yaw": (HEADING, "1", "yaw_rate", "effort_diff"),
+}
 TURNED = ("1", "v")
 """What winds up with all turns so far."""
 ALONG: Table = {"longitudinal": ("1", "v", "effort_sum"), "yaw": ("1", "v", "effort_diff")}

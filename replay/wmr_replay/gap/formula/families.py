@@ -1,5 +1,6 @@
 """Families of terms with numbers: what a term is shaped by, times the factors that carry it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from wmr_schemas.placed_factors import (
     band,
     bell_text,
     bump,
+    circle,
     cut_text,
     disc,
     edge,
@@ -23,26 +25,34 @@ from wmr_schemas.placed_factors import (
     tilt,
     wave_text,
 )
-from wmr_schemas.shape_factors import OF_SHAPE, shape_text
+from wmr_schemas.shape_factors import OF_SHAPE, quantity, shape_text
 from wmr_schemas.terms import Term, TermChannel
 
 Factors = tuple[str, ...]
 WAVES = ("sin", "cos")
 CUTS = {"edge": edge, "band": band}
 ROPES = {"rope": rope, "rope_left": rope_left}
-BELLS = {"bump": bump, "disc": disc, "away": away, "hill": hill, "tilt": tilt, **ROPES}
+BELLS: dict[str, Callable[..., F64]] = {
+    "bump": bump,
+    "disc": disc,
+    "away": away,
+    "circle": circle,
+    "hill": hill,
+    "tilt": tilt,
+    **ROPES,
+}
 WIDE = ("away", *ROPES)
 """Bells that may be as wide as the area without terms beside them."""
 SHAPES = ("fall", "over", "bell", "rise", "soft", "ring", "beyond", "above")
-PLACED = ("wave", "bump", "disc", "away", "hill", "tilt", *ROPES, "band", "strip")
+PLACED = ("wave", "bump", "disc", "away", "circle", "hill", "tilt", *ROPES, "band", "strip")
 
 
 @dataclass(frozen=True)
 class Family:
     """Terms of one form.
 
-    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, away, hill, tilt, rope, rope_left,
-    or one of the shapes of :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its
+    ``kind`` is product, curve, wave, edge, band, side, strip, bump, disc, away, circle, hill, tilt, rope,
+    rope_left, or one of the shapes of :mod:`wmr_schemas.shape_factors`; it runs over ``along``. Each of its
     functions stands times each of the ``carriers``, which are products; with ``plain``, these stand beside
     them as well. The numbers of a side or strip are its distance from ``around``, the angle across it, and
     its width.
@@ -115,4 +125,4 @@ def values(family: Family, shapes: F64, columns: Columns) -> F64:
         return OF_LINE[kind](own, *line_of(family, shapes))[:, :, None]
     if kind in CUTS:
         return CUTS[kind](own[along], *shapes.T)[:, :, None]
-    return np.asarray(OF_SHAPE[kind][0](own[along], *shapes.T))[:, :, None]
+    return np.asarray(OF_SHAPE[kind][0](quantity(own, along), *shapes.T))[:, :, None]

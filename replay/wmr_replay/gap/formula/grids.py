@@ -14,6 +14,7 @@ from wmr_replay.gap.formula.carriers import (
     OVER_PLACE,
     OVER_STRIP,
     OVER_TIME,
+    SAWN,
     SHORT,
     SOFT_V,
     SOFT_W,
@@ -28,7 +29,7 @@ from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of, ordered
 from wmr_replay.gap.settings.formula import FormulaSettings, Shares
 from wmr_schemas.arrays import F64
-from wmr_schemas.shape_factors import SHAPED
+from wmr_schemas.shape_factors import PRODUCTS, SHAPED, quantity
 from wmr_schemas.terms import CHANNELS, TermChannel
 
 FRICTIONS = ("sgn(v)", "sgn(yaw_rate)", SOFT_V, SOFTER_V, SOFT_W, SOFTER_W)
@@ -76,10 +77,10 @@ def shaped(columns: dict[str, F64], settings: FormulaSettings) -> Iterator[Grid]
     """Products of one or two quantities, odd or even in each, shaped by one quantity."""
     shapes = {
         z: [
-            *shapes_of(columns[z], settings.scale_shares, settings),
-            *((kind, scale_of(columns[z], settings) * pairs) for kind, pairs in two_numbers(settings)),
+            *shapes_of(values, settings.scale_shares, settings),
+            *((kind, scale_of(values, settings) * pairs) for kind, pairs in two_numbers(settings)),
         ]
-        for z in SHAPED
+        for z, values in ((z, quantity(columns, z)) for z in (*SHAPED, *PRODUCTS))
     }
     for channel in TRIED:
         for carriers, along in carried():
@@ -99,9 +100,10 @@ def carried() -> Iterator[tuple[tuple[Factors, ...], str]]:
     """Each product with each quantity that may shape it: one of any, a friction, two of their own; and both
     of one by itself, which acts on one side.
     """
-    for along in SHAPED:
+    for along in (*SHAPED, *PRODUCTS):
         yield ((),), along
-        yield ((along,), (f"abs({along})",)), along
+        if along in SHAPED:
+            yield ((along,), (f"abs({along})",)), along
         for z in SHAPED:
             yield ((z,),), along
             yield ((f"abs({z})",),), along
@@ -144,6 +146,7 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
     )
     switches = edges_of(columns["t"], own.edge_widths, own)
     periods = numbers_of_waves(span_s, own.least_period_s, own.longest_in_spans * span_s, own)
+    saws = saws_of(columns["t"], own)
     swings = np.concatenate([periods, *swings_of(span_s, own)])
     for channel in TRIED:
         for text in OVER_TIME[channel]:
@@ -154,6 +157,15 @@ def timed(columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
             yield grid_of((family, swings if swings_alone(family) else periods))
             if (channel, text) not in UNSWITCHED:
                 yield grid_of((replace(family, kind="edge"), switches))
+            if text in SAWN[channel]:
+                yield grid_of((replace(family, kind="saw"), saws))
+
+
+def saws_of(t_s: F64, own: FormulaSettings) -> F64:
+    """Beginnings and periods (m, 2) of saws that a log shows more than once."""
+    span_s = float(np.ptp(t_s))
+    periods = 2 * np.pi / numbers_of_waves(span_s, own.least_saw_s, own.longest_saw * span_s, own)[:, 0]
+    return np.array([(t_s[0] + at * period, period) for period in periods for at in own.saw_phases])
 
 
 def swings_of(span_s: float, own: FormulaSettings) -> Iterator[F64]:

@@ -11,7 +11,7 @@ from wmr_replay.gap.formula.families import Factors, Family
 from wmr_replay.gap.formula.grids import Grid, grid_of, scale_of, shapes_of
 from wmr_replay.gap.formula.groups import CURVE, Group, Tried, twins_of
 from wmr_replay.gap.model.dictionary import columns_of, is_one_way
-from wmr_schemas.shape_factors import SHAPED
+from wmr_schemas.shape_factors import PRODUCTS, SHAPED, quantity
 from wmr_schemas.terms import CHANNELS, FACTORS, Term, TermChannel, parse_term
 
 MOVING = ("v", "yaw_rate")
@@ -25,8 +25,9 @@ def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False
     """
     read = {column for term in terms for column in term.columns}
     carriers = tuple(tuple(factor for factor in term.factors if factor != "1") for term in terms)
-    for z in SHAPED:
-        if z != ANSWERS[terms[0].channel] and (own or z not in read):
+    for z in (*SHAPED, *PRODUCTS):
+        columns = {*PRODUCTS.get(z, (z,))}
+        if ANSWERS[terms[0].channel] not in columns and (own or not columns <= read):
             yield shaped_by(problem, z, terms[0].channel, carriers)
         if z in MOVING and not own and z not in read and turns_about(problem, z):
             yield soft_signs(problem, z, terms[0].channel, carriers)
@@ -90,7 +91,7 @@ def shaped_by(
     settings = problem.settings.formula
     shares = *settings.scale_shares, ("rise", settings.rise_shares)
     family = Family("", channel, z, carriers)
-    shapes = shapes_of(columns_of(problem.binned)[z], shares, settings)
+    shapes = shapes_of(quantity(columns_of(problem.binned), z), shares, settings)
     return grid_of(*((replace(family, kind=kind), numbers) for kind, numbers in shapes if kind != but))
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
-from wmr_replay.gap.formula.bells import bells_of, wide_bells_of
+from wmr_replay.gap.formula.bells import bells_of, circles_of, wide_bells_of
 from wmr_replay.gap.formula.families import Family
 from wmr_replay.gap.formula.grids import (
     Grid,
@@ -18,6 +18,7 @@ from wmr_replay.gap.formula.grids import (
     grid_of,
     lines_of,
     numbers_of_waves,
+    saws_of,
 )
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
@@ -62,6 +63,7 @@ def over_plane(
     yield grid_of((replace(family, kind="disc"), bells_of("disc", problem.binned, own)))
     yield grid_of((replace(family, kind="bump"), wide_bells_of(problem.binned, own, own.wide_shares)))
     yield grid_of((replace(family, kind="away"), wide_bells_of(problem.binned, own, own.away_shares)))
+    yield grid_of((replace(family, kind="circle"), circles_of(problem.binned, own)))
 
 
 def over_time(family: Family, columns: dict[str, F64], own: FormulaSettings) -> Iterator[Grid]:
@@ -72,3 +74,4 @@ def over_time(family: Family, columns: dict[str, F64], own: FormulaSettings) -> 
     yield grid_of((replace(family, kind="edge", along="t"), edges_of(columns["t"], own.edge_widths, own)))
     decays = span_s * np.array(own.decay_spans)[:, None]
     yield grid_of((replace(family, kind="decay", along="t"), decays))
+    yield grid_of((replace(family, kind="saw", along="t"), saws_of(columns["t"], own)))

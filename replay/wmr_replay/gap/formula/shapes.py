@@ -1,5 +1,7 @@
 """The numbers of a wave, a bell or a shape, by Gauss–Newton from the best point of their grid."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
@@ -11,17 +13,19 @@ from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.settings.formula import FormulaSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.placed_factors import OF_LINE, Columns
+from wmr_schemas.shape_factors import quantity
 
 
 def refined(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
     """The group at the numbers of the largest gain near its own.
 
     A step solves for coefficients and numbers together: the slope of a term by a number is one more column.
+    Where the first one goes too far, shorter ones are tried.
     """
-    best = scored
-    for _ in range(problem.settings.formula.shape_steps if is_movable(scored.group) else 0):
-        tried = stepped(problem, at, best)
-        if tried.gain < best.gain + problem.settings.refit.enough:
+    own, best = problem.settings.formula, scored
+    for k in range(own.shape_steps if is_movable(scored.group) else 0):
+        tried = stepped(problem, at, best, own.first_steps if k == 0 else own.first_steps[:1])
+        if tried is best:
             break
         best = tried
     return best
@@ -33,8 +37,10 @@ def is_movable(group: Group) -> bool:
     return bool(group.shape) and group.family.kind != "after" and not turns
 
 
-def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
-    """The group after a step of its numbers, its gain found again; as it is, where no row tells of them."""
+def stepped(problem: Problem, at: Fit, scored: ScoredGroup, shares: Sequence[float]) -> ScoredGroup:
+    """The group after a step of its numbers, or the first of these shares of it that gains; as it is, where
+    none does or no row tells of them.
+    """
     group, n = scored.group, len(scored.group.terms)
     steps = steps_of(group, problem.settings.formula)
     columns = [efforts_of(problem, at, group.terms), slopes_of(problem, at, scored, steps)]
@@ -43,9 +49,13 @@ def stepped(problem: Problem, at: Fit, scored: ScoredGroup) -> ScoredGroup:
     if not np.all(np.isfinite(delta)):
         return scored
     reach = problem.settings.formula.shape_reach * steps
-    there = group.moved(allowed(group, np.array(group.shape) + np.clip(delta[n:], -reach, reach), problem))
-    gain, found = equations_of(problem, at, efforts_of(problem, at, there.terms)).gain(list(range(n)))
-    return ScoredGroup(there, tuple(float(c) for c in found), gain)
+    step = np.clip(delta[n:], -reach, reach)
+    for share in shares:
+        there = group.moved(allowed(group, np.array(group.shape) + share * step, problem))
+        gain, found = equations_of(problem, at, efforts_of(problem, at, there.terms)).gain(list(range(n)))
+        if gain >= scored.gain + problem.settings.refit.enough:
+            return ScoredGroup(there, tuple(float(c) for c in found), gain)
+    return scored
 
 
 def slopes_of(problem: Problem, at: Fit, scored: ScoredGroup, steps: F64) -> F64:
@@ -77,11 +87,9 @@ def allowed(group: Group, shape: F64, problem: Problem) -> F64:
         widest = own.edge_places[-1] if family.kind == "edge" else own.widest_line
         narrow, wide = (share * float(np.ptp(z)) for share in (own.edge_widths[0], widest))
         return np.array([np.clip(shape[0], z.min(), z.max()), np.clip(shape[1], narrow / 2, wide)])
-    if family.kind in ("gust", "pulse"):
-        t_s = columns["t"]
-        middle = np.clip(shape[0], t_s[0], t_s[-1])
-        return np.array([middle, np.clip(shape[1], own.least_gust_s, own.most_gust * np.ptp(t_s))])
-    z = columns[family.along]
+    if family.kind in ("gust", "pulse", "saw"):
+        return within_times(family.kind, shape, columns["t"], own)
+    z = quantity(columns, family.along)
     scale = max(float(np.sqrt(np.mean(z**2))), own.least_scale)
     least, most = (share * scale for share in own.scales)
     low = np.where([family.kind == "above" and k == 0 for k in range(len(shape))], -most, least)
@@ -97,6 +105,15 @@ def within_lengths(group: Group, shape: F64, own: FormulaSettings) -> F64:
     if group.family.along == "t":
         shortest = own.least_swing_s if swings_alone(group.family) else own.least_period_s
     return np.clip(shape, group.shape[0] / 2, 2 * np.pi / shortest)
+
+
+def within_times(kind: str, shape: F64, t_s: F64, own: FormulaSettings) -> F64:
+    """The time and width of a gust, or the beginning and period of a saw."""
+    span_s = float(np.ptp(t_s))
+    if kind == "saw":
+        return np.array([shape[0], np.clip(shape[1], own.least_saw_s, own.longest_saw * span_s)])
+    middle = np.clip(shape[0], t_s[0], t_s[-1])
+    return np.array([middle, np.clip(shape[1], own.least_gust_s, own.most_gust * span_s)])
 
 
 def within_lines(group: Group, shape: F64, columns: Columns, own: FormulaSettings) -> F64:
@@ -116,6 +133,9 @@ def within_area(group: Group, shape: F64, problem: Problem) -> F64:
     widest_m = span_m * (own.wide_shares[-1] if wide else own.widest_bell)
     beyond_m = span_m * own.rope_reach * is_rope
     middle = np.clip(shape[:2], place.min(axis=0) - beyond_m, place.max(axis=0) + beyond_m)
+    if group.family.kind == "circle":
+        most_m = span_m * np.array([own.circle_shares[-1], own.widest_line])
+        return np.append(middle, np.clip(shape[2:], own.least_radius_m / 2, most_m))
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 
 
@@ -127,6 +147,8 @@ def steps_of(group: Group, settings: FormulaSettings) -> F64:
         step = settings.wave_step_radps if group.family.along == "t" else settings.wave_step_radpm
         return np.full(len(group.shape), step)
     steps = np.full(len(group.shape), settings.bell_step * group.shape[-1])
+    if group.family.kind == "saw":
+        return np.array([settings.saw_step, settings.saw_step**2]) * group.shape[1]
     if group.family.kind in OF_LINE:
         steps[1] = settings.side_turn_rad
     return steps

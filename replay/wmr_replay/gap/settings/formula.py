@@ -152,6 +152,20 @@ class FormulaSettings:
     step_s: float = 3.0
     """Time between two steps on the grid, s. Judgement: as the narrowest gust."""
 
+    least_saw_s: float = 8.0
+    """Shortest period of what builds up and drops, s. Judgement: twice the shortest wave over time, since a
+    saw has two more."""
+
+    longest_saw: float = 0.5
+    """Longest such period, share of the log. Statistics: it drops twice."""
+
+    saw_phases: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)
+    """Beginnings of saws on the grid, shares of the period. Numerics: as ``scale_shares``."""
+
+    saw_step: float = 0.02
+    """Step of a saw's beginning in a difference quotient, share of the period; of the period that of it
+    again. Numerics: less than the drop, which 50 periods put off by as much."""
+
     decay_spans: tuple[float, ...] = (0.1, 0.3, 1.0)
     """Times of decays on the grid, shares of the log. As ``scale_shares``."""
 
@@ -186,7 +200,9 @@ class FormulaSettings:
     screened: int = 12
     """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 
-    rivals: tuple[tuple[str, int], ...] = (("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2))
+    rivals: tuple[tuple[str, int], ...] = (
+        *(("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2), ("circle", 2)),
+    )
     """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
     quantities are told apart by their best numbers alone."""
 
@@ -210,6 +226,15 @@ class FormulaSettings:
 
     away_shares: tuple[float, ...] = (0.12, 0.2, 0.35, 0.6)
     """The same of the distance at which what acts far from a place is half of all. As ``bell_shares``."""
+
+    circle_shares: tuple[float, ...] = (0.17, 0.25, 0.35, 0.5)
+    """The same of the radii of round paths. As ``bell_shares``."""
+
+    circle_width: float = 0.1
+    """Width of a round path on the grid, in those spans. As ``strip_widths``."""
+
+    circle_step: float = 0.125
+    """Step of the places about which paths are round, in those spans. Numerics: about their width."""
 
     widest_bell: float = 0.35
     """Largest radius of a bell, share of that span. Judgement: a wider one is flat or a slope."""
@@ -243,6 +268,10 @@ class FormulaSettings:
 
     shape_steps: int = 4
     """Gauss–Newton steps of a wave's number or a bell's place and radius. Numerics."""
+
+    first_steps: tuple[float, ...] = (1.0, 0.4, 0.15)
+    """Shares of the first such step that are tried, until one gains. Numerics: from a neighbouring cell of a
+    grid a whole step may go too far."""
 
     wave_step_radps: float = 0.003
     """The same over time, rad/s. Numerics: a third of a radian over 90 s."""
