@@ -20,14 +20,13 @@ MOVING = ("v", "yaw_rate")
 
 def modulations_of(problem: Problem, terms: Sequence[Term], *, own: bool = False) -> Iterator[Grid]:
     """Terms of one channel, all of them times one shape of a quantity; with ``own``, of those that they read
-    as well. No shape is of the efforts that answer what is found. A speed that has both signs may turn them
-    about, too: what rubs one side holds it back whichever way the robot rolls.
+    as well, and of products of two. No shape is of the efforts that answer what is found. A speed that has
+    both signs may turn them about, too: what rubs one side holds it back whichever way the robot rolls.
     """
     read = {column for term in terms for column in term.columns}
     carriers = tuple(tuple(factor for factor in term.factors if factor != "1") for term in terms)
-    for z in (*SHAPED, *PRODUCTS):
-        columns = {*PRODUCTS.get(z, (z,))}
-        if ANSWERS[terms[0].channel] not in columns and (own or not columns <= read):
+    for z in (*SHAPED, *PRODUCTS) if own else SHAPED:
+        if ANSWERS[terms[0].channel] not in PRODUCTS.get(z, (z,)) and (own or z not in read):
             yield shaped_by(problem, z, terms[0].channel, carriers)
         if z in MOVING and not own and z not in read and turns_about(problem, z):
             yield soft_signs(problem, z, terms[0].channel, carriers)
