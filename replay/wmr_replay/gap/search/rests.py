@@ -7,7 +7,7 @@ as it is; a finding is what another log shows beyond it.
 
 from dataclasses import replace
 
-from wmr_replay.gap.estimation.calibrate import Calibration, calibrated
+from wmr_replay.gap.estimation.calibrate import Calibration, calibrated, fit_parameters, to_calibrate
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
@@ -25,8 +25,9 @@ OF_THE_PLACE = ("slope",)
 
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
-    """The calibration with the lasting effects that its log shows beyond the parameters, fitted once
-    more beside them. Unchanged where the log shows an effect that does not always act, or one of its place.
+    """The calibration with the lasting effects that its log shows beyond the parameters, all of them fitted
+    together, and again from the parameters that this finds: what an arm of the centre of mass does
+    depends on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
     """
     model, problem, fit = calibration.model, calibration.problem, calibration.fit
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
@@ -36,15 +37,20 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     effects = selection.fit.extension.effects
     if not effects or not all(may_be_held(name) for name in effects):
         return calibration
-    known = tuple((name, dict(size)) for name, size in effects.items() if name not in IN_PARAMETERS)
-    steps = problem.settings.budget.last_steps
-    holding = replace(fit.extension, known=known).as_in(selection.fit.extension)
-    beside = gauss_newton(problem, holding, selection.fit.noise, steps)
-    robot, sd = calibrated(calibration.start, problem, beside)
-    held = beside.extension.with_forms(tuple(Effect(name, dict(size)) for name, size in known))
-    noise = noise_model(problem.binned, beside.noise)
-    model = replace(model, robot=robot, robot_sd=sd, noise=noise, effects=held)
-    return calibration._replace(model=model, fit=beside)
+    rests = {name: size for name, size in effects.items() if name not in IN_PARAMETERS}
+    noise, robot = selection.fit.noise, model.robot
+    for _ in range(problem.settings.calibration.rounds):
+        start, alone = robot, to_calibrate(problem, robot).as_in(selection.fit.extension)
+        noise, whole = fit_parameters(problem, replace(alone, effects={**alone.effects, **rests}), noise)
+        robot, _ = calibrated(start, problem, whole)
+        rests = {name: dict(whole.extension.effects[name]) for name in rests}
+    holding = replace(to_calibrate(problem, robot), known=tuple(rests.items())).as_in(whole.extension)
+    beside = gauss_newton(problem, holding, noise, problem.settings.budget.last_steps)
+    changed, sd = calibrated(robot, problem, beside)
+    held = beside.extension.with_forms(tuple(Effect(name, size) for name, size in rests.items()))
+    known = noise_model(problem.binned, beside.noise)
+    model = replace(model, robot=changed, robot_sd=sd, noise=known, effects=held)
+    return calibration._replace(model=model, fit=beside, start=robot)
 
 
 def leaves_no_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> bool:
