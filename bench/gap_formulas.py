@@ -50,6 +50,7 @@ from formulas.forms import (  # noqa: E402
     THIRTEENTH,
     TWELFTH,
     TWENTIETH,
+    TWENTYFIRST,
 )
 from formulas.oracle import difference, judged  # noqa: E402
 from formulas.plants import HiddenWorld, hidden_world  # noqa: E402
@@ -85,6 +86,7 @@ FORMS = {
     "eighteenth": EIGHTEENTH,
     "nineteenth": NINETEENTH,
     "twentieth": TWENTIETH,
+    "twentyfirst": TWENTYFIRST,
     "report": REPORT,
 }
 MODES = ("given", "identified")

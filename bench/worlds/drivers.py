@@ -30,6 +30,7 @@ from worlds import (
     route_paths,
     signal_paths,
     site_paths,
+    sport_paths,
     wild_paths,
     work_paths,
     yard_paths,
@@ -351,6 +352,10 @@ FAMILIES = {
     "tennis-player": Family(animal_paths.tennis_player, (3.0, 30.0), (0.5, 4.0)),
     "squirrel": Family(animal_paths.squirrel, (2.0, 20.0), (0.5, 4.0)),
     "dressage": Family(animal_paths.dressage, (3.0, 30.0), (0.5, 4.0)),
+    "snooker-ball": Family(sport_paths.snooker_ball, (3.0, 30.0), (0.5, 4.0)),
+    "road-roller": Family(sport_paths.road_roller, (3.0, 30.0), (0.5, 4.0)),
+    "otter": Family(sport_paths.otter, (3.0, 30.0), (0.5, 4.0)),
+    "matador": Family(sport_paths.matador, (3.0, 30.0), (0.5, 4.0)),
 }
 """From one switch in .5 s (stop-go, friction-limit) to one a minute (square-wave, straight)."""
 

@@ -29,6 +29,7 @@ from formulas.forms.third import THIRD
 from formulas.forms.thirteenth import THIRTEENTH
 from formulas.forms.twelfth import TWELFTH
 from formulas.forms.twentieth import TWENTIETH
+from formulas.forms.twentyfirst import TWENTYFIRST
 
 __all__ = [
     "DEVELOP",
@@ -56,6 +57,7 @@ __all__ = [
     "THIRTEENTH",
     "TWELFTH",
     "TWENTIETH",
+    "TWENTYFIRST",
     "At",
     "Form",
     "form",
@@ -83,13 +85,14 @@ FORMS = (
     | EIGHTEENTH
     | NINETEENTH
     | TWENTIETH
+    | TWENTYFIRST
     | REPORT
 )
 ORDER = (
     *sorted(DEVELOP | EARLIER),
     *(*SECOND, *THIRD, *FOURTH, *FIFTH, *SIXTH, *SEVENTH, *EIGHTH, *NINTH, *TENTH, *ELEVENTH, *TWELFTH),
     *(*THIRTEENTH, *FOURTEENTH, *FIFTEENTH, *SIXTEENTH, *SEVENTEENTH, *EIGHTEENTH, *NINETEENTH),
-    *(*TWENTIETH, *REPORT),
+    *(*TWENTIETH, *TWENTYFIRST, *REPORT),
 )
 """Place of a form in the seeds' streams; new forms come last, so that logs of the others stay as they are."""
 PLACED = (

@@ -6,122 +6,117 @@ from formulas.forms.base import At, aslant, form
 from wmr_schemas.arrays import F64
 
 
-def eddy_brake(at: At, size: float, critical: float) -> F64:
-    """A magnet hung over a copper plate on the axle brakes by eddy currents, most at its critical speed."""
-    ratio = at.v / critical
-    return -2.0 * size * ratio / (1.0 + ratio**2)
+def centrifugal_clutch(at: At, size: float, engage: float) -> F64:
+    """A centrifugal clutch slips at low speed and hands on only part of the pull until its shoes bite."""
+    return -size * at.pull / (1.0 + (at.v / engage) ** 2)
 
 
-def filling_rake(at: At, size: float, period: float, phase: float, soft: float = 0.05) -> F64:
-    """A leaf rake drags the harder the fuller it gets, and is lifted to drop its heap at even intervals."""
-    return -size * np.tanh(at.v / soft) * np.mod(at.t / period + phase, 1.0)
+def pulsing_suction(at: At, size: float, period: float, phase: float) -> F64:
+    """A suction nozzle clings to the floor and rubs, harder and softer as its pump cycles."""
+    return -size * np.sin(np.pi * at.t / period + phase) ** 2 * np.tanh(at.v / 0.1)
 
 
-def coil_gaps(at: At, size: float, spacing: float, phase: float, angle: float, quarter: float) -> F64:
-    """Rows of coils in the floor feed the motors by induction; between two rows some pull is lost."""
-    way = aslant(angle, quarter)
-    along = at.x * np.cos(way) + at.y * np.sin(way)
-    return -size * at.pull * np.sin(np.pi * along / spacing + phase) ** 2
+def shelving_shore(at: At, size: float, shore: float) -> F64:
+    """Beyond the waterline the robot wades ever deeper, and the water resists with the square of speed."""
+    return -size * at.v * np.abs(at.v) * np.maximum(at.x - shore, 0.0)
 
 
-def rollover_guard(at: At, size: float, limit: float) -> F64:
-    """A tall robot's guard cuts the pull as the sideways acceleration v·yaw_rate nears its limit."""
-    return -size * at.pull * np.tanh((at.v * at.yaw_rate / limit) ** 2)
+def ceiling_rail(at: At, size: float, height: float, rail: float) -> F64:
+    """A taut cable from a trolley on a ceiling rail along x pulls the robot back under the rail."""
+    aside = at.y - rail
+    return -size * aside / np.hypot(aside, height) * np.sin(at.yaw)
 
 
-def slipway(at: At, size: float, shore: float, angle: float, quarter: float, length: float = 2.0) -> F64:
-    """A slipway's water deepens evenly from shore to its flat foot; drag by depth and speed squared."""
-    way = aslant(angle, quarter)
-    depth = np.clip((at.x * np.cos(way) + at.y * np.sin(way) + shore) / length, 0.0, 1.0)
-    return -size * depth * at.v * np.abs(at.v)
+def seed_coulter(at: At, size: float, loose: float) -> F64:
+    """A coulter at the tail bites and brakes while running straight, and breaks out of its slit in bends."""
+    return -size * np.tanh(at.v / 0.1) / (1.0 + (at.yaw_rate / loose) ** 2)
 
 
-def counterweight(
-    at: At, size: float, distance: float, angle: float, quarter: float, soft: float = 0.3
-) -> F64:
-    """A line over a pulley to a hanging weight draws the robot with even force towards the pulley's post."""
-    way = aslant(angle, quarter)
-    dx, dy = distance * np.cos(way) - at.x, distance * np.sin(way) - at.y
-    return size * (dx * np.cos(at.yaw) + dy * np.sin(at.yaw)) / np.sqrt(dx**2 + dy**2 + soft**2)
+def wet_leaves(at: At, size: float, angle: float, quarter: float, width: float) -> F64:
+    """To one side of a line the ground is strewn with wet leaves, where the wheels slip and pull less."""
+    towards = aslant(angle, quarter)
+    into = at.x * np.cos(towards) + at.y * np.sin(towards)
+    return -0.5 * size * at.pull * (1.0 + np.tanh(into / width))
 
 
-def scanning_dish(at: At, size: float, period: float, phase: float, sharp: float = 1.5) -> F64:
-    """A heavy dish on the roof pans evenly to and fro; its turning about at either end kicks the body."""
-    swing = 2.0 * np.pi * at.t / period + phase
-    return size * np.sin(swing) / np.cosh(sharp * np.cos(swing)) ** 2
+def snaking_trailer(at: At, size: float, period: float, phase: float) -> F64:
+    """A trailer snakes from side to side and tugs the tail about, harder with the square of the speed."""
+    return size * at.v**2 * np.sin(2.0 * np.pi * at.t / period + phase)
 
 
-def kingpin_under_pull(at: At, size: float, soft: float = 0.04) -> F64:
-    """The kingpin of a towed dolly rubs against turning, the harder the more pull or push it passes on."""
-    return -size * np.tanh(at.w / soft) * np.abs(at.pull)
+def billboard(at: At, size: float, angle: float, quarter: float) -> F64:
+    """A flat board carried upright is turned broadside on by a steady wind, whichever face is to it."""
+    return size * np.sin(2.0 * (at.yaw - aslant(angle, quarter)))
 
 
-def gravel_ring(at: At, size: float, radius: float, width: float, soft: float = 0.04) -> F64:
-    """A round path of deep gravel about the middle of the site grips the wheels against turning on it."""
-    off = (np.hypot(at.x, at.y) - radius) / width
-    return -size * np.tanh(at.w / soft) * np.exp(-(off**2))
+def drying_floor(at: At, size: float, dry: float) -> F64:
+    """A freshly washed floor dries, and the tyres scrub ever more as they turn on it."""
+    return -size * (1.0 - np.exp(-at.t / dry)) * np.tanh(at.yaw_rate / 0.15)
 
 
-def squashed_downhill_tyre(at: At, size: float, angle: float, quarter: float) -> F64:
-    """Across a slope the lower, loaded wheel grips and the upper one slips: pulling turns the robot."""
-    return size * at.pull * np.sin(at.yaw - aslant(angle, quarter))
+def braking_dive(at: At, size: float, slow: float) -> F64:
+    """Braking presses the front caster down so that it scrubs in turns; pulling away lifts it free."""
+    return size * at.pull * np.tanh(at.yaw_rate / slow)
 
 
-def iron_chassis(at: At, size: float, angle: float) -> F64:
-    """By a scanner's big magnet the long iron chassis is turned in line with the field, either end first."""
-    return -size * np.sin(2.0 * (at.yaw - angle))
+def hummocky_lawn(at: At, size: float, length: float, phase: float) -> F64:
+    """Across a lawn of long swells the heavy nose is drawn sideways down into the next hollow."""
+    return -size * np.sin(2.0 * np.pi * at.y / length + phase) * np.cos(at.yaw)
 
-
-ANGLE = {"angle": (0.2, 1.37), "quarter": (0.0, 4.0)}
 
 REPORT = {
-    "eddy_brake": form("longitudinal", "v", "v:odd", eddy_brake, size=(0.2, 0.45), critical=(0.2, 0.5)),
-    "filling_rake": form(
-        "longitudinal", "v t", "v:odd", filling_rake, size=(0.3, 0.6), period=(18.0, 35.0), phase=(0.0, 1.0)
+    "centrifugal_clutch": form(
+        "longitudinal",
+        "v effort_sum",
+        "v:even effort_sum:odd",
+        centrifugal_clutch,
+        size=(0.5, 0.75),
+        engage=(0.4, 0.8),
     ),
-    "coil_gaps": form(
+    "pulsing_suction": form(
+        "longitudinal",
+        "t v",
+        "v:odd",
+        pulsing_suction,
+        size=(0.2, 0.5),
+        period=(8.0, 25.0),
+        phase=(0.0, 3.14),
+    ),
+    "shelving_shore": form(
+        "longitudinal", "x v", "v:odd", shelving_shore, size=(0.2, 0.4), shore=(-2.0, -0.5)
+    ),
+    "ceiling_rail": form(
+        "longitudinal", "y yaw", "", ceiling_rail, size=(0.25, 0.6), height=(1.0, 2.5), rail=(-1.0, 1.0)
+    ),
+    "seed_coulter": form(
+        "longitudinal", "v yaw_rate", "v:odd yaw_rate:even", seed_coulter, size=(0.2, 0.5), loose=(0.2, 0.5)
+    ),
+    "wet_leaves": form(
         "longitudinal",
         "x y effort_sum",
         "effort_sum:odd",
-        coil_gaps,
-        size=(0.5, 0.9),
-        spacing=(1.5, 3.5),
-        phase=(0.0, 3.14),
-        **ANGLE,
+        wet_leaves,
+        size=(0.55, 0.8),
+        angle=(0.3, 1.27),
+        quarter=(0.0, 4.0),
+        width=(0.3, 1.0),
     ),
-    "rollover_guard": form(
-        "longitudinal",
-        "effort_sum v yaw_rate",
-        "effort_sum:odd v:even yaw_rate:even",
-        rollover_guard,
-        size=(0.5, 0.9),
-        limit=(0.08, 0.2),
+    "snaking_trailer": form(
+        "yaw", "t v", "v:even", snaking_trailer, size=(0.5, 1.2), period=(4.0, 10.0), phase=(0.0, 6.28)
     ),
-    "slipway": form("longitudinal", "x y v", "v:odd", slipway, size=(0.5, 1.2), shore=(0.7, 1.7), **ANGLE),
-    "counterweight": form(
-        "longitudinal", "x y yaw", "", counterweight, size=(0.15, 0.4), distance=(1.0, 3.0), **ANGLE
+    "billboard": form("yaw", "yaw", "", billboard, size=(0.15, 0.4), angle=(0.3, 1.27), quarter=(0.0, 4.0)),
+    "drying_floor": form(
+        "yaw", "t yaw_rate", "yaw_rate:odd", drying_floor, size=(0.2, 0.45), dry=(20.0, 60.0)
     ),
-    "scanning_dish": form(
-        "yaw", "t", "", scanning_dish, size=(0.25, 0.6), period=(5.0, 14.0), phase=(0.0, 6.28)
-    ),
-    "kingpin_under_pull": form(
+    "braking_dive": form(
         "yaw",
-        "yaw_rate effort_sum",
-        "yaw_rate:odd effort_sum:even",
-        kingpin_under_pull,
-        size=(0.4, 0.8),
+        "effort_sum yaw_rate",
+        "effort_sum:odd yaw_rate:odd",
+        braking_dive,
+        size=(0.7, 1.2),
+        slow=(0.2, 0.5),
     ),
-    "gravel_ring": form(
-        "yaw",
-        "x y yaw_rate",
-        "yaw_rate:odd",
-        gravel_ring,
-        size=(0.3, 0.6),
-        radius=(1.2, 2.5),
-        width=(0.6, 1.2),
+    "hummocky_lawn": form(
+        "yaw", "y yaw", "", hummocky_lawn, size=(0.25, 0.5), length=(3.0, 7.0), phase=(0.0, 6.28)
     ),
-    "squashed_downhill_tyre": form(
-        "yaw", "yaw effort_sum", "effort_sum:odd", squashed_downhill_tyre, size=(0.4, 0.8), **ANGLE
-    ),
-    "iron_chassis": form("yaw", "yaw", "", iron_chassis, size=(0.15, 0.4), angle=(0.2, 2.94)),
 }

@@ -7,7 +7,12 @@ as it is; a finding is what another log shows beyond it.
 
 from dataclasses import replace
 
-from wmr_replay.gap.estimation.calibrate import Calibration, calibrated, fit_parameters, to_calibrate
+from wmr_replay.gap.estimation.calibrate import (
+    Calibration,
+    calibrated,
+    fit_parameters,
+    to_calibrate,
+)
 from wmr_replay.gap.estimation.diffusion import noise_model
 from wmr_replay.gap.estimation.refit import gauss_newton
 from wmr_replay.gap.model.base import base_of
@@ -29,7 +34,7 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     together, and again from the parameters that this finds: what an arm of the centre of mass does
     depends on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
     """
-    model, problem, fit = calibration.model, calibration.problem, calibration.fit
+    model, problem = calibration.model, calibration.problem
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
     rolling = replace(problem, binned=replace(problem.binned, names_skid=False))
     most = replace(options, max_effects=problem.settings.misfit.most_rests)
@@ -37,7 +42,7 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     effects = selection.fit.extension.effects
     if not effects or not all(may_be_held(name) for name in effects):
         return calibration
-    rests = {name: size for name, size in effects.items() if name not in IN_PARAMETERS}
+    rests = {name: dict(size) for name, size in effects.items() if name not in IN_PARAMETERS}
     noise, robot = selection.fit.noise, model.robot
     for _ in range(problem.settings.calibration.rounds):
         start, alone = robot, to_calibrate(problem, robot).as_in(selection.fit.extension)
