@@ -22,7 +22,7 @@ from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import effects_of
 from wmr_schemas.modes import ContactMode
 
-pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco")
 BENCH = Path(__file__).parents[3] / "bench"
 OWN = MisfitSettings()
 SWIVELLING = ("porter", "usher", "mule", "dolly", "lugger", "freighter", "puck", "barrow", "chair")
@@ -268,3 +268,17 @@ def test_what_a_calibration_log_shows_is_held_however_large(engine):
     assert held["wheel_viscous"]["nm_per_radps"] == pytest.approx(
         braked.hidden.sizes["nm_per_radps"], rel=0.2
     )
+
+
+def test_an_arm_of_the_centre_of_mass_is_as_long_as_the_engine_has_it(engine):
+    """Without the arm the inertia comes out a third too large, in whose units it was a half too long."""
+    logs, robots = engine("logs"), engine("robot")
+    ahead = logs.logged(engine("case").Case("scout", "stop-go", "mocap", "", 5_000_001))
+    compiled = robots.spec_of("scout").compile()
+    at_rest, inertia = mujoco.MjData(compiled), np.zeros((compiled.nv, compiled.nv))
+    mujoco.mj_forward(compiled, at_rest)
+    mujoco.mj_fullM(compiled, at_rest, inertia)
+    arm_m = inertia[1, 5] / ahead.robot.mass_kg
+    held = {effect.name: effect.parameters for effect in calibrate(ahead.log, ahead.log.robot).effects}
+    assert arm_m == pytest.approx(0.041, abs=0.001)
+    assert held["com_offset"]["offset_m"] == pytest.approx(arm_m, rel=0.05)

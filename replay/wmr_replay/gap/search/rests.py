@@ -31,8 +31,8 @@ OF_THE_PLACE = ("slope",)
 
 def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     """The calibration with the lasting effects that its log shows beyond the parameters, all of them fitted
-    together, and again from the parameters that this finds: what an arm of the centre of mass does
-    depends on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
+    together, and again from the parameters that this finds: what an arm of the centre of mass does depends
+    on the inertia. Unchanged where the log shows an effect that does not always act, or one of its place.
     """
     model, problem = calibration.model, calibration.problem
     extension = Extension(base_of(model.robot), {}, model.robot.wheel_radius_m or 1.0)
