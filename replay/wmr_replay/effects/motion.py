@@ -79,13 +79,14 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k d v yaw_rate − d₀ sgn w,      k = l m/I in 1/m (``com_yaw``)
+    dw/dt:      −d₁ w − k/(1 + ratio) d v yaw_rate − d₀ sgn w,   k = l m/I in 1/m (``com_yaw``), ratio that
+                of yaw_inertia
     """
     (dv, dw), (w, yaw_rate) = given, turning
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
     dw -= theta[Theta.YAW_DAMPING] * w
-    dw -= com_yaw * theta[Theta.COM_OFFSET] * v * yaw_rate
+    dw -= com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET] * v * yaw_rate
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
@@ -99,7 +100,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
 def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, theta: F64) -> Four:
     """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
     v_v, v_w, w_v, w_w = given
-    yaw_rate, com = w / l, com_yaw * theta[Theta.COM_OFFSET]
+    yaw_rate, com = w / l, com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET]
     v_v += -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
     v_w += 2 * theta[Theta.COM_OFFSET] * yaw_rate / l
     w_v += -com * yaw_rate
