@@ -22,6 +22,7 @@ OVER_TIME: Table = {
     "yaw": (
         *("1", HEADING, "yaw_rate", "sgn(yaw_rate)", SOFT_W, SOFTER_W, "v", "abs(v)", "sgn(v)", SOFT_V),
         *(
+            "v*v",
             "abs(v)*yaw_rate",
             "v*yaw_rate",
             "effort_diff",
