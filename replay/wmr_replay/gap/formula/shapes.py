@@ -134,8 +134,8 @@ def within_area(group: Group, shape: F64, problem: Problem) -> F64:
     beyond_m = span_m * own.rope_reach * is_rope
     middle = np.clip(shape[:2], place.min(axis=0) - beyond_m, place.max(axis=0) + beyond_m)
     if group.family.kind == "circle":
-        most_m = span_m * np.array([own.circle_shares[-1], own.widest_line])
-        return np.append(middle, np.clip(shape[2:], own.least_radius_m / 2, most_m))
+        least_m, most_m = own.least_radius_m / 2, span_m * np.array([own.circle_shares[-1], own.widest_line])
+        return np.append(middle, np.clip(shape[2:], least_m, np.maximum(most_m, least_m)))
     return np.append(middle, np.clip(shape[2], own.least_radius_m, max(widest_m, own.least_radius_m)))
 
 
