@@ -86,10 +86,10 @@ WAVE = re.compile(r"(sin|cos)\(([\d.eE+-]+)([xyst]|yaw)\)")
 BELL = re.compile(r"(bump|disc|away|hill|tilt|rope|rope_left)\(([^,]+),([^,]+),([^)]+)\)")
 SLANTED = re.compile(r"(sin|cos)\(([\d.eE+-]+?)x([+-][\d.eE+-]+)y\)")
 SHAPE = re.compile(
-    r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|sideways|power|t),([^)]+)\)"
+    r"(fall|over|bell|ring|rise|soft|beyond|above)\((v|yaw_rate|effort_sum|effort_diff|a_lat|power|t),([^)]+)\)"
 )
 CIRCLE = re.compile(r"circle\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
-MADE_OF = {"sideways": "v yaw_rate", "power": "v effort_sum"}
+MADE_OF = {"a_lat": "v yaw_rate", "power": "v effort_sum"}
 EDGE = re.compile(r"(edge|band)\(([xyt]|yaw),([^,]+),([^)]+)\)")
 LINE = re.compile(r"(side|strip)\(([^,]+),([^,]+),([^,]+),([^)]+)\)")
 TIMED = re.compile(r"(gust|pulse|after|decay|saw)\(([^)]+)\)")

@@ -16,7 +16,7 @@
 
 z is v, yaw_rate, effort_sum, effort_diff, or one of the products
 
-    sideways      v·yaw_rate, the acceleration across a curve, m/s²
+    a_lat         v·yaw_rate, the lateral acceleration in a curve, m/s²
     power         v·effort_sum, what the wheels give ahead, N·m·m/s
 
 and its shapes are even in it, but for soft, which is odd, and above, which is neither; fall takes t, too.
@@ -34,7 +34,7 @@ from wmr_schemas.placed_factors import NUMBER, PlacedFactor
 
 SHAPED = ("v", "yaw_rate", "effort_sum", "effort_diff")
 """The quantities that a factor may shape a term by."""
-PRODUCTS = {"sideways": ("v", "yaw_rate"), "power": ("v", "effort_sum")}
+PRODUCTS = {"a_lat": ("v", "yaw_rate"), "power": ("v", "effort_sum")}
 """Products of two of them that it may be shaped by as well."""
 DROP = 0.05
 """Share of a saw's period in which it drops."""

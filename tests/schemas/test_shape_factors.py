@@ -34,9 +34,9 @@ BY_HAND = {
     "saw(10,4)*v": -0.6 * 0.5 / 0.95,
     "saw(13,20)": 1.0,
     "saw(8.5,3.5714286)": 0.4,
-    "effort_sum*over(sideways,0.08)": 30.0 * 2.0 / 3.0,
+    "effort_sum*over(a_lat,0.08)": 30.0 * 2.0 / 3.0,
     "soft(power,9)": math.tanh(-2.0),
-    "above(sideways,-0.24,0.1)": 0.5,
+    "above(a_lat,-0.24,0.1)": 0.5,
     "sin(0.5t)": math.sin(6.0),
     "sin(0.8x-0.3y)*cos(yaw)": math.sin(0.8 * 1.2 + 0.9) * math.cos(0.5),
     "cos(0.8x+0.3y)": math.cos(0.8 * 1.2 - 0.9),
@@ -65,8 +65,8 @@ PARITIES = {
     "v*above(v,0,0.2)": {"v": "mixed"},
     "sgn(v)*above(yaw_rate,-0.4,0.2)": {"v": "odd", "yaw_rate": "mixed"},
     "gust(10,4)*cos(yaw)": {},
-    "effort_sum*over(sideways,0.1)": {"effort_sum": "odd", "v": "even", "yaw_rate": "even"},
-    "v*soft(sideways,0.1)": {"v": "even", "yaw_rate": "odd"},
+    "effort_sum*over(a_lat,0.1)": {"effort_sum": "odd", "v": "even", "yaw_rate": "even"},
+    "v*soft(a_lat,0.1)": {"v": "even", "yaw_rate": "odd"},
     "sgn(v)*above(power,1,2)": {"v": "mixed", "effort_sum": "mixed"},
 }
 

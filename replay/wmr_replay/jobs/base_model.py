@@ -35,11 +35,11 @@ def base_for(base: Model | None, log_sha256: str) -> tuple[Model | None, tuple[s
 
 
 def is_timed(name: str) -> bool:
-    """Whether an effect acts at a time of its own log: one of :data:`TIMED`, or a term of a gust, a step or a
-    wave over time, or of the turns since its first pose. A drift begins with every log.
+    """Whether an effect acts at a time of its own log: one of :data:`TIMED`, or a term of a gust, a step, a
+    saw or a wave over time, or of the turns since its first pose. A drift begins with every log.
     """
     if not name.startswith(UNNAMED_PREFIX) or is_slip_term(name):
         return name in TIMED
     factors = parse_term(name).factors
-    timed = ("gust(", "pulse(", "after(", "edge(t", "edge(yaw")
+    timed = ("gust(", "pulse(", "after(", "saw(", "edge(t", "edge(yaw")
     return any(factor.startswith(timed) or factor.endswith("t)") for factor in factors)

@@ -76,7 +76,7 @@ def test_what_reads_no_place_heading_or_time_is_not_looked_at(monkeypatch):
     [
         ("yaw:sin(2yaw)", False, {"v", "yaw_rate", "effort_sum"}),
         ("longitudinal:disc(1,2,0.5)*v", False, {"yaw_rate", "effort_diff"}),
-        ("longitudinal:disc(1,2,0.5)*v", True, {"v", "yaw_rate", "effort_diff", "sideways"}),
+        ("longitudinal:disc(1,2,0.5)*v", True, {"v", "yaw_rate", "effort_diff", "a_lat"}),
         ("longitudinal:1", False, {"v", "yaw_rate", "effort_diff"}),
     ],
 )

@@ -89,7 +89,7 @@ def test_saws_are_seen_twice_and_begin_within_their_first_period():
     [
         (SAW, (3.25, 12.5), "saw(3.25,12.5)"),
         (CIRCLE, (1.0, -0.5, 2.0, 0.4), "circle(1,-0.5,2,0.4)"),
-        (Family("over", "yaw", "sideways", (("v",),)), (0.1,), "over(sideways,0.1)"),
+        (Family("over", "yaw", "a_lat", (("v",),)), (0.1,), "over(a_lat,0.1)"),
         (Family("beyond", "yaw", "power", (("v",),)), (0.5, 0.2), "beyond(power,0.5,0.2)"),
     ],
 )
@@ -105,7 +105,7 @@ def test_a_text_says_what_is_screened(family, shape, text):
 def test_what_is_shaped_by_power_may_answer_ahead():
     assert torques_of("unnamed:longitudinal:sgn(v)*over(power,0.5)") == "longitudinal"
     assert torques_of("unnamed:yaw:yaw_rate*over(power,0.5)") == BOTH
-    assert torques_of("unnamed:longitudinal:v*over(sideways,0.5)") == BOTH
+    assert torques_of("unnamed:longitudinal:v*over(a_lat,0.5)") == BOTH
 
 
 def test_saws_and_circles_stay_within_what_is_looked_for():
@@ -123,7 +123,7 @@ def test_saws_and_circles_stay_within_what_is_looked_for():
 
 def test_both_channels_are_tried_with_them():
     tried = groups_of(problem_of(made_log(2)).binned, OWN)
-    for kind, along in (("saw", "t"), ("circle", ""), ("over", "sideways"), ("over", "power")):
+    for kind, along in (("saw", "t"), ("circle", ""), ("over", "a_lat"), ("over", "power")):
         firsts = [
             family
             for g in tried.grids

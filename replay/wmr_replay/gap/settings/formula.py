@@ -201,7 +201,11 @@ class FormulaSettings:
     """Most groups of a kind that the filter scores anew. Numerics: a tenth of a pass each."""
 
     rivals: tuple[tuple[str, int], ...] = (
-        *(("shape", 4), ("timed", 2), ("curve", 2), ("wave", 2), ("circle", 2)),
+        ("shape", 4),
+        ("timed", 2),
+        ("curve", 2),
+        ("wave", 2),
+        ("circle", 2),
     )
     """Groups of a kind whose numbers are refined; one of the other kinds. Judgement: curves of neighbouring
     quantities are told apart by their best numbers alone."""
