@@ -20,7 +20,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.sensitivity import NO_TARGETS
 from wmr_replay.gap.model.binned_log import bin_log
-from wmr_replay.gap.model.dictionary import DEGREE, WINDOWS_BINS, smoothed_slopes
+from wmr_replay.gap.model.dictionary import DEGREE, WINDOWS_BINS, columns_of, smoothed_slopes
 from wmr_replay.gap.model.dynamics import N_ROW, N_STATE, Base, Row, step
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.inputs import TorqueHistory
@@ -31,6 +31,7 @@ from wmr_replay.pipeline.whole_colour import WholeColour
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
+from wmr_synth import hidden_log
 
 BASE = Base(
     alpha=0.28,
@@ -278,6 +279,19 @@ def test_smoothed_slopes_are_those_of_savitzky_and_golay(window):
     path = np.cumsum(np.random.default_rng(3).normal(size=(120, 3)), axis=0)
     expected = savgol_filter(path, window, DEGREE, deriv=1, delta=0.04, axis=0)
     np.testing.assert_allclose(smoothed_slopes(path, 0.04, window), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize(("early_s", "late_s"), [(0.1, 4.0), (0.5, 4.0), (3.0, 5.0), (12.0, 19.8)])
+def test_speeds_beside_a_hole_are_those_of_their_own_side(early_s, late_s):
+    """Of a circle at .8 m/s, where a polynomial over the hole says many times as much."""
+    log, _ = hidden_log("patrol", seed=4, duration_s=20, noise="mocap")
+    t_s = (log.pose.t_ns - log.pose.t_ns[0]) / 1e9
+    kept = (t_s < early_s) | (t_s > late_s)
+    yaw = 0.4 * t_s
+    pose = PoseTrack(log.pose.t_ns[kept], *(2 * np.stack([np.sin(yaw), -np.cos(yaw)])[:, kept]), yaw[kept])
+    columns = columns_of(bin_log(replace(log, pose=pose), GateSettings()))
+    np.testing.assert_allclose(columns["v"], 0.8, atol=0.1)
+    np.testing.assert_allclose(columns["yaw_rate"], 0.4, atol=0.05)
 
 
 def test_the_gain_of_a_candidate_is_the_drop_of_the_sum_of_squares():

@@ -20,6 +20,8 @@ WINDOWS_BINS, DEGREE = (19, 25, 31, 37, 43), 3
 """Windows and degree of the local polynomials that give speeds: .7 s follow a driver's changes of speed."""
 ENOUGH_MPS = 0.03
 """Noise of a speed from which on a window need be no longer: friction changes its sign within as much."""
+HOLE_STEPS = 5
+"""Usual steps from which on one is a hole in the poses."""
 PRODUCTS: dict[TermChannel, tuple[str, ...]] = {
     "longitudinal": (
         *("yaw_rate", "abs(yaw_rate)", "yaw_rate*yaw_rate", "v*yaw_rate", "v*abs(yaw_rate)"),
@@ -175,6 +177,25 @@ def window_of(binned: BinnedLog) -> int:
     return next((window for window in long if sd_m * slope_sd(step_s, window) <= ENOUGH_MPS), long[-1])
 
 
+def slopes_of(binned: BinnedLog) -> F64:
+    """Slopes (n, 3) of the poses per second; of no polynomial over a hole, which would say nothing."""
+    step_s = float(np.median(binned.step_s[1:]))
+    holes = np.flatnonzero(binned.step_s > HOLE_STEPS * step_s)
+    window, runs = (
+        window_of(binned),
+        zip(*(np.split(x, holes) for x in (binned.t_s, binned.pose)), strict=True),
+    )
+    return np.concatenate([run_slopes(t_s, pose, step_s, window) for t_s, pose in runs])
+
+
+def run_slopes(t_s: F64, x: F64, step_s: float, window: int) -> F64:
+    """Slopes (n, k) of a run of bins without a hole; those of a straight line where no window fits."""
+    if len(x) < WINDOWS_BINS[0]:
+        from_mean_s = t_s - t_s.mean()
+        return np.tile(from_mean_s @ x / max(float(from_mean_s @ from_mean_s), step_s**2), (len(x), 1))
+    return smoothed_slopes(x, step_s, next(w for w in (window, *WINDOWS_BINS[::-1]) if w <= len(x)))
+
+
 def smoothed_slopes(x: F64, step_s: float, window: int) -> F64:
     """Slopes (n, k) of signals (n, k) every ``step_s``: of a polynomial through the bins about each one, at
     the ends through the first or last ones (Savitzky and Golay, 1964; scipy.signal takes a second to import).
@@ -218,8 +239,7 @@ def columns_of(binned: BinnedLog) -> dict[str, F64]:
 
 def computed_columns(binned: BinnedLog) -> dict[str, F64]:
     """The columns of :func:`columns_of`."""
-    step_s = float(np.median(binned.step_s[1:]))
-    moved = smoothed_slopes(binned.pose, step_s, window_of(binned))
+    moved = slopes_of(binned)
     cos, sin = np.cos(binned.pose[:, 2]), np.sin(binned.pose[:, 2])
     left, right = binned.torque.means(binned.t_s, InputEffects())
     v = moved[:, 0] * cos + moved[:, 1] * sin
