@@ -69,6 +69,8 @@ def reached_under_torque(case: Case, robot: Robot) -> F64:
     pull = robot.alpha * np.abs(motion.left_nm + motion.right_nm)
     later = (motion.t_s > PATCH_AFTER_S) & (motion.t_s < 0.9 * case.duration_s)
     chosen = later & (pull >= min(PATCH_ACCELERATION_MPS2, float(np.quantile(pull, 0.9))))
+    if not chosen.any():  # it pulls early on alone
+        chosen = later & (pull >= np.quantile(pull[later], 0.9))
     return np.stack([motion.x_m[chosen], motion.y_m[chosen]], axis=1)
 
 

@@ -182,8 +182,14 @@ def test_what_the_base_model_leaves_is_a_rest_of_any_size(calibrated):
     extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.026})
     assert floor_of("viscous_drag", extension, OWN) == 1.0
     assert floor_of("slope", extension, OWN) == 0.026
-    assert floor_of("rolling_resistance", extension, OWN) == pytest.approx(OWN.least_share * 0.03)
-    assert floor_of("pose_lever_arm", extension, OWN) == pytest.approx(0.5 * OWN.negligible_m)
+    known = {"viscous_drag": 0.01, "rolling_resistance": 0.01, "scrub_torque": 0.02, "yaw_damping": 0.01}
+    extension = replace(extension, misfit=extension.misfit | known | {"pose_lever_arm": 0.003})
+    (low, high), (low_m, _) = OWN.least_shares, OWN.least_shares_of_lengths
+    assert floor_of("rolling_resistance", extension, OWN) == pytest.approx(OWN.other_drives * 0.01)
+    assert floor_of("scrub_torque", extension, OWN) == pytest.approx(high * 0.03)
+    assert floor_of("yaw_damping", extension, OWN) == pytest.approx(low * 0.12)
+    assert floor_of("pose_lever_arm", extension, OWN) == pytest.approx(OWN.other_drives * 0.003)
+    assert floor_of("heading_misalignment", extension, OWN) == pytest.approx(low_m * 0.2 * 0.05)
     assert floor_of("load_step", extension, OWN) == floor_of("torque_saturation", extension, OWN) == 0.0
     assert floor_of("rolling_resistance", replace(extension, misfit={}), OWN) == 0.0
     assert is_rest(
@@ -196,7 +202,7 @@ def test_what_the_base_model_leaves_is_a_rest_of_any_size(calibrated):
 
 def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrated):
     extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 0.01})
-    for drag, least in ((0.03, OWN.least_share * 0.12), (0.1, 0.12)):
+    for drag, least in ((0.03, OWN.least_shares[0] * 0.12), (0.1, 0.12)):
         beside = extension.with_effect("viscous_drag", {"c1_per_s": drag})
         assert floor_of("yaw_damping", beside, OWN) == pytest.approx(least)
         known = replace(extension, known=(("viscous_drag", {"c1_per_s": drag}),))

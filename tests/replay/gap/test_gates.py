@@ -31,6 +31,7 @@ from wmr_replay.gap.evidence.excitation import (
     too_calm_for,
     torques_of,
 )
+from wmr_replay.gap.evidence.one_place import skids_at_one_place
 from wmr_replay.gap.evidence.placebo import block_scores, placebo_p
 from wmr_replay.gap.evidence.significance import correlation, wald_p
 from wmr_replay.gap.model.binned_log import bin_log
@@ -310,6 +311,31 @@ def test_the_width_of_a_dead_zone_counts_in_units_of_the_disturbance(drive, time
 def test_a_stiffness_that_differs_little_is_the_same_tyres(name, ratio, within):
     extension = Extension(BASE, {name: {"ratio": ratio}})
     assert same_tyres(name, extension, SETTINGS.selection) is within
+
+
+@pytest.mark.parametrize(
+    ("name", "at_m", "said"),
+    [
+        ("cornering_stiffness", (2.0,), True),
+        ("cornering_stiffness", (2.0, 2.8), True),
+        ("cornering_stiffness", (2.0, 6.0), False),
+        ("viscous_drag", (2.0,), False),
+    ],
+)
+def test_skids_at_one_place_alone_may_be_the_ground(drive, name, at_m, said):
+    """Sensitivities within 30 cm of some places of a straight path of 8 m, there and back."""
+    n = len(drive.binned)
+    x_m = 8.0 * np.abs(np.linspace(-1, 1, n))
+    binned = replace(drive.binned, pose=np.stack([x_m, np.ones(n), np.zeros(n)], axis=1))
+    near = np.any([np.abs(x_m - one) < 0.3 for one in at_m], axis=0)
+    psi = np.random.default_rng(5).normal(size=(n, 3, 1)) * near[:, None, None]
+    there = replace(drive, binned=binned)
+    fit = made_fit(there, Extension(BASE, {name: {candidate_of(name).free[0]: -0.5}}), np.zeros((n, 3)), psi)
+    reason = skids_at_one_place(name, there, fit)
+    assert bool(reason) is said
+    assert not said or f"about x {np.mean(at_m):.1f} m, y 1.0 m alone" in reason
+    small = replace(there, binned=replace(binned, pose=binned.pose * (0.1, 1, 1)))
+    assert skids_at_one_place(name, small, fit) == ""
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.1])

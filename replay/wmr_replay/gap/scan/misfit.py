@@ -133,11 +133,12 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
         return 0.0
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
-    geometric = {*declaration.units.values()} <= {"m", "rad"}
-    share = own.least_share_of_lengths if geometric else own.least_share
+    small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
     if any(other != name and size_of(p) > negligible(other, extension, own) for other, p in extension.acting):
-        share = 1.0
-    return max(extension.misfit.get(name, 0.0), share * negligible(name, extension, own))
+        return max(left, small)
+    geometric = {*declaration.units.values()} <= {"m", "rad"}
+    low, high = own.least_shares_of_lengths if geometric else own.least_shares
+    return max(left, min(max(own.other_drives * left, low * small), high * small))
 
 
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:

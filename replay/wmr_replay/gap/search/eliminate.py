@@ -13,6 +13,7 @@ from wmr_replay.gap.evidence.answer import answer_p
 from wmr_replay.gap.evidence.channels import seen_in_one_channel
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
+from wmr_replay.gap.evidence.one_place import TYRES
 from wmr_replay.gap.evidence.placebo import placebo_p
 from wmr_replay.gap.evidence.significance import correlation, least_size, size_columns
 from wmr_replay.gap.model.candidates import LOCAL, SKID
@@ -20,6 +21,7 @@ from wmr_replay.gap.model.extension import STIFFEST, WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
+    floor_of,
     gain_is_rest,
     hidden_by_answer,
     is_rest,
@@ -36,8 +38,6 @@ from wmr_replay.gap.search.fit_candidates import (
 from wmr_replay.gap.search.slip_test import may_be_slipping
 from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
-
-TYRES = "cornering_stiffness"
 
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
@@ -210,8 +210,9 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
         return True
     if name == "drive_gain" and gain_is_rest(extension, own):
         return True
-    left = extension.misfit.get(name, 0.0)
-    if left > 0 and name in IN_PARAMETERS:
+    calibrated = name in IN_PARAMETERS
+    left = extension.misfit.get(name, 0.0) if calibrated else floor_of(name, extension, own)
+    if left > 0 and calibrated:
         left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True

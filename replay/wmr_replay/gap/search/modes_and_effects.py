@@ -16,13 +16,13 @@ from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
+from wmr_replay.gap.evidence.one_place import TYRES
 from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import Work, begin_work, n_bins, work_on
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.search.begun import Begun, beginning_of, begun_with
-from wmr_replay.gap.search.eliminate import TYRES
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.labellings import Labelling, less_slip
 from wmr_replay.gap.search.preliminary import (

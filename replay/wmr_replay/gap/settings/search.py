@@ -65,6 +65,13 @@ class SelectionSettings:
     """How far a cornering stiffness may differ from what a payload's mass does, relatively. Judgement: the
     stiffness itself grows a little with the load."""
 
+    one_place_m: float = 1.5
+    """Radius of what is one place, m. Judgement: a wet patch that a robot crosses."""
+
+    most_at_one_place: float = 0.9
+    """Largest share of what shows another cornering stiffness at one place. Statistics: three drives on other
+    tyres had .49 of it at most; two over a patch, all of it."""
+
     known_stiffness: float = 0.15
     """How far a cornering stiffness may differ, relatively, and still be the same tyre's. Judgement: load,
     inflation and wear change it by more than that, and a precise log shows a twentieth."""

@@ -1,0 +1,27 @@
+"""Skids at one place alone: other tyres, or a slippery patch of the ground there."""
+
+import numpy as np
+
+from wmr_replay.gap.estimation.problem import Problem
+from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.evidence.significance import size_columns
+
+TYRES = "cornering_stiffness"
+
+
+def skids_at_one_place(name: str, problem: Problem, fit: Fit) -> str:
+    """Why another cornering stiffness of the model ``fit`` may be a patch of the ground; empty where it is
+    not, or is another effect.
+    """
+    if name != TYRES:
+        return ""
+    own, places = problem.settings.selection, problem.binned.pose[:, :2]
+    shown = np.square(fit.psi[:, :, size_columns(fit, name)]).sum(axis=(1, 2)) * problem.train
+    x, y = shown @ places / shown.sum()
+    beyond = np.hypot(*(places - (x, y)).T) > own.one_place_m
+    if not beyond.any() or shown[~beyond].sum() < own.most_at_one_place * shown.sum():
+        return ""
+    return (
+        f"another cornering stiffness would explain skids about x {x:.1f} m, y {y:.1f} m alone: "
+        "the ground may be slippery there. Skid in other places, too"
+    )
