@@ -16,7 +16,7 @@ from wmr_replay.gap.estimation.likely_modes import likely_modes
 from wmr_replay.gap.estimation.modes import identified_modes
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import floor_of, is_rest
+from wmr_replay.gap.scan.misfit import floor_of, is_rest, surely_left
 from wmr_replay.gap.search.select import shows_rest
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import effects_of
@@ -198,6 +198,16 @@ def test_what_the_base_model_leaves_is_a_rest_of_any_size(calibrated):
     assert not is_rest(
         "slope", extension.with_effect("slope", {"grade_x_mps2": 0.02, "grade_y_mps2": 0.02}), OWN
     )
+
+
+def test_an_effect_must_surely_exceed_what_other_drives_leave(calibrated):
+    misfit = {"viscous_drag": 0.003, "scrub_torque": 0.02, "heading_misalignment": 0.001}
+    extension = replace(Extension(base_of(calibrated.robot)), misfit=misfit)
+    assert surely_left("viscous_drag", extension, OWN) == OWN.other_drives * 0.003
+    assert surely_left("scrub_torque", extension, OWN) == floor_of("scrub_torque", extension, OWN) < 0.04
+    assert surely_left("heading_misalignment", extension, OWN) == OWN.other_drives * 0.001
+    assert surely_left("input_delay", extension, OWN) == floor_of("input_delay", extension, OWN) > 0
+    assert surely_left("viscous_drag", replace(extension, misfit={}), OWN) == 0.0
 
 
 def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrated):

@@ -43,7 +43,7 @@ from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.eliminate import margin_for, same_tyres, with_tyres_of_payload
-from wmr_replay.gap.search.fit_candidates import FittedCandidate
+from wmr_replay.gap.search.fit_candidates import FittedCandidate, is_another
 from wmr_replay.gap.search.modes_and_effects import Solution
 from wmr_replay.gap.search.preliminary import models_from
 from wmr_replay.gap.search.select import Selection, confirm, first_tested, forward_selection, remainder
@@ -336,6 +336,13 @@ def test_skids_at_one_place_alone_may_be_the_ground(drive, name, at_m, said):
     assert not said or f"about x {np.mean(at_m):.1f} m, y 1.0 m alone" in reason
     small = replace(there, binned=replace(binned, pose=binned.pose * (0.1, 1, 1)))
     assert skids_at_one_place(name, small, fit) == ""
+
+
+@pytest.mark.parametrize(("lasts_s", "another"), [(35.0, False), (37.0, True)])
+def test_a_loss_that_lasts_is_no_slip(drive, lasts_s, another):
+    interval = {"start_s": 1.0, "end_s": 1.0 + lasts_s, "loss": 0.3}
+    fit = made_fit(drive, Extension(BASE, {"slip_interval": interval}), np.zeros((len(drive.binned), 3)))
+    assert is_another(drive, fit, "slip_interval") is another
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.1])

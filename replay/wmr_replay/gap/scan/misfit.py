@@ -141,6 +141,16 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     return max(left, min(max(own.other_drives * left, low * small), high * small))
 
 
+def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
+    """Size that an effect must exceed by its standard deviations: what the base model leaves on other drives;
+    of one that its calibration log does not measure, as its floor.
+    """
+    floor = floor_of(name, extension, own)
+    if name not in extension.misfit:
+        return floor
+    return min(floor, own.other_drives * extension.misfit[name])
+
+
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:
     """The size below which an effect does not matter in practice; 0 where none is known."""
     declaration = effects_of("torque").get(name)

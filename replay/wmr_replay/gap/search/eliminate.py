@@ -21,10 +21,10 @@ from wmr_replay.gap.model.extension import STIFFEST, WEIGHTS, Extension
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import (
     IN_PARAMETERS,
-    floor_of,
     gain_is_rest,
     hidden_by_answer,
     is_rest,
+    surely_left,
     withholds_a_rest,
 )
 from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
@@ -210,9 +210,8 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
         return True
     if name == "drive_gain" and gain_is_rest(extension, own):
         return True
-    calibrated = name in IN_PARAMETERS
-    left = extension.misfit.get(name, 0.0) if calibrated else floor_of(name, extension, own)
-    if left > 0 and calibrated:
+    left = surely_left(name, extension, own)
+    if left > 0 and name in IN_PARAMETERS:
         left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True

@@ -126,7 +126,7 @@ def ranked_and_fitted(
             fit = with_likelier_skids(fit, one.name)  # noqa: PLW2901
         if one.name in known and one.name not in LOCAL:
             fit = min(fit, known[one.name], key=lambda f: f.deviance)  # noqa: PLW2901
-        if not (is_at_an_end(problem, fit, one.name) or only_answers(problem, fit, one.name)):
+        if not is_another(problem, fit, one.name):
             out.append(assessed(problem, current, one, fit, n_names))
     out = with_own_forms(problem, current, sorted(out, key=lambda a: -a.score), n_names)
     return compare_in_fine_bins(problem, tuple(out))
@@ -307,6 +307,16 @@ def fine_costs(problem: Problem, fitted: Iterable[FittedCandidate]) -> list[floa
     finer, steps = problem.finer(), problem.settings.budget.last_steps
     fits = [(a, gauss_newton(finer, a.fit.extension, a.fit.noise, steps)) for a in fitted]
     return [fit.deviance + price_of(problem, a.scored, a.fit) for a, fit in fits]
+
+
+def is_another(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether what was fitted is another effect by now, or none: at an end of what it may be, an answer to
+    the disturbance, or a slip that lasts as only a load does.
+    """
+    if name == "slip_interval":
+        interval = fit.extension.effects[name]
+        return interval["end_s"] - interval["start_s"] > problem.settings.candidates.longest_slip_s
+    return is_at_an_end(problem, fit, name) or only_answers(problem, fit, name)
 
 
 def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:

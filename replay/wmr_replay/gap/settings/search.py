@@ -34,6 +34,10 @@ class CandidateFitSettings:
     """A load step within this share of the log from an end is dropped: it would be a payload. As
     ``ScanSettings.step_margin``."""
 
+    longest_slip_s: float = 36.0
+    """A slip interval that a fit makes longer is dropped, s. Judgement: a fifth beyond
+    ``ScanSettings.longest_interval_s``; a loss that lasts is a load."""
+
     edge_steps: tuple[float, ...] = (1.0, 0.4, 0.15)
     """Steps of the search for an edge in time and space, s or m. Numerics: from a cell of the scan down to
     the softened edge's width, 0.15 (``model.extension``)."""
