@@ -25,8 +25,20 @@ from wmr_schemas.modes import ContactMode
 mujoco = pytest.importorskip("mujoco")
 BENCH = Path(__file__).parents[3] / "bench"
 OWN = MisfitSettings()
-SWIVELLING = ("porter", "usher", "mule", "dolly", "lugger", "freighter", "puck", "barrow", "chair", "sweeper")
-TWO_WHEELED = ("courier", "cart", "hauler", "kiosk", "beetle", "waiter", "scout", *SWIVELLING)
+SWIVELLING = (
+    "porter",
+    "usher",
+    "mule",
+    "dolly",
+    "lugger",
+    "freighter",
+    "puck",
+    "barrow",
+    "chair",
+    "sweeper",
+    "medic",
+)
+TWO_WHEELED = ("courier", "cart", "hauler", "kiosk", "beetle", "waiter", "scout", "mopper", *SWIVELLING)
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +64,7 @@ def calibrated(nothing_hidden):
 
 def test_robots_are_held_out_and_seeds_do_not_meet(engine):
     develop, report = (engine("split").part(name) for name in ("develop", "report"))
-    assert set(report.robots) - set(develop.robots) == {"sweeper", "plotter"}
+    assert set(report.robots) - set(develop.robots) == {"medic", "mopper"}
     assert develop.last_seed < report.first_seed
     assert set(develop.families) | set(report.families) == set(engine("case").FAMILIES)
     with pytest.raises(ValueError, match="seed 5 is not"):
