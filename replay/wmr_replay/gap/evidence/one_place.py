@@ -17,9 +17,10 @@ def skids_at_one_place(name: str, problem: Problem, fit: Fit) -> str:
         return ""
     own, places = problem.settings.selection, problem.binned.pose[:, :2]
     shown = np.square(fit.psi[:, :, size_columns(fit, name)]).sum(axis=(1, 2)) * problem.train
-    x, y = shown @ places / shown.sum()
+    share = shown / max(float(shown.sum()), 1e-300)
+    x, y = share @ places
     beyond = np.hypot(*(places - (x, y)).T) > own.one_place_m
-    if not beyond.any() or shown[~beyond].sum() < own.most_at_one_place * shown.sum():
+    if not beyond.any() or share[~beyond].sum() < own.most_at_one_place:
         return ""
     return (
         f"another cornering stiffness would explain skids about x {x:.1f} m, y {y:.1f} m alone: "

@@ -179,12 +179,9 @@ def window_of(binned: BinnedLog) -> int:
 
 def slopes_of(binned: BinnedLog) -> F64:
     """Slopes (n, 3) of the poses per second; of no polynomial over a hole, which would say nothing."""
-    step_s = float(np.median(binned.step_s[1:]))
+    step_s, window = float(np.median(binned.step_s[1:])), window_of(binned)
     holes = np.flatnonzero(binned.step_s > HOLE_STEPS * step_s)
-    window, runs = (
-        window_of(binned),
-        zip(*(np.split(x, holes) for x in (binned.t_s, binned.pose)), strict=True),
-    )
+    runs = zip(np.split(binned.t_s, holes), np.split(binned.pose, holes), strict=True)
     return np.concatenate([run_slopes(t_s, pose, step_s, window) for t_s, pose in runs])
 
 
