@@ -75,24 +75,41 @@ def wheel_slopes(right: float, left: float, theta: F64) -> Pair:
 
 
 @lean
+def downhill_left(yaw: float, theta: F64) -> Pair:
+    """Acceleration to the left on a slope, g_y cos ψ − g_x sin ψ in m/s², and its slope by yaw.
+
+    It is the slope by yaw of the acceleration ahead.
+    """
+    if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
+        return 0.0, 0.0
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
+    return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
+
+
+@lean
 def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw: float, theta: F64) -> Pair:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k/(1 + ratio) d v yaw_rate − d₀ sgn w,   k = l m/I in 1/m (``com_yaw``), ratio that
-                of yaw_inertia
+    dw/dt:      −d₁ w − k/(1 + ratio) d (v yaw_rate − g_left) − d₀ sgn w
+
+    with k = l m/I in 1/m (``com_yaw``), ratio that of yaw_inertia, and g_left of :func:`downhill_left`: tyres
+    at the axle hold against the pull of a slope on a mass that lies d ahead of it.
     """
     (dv, dw), (w, yaw_rate) = given, turning
+    com = com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET]
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
     dw -= theta[Theta.YAW_DAMPING] * w
-    dw -= com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET] * v * yaw_rate
+    dw -= com * v * yaw_rate
     if theta[Theta.ROLLING] != 0.0:
         dv -= theta[Theta.ROLLING] * sign(v, friction_speed(theta))
     if theta[Theta.SCRUB] != 0.0:
         dw -= theta[Theta.SCRUB] * sign(w, friction_speed(theta))
     if theta[Theta.GRADE_X] != 0.0 or theta[Theta.GRADE_Y] != 0.0:
         dv += theta[Theta.GRADE_X] * math.cos(yaw) + theta[Theta.GRADE_Y] * math.sin(yaw)
+        dw += com * downhill_left(yaw, theta)[0]
     return dv, dw
 
 
@@ -110,19 +127,6 @@ def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, 
     if theta[Theta.SCRUB] != 0.0:
         w_w -= theta[Theta.SCRUB] * steepness(w, friction_speed(theta))
     return v_v, v_w, w_v, w_w
-
-
-@lean
-def downhill_left(yaw: float, theta: F64) -> Pair:
-    """Acceleration to the left on a slope, g_y cos ψ − g_x sin ψ in m/s², and its slope by yaw.
-
-    It is the slope by yaw of the acceleration ahead.
-    """
-    if theta[Theta.GRADE_X] == 0.0 and theta[Theta.GRADE_Y] == 0.0:
-        return 0.0, 0.0
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    left = theta[Theta.GRADE_Y] * cos - theta[Theta.GRADE_X] * sin
-    return left, -theta[Theta.GRADE_Y] * sin - theta[Theta.GRADE_X] * cos
 
 
 @lean

@@ -60,6 +60,7 @@ EFFECTS = {
     "wheel_viscous": {Theta.WHEEL_VISCOUS: 0.2},
     "slope": {Theta.GRADE_X: 0.3, Theta.GRADE_Y: -0.2},
     "com_offset": {Theta.COM_OFFSET: 0.03},
+    "com_offset on a slope": {Theta.COM_OFFSET: 0.03, Theta.GRADE_X: 0.3, Theta.GRADE_Y: -0.2},
     "com_offset and yaw_inertia": {Theta.COM_OFFSET: 0.03, Theta.YAW_INERTIA: 0.4},
     "cornering_stiffness": {Theta.CORNERING: -0.4},
     "load_step": {Theta.LOAD_STEP: 0.4},
@@ -85,12 +86,13 @@ def written(_, z, p, mode):
     dv += at(Theta.GRADE_X) * np.cos(yaw) + at(Theta.GRADE_Y) * np.sin(yaw)
     dv += at(Theta.COM_OFFSET) * yaw_rate**2
     dw -= at(Theta.SCRUB) * sgn(w) + at(Theta.YAW_DAMPING) * w
-    dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) / (1 + at(Theta.YAW_INERTIA)) * v * yaw_rate
+    across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
+    held = v * yaw_rate - across  # what the tyres hold at the axle, by mass
+    dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) / (1 + at(Theta.YAW_INERTIA)) * held
     dv_lat = -BASE.lateral_decay_per_s * v_lat
     if mode == ContactMode.SKIDDING:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), 0.3)
         rate = BASE.skid_decay_mps2 * (1 + at(Theta.CORNERING)) * (1 - at(Theta.PATCH)) / speed
-        across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
         dv_lat = -rate * v_lat - v * yaw_rate + across
         dv += v_lat * yaw_rate / 3
     dx = v * np.cos(yaw) - v_lat * np.sin(yaw)

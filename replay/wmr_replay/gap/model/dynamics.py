@@ -67,7 +67,7 @@ class Row(IntEnum):
 
 
 N_ROW = len(Row)
-Six = tuple[float, float, float, float, float, float]
+Seven = tuple[float, float, float, float, float, float, float]
 
 
 class Base(NamedTuple):
@@ -182,8 +182,8 @@ def next_lateral(z: F64, v: float, w: float, row: F64, theta: F64, base: Base) -
 
 
 @inlined
-def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Six:
-    """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w)."""
+def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base) -> Seven:
+    """∂(dv_long/dt)/∂(yaw, v_long, w, v_lat) and ∂(dw/dt)/∂(v_long, w, yaw)."""
     (ahead, turning), v, w, l = gains, z[V], z[W], base.half_track_m
     right, left = wheel_slopes(v + w, v - w, theta)
     by_wheels = -ahead * (right + left), -ahead * (right - left), -turning * (right - left)
@@ -194,20 +194,21 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
         -turning * (right + left) + row[Row.YAW_BY_W],
     )
     v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
-    v_yaw, v_lateral = downhill_left(z[YAW], theta)[0], 0.0
+    (v_yaw, turned), v_lateral = downhill_left(z[YAW], theta), 0.0
+    w_yaw = base.com_yaw_per_m / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET] * turned
     if skids(row[Row.MODE], theta):
         v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
-    return v_yaw, v_v, v_w, v_lateral, w_v, w_w
+    return v_yaw, v_v, v_w, v_lateral, w_v, w_w, w_yaw
 
 
 @inlined
-def through(a: Six, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
+def through(a: Seven, yaw: float, v: float, w: float, v_lat: float) -> tuple[float, float]:
     """Changes of (dv_long/dt, dw/dt) with changes of the state, by the slopes ``a``."""
-    return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w
+    return a[0] * yaw + a[1] * v + a[2] * w + a[3] * v_lat, a[4] * v + a[5] * w + a[6] * yaw
 
 
 @inlined
-def held_back(a: Six, half: float, v: float, w: float) -> tuple[float, float]:
+def held_back(a: Seven, half: float, v: float, w: float) -> tuple[float, float]:
     """(1 − h A)⁻¹ (v, w), A the slopes of the accelerations by (v_long, w) and h half a step."""
     determinant = (1.0 - half * a[1]) * (1.0 - half * a[5]) - half * half * a[2] * a[4]
     ahead = (1.0 - half * a[5]) * v + half * a[2] * w

@@ -17,7 +17,7 @@ from wmr_replay.gap.model.dynamics import (
     YAW,
     Base,
     Row,
-    Six,
+    Seven,
     V,
     W,
     X,
@@ -78,7 +78,7 @@ class Chain(NamedTuple):
     what a step moves by: (cos ψ, sin ψ) times its length, and (dx, dy).
     """
 
-    accelerations: Six
+    accelerations: Seven
     lateral: Five
     half: float
     dt: float
@@ -115,12 +115,12 @@ def jacobian(  # noqa: PLR0913, PLR0917 – compiled
     for i in UNCOUPLED:
         F[i, i] = 1.0
     if is_held(z[V], z[W], theta):
-        by_yaw = held_back(second, half, first[0] * half, 0.0)
+        by_yaw = held_back(second, half, first[0] * half, first[6] * half)
         by_v, by_w = held_back(second, half, 1.0, 0.0), held_back(second, half, 0.0, 1.0)
         by_lateral = held_back(second, half, second[3] * half, 0.0)
         by_long, by_turning = held_back(second, half, half, 0.0), held_back(second, half, 0.0, half)
     else:
-        by_yaw, by_lateral = (first[0] * half, 0.0), (first[3] * half, 0.0)
+        by_yaw, by_lateral = (first[0] * half, first[6] * half), (first[3] * half, 0.0)
         by_v, by_w = (1.0 + first[1] * half, first[4] * half), (first[2] * half, 1.0 + first[5] * half)
         by_long, by_turning = (half, 0.0), (0.0, half)
     column(F, YAW, (1.0 + by_yaw[1] * half_turn, *by_yaw), (1.0, 0.0, 0.0, 0.0), NOT_PUSHED, chain)
