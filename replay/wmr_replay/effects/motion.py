@@ -88,17 +88,25 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
 
 
 @lean
+def turning_arm(com_yaw: float, theta: F64) -> float:
+    """How much a centre of mass ahead of the axle turns the robot by what the tyres hold sideways:
+    k d/(1 + ratio), k = l m/I in 1/m (``com_yaw``), ratio that of yaw_inertia.
+    """
+    return float(com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET])
+
+
+@lean
 def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw: float, theta: F64) -> Pair:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k/(1 + ratio) d (v yaw_rate − g_left) − d₀ sgn w
+    dw/dt:      −d₁ w − k d/(1 + ratio) (v yaw_rate − g_left) − d₀ sgn w
 
-    with k = l m/I in 1/m (``com_yaw``), ratio that of yaw_inertia, and g_left of :func:`downhill_left`: tyres
-    at the axle hold against the pull of a slope on a mass that lies d ahead of it.
+    with the arm of :func:`turning_arm` and g_left of :func:`downhill_left`: tyres at the axle hold against
+    the pull of a slope on a mass that lies d ahead of it.
     """
     (dv, dw), (w, yaw_rate) = given, turning
-    com = com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET]
+    com = turning_arm(com_yaw, theta)
     dv -= theta[Theta.VISCOUS] * v + theta[Theta.DRAG] * v * abs(v)
     dv += theta[Theta.COM_OFFSET] * yaw_rate**2
     dw -= theta[Theta.YAW_DAMPING] * w
@@ -117,7 +125,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
 def with_body_slopes(given: Four, v: float, w: float, l: float, com_yaw: float, theta: F64) -> Four:
     """``given`` slopes of (dv_long/dt by v, by w, dw/dt by v, by w) and those of the effects on the body."""
     v_v, v_w, w_v, w_w = given
-    yaw_rate, com = w / l, com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET]
+    yaw_rate, com = w / l, turning_arm(com_yaw, theta)
     v_v += -theta[Theta.VISCOUS] - 2 * theta[Theta.DRAG] * abs(v)
     v_w += 2 * theta[Theta.COM_OFFSET] * yaw_rate / l
     w_v += -com * yaw_rate

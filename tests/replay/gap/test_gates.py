@@ -31,7 +31,6 @@ from wmr_replay.gap.evidence.excitation import (
     too_calm_for,
     torques_of,
 )
-from wmr_replay.gap.evidence.one_place import skids_at_one_place
 from wmr_replay.gap.evidence.placebo import block_scores, placebo_p
 from wmr_replay.gap.evidence.significance import correlation, wald_p
 from wmr_replay.gap.model.binned_log import bin_log
@@ -43,7 +42,7 @@ from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.eliminate import margin_for, same_tyres, with_tyres_of_payload
-from wmr_replay.gap.search.fit_candidates import FittedCandidate, is_another
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.modes_and_effects import Solution
 from wmr_replay.gap.search.preliminary import models_from
 from wmr_replay.gap.search.select import Selection, confirm, first_tested, forward_selection, remainder
@@ -311,38 +310,6 @@ def test_the_width_of_a_dead_zone_counts_in_units_of_the_disturbance(drive, time
 def test_a_stiffness_that_differs_little_is_the_same_tyres(name, ratio, within):
     extension = Extension(BASE, {name: {"ratio": ratio}})
     assert same_tyres(name, extension, SETTINGS.selection) is within
-
-
-@pytest.mark.parametrize(
-    ("name", "at_m", "said"),
-    [
-        ("cornering_stiffness", (2.0,), True),
-        ("cornering_stiffness", (2.0, 2.8), True),
-        ("cornering_stiffness", (2.0, 6.0), False),
-        ("viscous_drag", (2.0,), False),
-    ],
-)
-def test_skids_at_one_place_alone_may_be_the_ground(drive, name, at_m, said):
-    """Sensitivities within 30 cm of some places of a straight path of 8 m, there and back."""
-    n = len(drive.binned)
-    x_m = 8.0 * np.abs(np.linspace(-1, 1, n))
-    binned = replace(drive.binned, pose=np.stack([x_m, np.ones(n), np.zeros(n)], axis=1))
-    near = np.any([np.abs(x_m - one) < 0.3 for one in at_m], axis=0)
-    psi = np.random.default_rng(5).normal(size=(n, 3, 1)) * near[:, None, None]
-    there = replace(drive, binned=binned)
-    fit = made_fit(there, Extension(BASE, {name: {candidate_of(name).free[0]: -0.5}}), np.zeros((n, 3)), psi)
-    reason = skids_at_one_place(name, there, fit)
-    assert bool(reason) is said
-    assert not said or f"about x {np.mean(at_m):.1f} m, y 1.0 m alone" in reason
-    small = replace(there, binned=replace(binned, pose=binned.pose * (0.1, 1, 1)))
-    assert skids_at_one_place(name, small, fit) == ""
-
-
-@pytest.mark.parametrize(("lasts_s", "another"), [(35.0, False), (37.0, True)])
-def test_a_loss_that_lasts_is_no_slip(drive, lasts_s, another):
-    interval = {"start_s": 1.0, "end_s": 1.0 + lasts_s, "loss": 0.3}
-    fit = made_fit(drive, Extension(BASE, {"slip_interval": interval}), np.zeros((len(drive.binned), 3)))
-    assert is_another(drive, fit, "slip_interval") is another
 
 
 @pytest.mark.parametrize("drag_per_s", [0.0, 0.1])

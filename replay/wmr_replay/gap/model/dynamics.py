@@ -15,6 +15,7 @@ from wmr_replay.effects.motion import (
     downhill_left,
     is_held,
     pull_in_skid,
+    turning_arm,
     wheel_losses,
     wheel_slopes,
     with_body_effects,
@@ -195,7 +196,7 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
     )
     v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
     (v_yaw, turned), v_lateral = downhill_left(z[YAW], theta), 0.0
-    w_yaw = base.com_yaw_per_m / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET] * turned
+    w_yaw = turning_arm(base.com_yaw_per_m, theta) * turned
     if skids(row[Row.MODE], theta):
         v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w, w_yaw

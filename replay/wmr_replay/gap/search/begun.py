@@ -17,7 +17,7 @@ from wmr_replay.gap.search.fit_candidates import (
     FittedCandidate,
     assessed,
     compare_in_fine_bins,
-    is_another,
+    is_ruled_out,
     with_own_forms,
 )
 from wmr_replay.gap.settings import GateSettings
@@ -134,7 +134,7 @@ def diffusion_beside(problem: Problem, current: Fit, one: FittedCandidate) -> Di
 
 def may_be(problem: Problem, one: FittedCandidate) -> bool:
     """Whether a fitted candidate is one on the whole log, too."""
-    return not is_another(problem, one.fit, one.name)
+    return not is_ruled_out(problem, one.fit, one.name)
 
 
 def started(current: Fit, one: FittedCandidate) -> Extension:

@@ -126,7 +126,7 @@ def ranked_and_fitted(
             fit = with_likelier_skids(fit, one.name)  # noqa: PLW2901
         if one.name in known and one.name not in LOCAL:
             fit = min(fit, known[one.name], key=lambda f: f.deviance)  # noqa: PLW2901
-        if not is_another(problem, fit, one.name):
+        if not is_ruled_out(problem, fit, one.name):
             out.append(assessed(problem, current, one, fit, n_names))
     out = with_own_forms(problem, current, sorted(out, key=lambda a: -a.score), n_names)
     return compare_in_fine_bins(problem, tuple(out))
@@ -309,9 +309,9 @@ def fine_costs(problem: Problem, fitted: Iterable[FittedCandidate]) -> list[floa
     return [fit.deviance + price_of(problem, a.scored, a.fit) for a, fit in fits]
 
 
-def is_another(problem: Problem, fit: Fit, name: str) -> bool:
-    """Whether what was fitted is another effect by now, or none: at an end of what it may be, an answer to
-    the disturbance, or a slip that lasts as only a load does.
+def is_ruled_out(problem: Problem, fit: Fit, name: str) -> bool:
+    """Whether its fit rules an effect out: at an end of what it may be, an answer to the disturbance, or a
+    slip that lasts as only a load does.
     """
     if name == "slip_interval":
         interval = fit.extension.effects[name]
