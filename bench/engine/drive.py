@@ -45,7 +45,7 @@ class State(NamedTuple):
 
 
 class RanAway(RuntimeError):
-    """A hidden effect makes the controlled robot unstable."""
+    """A hidden effect makes the controlled robot unstable, or lays it on a part that is no support."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +108,15 @@ class Plant:
         ahead, left, _ = turned.T @ self.data.qvel[:3]
         return float(ahead), float(left), float(self.data.qvel[5])
 
+    def settle(self) -> None:
+        """Let the robot come to rest on its wheels and supports."""
+        for _ in range(round(SETTLE_S * RATE_HZ)):
+            self.step(0.0, 0.0)
+
+    def touching(self) -> set[int]:
+        """The geoms in contact."""
+        return {int(geom) for pair in self.data.contact.geom for geom in pair}
+
     def load(self, mass_kg: float) -> None:
         """Put a weight on the base, at its centre of mass."""
         base = self.model.body("base").id
@@ -135,11 +144,20 @@ class Controller:
         return tuple(np.clip([left, right], -self.limit_nm, self.limit_nm))  # type: ignore[return-value]
 
 
+def rests_elsewhere(hidden: Hidden, clean: Hidden) -> bool:
+    """Whether the robot comes to rest on a part that does not touch the ground without the effect, as on a
+    lip: it drags there, and the moved mass is the least of its effects.
+    """
+    with_effect, without = Plant(hidden), Plant(clean)
+    with_effect.settle()
+    without.settle()
+    return not with_effect.touching() <= without.touching()
+
+
 def driven(hidden: Hidden, robot: Robot, references: Profile, duration_s: float) -> Motion:
     """The drive, after the robot has settled on its wheels. Raises RanAway."""
     plant = Plant(hidden)
-    for _ in range(round(SETTLE_S * RATE_HZ)):
-        plant.step(0.0, 0.0)
+    plant.settle()
     t_s = np.arange(round(duration_s * RATE_HZ)) / RATE_HZ
     wanted = np.stack(references(t_s), axis=1)
     controller = Controller(robot, SKID_STEER if robot.four_wheeled else TWO_WHEELED)

@@ -14,7 +14,7 @@ import numpy as np
 
 from engine.bases import kept
 from engine.case import Case
-from engine.drive import Motion, RanAway, driven
+from engine.drive import Motion, RanAway, driven, rests_elsewhere
 from engine.effects import EDITS, Hidden, World, nothing
 from engine.robot import Robot, robot_of, spec_of
 from wmr_replay.api.fit import fit
@@ -53,19 +53,26 @@ def logged(case: Case) -> Logged:
 
 
 def hidden_of(case: Case, robot: Robot) -> Hidden:
-    """The case's changed world."""
+    """The case's changed world. Raises RanAway where a moved mass tips the robot onto another part."""
     world = World(spec_of(case.robot), robot, case.stream("size"), case.duration_s)
     if not case.effect:
         return nothing(world)
     if case.effect == "slick_patch":
         world = replace(world, places_m=reached_under_torque(case, robot))
-    return EDITS[case.effect](world)
+    hidden = EDITS[case.effect](world)
+    if case.effect == "centre_of_mass" and rests_elsewhere(hidden, nothing(of_file(case, robot))):
+        raise RanAway("the robot rests on a part that is no support")
+    return hidden
+
+
+def of_file(case: Case, robot: Robot) -> World:
+    """The robot as its file has it."""
+    return World(spec_of(case.robot), robot, case.stream("place"), case.duration_s)
 
 
 def reached_under_torque(case: Case, robot: Robot) -> F64:
     """Places (n, 2) at which the robot without an effect accelerates, after the first 10 s."""
-    clean = nothing(World(spec_of(case.robot), robot, case.stream("place"), case.duration_s))
-    motion = driven(clean, robot, case.references(), case.duration_s)
+    motion = driven(nothing(of_file(case, robot)), robot, case.references(), case.duration_s)
     pull = robot.alpha * np.abs(motion.left_nm + motion.right_nm)
     later = (motion.t_s > PATCH_AFTER_S) & (motion.t_s < 0.9 * case.duration_s)
     chosen = later & (pull >= min(PATCH_ACCELERATION_MPS2, float(np.quantile(pull, 0.9))))

@@ -29,7 +29,7 @@ from worlds.oracle_filter import moved_m, whitened
 from worlds.oracle_forms import Trace
 
 from engine.case import Case
-from engine.drive import RATE_HZ, SETTLE_S, STATE_EVERY, Motion, Plant, State, driven
+from engine.drive import RATE_HZ, STATE_EVERY, Motion, Plant, State, driven
 from engine.effects import World, nothing
 from engine.logs import Logged
 from engine.oracle_base import axle, base_of, body_pose, columns_of, left_by_base, steps_of
@@ -96,8 +96,7 @@ def by_torques(found: Logged) -> Trace:
     motion, robot = found.motion, found.robot
     bare = Plant(nothing(World(spec_of(robot.name), robot, np.random.default_rng(), 0.0)))
     n = len(motion.t_s)
-    for _ in range(round(SETTLE_S * RATE_HZ)):
-        bare.step(0.0, 0.0)
+    bare.settle()
     apart = np.zeros((3, n))
     for first, state in zip(range(0, n, STATE_EVERY), motion.states, strict=True):
         put(bare, state, motion, first, robot)
