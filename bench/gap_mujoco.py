@@ -51,7 +51,9 @@ LOCAL = ("slick_patch", "load_step")
 
 
 def cases(options: argparse.Namespace) -> Iterator[Case]:
-    """``--n`` cases of the split, by their seeds from the part's first (or ``--first-seed``) on."""
+    """Of ``--n`` cases of the split, by their seeds from the part's first (or ``--first-seed``) on, those of
+    the ``--kind``.
+    """
     chosen = part(options.split)
     robots = [options.robot] if options.robot else list(chosen.robots)
     families = [options.family] if options.family else list(chosen.families)
@@ -66,7 +68,8 @@ def cases(options: argparse.Namespace) -> Iterator[Case]:
         effect, turn = effect_of(lap, 5 * place, names, options.effect)
         family = families[(turn + turn // len(families) + place) % len(families)]
         noise = noises[(turn + 2 * (turn // len(names)) + place) % len(noises)]
-        yield Case(robots[place], family, noise, effect, first + k)
+        if options.kind in ("all", "hidden" if effect else "nothing"):
+            yield Case(robots[place], family, noise, effect, first + k)
 
 
 def effect_of(lap: int, shift: int, names: list[str], choice: str) -> tuple[str, int]:
@@ -141,6 +144,9 @@ def main() -> None:
     parser.add_argument("--n", type=int, default=40)
     parser.add_argument("--first-seed", type=int)
     parser.add_argument("--effect", choices=("all", "none", *EDITS), default="all")
+    parser.add_argument(
+        "--kind", choices=("all", "hidden", "nothing"), default="all", help="logs with or without an effect"
+    )
     parser.add_argument("--robot")
     parser.add_argument("--family", choices=tuple(FAMILIES))
     parser.add_argument("--noise", choices=tuple(NOISE_LEVELS))

@@ -217,9 +217,12 @@ def test_imbalance_and_biases_change_the_torques_and_not_their_record(name):
     assert motion.effort_left_nm[50] == 0.5
 
 
-def test_a_centre_of_mass_ahead_of_the_axle_conserves_kinetic_energy():
-    d, m, inertia = 0.1, SMALL_ROBOT.mass_kg, SMALL_ROBOT.yaw_inertia_kgm2
-    motion = moved(effect("com_offset", offset_m=d), start=(0.5, 1.5), duration_s=5.0)
+@pytest.mark.parametrize(("load", "ratio"), [(0.0, 0.0), (0.4, 0.0), (0.0, 0.3), (0.4, 0.3)])
+def test_a_centre_of_mass_ahead_of_the_axle_conserves_kinetic_energy(load, ratio):
+    """A payload at the centre of mass and a larger yaw inertia are in the energy, too."""
+    m, inertia = SMALL_ROBOT.mass_kg * (1 + load), SMALL_ROBOT.yaw_inertia_kgm2 * (1 + ratio)
+    loaded = effect("payload", mass_ratio=load), effect("yaw_inertia", ratio=ratio)
+    motion = moved(effect("com_offset", offset_m=0.1), *loaded, start=(0.5, 1.5), duration_s=5.0)
     energy = m * motion.v_long_mps**2 + inertia * motion.yaw_rate_radps**2
     assert energy == pytest.approx(energy[0], rel=1e-9)
     assert motion.v_long_mps[-1] > 0.55

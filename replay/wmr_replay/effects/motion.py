@@ -90,9 +90,11 @@ def downhill_left(yaw: float, theta: F64) -> Pair:
 @lean
 def turning_arm(com_yaw: float, theta: F64) -> float:
     """How much a centre of mass ahead of the axle turns the robot by what the tyres hold sideways:
-    k d/(1 + ratio), k = l m/I in 1/m (``com_yaw``), ratio that of yaw_inertia.
+    k d (1 + mass_ratio)/(1 + ratio), k = l m/I in 1/m (``com_yaw``), the ratios those of payload and
+    yaw_inertia. A payload sits at the centre of mass, and leaves d.
     """
-    return float(com_yaw / (1.0 + theta[Theta.YAW_INERTIA]) * theta[Theta.COM_OFFSET])
+    carried = (1.0 + theta[Theta.MASS_RATIO]) / (1.0 + theta[Theta.YAW_INERTIA])
+    return float(com_yaw * carried * theta[Theta.COM_OFFSET])
 
 
 @lean
@@ -100,7 +102,7 @@ def with_body_effects(given: Pair, v: float, turning: Pair, yaw: float, com_yaw:
     """``given`` (dv_long/dt, dw/dt) in m/s² plus the effects on the body; ``turning`` is (w, yaw_rate).
 
     dv_long/dt: −c₁ v − c₂ v|v| + d yaw_rate² − c₀ sgn v + g_x cos ψ + g_y sin ψ
-    dw/dt:      −d₁ w − k d/(1 + ratio) (v yaw_rate − g_left) − d₀ sgn w
+    dw/dt:      −d₁ w − k d (1 + mass_ratio)/(1 + ratio) (v yaw_rate − g_left) − d₀ sgn w
 
     with the arm of :func:`turning_arm` and g_left of :func:`downhill_left`: tyres at the axle hold against
     the pull of a slope on a mass that lies d ahead of it.

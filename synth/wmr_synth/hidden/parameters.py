@@ -37,6 +37,7 @@ class Hidden(NamedTuple):
     grade_y_mps2: float = 0.0
     com_offset_m: float = 0.0
     com_yaw: float = 0.0
+    arm_ratio: float = 1.0
     eccentricity_mps2: float = 0.0
     stiffness: float = 1.0
     undeclared_stiffness: float = 0.0
@@ -60,6 +61,18 @@ def com_offset(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
     return h._replace(com_offset_m=p["offset_m"], com_yaw=l * m * p["offset_m"] / inertia)
 
 
+def payload(h: Hidden, p: Parameters, _: RobotParameters) -> Hidden:
+    """A mass m (1 + ratio) by α and by l m d/I: the weight sits at the centre of mass."""
+    carried = 1 + p["mass_ratio"]
+    return h._replace(gain_long=h.gain_long / carried, arm_ratio=h.arm_ratio * carried)
+
+
+def yaw_inertia(h: Hidden, p: Parameters, _: RobotParameters) -> Hidden:
+    """A yaw inertia I (1 + ratio) by α_yaw and by l m d/I."""
+    larger = 1 + p["ratio"]
+    return h._replace(gain_yaw=h.gain_yaw / larger, arm_ratio=h.arm_ratio / larger)
+
+
 def wheel_viscous(h: Hidden, p: Parameters, robot: RobotParameters) -> Hidden:
     """Friction by wheel speed, which needs the wheel's radius."""
     (radius,) = needed("wheel_viscous", robot, "wheel_radius_m")
@@ -81,8 +94,8 @@ def drive_gain(h: Hidden, p: Parameters, _: RobotParameters) -> Hidden:
 
 
 CHANGES: dict[str, Change] = {
-    "payload": lambda h, p, _: h._replace(gain_long=h.gain_long / (1 + p["mass_ratio"])),
-    "yaw_inertia": lambda h, p, _: h._replace(gain_yaw=h.gain_yaw / (1 + p["ratio"])),
+    "payload": payload,
+    "yaw_inertia": yaw_inertia,
     "drive_gain": drive_gain,
     "rolling_resistance": lambda h, p, _: h._replace(rolling_mps2=p["c0_mps2"]),
     "viscous_drag": lambda h, p, _: h._replace(viscous_per_s=p["c1_per_s"]),

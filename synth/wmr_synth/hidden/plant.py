@@ -113,10 +113,13 @@ def body(state: F64, yaw_share: float, h: Hidden) -> Triple:
 
 
 @compiled
-def com(state: F64, across: float, l: float, h: Hidden) -> Pair:
-    """(a_long, a_turn) of a centre of mass ahead of the axle, which a slope pulls ``across``."""
+def com(state: F64, across: float, carried: float, l: float, h: Hidden) -> Pair:
+    """(a_long, a_turn) of a centre of mass ahead of the axle, with ``carried`` times the robot's mass, which a
+    slope pulls ``across``.
+    """
     yaw_rate = state[TURN] / l
-    return h.com_offset_m * yaw_rate**2, -h.com_yaw * (state[V_LONG] * yaw_rate - across)
+    turned = h.com_yaw * h.arm_ratio * carried * (state[V_LONG] * yaw_rate - across)
+    return h.com_offset_m * yaw_rate**2, -turned
 
 
 @compiled
@@ -137,7 +140,7 @@ def derivative(mode: int, t: float, state: F64, held: Held, c: Coefficients, h: 
     drive = c.alpha * h.gain_long * grip / carried * (right + left)
     twist = c.alpha_yaw * h.gain_yaw * grip * (right - left)
     ahead, across, around = body(state, c.alpha_yaw / c.alpha, h)
-    com_ahead, com_around = com(state, across, l, h)
+    com_ahead, com_around = com(state, across, carried, l, h)
     ahead, around = ahead + com_ahead + held[2], around + com_around + held[4]
     speed = average_speed(state, c)
     out[V_LAT] = out[SIGMA_SUM] = out[SIGMA_DIFF] = 0.0

@@ -62,6 +62,8 @@ EFFECTS = {
     "com_offset": {Theta.COM_OFFSET: 0.03},
     "com_offset on a slope": {Theta.COM_OFFSET: 0.03, Theta.GRADE_X: 0.3, Theta.GRADE_Y: -0.2},
     "com_offset and yaw_inertia": {Theta.COM_OFFSET: 0.03, Theta.YAW_INERTIA: 0.4},
+    "com_offset and payload": {Theta.COM_OFFSET: 0.03, Theta.MASS_RATIO: 0.4},
+    "com_offset and load_step": {Theta.COM_OFFSET: 0.03, Theta.LOAD_STEP: 0.4},
     "cornering_stiffness": {Theta.CORNERING: -0.4},
     "load_step": {Theta.LOAD_STEP: 0.4},
     "slip_interval": {Theta.SLIP: 0.5},
@@ -80,15 +82,16 @@ def written(_, z, p, mode):
     right -= at(Theta.WHEEL_COULOMB) * sgn(v + w) + at(Theta.WHEEL_VISCOUS) * (v + w)
     grip = (1 - at(Theta.SLIP)) * (1 - at(Theta.PATCH)) * (1 + at(Theta.DRIVE_GAIN))
     share, share_yaw = (BASE.slip_share, BASE.slip_share_yaw) if mode == ContactMode.SLIPPING else (1.0, 1.0)
-    dv = BASE.alpha * share * grip / (1 + at(Theta.MASS_RATIO)) / (1 + at(Theta.LOAD_STEP)) * (right + left)
-    dw = BASE.alpha_yaw * share_yaw * grip / (1 + at(Theta.YAW_INERTIA)) * (right - left)
+    mass, inertia = (1 + at(Theta.MASS_RATIO)) * (1 + at(Theta.LOAD_STEP)), 1 + at(Theta.YAW_INERTIA)
+    dv = BASE.alpha * share * grip / mass * (right + left)
+    dw = BASE.alpha_yaw * share_yaw * grip / inertia * (right - left)
     dv -= at(Theta.ROLLING) * sgn(v) + at(Theta.VISCOUS) * v + at(Theta.DRAG) * v * abs(v)
     dv += at(Theta.GRADE_X) * np.cos(yaw) + at(Theta.GRADE_Y) * np.sin(yaw)
     dv += at(Theta.COM_OFFSET) * yaw_rate**2
     dw -= at(Theta.SCRUB) * sgn(w) + at(Theta.YAW_DAMPING) * w
     across = at(Theta.GRADE_Y) * np.cos(yaw) - at(Theta.GRADE_X) * np.sin(yaw)
     held = v * yaw_rate - across  # what the tyres hold at the axle, by mass
-    dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) / (1 + at(Theta.YAW_INERTIA)) * held
+    dw -= BASE.com_yaw_per_m * at(Theta.COM_OFFSET) * mass / inertia * held
     dv_lat = -BASE.lateral_decay_per_s * v_lat
     if mode == ContactMode.SKIDDING:
         speed = max(np.sqrt(v**2 + v_lat**2 + w**2), 0.3)

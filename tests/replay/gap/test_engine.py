@@ -106,11 +106,13 @@ def test_a_robots_alpha_is_what_the_engine_does(engine, name):
     while plant.speeds()[0] > 0:
         plant.step(-torque, -torque)
     moment, gained = 0.2 / (2 * robot.alpha_yaw), []
-    for times in (3, 4) if name in DRAGGING else (1, 2):  # what a skid brakes is the same in both
+    for times in (6, 6, -6) if name in DRAGGING else (1, 2):
         before = plant.speeds()[2]
         for _ in range(50):
             plant.step(-times * moment, times * moment)
         gained.append((plant.speeds()[2] - before) * robot.half_track_m)
+    if name in DRAGGING:  # what drags brakes a turn that gathers speed as much as one that loses it
+        gained = [0.0, (gained[1] - gained[2]) / 12]
     swinging = 0.15 if name in SWIVELLING else 0.05  # their casters swing round first
     assert gained[1] - gained[0] == pytest.approx(0.1, rel=swinging)
 
@@ -171,11 +173,11 @@ def test_the_bases_of_a_state_are_made_once(engine, tmp_path, monkeypatch, calib
 def test_a_run_of_the_engine_may_be_stopped_anywhere(engine, monkeypatch):
     monkeypatch.syspath_prepend(str(BENCH))
     campaign = importlib.import_module("gap_mujoco")
-    options = {"split": "report", "robot": None, "family": None, "noise": None, "first_seed": None}
-    cases = list(campaign.cases(SimpleNamespace(**options, effect="all", n=525)))
-    assert [case.seed for case in cases] == list(range(4_000_000, 4_000_525))
+    options = {"split": "report", "robot": None, "family": None, "noise": None, "first_seed": None, "kind": "all"}
+    cases = list(campaign.cases(SimpleNamespace(**options, effect="all", n=552)))
+    assert [case.seed for case in cases] == list(range(4_500_000, 4_500_552))
     hiding = [case for case in cases if case.effect]
-    assert len(hiding) == 210
+    assert len(hiding) == 230
     for chosen in (cases, hiding, [case for case in cases if not case.effect]):
         for key in ("robot", "noise", "family"):
             counts = [

@@ -105,7 +105,7 @@ def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limi
             without=lambda _: SimpleNamespace(mean_torques=lambda _: asked),
             mean_torques=lambda _: np.clip(asked, -limit_nm, limit_nm),
             misfit=base.misfit,
-            acting=base.acting,
+            effects=base.effects,
             base=base.base,
             wheel_radius_m=base.wheel_radius_m,
         )

@@ -112,16 +112,16 @@ def test_a_friction_changes_its_sign_over_the_speed_of_the_file(over_mps, share)
     assert ahead == pytest.approx(-0.2 * share)
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.25])
-def test_an_arm_of_the_centre_of_mass_turns_less_by_a_larger_inertia(ratio):
-    """As the gap analysis has it: −(α_yaw/(α l)) d v·yaw_rate/(1 + ratio)."""
+@pytest.mark.parametrize(("load", "ratio"), [(0.0, 0.0), (0.0, 0.25), (0.4, 0.0), (0.4, 0.25)])
+def test_an_arm_of_the_centre_of_mass_turns_more_by_a_load_and_less_by_a_larger_inertia(load, ratio):
+    """As the gap analysis has it: −(α_yaw/(α l)) d v·yaw_rate (1 + load)/(1 + ratio)."""
     robot = RobotParameters(alpha=ALPHA, alpha_yaw=0.03, half_track_m=0.5, wheel_radius_m=0.1)
     arm, inertia = Effect("com_offset", {"offset_m": 0.04}), Effect("yaw_inertia", {"ratio": ratio})
-    terms = replay_model(Model(effects=(arm, inertia)), robot).terms
+    terms = replay_model(Model(effects=(arm, inertia, Effect("payload", {"mass_ratio": load}))), robot).terms
     bend = Moving(*({"v": 0.8, "yaw_rate": 0.5}.get(name, 0.0) for name in COLUMNS))
     ahead, _, turning = extra_accelerations(bend, 1.0, 1.0, terms)
     assert ahead == pytest.approx(0.04 * 0.5**2)
-    assert 0.5 * turning == pytest.approx(-0.03 / (ALPHA * 0.5) * 0.04 * 0.8 * 0.5 / (1 + ratio))
+    assert 0.5 * turning == pytest.approx(-0.03 / (ALPHA * 0.5) * 0.04 * 0.8 * 0.5 * (1 + load) / (1 + ratio))
 
 
 def test_products_are_what_the_dictionary_says():

@@ -140,6 +140,12 @@ def responses(row: F64, theta: F64, base: Base) -> tuple[float, float]:
     return response((base.alpha, base.alpha_yaw), slipping, acts, theta)
 
 
+@lean
+def loaded_arm(row: F64, theta: F64, base: Base) -> float:
+    """L m/I in 1/m with the load that the robot carries in the row, at its centre of mass."""
+    return float(base.com_yaw_per_m * (1.0 + theta[Theta.LOAD_STEP] * row[Row.LOAD]))
+
+
 @inlined
 def accelerations(
     z: F64, gains: tuple[float, float], row: F64, theta: F64, base: Base
@@ -152,7 +158,7 @@ def accelerations(
     dw = turning * (u_right - u_left) + z[D_YAW] + theta[Theta.EXTRA_YAW] * row[Row.EXTRA_YAW]
     dv += row[Row.LONG_BY_V] * v + row[Row.LONG_BY_W] * w
     dw += row[Row.YAW_BY_V] * v + row[Row.YAW_BY_W] * w
-    dv, dw = with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], base.com_yaw_per_m, theta)
+    dv, dw = with_body_effects((dv, dw), v, (w, yaw_rate), z[YAW], loaded_arm(row, theta, base), theta)
     if skids(row[Row.MODE], theta):
         dv += z[V_LAT] * yaw_rate / 3.0
     return dv, dw
@@ -194,9 +200,10 @@ def slopes_of_accelerations(z: F64, gains: tuple[float, float], row: F64, theta:
         by_wheels[2] + row[Row.YAW_BY_V],
         -turning * (right + left) + row[Row.YAW_BY_W],
     )
-    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, base.com_yaw_per_m, theta)
+    arm = loaded_arm(row, theta, base)
+    v_v, v_w, w_v, w_w = with_body_slopes(given, v, w, l, arm, theta)
     (v_yaw, turned), v_lateral = downhill_left(z[YAW], theta), 0.0
-    w_yaw = turning_arm(base.com_yaw_per_m, theta) * turned
+    w_yaw = turning_arm(arm, theta) * turned
     if skids(row[Row.MODE], theta):
         v_w, v_lateral = v_w + z[V_LAT] / l / 3.0, w / l / 3.0
     return v_yaw, v_v, v_w, v_lateral, w_v, w_w, w_yaw

@@ -8,6 +8,7 @@ effects that the log does not show, for want of excitation too, it is no more th
 One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
 better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
 is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form.
+Where the calibration log hardly shows α_yaw, its error is another on another drive, too.
 """
 
 from collections.abc import Mapping
@@ -134,7 +135,10 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
     small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
-    if any(other != name and size_of(p) > negligible(other, extension, own) for other, p in extension.acting):
+    if name == "yaw_inertia" and left > small:
+        left *= own.other_drives
+    found = ((other, sizes) for other, sizes in extension.effects.items() if other != name)
+    if any(size_of(sizes) > negligible(other, extension, own) for other, sizes in found):
         return max(left, small)
     geometric = {*declaration.units.values()} <= {"m", "rad"}
     low, high = own.least_shares_of_lengths if geometric else own.least_shares
