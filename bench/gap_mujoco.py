@@ -31,7 +31,8 @@ from engine.drive import RanAway  # noqa: E402
 from engine.effects import EDITS  # noqa: E402
 from engine.logs import Logged, base_of, logged, written  # noqa: E402
 from engine.oracle import judged  # noqa: E402
-from engine.score import outcome  # noqa: E402
+from engine.rivals import left_by_rivals  # noqa: E402
+from engine.score import outcome, rivals_said  # noqa: E402
 from engine.split import accepted, makes_both, part  # noqa: E402
 from worlds import runs  # noqa: E402
 from worlds.score import CLAIMS  # noqa: E402
@@ -100,6 +101,8 @@ def row_of(case: Case) -> Row:
     if case.effect:
         word = judged(case, found)
         row |= {"own": word.own, "crossings": word.crossings, "may_refuse": word.may_refuse}
+    if row["outcome"] == "among":
+        row["rivals"] = left_by_rivals(case, found, rivals_said(row, names))
     tried_again = case.effect and case.effect not in LOCAL and case.seed % SECOND_EVERY == 0
     if tried_again and row.get("verdict") in CLAIMS:
         row["second"] = second(replace(case, again=True), extended)

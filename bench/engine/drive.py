@@ -117,6 +117,11 @@ class Plant:
         """The geoms in contact."""
         return {int(geom) for pair in self.data.contact.geom for geom in pair}
 
+    def tilt_rad(self) -> float:
+        """Angle between the base's vertical axis and the world's."""
+        upright = self.data.xmat[self.model.body("base").id][8]
+        return float(np.arccos(np.clip(upright, -1.0, 1.0)))
+
     def load(self, mass_kg: float) -> None:
         """Put a weight on the base, at its centre of mass."""
         base = self.model.body("base").id

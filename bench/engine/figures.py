@@ -8,6 +8,7 @@ from figure_blocks import share
 from worlds.figures import answer, count, grouped, noise, scope, silence, verdict
 from worlds.tables import said, table
 
+from engine.score import excused
 from engine.tables import SILENT, oracle_says
 
 Row = dict[str, Any]
@@ -43,8 +44,12 @@ def asked(hidden: Rows, nothing: Rows, seconds: Rows) -> str:
     times = "; ".join(f"{np.quantile(spent, q):.1f} s" for q in (0.5, 0.95)) if spent else "–"
     lines = [
         ("one effect hidden: an accepted name", "≥ 92 %", share(count(hidden, "right"), len(hidden))),
-        ("– or refused where the oracle refuses", "", share(sum(map(excused, hidden)), len(hidden))),
-        ("– logs that tell alone", "", share(count(tells, "right"), len(tells))),
+        (
+            "– or as the oracle: refused or ambiguous",
+            "",
+            share(sum(map(excused, hidden)), len(hidden)),
+        ),
+        ("– logs that tell alone", "", share(sum(map(excused, tells)), len(tells))),
         ("nothing hidden: named", "≤ 1 %", share(count(nothing, "false"), len(nothing))),
         ("– a disagreement without a name", "", share(count(nothing, "unnamed"), len(nothing))),
         ("a second log, extended model: nothing", "≥ 95 %", share(sum(map(quiet, seconds)), len(seconds))),
@@ -52,11 +57,6 @@ def asked(hidden: Rows, nothing: Rows, seconds: Rows) -> str:
         ("processor time a log: median; 95 %", "", times),
     ]
     return table(("", "asked", "measured"), lines)
-
-
-def excused(row: Row) -> bool:
-    """Right, or refused where the log cannot tell its effect."""
-    return bool(row["outcome"] == "right" or (row["outcome"] == "refused" and row.get("may_refuse", False)))
 
 
 def quiet(row: Row) -> bool:
@@ -67,7 +67,7 @@ def quiet(row: Row) -> bool:
 def by(rows: Rows, key: Callable[[Row], str], title: str) -> str:
     """Outcomes of the logs with a hidden effect, by a key and over all."""
     lines = [[name, *outcomes(group)] for name, group in [*grouped(rows, key).items(), ("all", list(rows))]]
-    head = title, "logs", "accepted name", "or refused, as the oracle", *OUTCOMES, "may be refused"
+    head = title, "logs", "accepted name", "or as the oracle", *OUTCOMES, "may be refused"
     return table(head, lines)
 
 
@@ -77,7 +77,7 @@ def by_effect(rows: Rows, accepted: Names) -> str:
         rows, lambda row: f"`{row['effect']}`: {', '.join(accepted(row['robot'])[row['effect']])}"
     )
     lines = [[*name.split(": "), *outcomes(group)] for name, group in groups.items()]
-    head = ("accepted name", "or refused, as the oracle", *OUTCOMES, "may be refused")
+    head = ("accepted name", "or as the oracle", *OUTCOMES, "may be refused")
     return table(("effect", "accepted names", "logs", *head), lines)
 
 

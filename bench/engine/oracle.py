@@ -30,13 +30,17 @@ from worlds.oracle_forms import Trace
 
 from engine.case import Case
 from engine.drive import RATE_HZ, STATE_EVERY, Motion, Plant, State, driven
-from engine.effects import World, nothing
+from engine.effects import Hidden, World, nothing
 from engine.logs import Logged
 from engine.oracle_base import axle, base_of, body_pose, columns_of, left_by_base, steps_of
 from engine.robot import Robot, spec_of
 from wmr_schemas.arrays import F64
 
 CROSSINGS = 2
+FALLEN_RAD = 0.15
+"""A robot that is tilted by so much has fallen: without friction, the same torques may throw it over. It is
+stood up again.
+"""
 SPINS_MPS = 0.05
 """A wheel that slides by so much is put to rolling before the robot without the effect goes on."""
 
@@ -91,14 +95,19 @@ def crossings(found: Logged, hidden: Trace) -> list[Trace]:
     return [Trace(hidden.acceleration * mask, hidden.pose * mask) for mask in masks]
 
 
-def by_torques(found: Logged) -> Trace:
-    """How the hidden drive parts from the robot without the effect, from the same states."""
+def by_torques(found: Logged, other: Hidden | None = None) -> Trace:
+    """How the hidden drive parts from the robot without the effect, or with another one, from the same
+    states.
+    """
     motion, robot = found.motion, found.robot
-    bare = Plant(nothing(World(spec_of(robot.name), robot, np.random.default_rng(), 0.0)))
+    bare = Plant(other or nothing(World(spec_of(robot.name), robot, np.random.default_rng(), 0.0)))
     n = len(motion.t_s)
     bare.settle()
+    resting = bare.state()
     apart = np.zeros((3, n))
     for first, state in zip(range(0, n, STATE_EVERY), motion.states, strict=True):
+        if bare.tilt_rad() > FALLEN_RAD:
+            bare.data.qpos[:], bare.data.qvel[:] = resting
         put(bare, state, motion, first, robot)
         before = np.zeros(3)
         for row in range(first, min(first + STATE_EVERY, n - 1)):

@@ -14,6 +14,7 @@ false     (nothing hidden) something is named
 
 from typing import Any
 
+from worlds.oracle import SEPARATED
 from worlds.score import CLAIMS, CLOSE_BIC
 
 Row = dict[str, Any]
@@ -27,6 +28,23 @@ def names(effect: Row) -> set[str]:
 def alternatives(effect: Row) -> set[str]:
     """The names that the answer gives as nearly as likely."""
     return {name for name, worse in effect["alternatives"].items() if worse < CLOSE_BIC}
+
+
+def rivals_said(row: Row, accepted: list[str]) -> set[str]:
+    """The names of an ambiguous answer that are not accepted."""
+    return {name for effect in row["effects"] for name in {effect["name"]} | alternatives(effect)} - {
+        *accepted
+    }
+
+
+def excused(row: Row) -> bool:
+    """Right, or as the oracle: refused where the log cannot tell its effect, or beside rivals that it cannot
+    tell from it.
+    """
+    if row["outcome"] == "among":
+        left = row.get("rivals", {"": None}).values()
+        return all(one is not None and one < SEPARATED for one in left)
+    return bool(row["outcome"] == "right" or (row["outcome"] == "refused" and row.get("may_refuse", False)))
 
 
 def outcome(row: Row, accepted: list[str], *, both: bool = False) -> str:

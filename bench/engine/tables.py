@@ -5,6 +5,8 @@ from typing import Any
 
 from worlds.tables import by, said, table, times
 
+from engine.score import excused
+
 Row = dict[str, Any]
 HIDDEN = ("right", "among", "more", "refused", "unnamed", "wrong", "error")
 SILENT = ("nothing_missing", "not_enough_excitation")
@@ -29,23 +31,30 @@ def failures(rows: Sequence[Row]) -> str:
 
 
 def oracle_says(row: Row) -> str:
-    """The oracle's number on a log with a hidden effect, and on how many crossings alone a patch is seen."""
+    """The oracle's number on a log with a hidden effect, on how many crossings alone a patch is seen, and
+    what the rivals of an ambiguous answer leave.
+    """
     if "own" not in row:
         return "–"
-    crossed = "" if row["crossings"] is None else f", {row['crossings']} crossings"
-    return f"{row['own']:.0f}{crossed}{', may be refused' if row['may_refuse'] else ''}"
+    words = [f"{row['own']:.0f}"]
+    if row["crossings"] is not None:
+        words.append(f"{row['crossings']} crossings")
+    if row["may_refuse"]:
+        words.append("may be refused")
+    for name, left in row.get("rivals", {}).items():
+        words.append(f"`{name}` leaves {'–' if left is None else f'{left:.0f}'}")
+    return ", ".join(words)
 
 
 def told(rows: Sequence[Row]) -> str:
-    """Right, or refused where the log cannot tell its effect, by robot."""
+    """Right, or refused or ambiguous where the log cannot tell, by robot."""
     lines = []
     for name in [*sorted({row["robot"] for row in rows}), "all"]:
         mine = [row for row in rows if name in (row["robot"], "all")]
-        silent = [row.get("may_refuse", False) for row in mine]
-        right = sum(row["outcome"] == "right" for row in mine)
-        refused = sum(row["outcome"] == "refused" and may for row, may in zip(mine, silent, strict=True))
-        lines.append([name, len(mine), f"{(right + refused) / len(mine):.1%}", right, refused, sum(silent)])
-    head = "the oracle", "logs", "right or refused where it may be", "right", "so refused", "cannot tell"
+        right, told = sum(row["outcome"] == "right" for row in mine), sum(map(excused, mine))
+        silent = sum(row.get("may_refuse", False) for row in mine)
+        lines.append([name, len(mine), f"{told / len(mine):.1%}", right, told - right, silent])
+    head = "the oracle", "logs", "right or as the oracle", "right", "as the oracle", "may be refused"
     return table(head, lines)
 
 

@@ -114,8 +114,8 @@ def body(state: F64, yaw_share: float, h: Hidden) -> Triple:
 
 @compiled
 def com(state: F64, across: float, carried: float, l: float, h: Hidden) -> Pair:
-    """(a_long, a_turn) of a centre of mass ahead of the axle, with ``carried`` times the robot's mass, which a
-    slope pulls ``across``.
+    """(a_long, a_turn) of a centre of mass ahead of the axle, which a slope pulls ``across``; the robot is
+    ``carried`` times as heavy.
     """
     yaw_rate = state[TURN] / l
     turned = h.com_yaw * h.arm_ratio * carried * (state[V_LONG] * yaw_rate - across)

@@ -173,7 +173,14 @@ def test_the_bases_of_a_state_are_made_once(engine, tmp_path, monkeypatch, calib
 def test_a_run_of_the_engine_may_be_stopped_anywhere(engine, monkeypatch):
     monkeypatch.syspath_prepend(str(BENCH))
     campaign = importlib.import_module("gap_mujoco")
-    options = {"split": "report", "robot": None, "family": None, "noise": None, "first_seed": None, "kind": "all"}
+    options = {
+        "split": "report",
+        "robot": None,
+        "family": None,
+        "noise": None,
+        "first_seed": None,
+        "kind": "all",
+    }
     cases = list(campaign.cases(SimpleNamespace(**options, effect="all", n=552)))
     assert [case.seed for case in cases] == list(range(4_500_000, 4_500_552))
     hiding = [case for case in cases if case.effect]

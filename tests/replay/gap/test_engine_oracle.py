@@ -73,6 +73,32 @@ def test_wheels_of_another_size_are_what_the_speeds_leave(engine, driven):
     assert share == pytest.approx(ratio / (1 + ratio), rel=0.1)
 
 
+def test_a_rival_of_the_same_mechanism_leaves_nothing_and_another_does(engine, driven):
+    case, found = driven("courier", "payload")
+    left = engine("rivals").left_by_rivals(case, found, {"payload", "torque_bias_common", "slope"})
+    own = engine("oracle").judged(case, found).own
+    assert left["payload"] < 0.01 * own
+    assert 0.1 * own < left["torque_bias_common"] <= own
+    assert left["slope"] is None
+
+
+def test_a_lag_is_told_from_a_delay_by_precise_poses_alone(engine, driven):
+    clear, poor = (
+        engine("rivals").left_by_rivals(*driven("courier", "delay", noise), {"actuator_lag"})["actuator_lag"]
+        for noise in ("mocap", "poor")
+    )
+    assert poor < 33 < clear
+
+
+def test_a_robot_that_falls_without_the_effect_is_stood_up_again(engine):
+    """Without friction the same torques throw it over: its trace is no larger than what friction takes."""
+    case = engine("case").Case("porter", "square-wave", "rtk", "friction_loss", 3300137, SECONDS)
+    found = engine("logs").logged(case)
+    trace = engine("oracle").by_torques(found).acceleration
+    taken = 2 * found.robot.alpha * found.hidden.sizes["torque_nm"]
+    assert np.quantile(np.abs(trace[0][500:]), 0.9) < 2 * taken
+
+
 def test_a_patch_wants_two_crossings(engine):
     judgement = engine("oracle").Judgement
     assert judgement(1000.0, 1.0, 1).may_refuse

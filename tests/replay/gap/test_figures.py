@@ -57,6 +57,9 @@ ENGINE = [
     engine_row(300001, "gear", "right", **NAMED, effects=said("drive_gain"), second=AGAIN),
     engine_row(300002, "gear", "refused", own=2.0, may_refuse=True),
     engine_row(300003, "slick_patch", "refused", crossings=3),
+    engine_row(300005, "gear", "among", rivals={"actuator_lag": 20.0}),
+    engine_row(300006, "gear", "among", rivals={"actuator_lag": 20.0, "payload": None}),
+    engine_row(300007, "gear", "among", rivals={"actuator_lag": 40.0}),
     engine_row(300004, "", "silent"),
 ]
 
@@ -113,10 +116,10 @@ def test_every_failure_of_the_worlds_is_listed_and_no_other_log(bench):
 def test_the_engine_counts_what_the_oracle_lets_refuse_beside_what_is_right(bench):
     names = {"payload": ["payload"], "gear": ["drive_gain"], "slick_patch": ["low_friction_patch"]}
     found = bench_engine(bench).blocks(ENGINE, lambda robot: names)
-    assert "(2 of 4;" in line_of(found["engine_report"], "one effect hidden: an accepted name")
-    assert "(3 of 4;" in line_of(found["engine_report"], "– or refused where the oracle refuses")
-    assert "(2 of 3;" in line_of(found["engine_report"], "– logs that tell alone")
-    assert "| `gear` | drive_gain | 2 |" in found["engine_hidden"]
+    assert "(2 of 7;" in line_of(found["engine_report"], "one effect hidden: an accepted name")
+    assert "(4 of 7;" in line_of(found["engine_report"], "– or as the oracle: refused or ambiguous")
+    assert "(3 of 6;" in line_of(found["engine_report"], "– logs that tell alone")
+    assert "| `gear` | drive_gain | 5 |" in found["engine_hidden"]
     assert "50.0 % (1 of 2;" in line_of(found["engine_second"], "porter")
     assert "`slope`" in line_of(found["engine_second"], "300001")
     assert "40, 3 crossings" in line_of(found["engine_failures"], "300003")
