@@ -237,6 +237,15 @@ def test_what_the_base_model_leaves_is_a_rest_of_any_size(calibrated):
     )
 
 
+@pytest.mark.parametrize(("left", "floor"), [(0.3, 0.6), (0.04, 0.064), (0.02, 0.04)])
+def test_an_alpha_yaw_in_doubt_is_off_by_another_factor_on_another_drive(calibrated, left, floor):
+    """Negligible is .08, and four fifths of it the most that a rest grows to."""
+    extension = replace(Extension(base_of(calibrated.robot)), misfit={"yaw_inertia": left})
+    assert floor_of("yaw_inertia", extension, OWN) == pytest.approx(floor)
+    assert is_rest("yaw_inertia", extension.with_effect("yaw_inertia", {"ratio": 0.99 * floor}), OWN)
+    assert not is_rest("yaw_inertia", extension.with_effect("yaw_inertia", {"ratio": 1.01 * floor}), OWN)
+
+
 def test_an_effect_must_surely_exceed_what_other_drives_leave(calibrated):
     misfit = {"viscous_drag": 0.003, "scrub_torque": 0.02, "heading_misalignment": 0.001}
     extension = replace(Extension(base_of(calibrated.robot)), misfit=misfit)
