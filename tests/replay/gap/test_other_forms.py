@@ -91,23 +91,23 @@ def test_a_torque_that_turns_is_negligible_by_what_it_turns():
         assert negligible(name, PLATES, OWN) == pytest.approx(OWN.negligible_mps2 / (2 * alpha))
 
 
-@pytest.mark.parametrize(("limit_nm", "rest"), [(2.0, True), (1.0, False)])
+@pytest.mark.parametrize(("limit_nm", "rest"), [(2.0, True), (1.85, False), (1.0, False)])
 def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limit_nm, rest):
-    """Torques up to 2.2 N·m: a limit of 2 N·m holds back 1 % of them, one of 1 N·m 40 %; a gain is known
-    to 2 % at best.
+    """Torques up to 2.2 N·m: a limit of 2 N·m holds back 1 % of them, one of 1.85 N·m 4 %, one of 1 N·m 40 %.
+    A gain is known to 2 %; a limit does not stand beside itself.
     """
     peaks = 2.0 * np.sin(np.linspace(0.0, 40.0, 800)) + 0.2 * np.sin(np.linspace(0.0, 9.0, 800))
     asked = np.stack([peaks, peaks])
     problem = SimpleNamespace(binned=None)
 
     def holds_back(base):
+        known = {"misfit": base.misfit, "base": base.base, "wheel_radius_m": base.wheel_radius_m}
+        free = SimpleNamespace(mean_torques=lambda _: asked, effects={}, **known)
         return SimpleNamespace(
-            without=lambda _: SimpleNamespace(mean_torques=lambda _: asked),
+            without=lambda _: free,
             mean_torques=lambda _: np.clip(asked, -limit_nm, limit_nm),
-            misfit=base.misfit,
-            effects=base.effects,
-            base=base.base,
-            wheel_radius_m=base.wheel_radius_m,
+            effects={"torque_saturation": {"limit_nm": limit_nm}},
+            **known,
         )
 
     assert withholds_a_rest("torque_saturation", problem, holds_back(PLATES), OWN) is rest

@@ -117,7 +117,8 @@ def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: Mis
     asked = extension.without(name).mean_torques(problem.binned)
     acting = extension.mean_torques(problem.binned)
     power = float(np.sum(asked * asked))
-    return power - float(np.sum(asked * acting)) <= floor_of("drive_gain", extension, own) * power
+    known_to = floor_of("drive_gain", extension.without(name), own)
+    return power - float(np.sum(asked * acting)) <= known_to * power
 
 
 def size_of(parameters: Mapping[str, float]) -> float:
@@ -139,7 +140,7 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
         left *= own.other_drives
     found = ((other, sizes) for other, sizes in extension.effects.items() if other != name)
     if any(size_of(sizes) > negligible(other, extension, own) for other, sizes in found):
-        return max(left, small)
+        return max(left, own.beside * small) if name in extension.misfit else small
     geometric = {*declaration.units.values()} <= {"m", "rad"}
     low, high = own.least_shares_of_lengths if geometric else own.least_shares
     return max(left, min(max(own.other_drives * left, low * small), high * small))

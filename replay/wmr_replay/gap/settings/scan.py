@@ -67,6 +67,11 @@ class MisfitSettings:
     least_shares_of_lengths: tuple[float, float] = (0.2, 0.5)
     """The same for lengths and angles. Judgement: geometry is the same on every drive."""
 
+    beside: float = 1.5
+    """Largest rest beside an effect that matters, times what is negligible, of effects that a calibration
+    measures. Judgement: of ten second effects of the engine that were none (its twelfth report), five were
+    formulas or slips, four up to one and a half times what is negligible, one larger."""
+
     most_rests: int = 3
     """Most effects that a calibration takes into the base model beside its parameters. Judgement: one a
     channel."""
