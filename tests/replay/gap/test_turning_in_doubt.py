@@ -77,13 +77,13 @@ def test_what_is_well_known_is_left_alone():
 
 
 def test_an_effect_in_turning_that_the_base_holds_is_known_to_the_share_of_alpha_yaw():
-    """By hand: a share of .2 of the held size, on top of the misfit."""
+    """By hand: twice a share of .2 of the held size, on top of the misfit."""
     held = (("com_offset", {"offset_m": -0.1}), ("viscous_drag", {"c1_per_s": 0.5}))
     straight = circle()
     t_s = np.arange(len(straight.pose.t_ns)) * 0.01
     log = Log(PoseTrack(straight.pose.t_ns, V * t_s, 0 * t_s, 0 * t_s), straight.torque)
     wider = with_turning_in_doubt(replace(base(0.2), known=held), log, SETTINGS)
-    assert wider.misfit["com_offset"] == pytest.approx(0.01 + 0.2 * 0.1)
+    assert wider.misfit["com_offset"] == pytest.approx(0.01 + 2 * 0.2 * 0.1)
     assert wider.misfit["viscous_drag"] == 0.01
 
 

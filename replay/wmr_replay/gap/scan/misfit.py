@@ -8,7 +8,8 @@ effects that the log does not show, for want of excitation too, it is no more th
 One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
 better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
 is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form.
-Where the calibration log hardly shows α_yaw, its error is another on another drive, too.
+What turns the robot beside its torques, such as swivel casters and pads that drag, may turn it by far more
+than is negligible, and twice as much on another drive.
 """
 
 from collections.abc import Mapping
@@ -26,6 +27,8 @@ from wmr_schemas.model_file import Model
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
+IN_TURNING = ("yaw_inertia", "yaw_damping", "scrub_torque", "com_offset")
+"""Effects in turning that a base model may leave much of."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 
@@ -136,7 +139,7 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
     small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
-    if name == "yaw_inertia" and left > small:
+    if name in IN_TURNING and left > small:
         left *= own.other_drives
     found = ((other, sizes) for other, sizes in extension.effects.items() if other != name)
     if any(size_of(sizes) > negligible(other, extension, own) for other, sizes in found):

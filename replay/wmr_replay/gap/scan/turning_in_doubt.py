@@ -61,7 +61,7 @@ def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings
     turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
     found["scrub_torque"] = scrub_in_error_mps2(extension, binned)
-    held = held_in_doubt(extension)
+    held = held_in_doubt(extension, settings.misfit)
     wider = {
         name: max(size + held.get(name, 0.0), found.get(name, 0.0)) for name, size in extension.misfit.items()
     }
@@ -76,9 +76,11 @@ def scrub_in_error_mps2(extension: Extension, binned: BinnedLog) -> float:
     return share * extension.base.alpha_yaw * abs(least_squares(jump, columns["effort_diff"]))
 
 
-def held_in_doubt(extension: Extension) -> dict[str, float]:
-    """What the error of α_yaw leaves open of the effects in turning that the base holds."""
-    share = extension.misfit.get("yaw_inertia", 0.0)
+def held_in_doubt(extension: Extension, own: MisfitSettings) -> dict[str, float]:
+    """What twice the error of α_yaw leaves open of the effects in turning that the base holds: it is another
+    one on another drive.
+    """
+    share = own.other_drives * extension.misfit.get("yaw_inertia", 0.0)
     return {name: share * size_of(sizes) for name, sizes in extension.known if name in TURNING}
 
 
