@@ -120,6 +120,7 @@ def test_a_size_is_a_finding_from_where_its_interval_leaves_what_the_base_leaves
     sd = (0.6 - least_size(problem, fit, "yaw_inertia", 2.0)) / 2
     assert sd > 0
     hidden = 1 / excitation_ratios(problem, fit.extension, fit.noise)[1] ** 2
-    for share, rest in ((0.6 - hidden - 1.9 * sd, True), (0.6 - hidden - 2.1 * sd, False)):
+    for left, rest in ((0.6 - hidden - 1.9 * sd, True), (0.6 - hidden - 2.1 * sd, False)):
+        share = left / problem.settings.misfit.other_drives
         known = replace(fit, extension=replace(fit.extension, misfit={"yaw_inertia": share}))
         assert may_be_a_rest(problem, known, fit, "yaw_inertia") is rest

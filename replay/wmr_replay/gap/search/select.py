@@ -22,6 +22,7 @@ from wmr_replay.gap.search.between_forms import with_forms_between
 from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates, price_of
 from wmr_replay.gap.search.same_loss import with_both_forms
+from wmr_replay.gap.search.two_as_one import two_as_one
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_replay.gap.settings.search import SelectionSettings
 
@@ -139,6 +140,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
     base, stages, refused = selection.base, selection.stages, ""
     dropped: list[FittedCandidate] = []
     current, found = exchange_rivals(problem, selection.fit, list(selection.found), stages)
+    current, found = two_as_one(problem, current, found)
     while found:
         fit, kept = eliminate(problem, base, current, found, options, dropped)
         open_ones = {f.name: reason for f in kept if (reason := left_open(f.name, problem, fit))}
