@@ -44,11 +44,7 @@ def asked(hidden: Rows, nothing: Rows, seconds: Rows) -> str:
     times = "; ".join(f"{np.quantile(spent, q):.1f} s" for q in (0.5, 0.95)) if spent else "–"
     lines = [
         ("one effect hidden: an accepted name", "≥ 92 %", share(count(hidden, "right"), len(hidden))),
-        (
-            "– or as the oracle: refused or ambiguous",
-            "",
-            share(sum(map(excused, hidden)), len(hidden)),
-        ),
+        ("– or as the oracle: refused or ambiguous", "", share(sum(map(excused, hidden)), len(hidden))),
         ("– logs that tell alone", "", share(sum(map(excused, tells)), len(tells))),
         ("nothing hidden: named", "≤ 1 %", share(count(nothing, "false"), len(nothing))),
         ("– a disagreement without a name", "", share(count(nothing, "unnamed"), len(nothing))),

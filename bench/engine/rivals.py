@@ -93,5 +93,8 @@ def left_by(case: Case, found: Logged, edit: Edit) -> float:
         alone = (hidden - apart) / size
         columns = np.stack([hidden, alone, hidden - alone, apart], axis=1)
         both, unit, difference, left = power(columns, rest, base.information)
-        least, size = min(least, float(left)), float((both + unit - difference) / 2 / unit)
+        least = min(least, float(left))
+        if not unit > 0:  # it changes nothing here
+            break
+        size = float((both + unit - difference) / 2 / unit)
     return least

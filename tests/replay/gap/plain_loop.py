@@ -10,6 +10,8 @@ from wmr_replay.gap.formula.groups import Group
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import Base
 from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.score import ScoredCandidate
+from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -106,3 +108,10 @@ def formula_of(problem, *groups: Group) -> Formula:
     for name in (name for group in groups for name in group.names):
         extension = extension.with_effect(name, {"coefficient": 0.0})
     return Formula(base, fit_model(problem, extension, base.noise), groups)
+
+
+def candidate(
+    name: str, gain: float, *, score: float = 1.0, p: float = 1e-6, fit: Fit | None = None, size: float = 0.1
+) -> FittedCandidate:
+    """A fitted candidate that lowers the deviance by ``gain``."""
+    return FittedCandidate(ScoredCandidate(name, {"size": size}, gain, 1), fit, gain, score, p)  # type: ignore[arg-type]

@@ -13,6 +13,7 @@ from tests.replay.gap.plain_loop import (
     BASE,
     NOISE,
     SETTINGS,
+    candidate,
     made_fit,
     made_log,
     problem_of,
@@ -40,12 +41,8 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.locate import marked, placed
 from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
-from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.eliminate import margin_for, same_tyres, with_tyres_of_payload
-from wmr_replay.gap.search.fit_candidates import FittedCandidate
-from wmr_replay.gap.search.modes_and_effects import Solution
-from wmr_replay.gap.search.preliminary import models_from
-from wmr_replay.gap.search.select import Selection, confirm, first_tested, forward_selection, remainder
+from wmr_replay.gap.search.select import confirm, first_tested, forward_selection, remainder
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 
@@ -127,12 +124,6 @@ def test_the_correlation_of_two_effects_is_r_squared(drive, r, seed):
 
 
 # Significance and remainder in the selection
-
-
-def candidate(
-    name: str, gain: float, *, score: float = 1.0, p: float = 1e-6, fit: Fit | None = None, size: float = 0.1
-) -> FittedCandidate:
-    return FittedCandidate(ScoredCandidate(name, {"size": size}, gain, 1), fit, gain, score, p)  # type: ignore[arg-type]
 
 
 @given(st.floats(0.0, 1.0), st.floats(-10.0, 10.0))
@@ -326,78 +317,6 @@ def test_the_selection_finds_a_drag_and_nothing_else(drag_per_s):
         stricter = replace(problem, binned=replace(problem.binned, settings=strict))
         (stage,) = forward_selection(stricter, Extension(BASE), options, terms=False).stages
         assert stage[0].failed == "not significant"
-
-
-# Preliminary models
-
-
-def selection_of(problem: Problem, stages, effects) -> Selection:
-    """A selection whose candidates, (name, score, p), were fitted to a size of 0.1."""
-    e, extension = np.zeros((len(problem.binned), 3)), Extension(BASE)
-    made = tuple(
-        tuple(
-            candidate(n, s, score=s, p=p, fit=made_fit(problem, extension.with_effect(n, {"size": 0.1}), e))
-            for n, s, p in stage
-        )
-        for stage in stages
-    )
-    for name in effects:
-        extension = extension.with_effect(name, {"size": 0.1})
-    return Selection(made_fit(problem, Extension(BASE), e), made_fit(problem, extension, e), (), made)
-
-
-@pytest.mark.parametrize(
-    ("stages", "effects", "expected"),
-    [
-        ([[("payload", 20.0, 0.5)]], [], []),
-        ([[("payload", 90.0, 1e-9), ("drive_gain", 29.0, 1e-9)]], ["payload"], [["payload"]]),
-        (
-            [[("payload", 90.0, 1e-9), ("drive_gain", 80.0, 1e-9)]],
-            ["payload"],
-            [["payload"], ["drive_gain"]],
-        ),
-        (
-            [[("payload", 90.0, 1e-9)], [("undeclared_skid", 60.0, 1e-9)]],
-            ["payload", "undeclared_skid"],
-            [["payload"]],
-        ),
-        ([[("input_delay", 90.0, 1e-9)], [("actuator_lag", 30.0, 1e-4)]], ["input_delay"], [["input_delay"]]),
-        (
-            [[("viscous_drag", 90.0, 1e-9)], [("scrub_torque", 30.0, 1e-4)]],
-            ["viscous_drag"],
-            [["viscous_drag", "scrub_torque"]],
-        ),
-        (
-            [[("undeclared_skid", 90.0, 1e-9), ("pose_lever_arm", 60.0, 1e-9), ("slope", 50.0, 1e-9)]],
-            ["undeclared_skid"],
-            [["undeclared_skid"], ["pose_lever_arm"], ["slope"]],
-        ),
-        (
-            [[("undeclared_skid", 90.0, 1e-9), ("pose_lever_arm", 60.0, 1e-9), ("slope", 29.0, 1e-9)]],
-            ["undeclared_skid"],
-            [["undeclared_skid"], ["pose_lever_arm"]],
-        ),
-    ],
-)
-def test_preliminary_models_are_what_is_significant_and_its_near_rivals(drive, stages, effects, expected):
-    found = models_from(drive, Extension(BASE), selection_of(drive, stages, effects))
-    assert [list(model.effects) for model in found] == expected
-
-
-@pytest.mark.parametrize(
-    ("preliminary", "found", "holds"),
-    [
-        ("payload", ["payload"], True),
-        ("payload", ["drive_gain"], True),
-        ("payload", [], False),
-        ("undeclared_skid", ["payload", "undeclared_skid"], True),
-        ("undeclared_skid", ["payload"], False),
-    ],
-)
-def test_skidding_replaced_by_ideal_must_be_found_as_an_undeclared_skid(drive, preliminary, found, holds):
-    selection = selection_of(drive, [], [])
-    selection = replace(selection, found=tuple(candidate(name, 50.0) for name in found))
-    assert Solution(drive, selection, Extension(BASE, {preliminary: {"size": 0.1}})).holds is holds
 
 
 def test_an_identifier_is_believed_less_near_a_switch():

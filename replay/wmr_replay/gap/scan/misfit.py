@@ -27,8 +27,8 @@ from wmr_schemas.model_file import Model
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
-IN_TURNING = ("yaw_inertia", "yaw_damping", "scrub_torque", "com_offset")
-"""Effects in turning that a base model may leave much of."""
+IN_TURNING = ("yaw_inertia", "yaw_damping")
+"""How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 
