@@ -3,7 +3,8 @@
 A calibration log shows how much a robot is braked there. Where the points lie that brake it, and how the
 resistance grows with the speed, one drive hardly shows: a skid plate is a dry friction of the wheels in
 ``stop-go``. So the resistance that the base model holds is known in size, not in form. On the drive of
-another log each other form is as large as the least squares of the held one say.
+another log each other form is as large as the least squares of the held ones say. How much of a form is held
+is no doubt about that form.
 
 A point that slides at a distance a from the axle with the friction F acts against its velocity,
 (v, a·yaw_rate):
@@ -59,18 +60,20 @@ def other_forms(extension: Extension, speeds: Speeds, own: MisfitSettings) -> It
     resistances do, as far as they can.
     """
     v, q, base = np.abs(speeds.ahead_mps), speeds.yaw_rate_radps, extension.base
-    held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
     for name, power in POWERS.items():
-        yield name, least_squares(v**power, held) / unit_mps2(name, extension)
+        others = np.minimum(held_mps2(extension, v, without=name), own.most_in_form_mps2)
+        yield name, least_squares(v**power, others) / unit_mps2(name, extension)
+    held = np.minimum(held_mps2(extension, v), own.most_in_form_mps2)
     yield "torque_bias_common", abs(float(np.mean(np.sign(speeds.ahead_mps) * held))) / (2 * base.alpha)
     turning, across = base.half_track_m * q, np.hypot(v, base.half_track_m * q)
     damping = np.divide(held * turning, across, out=np.zeros_like(held), where=across > 0)
     yield "yaw_damping", base.alpha_yaw / base.alpha * least_squares(turning, damping)
 
 
-def held_mps2(extension: Extension, speed_mps: F64) -> F64:
-    """What the base model's resistances brake at the speeds (n,), in m/s²."""
-    held = [(name, size_of(parameters)) for name, parameters in extension.known if name in POWERS]
+def held_mps2(extension: Extension, speed_mps: F64, without: str = "") -> F64:
+    """What the base model's resistances, but for one of them, brake at the speeds (n,), in m/s²."""
+    names = POWERS.keys() - {without}
+    held = [(name, size_of(parameters)) for name, parameters in extension.known if name in names]
     each = (size * unit_mps2(name, extension) * speed_mps ** POWERS[name] for name, size in held)
     return np.asarray(sum(each, np.zeros_like(speed_mps)))
 

@@ -101,6 +101,16 @@ def terms_in_doubt(extension: Extension, binned: BinnedLog, names: Iterable[str]
     return root_mean_square(total) <= error_mps2(extension, binned)
 
 
+def is_slight_term(extension: Extension, binned: BinnedLog, name: str, own: MisfitSettings) -> bool:
+    """Whether ``name`` is a term that accelerates the robot of a calibrated base model by no more than is
+    negligible, root mean square: swinging casters and tyres leave as much, in another form on each drive.
+    """
+    if not extension.misfit or not name.startswith(UNNAMED_PREFIX):
+        return False
+    total = extension.effects[name][COEFFICIENT] * parse_term(name).evaluate(columns_of(binned))
+    return root_mean_square(total) <= own.negligible_mps2
+
+
 def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:
     """The effects in proportion to the yaw rate, with l·dyaw_rate/dt (n,) in m/s² per size on the log.
 

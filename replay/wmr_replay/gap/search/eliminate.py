@@ -27,7 +27,7 @@ from wmr_replay.gap.scan.misfit import (
     surely_left,
     withholds_a_rest,
 )
-from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
+from wmr_replay.gap.scan.turning_in_doubt import is_slight_term, terms_in_doubt
 from wmr_replay.gap.search.fit_candidates import (
     ANSWERED,
     ONE_CHANNEL,
@@ -201,7 +201,7 @@ def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
 def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
     """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
     calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
-    model does not know of turning; or tyres that are the same, or creep. ``rest`` is the model without it.
+    model does not know of turning, or slight; or tyres that are the same, or creep. ``rest`` is the model without it.
     """
     own, extension = problem.settings.misfit, current.extension
     if same_tyres(name, extension, problem.settings.selection) or is_creep(name, problem, extension):
@@ -215,7 +215,9 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
         left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True
-    return terms_in_doubt(extension, problem.binned, [name])
+    return terms_in_doubt(extension, problem.binned, [name]) or is_slight_term(
+        extension, problem.binned, name, own
+    )
 
 
 def is_remainder(
