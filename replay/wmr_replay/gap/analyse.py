@@ -17,7 +17,7 @@ from wmr_replay.gap.model.work import Work, begin_work, n_bins
 from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.assemble import assemble
 from wmr_replay.gap.result.result import GapResult
-from wmr_replay.gap.scan.held_gains import with_held_gains
+from wmr_replay.gap.scan.gains_in_doubt import with_gains_in_doubt
 from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
@@ -47,7 +47,7 @@ def analyse(
     log, work = replace(log, robot=model.robot), limited_work(log, options.gates)
     options = replace(options, gates=with_known_swings(options.gates, model.noise))
     extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
-    extension = with_held_gains(extension, log, options.gates)
+    extension = with_gains_in_doubt(extension, log, options.gates)
     extension = with_turning_in_doubt(extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)

@@ -1,0 +1,62 @@
+"""What a calibration leaves of a gain, of a payload and of a yaw inertia on another drive.
+
+Casters that drag more the quicker a robot turns, or a wheel that lifts, let a calibration find terms such as
+c·effort_sum·|v|: the robot answers its torques otherwise from one speed to the next. How much of that belongs
+to α, and how much to the term, one drive hardly shows. And a resistance too small to be a finding is held by
+torques as long as the robot moves: on a slow and steady drive it looks like a gain. So α is known on another
+drive to the share k of least squares, in the torques, of the held terms and the smallest rest of a
+resistance together, h:
+
+    h = k α (u_right + u_left)
+
+and α_yaw in the same way, by the held terms in yaw and right minus left.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.dictionary import columns_of
+from wmr_replay.gap.model.extension import Extension
+from wmr_replay.gap.scan.other_forms import least_squares
+from wmr_replay.gap.settings import GateSettings
+from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.signals import Log
+from wmr_schemas.terms import COEFFICIENT, Term, TermChannel, parse_term
+
+GAINS: dict[TermChannel, tuple[str, tuple[str, ...]]] = {
+    "longitudinal": ("effort_sum", ("payload", "drive_gain")),
+    "yaw": ("effort_diff", ("yaw_inertia",)),
+}
+"""By channel, the torques that act on it, and what changes how the robot answers them."""
+RESISTANCE = Term("longitudinal", ("sgn(v)",))
+
+
+def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) -> Extension:
+    """The extension, its misfit of gains widened by what looks like a gain on the log.
+
+    Unchanged where the base model has no misfit: a model that was not calibrated on a log. Raises
+    InvalidSignal where the log has no torques or is too short.
+    """
+    if not extension.misfit:
+        return extension
+    own, columns = settings.misfit, columns_of(bin_log(log, settings))
+    left = [*held_terms(extension), (RESISTANCE, own.least_shares[0] * own.negligible_mps2)]
+    alphas = {"longitudinal": extension.base.alpha, "yaw": extension.base.alpha_yaw}
+    wider = dict(extension.misfit)
+    for channel, (torques, names) in GAINS.items():
+        looks = [size * term.evaluate(columns) for term, size in left if term.channel == channel]
+        asked = alphas[channel] * columns[torques]
+        share = abs(least_squares(asked, np.sum([np.zeros_like(asked), *looks], axis=0)))
+        wider |= {name: wider[name] + share for name in names if name in wider}
+    return replace(extension, misfit=wider)
+
+
+def held_terms(extension: Extension) -> Iterator[tuple[Term, float]]:
+    """The terms that the base model holds in which the torques of their channel act, with coefficients."""
+    for name, sizes in extension.known:
+        term = parse_term(name) if name.startswith(UNNAMED_PREFIX) else None
+        if term and term.channel in GAINS and GAINS[term.channel][0] in term.columns:
+            yield term, sizes[COEFFICIENT]
