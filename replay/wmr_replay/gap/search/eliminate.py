@@ -201,7 +201,8 @@ def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
 def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
     """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
     calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
-    model does not know of turning, or slight; or tyres that are the same, or creep. ``rest`` is the model without it.
+    model does not know of turning, or slight; or tyres that are the same, or creep. ``rest`` is the model
+    without it.
     """
     own, extension = problem.settings.misfit, current.extension
     if same_tyres(name, extension, problem.settings.selection) or is_creep(name, problem, extension):
