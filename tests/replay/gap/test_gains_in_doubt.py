@@ -14,7 +14,7 @@ from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
 
 ROBOT = RobotParameters(wheel_radius_m=0.1, half_track_m=0.2, alpha=0.5, alpha_yaw=0.8)
 SETTINGS = GateSettings()
-KNOWN_TO = {"payload": 0.01, "drive_gain": 0.01, "yaw_inertia": 0.02, "slope": 0.003}
+KNOWN_TO = {"payload": 0.01, "drive_gain": 0.01, "yaw_inertia": 0.02, "slope": 0.003, "wheel_coulomb": 0.005}
 STEADY = Extension(base_of(ROBOT), {}, 0.1, misfit=KNOWN_TO)
 
 
@@ -28,10 +28,13 @@ def drive(speed_mps, sum_nm, apart_nm=0.0):
     return Log(pose, TorqueTrack(t_ns, left, right, unknown, unknown))
 
 
-@pytest.mark.parametrize(("sum_nm", "looks_like"), [(0.4, 0.06), (4.0, 0.006)])
-def test_a_small_resistance_looks_like_a_gain_the_less_torque_a_drive_takes(sum_nm, looks_like):
-    """.012 m/s² of .5 · .4 = .2 m/s² are 6 %."""
-    wider = with_gains_in_doubt(STEADY, drive(0.5, sum_nm), SETTINGS).misfit
+@pytest.mark.parametrize(
+    ("sum_nm", "left_nm", "looks_like"), [(0.4, 0.005, 0.05), (4.0, 0.005, 0.005), (0.4, 0.05, 0.06)]
+)
+def test_a_friction_that_is_left_looks_like_a_gain_the_less_torque_a_drive_takes(sum_nm, left_nm, looks_like):
+    """Twice .005 N·m on both wheels, .01 m/s², are 5 % of .5 · .4 = .2 m/s²; of more, .012 m/s² count."""
+    left = replace(STEADY, misfit={**KNOWN_TO, "wheel_coulomb": left_nm})
+    wider = with_gains_in_doubt(left, drive(0.5, sum_nm), SETTINGS).misfit
     assert wider["payload"] == wider["drive_gain"] == pytest.approx(0.01 + looks_like, rel=0.02)
     assert (wider["yaw_inertia"], wider["slope"]) == (0.02, 0.003)
 

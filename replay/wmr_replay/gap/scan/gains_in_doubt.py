@@ -2,10 +2,9 @@
 
 Casters that drag more the quicker a robot turns, or a wheel that lifts, let a calibration find terms such as
 c·effort_sum·|v|: the robot answers its torques otherwise from one speed to the next. How much of that belongs
-to α, and how much to the term, one drive hardly shows. And a resistance too small to be a finding is held by
+to α, and how much to the term, one drive hardly shows. And a friction that the calibration leaves takes
 torques as long as the robot moves: on a slow and steady drive it looks like a gain. So α is known on another
-drive to the share k of least squares, in the torques, of the held terms and the smallest rest of a
-resistance together, h:
+drive to the share k of least squares, in the torques, of the held terms and of that friction together, h:
 
     h = k α (u_right + u_left)
 
@@ -20,8 +19,9 @@ import numpy as np
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.other_forms import least_squares
+from wmr_replay.gap.scan.other_forms import least_squares, unit_mps2
 from wmr_replay.gap.settings import GateSettings
+from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT, Term, TermChannel, parse_term
@@ -31,7 +31,7 @@ GAINS: dict[TermChannel, tuple[str, tuple[str, ...]]] = {
     "yaw": ("effort_diff", ("yaw_inertia",)),
 }
 """By channel, the torques that act on it, and what changes how the robot answers them."""
-RESISTANCE = Term("longitudinal", ("sgn(v)",))
+FRICTION = Term("longitudinal", ("sgn(v)",))
 
 
 def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) -> Extension:
@@ -42,8 +42,8 @@ def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) 
     """
     if not extension.misfit:
         return extension
-    own, columns = settings.misfit, columns_of(bin_log(log, settings))
-    left = [*held_terms(extension), (RESISTANCE, own.least_shares[0] * own.negligible_mps2)]
+    columns = columns_of(bin_log(log, settings))
+    left = [*held_terms(extension), (FRICTION, friction_mps2(extension, settings.misfit))]
     alphas = {"longitudinal": extension.base.alpha, "yaw": extension.base.alpha_yaw}
     wider = dict(extension.misfit)
     for channel, (torques, names) in GAINS.items():
@@ -52,6 +52,14 @@ def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) 
         share = abs(least_squares(asked, np.sum([np.zeros_like(asked), *looks], axis=0)))
         wider |= {name: wider[name] + share for name in names if name in wider}
     return replace(extension, misfit=wider)
+
+
+def friction_mps2(extension: Extension, own: MisfitSettings) -> float:
+    """The dry friction that the calibration leaves, on another drive: twice what it measured, up to the least
+    that a base model is given.
+    """
+    measured = extension.misfit.get("wheel_coulomb", 0.0) * unit_mps2("wheel_coulomb", extension)
+    return min(own.other_drives * measured, own.least_shares[0] * own.negligible_mps2)
 
 
 def held_terms(extension: Extension) -> Iterator[tuple[Term, float]]:
