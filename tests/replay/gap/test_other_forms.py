@@ -10,7 +10,13 @@ from wmr_replay.gap.estimation.process_noise import Diffusion
 from wmr_replay.gap.estimation.refit import Fit
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import is_rest, negligible, with_parameters, withholds_a_rest
+from wmr_replay.gap.scan.misfit import (
+    is_rest,
+    misfit_beside,
+    negligible,
+    with_parameters,
+    withholds_a_rest,
+)
 from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates
@@ -90,6 +96,23 @@ def test_a_gain_is_open_by_what_a_controller_hides():
 def test_a_torque_that_turns_is_negligible_by_what_it_turns():
     for name, alpha in (("torque_bias_common", 0.266), ("torque_bias_differential", 0.475)):
         assert negligible(name, PLATES, OWN) == pytest.approx(OWN.negligible_mps2 / (2 * alpha))
+
+
+@pytest.mark.parametrize(("gain", "matters"), [(0.2, True), (0.04, False)])
+def test_what_is_a_rest_beside_a_found_effect_is_one_in_the_model_that_takes_it_in(gain, matters):
+    extension = PLATES.with_effect("drive_gain", {"ratio": gain})
+    misfit = {"payload": 0.01, "yaw_damping": 5.0}
+    taken_in = misfit_beside(extension, misfit, OWN)
+    if not matters:
+        assert taken_in == misfit
+        return
+    assert taken_in["payload"] == OWN.beside * negligible("payload", PLATES, OWN) > 0.01
+    assert taken_in["yaw_damping"] == 5.0
+    small = {"mass_ratio": taken_in["payload"]}
+    assert is_rest("payload", replace(extension, misfit=misfit).with_effect("payload", small), OWN)
+    later = replace(PLATES, misfit=taken_in)
+    assert is_rest("payload", later.with_effect("payload", small), OWN)
+    assert misfit_beside(replace(extension, misfit={}), {}, OWN) == {}
 
 
 @pytest.mark.parametrize(("limit_nm", "rest"), [(2.0, True), (1.85, False), (1.0, False)])

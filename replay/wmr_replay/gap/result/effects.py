@@ -18,6 +18,7 @@ from wmr_replay.gap.model.extension import WEIGHTS
 from wmr_replay.gap.result.place_reach import over_slips, place_covariance, reach
 from wmr_replay.gap.result.result import Alternative, Estimate, FoundEffect
 from wmr_replay.gap.result.shown_by import shown_by
+from wmr_replay.gap.scan.misfit import misfit_beside
 from wmr_replay.gap.search.fit_candidates import FittedCandidate
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings.result import ReportSettings
@@ -105,7 +106,7 @@ def extended_model(model: BaseModel, effects: tuple[FoundEffect, ...], fit: Fit,
         robot=model.robot,
         noise=noise_model(binned, fit.noise),
         effects=fit.extension.with_forms(merged_effects(model.effects, new)),
-        misfit=dict(model.misfit),
+        misfit=misfit_beside(fit.extension, model.misfit, binned.settings.misfit),
     )
 
 

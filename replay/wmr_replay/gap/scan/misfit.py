@@ -141,12 +141,26 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
     if name in IN_TURNING and left > small:
         left *= own.other_drives
-    found = ((other, sizes) for other, sizes in extension.effects.items() if other != name)
-    if any(size_of(sizes) > negligible(other, extension, own) for other, sizes in found):
+    if finds_what_matters(extension, own, but=name):
         return max(left, own.beside * small) if name in extension.misfit else small
     geometric = {*declaration.units.values()} <= {"m", "rad"}
     low, high = own.least_shares_of_lengths if geometric else own.least_shares
     return max(left, min(max(own.other_drives * left, low * small), high * small))
+
+
+def finds_what_matters(extension: Extension, own: MisfitSettings, *, but: str = "") -> bool:
+    """Whether an effect of the extension, but for one of them, is more than negligible."""
+    found = ((name, sizes) for name, sizes in extension.effects.items() if name != but)
+    return any(size_of(sizes) > negligible(name, extension, own) for name, sizes in found)
+
+
+def misfit_beside(extension: Extension, misfit: Mapping[str, float], own: MisfitSettings) -> dict[str, float]:
+    """The ``misfit`` of a base model that takes in the effects of the extension: what is a rest beside one
+    that matters stays a rest on other logs.
+    """
+    if not finds_what_matters(extension, own):
+        return dict(misfit)
+    return {name: max(left, own.beside * negligible(name, extension, own)) for name, left in misfit.items()}
 
 
 def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
