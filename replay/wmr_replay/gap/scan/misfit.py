@@ -139,7 +139,7 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
     small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
-    if name in IN_TURNING and left > small:
+    if name in IN_TURNING:
         left *= own.other_drives
     if finds_what_matters(extension, own, but=name):
         return max(left, own.beside * small) if name in extension.misfit else small
