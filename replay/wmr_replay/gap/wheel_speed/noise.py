@@ -34,6 +34,11 @@ class Noise(NamedTuple):
         """Slip velocity's density at low frequency, (m/s)/√Hz: √(q² + 2σ²τ)."""
         return float(np.sqrt(self.walk**2 + 2 * self.slip**2 * self.time_s))
 
+    @property
+    def without_slip(self) -> "Noise":
+        """The same without a slip velocity."""
+        return self._replace(slip=0.0)
+
 
 def covariance(noise: Noise, step_s: float, n: int) -> F64:
     """Covariance (n, n) of a block's bins."""

@@ -104,6 +104,12 @@ def without(problem: Problem, current: Fit, name: str) -> Fit:
     return refit(problem, parameters, values, current.noises)
 
 
+def without_slip(problem: Problem, current: Fit) -> Fit:
+    """``current`` seen through white noise and a random walk alone."""
+    noises = tuple(one.without_slip for one in current.noises)
+    return at(problem, current.parameters, current.values, noises)  # type: ignore[arg-type]
+
+
 def base_fit(problem: Problem, noises: Noises | None = None) -> Fit:
     """The base model without any further effect."""
     return at(problem, (), {}, fit_noises(problem, {}, noises))
@@ -151,10 +157,23 @@ class Search:
 
     def next_lasting(self, stage: int) -> "Search | None":
         """With the likeliest effect that acts all the time and passes every gate; None where none does.
+
+        The noise of a model that lacks an effect may take up what it does all the time, as a slip that lasts,
+        and hide it. So effects are ranked a second time by noise without such a slip.
+        """
+        lasting, before = tuple(c for c in self.candidates if c.name not in PLACES), len(self.tried)
+        if found := self.first_passing(stage, scan(self.problem, self.current, lasting)):
+            return found
+        done = {one.name for one in self.tried[before:]}
+        others = tuple(c for c in lasting if c.name not in done)
+        return self.first_passing(stage, scan(self.problem, without_slip(self.problem, self.current), others))
+
+    def first_passing(self, stage: int, scores: tuple[Score, ...]) -> "Search | None":
+        """With the likeliest of the best scored effects that pass every gate; None where none does.
+
         What is but the calibration's own deviation takes no place among the candidates fitted in full.
         """
         problem, current = self.problem, self.current
-        scores = scan(problem, current, tuple(c for c in self.candidates if c.name not in PLACES))
         promising = [s for s in scores if s.gain > price(problem, len(s.start))]
         best = max((s.gain for s in promising), default=0.0)
         near = [s for s in promising if s.gain > problem.settings.gates.near * best]
