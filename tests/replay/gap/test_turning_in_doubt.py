@@ -10,7 +10,12 @@ from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest
-from wmr_replay.gap.scan.turning_in_doubt import doubts, terms_in_doubt, with_turning_in_doubt
+from wmr_replay.gap.scan.turning_in_doubt import (
+    doubts,
+    is_slight_term,
+    terms_in_doubt,
+    with_turning_in_doubt,
+)
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.robot import RobotParameters
 from wmr_schemas.signals import Log, PoseTrack, TorqueTrack
@@ -124,6 +129,15 @@ def test_a_term_of_turning_is_no_finding_up_to_what_the_error_of_alpha_yaw_turns
     ahead = seen.with_effect("unnamed:longitudinal:v", {"coefficient": 0.001})
     assert not terms_in_doubt(ahead, binned, [name, "unnamed:longitudinal:v"])
     assert not terms_in_doubt(seen, binned, ["scrub_torque"])
+
+
+@pytest.mark.parametrize(("mps2", "slight"), [(0.029, True), (0.031, False)])
+def test_a_term_is_slight_that_accelerates_a_calibrated_robot_by_no_more_than_is_negligible(mps2, slight):
+    name, binned, own = "unnamed:longitudinal:v*abs(yaw_rate)", bin_log(circle(), SETTINGS), SETTINGS.misfit
+    seen = base(0.1).with_effect(name, {"coefficient": -mps2 / (V * YAW_RATE)})
+    assert is_slight_term(seen, binned, name, own) is slight
+    assert not is_slight_term(replace(seen, misfit={}), binned, name, own)
+    assert not is_slight_term(seen.with_effect("slope", {"grade_x_mps2": 0.0}), binned, "slope", own)
 
 
 def test_a_gain_and_a_load_that_turn_the_robot_within_the_doubt_are_an_inertia():
