@@ -94,6 +94,16 @@ def test_behind_what_a_gate_refuses_something_else_is_looked_for(two, monkeypatc
 
 
 @pytest.mark.parametrize(
+    ("behind", "spent"),
+    [(("actuator_lag",), ()), (("actuator_lag", "viscous_drag"), ("input_delay", "actuator_lag"))],
+)
+def test_a_lag_is_not_found_behind_a_delay_that_a_gate_refuses(two, behind, spent):
+    stage = tuple(map(candidate, ("input_delay", *behind)))
+    begun = solution(two[0], dropped=(candidate("input_delay"),), stage=stage)
+    assert {*modes_and_effects.hiding(begun.selection)} == {*spent}
+
+
+@pytest.mark.parametrize(
     ("name", "parameters", "best", "best_parameters", "its_own"),
     [
         ("viscous_drag", {"c1_per_s": DRAG_PER_S}, "yaw_damping", {"d1_per_s": 0.01}, True),

@@ -16,6 +16,7 @@ from wmr_replay.gap.estimation.refit import cost_of, fit_model
 from wmr_replay.gap.estimation.relabel import without_skid
 from wmr_replay.gap.estimation.sideslip import with_sideslip
 from wmr_replay.gap.estimation.slip_disturbance import with_slip_disturbance
+from wmr_replay.gap.evidence.answer import LATE
 from wmr_replay.gap.evidence.one_place import TYRES
 from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.candidates import BY_NAME, LOCAL, SKID
@@ -272,9 +273,10 @@ def without_dropped(solution: Solution, selections: Selections) -> list[Solution
 
 def hiding(said: Selection) -> tuple[str, ...]:
     """The effects of a selection that names none which did not pass the gates, where something else was
-    significant, too: they may have hidden it.
+    significant, too: they may have hidden it. A lag and a delay are one in this.
     """
-    spent = tuple(dict.fromkeys(effect.name for effect in said.dropped))
+    names = [effect.name for effect in said.dropped]
+    spent = tuple(dict.fromkeys([*names, *(LATE if {*names} & {*LATE} else ())]))
     level = said.fit.problem.settings.significance.level
     others = [one for one in said.stages[0] if one.name not in spent] if spent else []
     hid = any(one.p_value <= level and one.score > 0 and not one.failed for one in others)
