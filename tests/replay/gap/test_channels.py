@@ -3,6 +3,7 @@ one.
 """
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,8 +22,9 @@ from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.dynamics import N_ROW, Base, Row
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.verdict import one_channel_note
+from wmr_replay.gap.scan.misfit import is_rest
 from wmr_replay.gap.scan.score import ScoredCandidate
-from wmr_replay.gap.search.eliminate import may_be_a_rest
+from wmr_replay.gap.search.eliminate import may_be_a_rest, stronger
 from wmr_replay.gap.search.fit_candidates import ONE_CHANNEL, assessed
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
@@ -123,4 +125,20 @@ def test_a_size_is_a_finding_from_where_its_interval_leaves_what_the_base_leaves
     for left, rest in ((0.6 - hidden - 1.9 * sd, True), (0.6 - hidden - 2.1 * sd, False)):
         share = left / problem.settings.misfit.other_drives
         known = replace(fit, extension=replace(fit.extension, misfit={"yaw_inertia": share}))
-        assert may_be_a_rest(problem, known, fit, "yaw_inertia") is rest
+        assert may_be_a_rest(problem, known, fit, "yaw_inertia", beside=set()) is rest
+
+
+@pytest.mark.parametrize(("beside", "rest"), [({"viscous_drag"}, True), (set(), False)])
+def test_an_effect_does_not_stand_beside_what_explains_less(beside, rest):
+    """A yaw inertia of .1 is a rest up to .12 beside a drag that matters, and alone up to .032."""
+    problem, fit = with_lag(log_of((LAG_S, LAG_S)))
+    both = fit.extension.with_effect("yaw_inertia", {"ratio": 0.1})
+    both = both.with_effect("viscous_drag", {"c1_per_s": 1.0})
+    fit = replace(fit, extension=replace(both, misfit={"yaw_inertia": 0.001}))
+    assert is_rest("yaw_inertia", fit.extension, problem.settings.misfit)
+    gains = {"yaw_inertia": 50.0, "viscous_drag": 40.0 if not beside else 60.0}
+    found = [SimpleNamespace(name=name, gain=gain) for name, gain in gains.items()]
+    assert stronger(found[0], found) == beside
+    assert (
+        is_rest("yaw_inertia", fit.extension.only({"yaw_inertia", *beside}), problem.settings.misfit) is rest
+    )

@@ -98,6 +98,15 @@ def test_a_torque_that_turns_is_negligible_by_what_it_turns():
         assert negligible(name, PLATES, OWN) == pytest.approx(OWN.negligible_mps2 / (2 * alpha))
 
 
+def test_how_a_pose_is_mounted_is_no_part_of_what_brakes():
+    """An angle of .012 rad is a finding beside a drag; a moved centre of mass of .012 m may be its doing."""
+    known_to = replace(PLATES, misfit={"heading_misalignment": 0.001, "com_offset": 0.001})
+    beside = known_to.with_effect("viscous_drag", {"c1_per_s": 1.0})
+    seen = beside.with_effect("heading_misalignment", {"angle_rad": 0.012})
+    assert not is_rest("heading_misalignment", seen, OWN)
+    assert is_rest("com_offset", beside.with_effect("com_offset", {"offset_m": 0.012}), OWN)
+
+
 @pytest.mark.parametrize(("gain", "matters"), [(0.2, True), (0.04, False)])
 def test_what_is_a_rest_beside_a_found_effect_is_one_in_the_model_that_takes_it_in(gain, matters):
     extension = PLATES.with_effect("drive_gain", {"ratio": gain})

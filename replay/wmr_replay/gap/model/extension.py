@@ -1,6 +1,6 @@
 """Effects by name and parameters → θ, input rows and poses, as the filter and the simulation take them."""
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -75,6 +75,10 @@ class Extension:
         """One effect fewer."""
         rest = {key: value for key, value in self.effects.items() if key != name}
         return replace(self, effects=rest)
+
+    def only(self, names: Collection[str]) -> "Extension":
+        """With no other effects than those."""
+        return replace(self, effects={key: value for key, value in self.effects.items() if key in names})
 
     @property
     def acting(self) -> list[tuple[str, Parameters]]:

@@ -7,7 +7,8 @@ effects that the log does not show, for want of excitation too, it is no more th
 
 One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
 better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
-is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form.
+is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form. How
+a pose is mounted is no part of such a mechanism.
 What turns the robot beside its torques, such as swivel casters and pads that drag, may turn it by far more
 than is negligible, and twice as much on another drive.
 """
@@ -142,7 +143,8 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     if name in IN_TURNING:
         left *= own.other_drives
     if finds_what_matters(extension, own, but=name):
-        return max(left, own.beside * small) if name in extension.misfit else small
+        measured = name in extension.misfit and declaration.acts_on != "pose"
+        return max(left, own.beside * small if measured else small)
     geometric = {*declaration.units.values()} <= {"m", "rad"}
     low, high = own.least_shares_of_lengths if geometric else own.least_shares
     return max(left, min(max(own.other_drives * left, low * small), high * small))

@@ -169,7 +169,7 @@ def other_cause(
     problem: Problem, current: Fit, effect: FittedCandidate, rest: Fit, others: list[FittedCandidate]
 ) -> str:
     """What an effect may be in place of one that is missing; empty where it is none of these."""
-    if may_be_a_rest(problem, current, rest, effect.name):
+    if may_be_a_rest(problem, current, rest, effect.name, beside=stronger(effect, others)):
         return "no more than the base model leaves"
     if is_remainder(problem, current, effect, others):
         return "a remainder of the others"
@@ -181,6 +181,11 @@ def other_cause(
     if may_be_slipping(problem, current, effect.name):
         return "no other than the model's own slipping"
     return ""
+
+
+def stronger(effect: FittedCandidate, others: list[FittedCandidate]) -> set[str]:
+    """The names of the others that explain no less than an effect does."""
+    return {one.name for one in others if one.name != effect.name and one.gain >= effect.gain}
 
 
 def is_creep(name: str, problem: Problem, extension: Extension) -> bool:
@@ -198,20 +203,21 @@ def same_tyres(name: str, extension: Extension, own: SelectionSettings) -> bool:
     return name == TYRES and abs(extension.effects[name]["ratio"]) < own.known_stiffness
 
 
-def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str) -> bool:
+def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, beside: set[str]) -> bool:
     """Whether an effect is not clearly more than what the base model leaves on its calibration log and, of a
     calibrated parameter, what a controller hides of it on this one; or a term no more than what the base
     model does not know of turning, or slight; or tyres that are the same, or creep. ``rest`` is the model
-    without it.
+    without it; ``beside`` are effects that explain more: it does not stand beside what explains less.
     """
     own, extension = problem.settings.misfit, current.extension
+    alone = extension.only({name, *beside})
     if same_tyres(name, extension, problem.settings.selection) or is_creep(name, problem, extension):
         return True
-    if is_rest(name, extension, own) or withholds_a_rest(name, problem, extension, own):
+    if is_rest(name, alone, own) or withholds_a_rest(name, problem, extension, own):
         return True
     if name == "drive_gain" and gain_is_rest(extension, own):
         return True
-    left = surely_left(name, extension, own)
+    left = surely_left(name, alone, own)
     if left > 0 and name in IN_PARAMETERS:
         left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
