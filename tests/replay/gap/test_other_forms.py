@@ -143,7 +143,8 @@ def test_a_saturation_that_holds_back_less_than_the_gain_is_known_is_a_rest(limi
             **known,
         )
 
-    assert withholds_a_rest("torque_saturation", problem, holds_back(PLATES), OWN) is rest
+    known_to = replace(PLATES, misfit={**NONE, "drive_gain": 0.001})
+    assert withholds_a_rest("torque_saturation", problem, holds_back(known_to), OWN) is rest
     assert not withholds_a_rest("slope", problem, holds_back(PLATES), OWN)
     uncalibrated = replace(PLATES, misfit={})
     assert not withholds_a_rest("torque_saturation", problem, holds_back(uncalibrated), OWN)

@@ -139,15 +139,17 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
         return 0.0
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
-    small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
-    if name in IN_TURNING:
-        left *= own.other_drives
-    if finds_what_matters(extension, own, but=name):
-        measured = name in extension.misfit and declaration.acts_on != "pose"
-        return max(left, own.beside * small if measured else small)
-    geometric = {*declaration.units.values()} <= {"m", "rad"}
-    low, high = own.least_shares_of_lengths if geometric else own.least_shares
-    return max(left, min(max(own.other_drives * left, low * small), high * small))
+    small, left = negligible(name, extension, own), extension.misfit.get(name)
+    mounting = declaration.acts_on == "pose"
+    beside = finds_what_matters(extension, own, but=name)
+    low, high = own.least_shares_of_mounting if mounting else own.least_shares
+    if left is None:
+        return small if beside else high * small
+    elsewhere = own.other_drives * left
+    least = left if name not in IN_TURNING else elsewhere
+    if beside:
+        return max(least, small if mounting else own.beside * small)
+    return max(least, min(max(elsewhere, low * small), high * small))
 
 
 def finds_what_matters(extension: Extension, own: MisfitSettings, *, but: str = "") -> bool:

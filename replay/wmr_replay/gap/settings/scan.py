@@ -60,12 +60,12 @@ class MisfitSettings:
     of 17 robots of the engine with nothing hidden (seeds from 3400000, once), 3 were larger, by little."""
 
     least_shares: tuple[float, float] = (0.4, 0.8)
-    """Least rest that a base model is given in any case, and the most for the sake of other drives, as shares
-    of what is negligible. Judgement: a calibration log shows one drive; casters and tyres leave something
-    else on another."""
+    """Least rest that a base model is given in any case, and the most for the sake of other drives and of
+    effects that its log does not measure, as shares of what is negligible. Judgement: a calibration log shows
+    one drive; casters and tyres leave something else on another."""
 
-    least_shares_of_lengths: tuple[float, float] = (0.2, 0.5)
-    """The same for lengths and angles. Judgement: geometry is the same on every drive."""
+    least_shares_of_mounting: tuple[float, float] = (0.2, 0.5)
+    """The same for how a pose is mounted. Judgement: geometry is the same on every drive."""
 
     beside: float = 1.5
     """Largest rest beside an effect that matters, times what is negligible, of effects that a calibration
