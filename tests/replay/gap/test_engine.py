@@ -221,27 +221,22 @@ def test_what_the_base_model_leaves_is_a_rest_of_any_size(calibrated):
     extension = replace(Extension(base_of(calibrated.robot)), misfit={"viscous_drag": 1.0, "slope": 0.026})
     assert floor_of("viscous_drag", extension, OWN) == 1.0
     assert floor_of("slope", extension, OWN) == 0.026
-    known = {"viscous_drag": 0.01, "rolling_resistance": 0.01, "scrub_torque": 0.02, "yaw_damping": 0.01}
-    extension = replace(extension, misfit=extension.misfit | known | {"pose_lever_arm": 0.003})
-    (low, high), (_, high_m) = OWN.least_shares, OWN.least_shares_of_mounting
-    assert floor_of("rolling_resistance", extension, OWN) == pytest.approx(OWN.other_drives * 0.01)
-    assert floor_of("scrub_torque", extension, OWN) == pytest.approx(high * 0.03)
-    assert floor_of("yaw_damping", extension, OWN) == pytest.approx(low * 0.12)
-    assert floor_of("pose_lever_arm", extension, OWN) == pytest.approx(OWN.other_drives * 0.003)
-    assert floor_of("heading_misalignment", extension, OWN) == pytest.approx(high_m * 0.2 * 0.05)
+    known = {"viscous_drag": 0.01, "rolling_resistance": 0.028, "scrub_torque": 0.01, "yaw_damping": 0.08}
+    extension = replace(extension, misfit=extension.misfit | known)
+    assert floor_of("rolling_resistance", extension, OWN) == 0.028
+    assert floor_of("scrub_torque", extension, OWN) == pytest.approx(OWN.least_share * 0.03)
+    assert floor_of("yaw_damping", extension, OWN) == pytest.approx(OWN.other_drives * 0.08)
+    assert floor_of("heading_misalignment", extension, OWN) == pytest.approx(OWN.least_share * 0.2 * 0.05)
     assert floor_of("load_step", extension, OWN) == floor_of("torque_saturation", extension, OWN) == 0.0
     assert floor_of("rolling_resistance", replace(extension, misfit={}), OWN) == 0.0
-    assert is_rest(
-        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.016, "grade_y_mps2": 0.018}), OWN
-    )
-    assert not is_rest(
-        "slope", extension.with_effect("slope", {"grade_x_mps2": 0.02, "grade_y_mps2": 0.02}), OWN
-    )
+    for grade, rest in ((0.017, True), (0.02, False)):  # of both components together, .024 and .028
+        slope = extension.with_effect("slope", {"grade_x_mps2": grade, "grade_y_mps2": grade})
+        assert is_rest("slope", slope, OWN) is rest
 
 
-@pytest.mark.parametrize(("left", "floor"), [(0.3, 0.6), (0.04, 0.08), (0.02, 0.04), (0.001, 0.032)])
+@pytest.mark.parametrize(("left", "floor"), [(0.3, 0.6), (0.04, 0.08), (0.001, 0.064)])
 def test_an_alpha_yaw_in_doubt_is_off_by_another_factor_on_another_drive(calibrated, left, floor):
-    """Twice what the calibration leaves, and no less than two fifths of what is negligible, .08."""
+    """Twice what the calibration leaves, and no less than four fifths of what is negligible, .08."""
     extension = replace(Extension(base_of(calibrated.robot)), misfit={"yaw_inertia": left})
     assert floor_of("yaw_inertia", extension, OWN) == pytest.approx(floor)
     assert is_rest("yaw_inertia", extension.with_effect("yaw_inertia", {"ratio": 0.99 * floor}), OWN)
@@ -264,12 +259,12 @@ def test_beside_an_effect_that_matters_everything_negligible_is_a_rest(calibrate
     """
     misfit = {"viscous_drag": 0.01, "yaw_damping": 0.001}
     extension = replace(Extension(base_of(calibrated.robot)), misfit=misfit)
-    for drag, least in ((0.03, OWN.least_shares[0] * 0.12), (0.1, OWN.beside * 0.12)):
+    for drag, least in ((0.03, OWN.least_share * 0.12), (0.1, OWN.beside * 0.12)):
         beside = extension.with_effect("viscous_drag", {"c1_per_s": drag})
-        assert floor_of("input_delay", beside, OWN) == (0.03 if drag > 0.05 else OWN.least_shares[1] * 0.03)
+        assert floor_of("input_delay", beside, OWN) == (0.03 if drag > 0.05 else OWN.least_share * 0.03)
         assert floor_of("yaw_damping", beside, OWN) == pytest.approx(least)
         known = replace(extension, known=(("viscous_drag", {"c1_per_s": drag}),))
-        assert floor_of("yaw_damping", known, OWN) == pytest.approx(OWN.least_shares[0] * 0.12)
+        assert floor_of("yaw_damping", known, OWN) == pytest.approx(OWN.least_share * 0.12)
 
 
 def test_a_base_model_holds_the_rests_that_its_log_proves(calibrated):

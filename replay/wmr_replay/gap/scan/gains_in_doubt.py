@@ -55,11 +55,11 @@ def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) 
 
 
 def friction_mps2(extension: Extension, own: MisfitSettings) -> float:
-    """The dry friction that the calibration leaves, on another drive: twice what it measured, up to the least
-    that a base model is given.
+    """The dry friction that the calibration leaves, on another drive: twice what it measured, up to half of
+    the least rest of a resistance.
     """
     measured = extension.misfit.get("wheel_coulomb", 0.0) * unit_mps2("wheel_coulomb", extension)
-    return min(own.other_drives * measured, own.least_shares[0] * own.negligible_mps2)
+    return min(own.other_drives * measured, own.least_share * own.negligible_mps2 / own.other_drives)
 
 
 def held_terms(extension: Extension) -> Iterator[tuple[Term, float]]:

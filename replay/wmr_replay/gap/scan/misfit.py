@@ -6,9 +6,9 @@ resistance of a caster, a creeping tyre. A rest of that size on another log of t
 effects that the log does not show, for want of excitation too, it is no more than is negligible in practice.
 
 One log shows a rest on one drive: the same caster brakes otherwise on another. So the base model is held no
-better than a share of what is negligible in practice. Beside an effect that matters, everything negligible
-is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in its form. How
-a pose is mounted is no part of such a mechanism.
+better than four fifths of what is negligible in practice. Beside an effect that matters, everything
+negligible is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in
+its form. How a pose is mounted is no part of such a mechanism.
 What turns the robot beside its torques, such as swivel casters and pads that drag, may turn it by far more
 than is negligible, and twice as much on another drive.
 """
@@ -112,7 +112,7 @@ def gain_is_rest(extension: Extension, own: MisfitSettings) -> bool:
 
 def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a dead zone or a saturation holds back no larger share of the log's torques than the base
-    model's gain may be off by.
+    model's gain may be off by on it: half of its rest, or twice what the calibration leaves.
 
     The share is 1 − k, with k the gain of least squares from the torques as asked for to those that act.
     """
@@ -121,7 +121,8 @@ def withholds_a_rest(name: str, problem: Problem, extension: Extension, own: Mis
     asked = extension.without(name).mean_torques(problem.binned)
     acting = extension.mean_torques(problem.binned)
     power = float(np.sum(asked * asked))
-    known_to = floor_of("drive_gain", extension.without(name), own)
+    floor = floor_of("drive_gain", extension.without(name), own)
+    known_to = max(floor / own.other_drives, surely_left("drive_gain", extension.without(name), own))
     return power - float(np.sum(asked * acting)) <= known_to * power
 
 
@@ -139,17 +140,13 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
         return 0.0
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
-    small, left = negligible(name, extension, own), extension.misfit.get(name)
-    mounting = declaration.acts_on == "pose"
-    beside = finds_what_matters(extension, own, but=name)
-    low, high = own.least_shares_of_mounting if mounting else own.least_shares
-    if left is None:
-        return small if beside else high * small
-    elsewhere = own.other_drives * left
-    least = left if name not in IN_TURNING else elsewhere
-    if beside:
-        return max(least, small if mounting else own.beside * small)
-    return max(least, min(max(elsewhere, low * small), high * small))
+    small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
+    if name in IN_TURNING:
+        left *= own.other_drives
+    if not finds_what_matters(extension, own, but=name):
+        return max(left, own.least_share * small)
+    spills = name in extension.misfit and declaration.acts_on != "pose"
+    return max(left, own.beside * small if spills else small)
 
 
 def finds_what_matters(extension: Extension, own: MisfitSettings, *, but: str = "") -> bool:
