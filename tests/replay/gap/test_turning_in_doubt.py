@@ -92,6 +92,15 @@ def test_an_effect_in_turning_that_the_base_holds_is_known_to_the_share_of_alpha
     assert wider.misfit["viscous_drag"] == 0.01
 
 
+@pytest.mark.parametrize(("share", "open_to"), [(0.2, 0.4), (2.0, 1.0)])
+def test_a_held_imbalance_is_known_no_better_and_may_be_none_on_another_drive(share, open_to):
+    held = (("torque_imbalance", {"ratio": -0.05}),)
+    known = base(share)
+    known = replace(known, known=held, misfit={**known.misfit, "torque_imbalance": 0.01})
+    wider = with_turning_in_doubt(known, circle(), SETTINGS)
+    assert wider.misfit["torque_imbalance"] == pytest.approx(0.01 + open_to * 0.05)
+
+
 def test_torques_that_do_not_follow_the_turn_widen_no_scrub():
     """Half of the circle with the right wheel ahead, half with the left one: no part is along its sign."""
     turning = circle()

@@ -12,6 +12,7 @@ mean square. A scrub, which jumps where the turn reverses, is a rest up to its l
 
 A centre of mass, a yaw damping or a scrub that the base model holds was found beside the same torques, in
 units of the same α_yaw. So it is known to that share as well: another drive may ask for s of it more or less.
+An imbalance or a bias that turns may be none at all there: a caster that turned the robot one way.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -33,6 +34,8 @@ from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")
 """Effects that resist or help a turn in proportion to the yaw rate, or by its sign."""
+ONE_WAY = ("torque_imbalance", "torque_bias_differential")
+"""Torques that turn a robot one way."""
 IN_DOUBT = (
     "the calibration log hardly shows how the torques turn the robot, and alpha_yaw may be off by a factor "
     "of {factor:.1f}: something else turns it as much, such as swivel casters that swing round or a wheel "
@@ -81,7 +84,8 @@ def held_in_doubt(extension: Extension, own: MisfitSettings) -> dict[str, float]
     one on another drive.
     """
     share = own.other_drives * extension.misfit.get("yaw_inertia", 0.0)
-    return {name: share * size_of(sizes) for name, sizes in extension.known if name in TURNING}
+    shares = dict.fromkeys(TURNING, share) | dict.fromkeys(ONE_WAY, min(share, 1.0))
+    return {name: shares[name] * size_of(sizes) for name, sizes in extension.known if name in shares}
 
 
 def error_mps2(extension: Extension, binned: BinnedLog) -> float:
