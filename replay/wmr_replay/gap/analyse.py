@@ -11,7 +11,7 @@ from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.one_way import held_back
 from wmr_replay.gap.formula.search import with_formula
 from wmr_replay.gap.model.base import BaseModel, base_of
-from wmr_replay.gap.model.binned_log import lasts_long
+from wmr_replay.gap.model.binned_log import bin_log, lasts_long
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.model.work import Work, begin_work, n_bins
 from wmr_replay.gap.options import GapOptions
@@ -46,9 +46,7 @@ def analyse(
     tell("naming", 0.1)
     log, work = replace(log, robot=model.robot), limited_work(log, options.gates)
     options = replace(options, gates=with_known_swings(options.gates, model.noise))
-    extension = with_other_forms(model.extension, log.pose, options.gates.misfit)
-    extension = with_gains_in_doubt(extension, log, options.gates)
-    extension = with_turning_in_doubt(extension, log, options.gates)
+    extension = with_other_drive(model.extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
     if model.misfit and leaves_no_more(selection, model.noise, options.gates.misfit):
@@ -75,6 +73,16 @@ def what_was_left_out(work: Work) -> str:
         f"the log is long, and its search ended early: {', '.join(work.left_out)} were not tried; "
         "a part of it (--start, --end) is searched to the end"
     )
+
+
+def with_other_drive(extension: Extension, log: Log, gates: GateSettings) -> Extension:
+    """The base model, its misfit widened by what the calibration leaves open on the drive of this log;
+    unchanged where it was not calibrated on a log.
+    """
+    if not extension.misfit:
+        return extension
+    extension, binned = with_other_forms(extension, log.pose, gates.misfit), bin_log(log, gates)
+    return with_turning_in_doubt(with_gains_in_doubt(extension, binned), binned)
 
 
 def with_base_model(log: Log, base: Model | None, options: GapOptions) -> tuple[Log, BaseModel, str]:

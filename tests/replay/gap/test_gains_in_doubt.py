@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from wmr_replay.gap.model.base import base_of
+from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.gains_in_doubt import with_gains_in_doubt
 from wmr_replay.gap.settings import GateSettings
@@ -34,7 +35,7 @@ def drive(speed_mps, sum_nm, apart_nm=0.0):
 def test_a_friction_that_is_left_looks_like_a_gain_the_less_torque_a_drive_takes(sum_nm, left_nm, looks_like):
     """Twice .005 N·m on both wheels, .01 m/s², are 5 % of .5 · .4 = .2 m/s²; of more, .012 m/s² count."""
     left = replace(STEADY, misfit={**KNOWN_TO, "wheel_coulomb": left_nm})
-    wider = with_gains_in_doubt(left, drive(0.5, sum_nm), SETTINGS).misfit
+    wider = with_gains_in_doubt(left, bin_log(drive(0.5, sum_nm), SETTINGS)).misfit
     assert wider["payload"] == wider["drive_gain"] == pytest.approx(0.01 + looks_like, rel=0.02)
     assert (wider["yaw_inertia"], wider["slope"]) == (0.02, 0.003)
 
@@ -44,14 +45,14 @@ def test_a_held_term_of_the_torques_leaves_their_gain_open():
     ahead = ("unnamed:longitudinal:effort_sum*abs(v)", {"coefficient": 0.1})
     turning = ("unnamed:yaw:effort_diff*abs(v)", {"coefficient": 0.16})
     log = drive(0.5, 40.0, apart_nm=1.0)
-    wider = with_gains_in_doubt(replace(STEADY, known=(ahead, turning)), log, SETTINGS).misfit
+    wider = with_gains_in_doubt(replace(STEADY, known=(ahead, turning)), bin_log(log, SETTINGS)).misfit
     assert wider["payload"] == pytest.approx(0.01 + 0.1, abs=0.002)
     assert wider["yaw_inertia"] == pytest.approx(0.02 + 0.1, abs=0.002)
     no_torque = ("unnamed:longitudinal:v*v*v", {"coefficient": 0.1})
-    other = with_gains_in_doubt(replace(STEADY, known=(no_torque,)), log, SETTINGS)
-    assert other.misfit == with_gains_in_doubt(STEADY, log, SETTINGS).misfit
+    other = with_gains_in_doubt(replace(STEADY, known=(no_torque,)), bin_log(log, SETTINGS))
+    assert other.misfit == with_gains_in_doubt(STEADY, bin_log(log, SETTINGS)).misfit
 
 
 def test_an_uncalibrated_base_model_is_taken_as_it_is():
     bare = replace(STEADY, misfit={})
-    assert with_gains_in_doubt(bare, drive(0.5, 0.4), SETTINGS) is bare
+    assert with_gains_in_doubt(bare, bin_log(drive(0.5, 0.4), SETTINGS)) is bare

@@ -9,10 +9,9 @@ from wmr_replay.effects.motion import com_yaw_per_m
 from wmr_replay.gap.model.base import base_of
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
-from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest
+from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, is_slight_term
 from wmr_replay.gap.scan.turning_in_doubt import (
     doubts,
-    is_slight_term,
     terms_in_doubt,
     with_turning_in_doubt,
 )
@@ -46,7 +45,8 @@ def circle():
 def test_an_effect_is_a_rest_up_to_what_the_error_of_alpha_yaw_turns():
     """By hand: s α_yaw Δu over what one unit turns; with m, I of these α: l m/I = α_yaw/(α l)."""
     share = 2.0
-    wider, left_mps2 = with_turning_in_doubt(base(share), circle(), SETTINGS), share * ALPHA_YAW * APART_NM
+    wider = with_turning_in_doubt(base(share), bin_log(circle(), SETTINGS))
+    left_mps2 = share * ALPHA_YAW * APART_NM
     mass_kg = 1 / (0.11 * ALPHA)
     inertia_kgm2 = L**2 / (0.11 * ALPHA_YAW)
     assert wider.misfit["yaw_damping"] == pytest.approx(left_mps2 / (L * YAW_RATE), rel=0.01)
@@ -68,7 +68,7 @@ def test_a_centre_of_mass_turns_a_robot_of_unknown_masses_as_one_of_known_masses
 
 @pytest.mark.parametrize(("share", "rest"), [(2.0, True), (0.03, False)])
 def test_on_swivel_casters_a_small_yaw_damping_is_no_finding_and_on_balls_it_is(share, rest):
-    seen = with_turning_in_doubt(base(share), circle(), SETTINGS).with_effect(
+    seen = with_turning_in_doubt(base(share), bin_log(circle(), SETTINGS)).with_effect(
         "yaw_damping", {"d1_per_s": 0.5}
     )
     assert is_rest("yaw_damping", seen, SETTINGS.misfit) is rest
@@ -76,9 +76,9 @@ def test_on_swivel_casters_a_small_yaw_damping_is_no_finding_and_on_balls_it_is(
 
 def test_what_is_well_known_is_left_alone():
     known = base(0.03)
-    assert with_turning_in_doubt(known, circle(), SETTINGS).misfit == known.misfit
+    assert with_turning_in_doubt(known, bin_log(circle(), SETTINGS)).misfit == known.misfit
     uncalibrated = Extension(base_of(ROBOT))
-    assert with_turning_in_doubt(uncalibrated, circle(), SETTINGS) is uncalibrated
+    assert with_turning_in_doubt(uncalibrated, bin_log(circle(), SETTINGS)) is uncalibrated
 
 
 def test_an_effect_in_turning_that_the_base_holds_is_known_to_the_share_of_alpha_yaw():
@@ -87,7 +87,7 @@ def test_an_effect_in_turning_that_the_base_holds_is_known_to_the_share_of_alpha
     straight = circle()
     t_s = np.arange(len(straight.pose.t_ns)) * 0.01
     log = Log(PoseTrack(straight.pose.t_ns, V * t_s, 0 * t_s, 0 * t_s), straight.torque)
-    wider = with_turning_in_doubt(replace(base(0.2), known=held), log, SETTINGS)
+    wider = with_turning_in_doubt(replace(base(0.2), known=held), bin_log(log, SETTINGS))
     assert wider.misfit["com_offset"] == pytest.approx(0.01 + 2 * 0.2 * 0.1)
     assert wider.misfit["viscous_drag"] == 0.01
 
@@ -97,7 +97,7 @@ def test_a_held_imbalance_is_known_no_better_and_may_be_none_on_another_drive(sh
     held = (("torque_imbalance", {"ratio": -0.05}),)
     known = base(share)
     known = replace(known, known=held, misfit={**known.misfit, "torque_imbalance": 0.01})
-    wider = with_turning_in_doubt(known, circle(), SETTINGS)
+    wider = with_turning_in_doubt(known, bin_log(circle(), SETTINGS))
     assert wider.misfit["torque_imbalance"] == pytest.approx(0.01 + open_to * 0.05)
 
 
@@ -108,7 +108,7 @@ def test_torques_that_do_not_follow_the_turn_widen_no_scrub():
     apart = np.where(np.arange(2 * half) < half, APART_NM, -APART_NM)
     unknown, t_ns = np.full(2 * half, np.nan), turning.pose.t_ns
     log = Log(turning.pose, TorqueTrack(t_ns, 1 - apart / 2, 1 + apart / 2, unknown, unknown))
-    wider = with_turning_in_doubt(base(2.0), log, SETTINGS)
+    wider = with_turning_in_doubt(base(2.0), bin_log(log, SETTINGS))
     assert wider.misfit["scrub_torque"] == pytest.approx(0.02, abs=0.002)
     assert wider.misfit["yaw_damping"] > 1.0
 
@@ -117,7 +117,7 @@ def test_a_drive_that_does_not_turn_widens_no_effect_of_turning_beyond_bounds():
     straight = circle()
     t_s = np.arange(len(straight.pose.t_ns)) * 0.01
     pose = PoseTrack(straight.pose.t_ns, V * t_s, 0 * t_s, 0 * t_s)
-    wider = with_turning_in_doubt(base(2.0), Log(pose, straight.torque), SETTINGS)
+    wider = with_turning_in_doubt(base(2.0), bin_log(Log(pose, straight.torque), SETTINGS))
     assert wider.misfit["com_offset"] == 0.01
 
 
@@ -133,20 +133,21 @@ def test_it_is_said_of_a_base_model_that_hardly_shows_how_torques_turn_it():
 def test_a_term_of_turning_is_no_finding_up_to_what_the_error_of_alpha_yaw_turns(factor, in_doubt):
     share, name = 2.0, "unnamed:yaw:yaw_rate"
     size = factor * share * ALPHA_YAW * APART_NM / YAW_RATE
-    seen, binned = base(share).with_effect(name, {"coefficient": size}), bin_log(circle(), SETTINGS)
-    assert terms_in_doubt(seen, binned, [name]) is in_doubt
+    seen, rows = base(share).with_effect(name, {"coefficient": size}), bin_log(circle(), SETTINGS)
+    assert terms_in_doubt(seen, rows, [name]) is in_doubt
     ahead = seen.with_effect("unnamed:longitudinal:v", {"coefficient": 0.001})
-    assert not terms_in_doubt(ahead, binned, [name, "unnamed:longitudinal:v"])
-    assert not terms_in_doubt(seen, binned, ["scrub_torque"])
+    assert not terms_in_doubt(ahead, rows, [name, "unnamed:longitudinal:v"])
+    assert not terms_in_doubt(seen, rows, ["scrub_torque"])
 
 
 @pytest.mark.parametrize(("mps2", "slight"), [(0.029, True), (0.031, False)])
 def test_a_term_is_slight_that_accelerates_a_calibrated_robot_by_no_more_than_is_negligible(mps2, slight):
-    name, binned, own = "unnamed:longitudinal:v*abs(yaw_rate)", bin_log(circle(), SETTINGS), SETTINGS.misfit
+    name, rows = "unnamed:longitudinal:v*abs(yaw_rate)", bin_log(circle(), SETTINGS)
     seen = base(0.1).with_effect(name, {"coefficient": -mps2 / (V * YAW_RATE)})
-    assert is_slight_term(seen, binned, name, own) is slight
-    assert not is_slight_term(replace(seen, misfit={}), binned, name, own)
-    assert not is_slight_term(seen.with_effect("slope", {"grade_x_mps2": 0.0}), binned, "slope", own)
+    assert is_slight_term(name, seen, rows, SETTINGS.misfit) is slight
+    assert not is_slight_term(name, replace(seen, misfit={}), rows, SETTINGS.misfit)
+    slope = seen.with_effect("slope", {"grade_x_mps2": 0.0})
+    assert not is_slight_term("slope", slope, rows, SETTINGS.misfit)
 
 
 def test_a_gain_and_a_load_that_turn_the_robot_within_the_doubt_are_an_inertia():

@@ -16,14 +16,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.model.binned_log import bin_log
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.other_forms import least_squares, unit_mps2
-from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT, Term, TermChannel, parse_term
 
 GAINS: dict[TermChannel, tuple[str, tuple[str, ...]]] = {
@@ -34,16 +32,15 @@ GAINS: dict[TermChannel, tuple[str, tuple[str, ...]]] = {
 FRICTION = Term("longitudinal", ("sgn(v)",))
 
 
-def with_gains_in_doubt(extension: Extension, log: Log, settings: GateSettings) -> Extension:
+def with_gains_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
     """The extension, its misfit of gains widened by what looks like a gain on the log.
 
-    Unchanged where the base model has no misfit: a model that was not calibrated on a log. Raises
-    InvalidSignal where the log has no torques or is too short.
+    Unchanged where the base model has no misfit: a model that was not calibrated on a log.
     """
     if not extension.misfit:
         return extension
-    columns = columns_of(bin_log(log, settings))
-    left = [*held_terms(extension), (FRICTION, friction_mps2(extension, settings.misfit))]
+    columns = columns_of(binned)
+    left = [*held_terms(extension), (FRICTION, friction_mps2(extension, binned.settings.misfit))]
     alphas = {"longitudinal": extension.base.alpha, "yaw": extension.base.alpha_yaw}
     wider = dict(extension.misfit)
     for channel, (torques, names) in GAINS.items():

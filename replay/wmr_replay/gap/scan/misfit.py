@@ -19,12 +19,15 @@ import numpy as np
 
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.candidates import candidate_of
+from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.scan import scan
 from wmr_replay.gap.settings.scan import MisfitSettings
-from wmr_schemas.effects import WITHHOLDING, built_in, effects_of
+from wmr_schemas.effects import UNNAMED_PREFIX, WITHHOLDING, built_in, effects_of
 from wmr_schemas.model_file import Model
+from wmr_schemas.terms import COEFFICIENT, parse_term
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
@@ -88,6 +91,16 @@ def is_rest(name: str, extension: Extension, own: MisfitSettings) -> bool:
     """Whether a fitted effect is no larger than what the base model leaves on its calibration log."""
     least = floor_of(name, extension, own)
     return least > 0 and size_of(extension.effects[name]) <= least
+
+
+def is_slight_term(name: str, extension: Extension, binned: BinnedLog, own: MisfitSettings) -> bool:
+    """Whether ``name`` is a term that accelerates the robot of a calibrated base model by no more than is
+    negligible, root mean square: swinging casters and tyres leave as much, in another form on each drive.
+    """
+    if not extension.misfit or not name.startswith(UNNAMED_PREFIX):
+        return False
+    total = extension.effects[name][COEFFICIENT] * parse_term(name).evaluate(columns_of(binned))
+    return bool(np.sqrt(np.mean(total * total)) <= own.negligible_mps2)
 
 
 def gain_as_inertia(extension: Extension) -> Extension:

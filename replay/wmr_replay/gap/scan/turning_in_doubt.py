@@ -20,16 +20,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from wmr_replay.gap.model.binned_log import BinnedLog, bin_log
+from wmr_replay.gap.model.binned_log import BinnedLog
 from wmr_replay.gap.model.dictionary import columns_of
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import size_of
 from wmr_replay.gap.scan.other_forms import least_squares
-from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.arrays import F64
 from wmr_schemas.effects import UNNAMED_PREFIX
-from wmr_schemas.signals import Log
 from wmr_schemas.terms import COEFFICIENT, Term, parse_term
 
 TURNING = ("yaw_damping", "com_offset", "scrub_torque")
@@ -50,21 +48,19 @@ def doubts(misfit: Mapping[str, float], own: MisfitSettings) -> tuple[str, ...]:
     return (IN_DOUBT.format(factor=1 + share),) if share >= own.doubted_share else ()
 
 
-def with_turning_in_doubt(extension: Extension, log: Log, settings: GateSettings) -> Extension:
+def with_turning_in_doubt(extension: Extension, binned: BinnedLog) -> Extension:
     """The extension, its misfit widened by what an error of α_yaw leaves on the log.
 
-    Unchanged where the base model has no misfit: a model that was not calibrated on a log. Raises
-    InvalidSignal where the log has no torques or is too short.
+    Unchanged where the base model has no misfit: a model that was not calibrated on a log.
     """
     share = extension.misfit.get("yaw_inertia", 0.0)
     if share <= 0:
         return extension
-    binned = bin_log(log, settings)
     left_mps2 = error_mps2(extension, binned)
     turns = ((name, root_mean_square(unit)) for name, unit in units_of(extension, binned))
     found = {name: left_mps2 / unit_mps2 for name, unit_mps2 in turns if unit_mps2 > 0}
     found["scrub_torque"] = scrub_in_error_mps2(extension, binned)
-    held = held_in_doubt(extension, settings.misfit)
+    held = held_in_doubt(extension, binned.settings.misfit)
     wider = {
         name: max(size + held.get(name, 0.0), found.get(name, 0.0)) for name, size in extension.misfit.items()
     }
@@ -103,16 +99,6 @@ def terms_in_doubt(extension: Extension, binned: BinnedLog, names: Iterable[str]
     for term, name in terms:
         total += extension.effects[name][COEFFICIENT] * term.evaluate(columns)
     return root_mean_square(total) <= error_mps2(extension, binned)
-
-
-def is_slight_term(extension: Extension, binned: BinnedLog, name: str, own: MisfitSettings) -> bool:
-    """Whether ``name`` is a term that accelerates the robot of a calibrated base model by no more than is
-    negligible, root mean square: swinging casters and tyres leave as much, in another form on each drive.
-    """
-    if not extension.misfit or not name.startswith(UNNAMED_PREFIX):
-        return False
-    total = extension.effects[name][COEFFICIENT] * parse_term(name).evaluate(columns_of(binned))
-    return root_mean_square(total) <= own.negligible_mps2
 
 
 def units_of(extension: Extension, binned: BinnedLog) -> Iterator[tuple[str, F64]]:

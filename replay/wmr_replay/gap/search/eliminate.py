@@ -24,10 +24,11 @@ from wmr_replay.gap.scan.misfit import (
     gain_is_rest,
     hidden_by_answer,
     is_rest,
+    is_slight_term,
     surely_left,
     withholds_a_rest,
 )
-from wmr_replay.gap.scan.turning_in_doubt import is_slight_term, terms_in_doubt
+from wmr_replay.gap.scan.turning_in_doubt import terms_in_doubt
 from wmr_replay.gap.search.fit_candidates import (
     ANSWERED,
     ONE_CHANNEL,
@@ -222,9 +223,8 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, besid
         left += hidden_by_answer(excitation_ratios(problem, rest.extension, rest.noise), name)
     if left > 0 and least_size(problem, current, name, own.in_sd) <= left:
         return True
-    return terms_in_doubt(extension, problem.binned, [name]) or is_slight_term(
-        extension, problem.binned, name, own
-    )
+    in_doubt = terms_in_doubt(extension, problem.binned, [name])
+    return in_doubt or is_slight_term(name, extension, problem.binned, own)
 
 
 def is_remainder(

@@ -61,8 +61,8 @@ class MisfitSettings:
 
     least_share: float = 0.8
     """Least rest that a base model is given in any case, as a share of what is negligible. Judgement: of the
-    effects of two-wheeled robots of the engine that were named rightly in its thirteenth report, and on 136
-    logs of other seeds, none was smaller; of those named where nothing was hidden some were."""
+    effects of two-wheeled robots of the engine that were named rightly in its thirteenth report none was
+    smaller; of those named where nothing was hidden some were."""
 
     beside: float = 1.5
     """Largest rest beside an effect that matters, times what is negligible, of effects that a calibration
