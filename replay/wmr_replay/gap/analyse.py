@@ -6,6 +6,7 @@ import numpy as np
 
 from wmr_replay.gap.estimation.calibrate import calibrate_on_log
 from wmr_replay.gap.estimation.joined_torques import with_likelier_torques
+from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.swing_disturbance import with_known_swings, with_swings_in
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.formula.one_way import held_back
@@ -22,7 +23,8 @@ from wmr_replay.gap.scan.misfit import misfit_of, with_parameters
 from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
-from wmr_replay.gap.search.rests import leaves_no_more, with_rests, without_formula
+from wmr_replay.gap.search.rests import describes_rests, leaving_more, with_rests, without_formula
+from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Model
 from wmr_schemas.robot import RobotParameters
@@ -49,14 +51,32 @@ def analyse(
     extension = with_other_drive(model.extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
-    if model.misfit and leaves_no_more(selection, model.noise, options.gates.misfit):
-        selection = without_formula(selection)
-    else:
-        problem, selection = with_formula(log, problem, selection, extension, options)
-        selection = held_back(problem, selection)
+    problem, selection = with_or_without_formula(log, problem, selection, extension, model, options)
     tell("proving", 0.8)
     result = assemble(problem, selection, model, options)
     return replace(result, notes=(*result.notes, *filter(None, (note, what_was_left_out(work)))))
+
+
+def with_or_without_formula(
+    log: Log,
+    problem: Problem,
+    selection: Selection,
+    extension: Extension,
+    model: BaseModel,
+    options: GapOptions,
+) -> tuple[Problem, Selection]:
+    """The selection with a formula, where one describes more than what the base model leaves on its own
+    calibration log.
+    """
+    calibrated = bool(model.misfit)
+    leaving = leaving_more(selection, model.noise, options.gates.misfit)
+    if calibrated and not leaving:
+        return problem, without_formula(selection)
+    part, said = with_formula(log, problem, selection, extension, options)
+    said = held_back(part, said)
+    if calibrated and describes_rests(said, leaving):
+        return problem, without_formula(selection)
+    return part, said
 
 
 def limited_work(log: Log, gates: GateSettings) -> Work:

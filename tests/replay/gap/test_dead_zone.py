@@ -54,12 +54,23 @@ def test_a_zone_takes_as_much_of_large_efforts_as_of_small_ones(zone):
 
 @pytest.mark.parametrize(
     ("zone", "times", "answers"),
-    [(True, 1.4, True), (True, 1.6, False), (True, 3.1, False), (False, 1.6, True), (False, 3.1, True)],
+    [
+        (True, (1.4, 1.4), True),
+        (True, (1.4, 5.9), True),
+        (True, (0.5, 6.1), False),
+        (True, (1.6, 1.6), False),
+        (True, (3.1, 3.1), False),
+        (False, (0.5, 6.1), True),
+        (False, (1.6, 1.6), True),
+        (False, (3.1, 3.1), True),
+    ],
 )
 def test_a_zone_little_wider_than_the_answers_is_one_where_large_efforts_clearly_lose(
     monkeypatch, zone, times, answers
 ):
-    """A zone of ``times`` the disturbance's size; half of the least ratio of 3 is as narrow as answers."""
+    """A zone of ``times`` the disturbance's size on the two channels; half of the least ratio of 3 is as
+    narrow as answers, but where twice that ratio is asked for on the other one.
+    """
     monkeypatch.setattr(fit_candidates, "times_the_disturbance", lambda *_: times)
     problem = straight(zone=zone)
     assert only_answers(problem, fitted(problem), "torque_deadzone") is answers

@@ -41,8 +41,15 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.result.locate import marked, placed
 from wmr_replay.gap.result.result import Where
 from wmr_replay.gap.result.unexplained import unexplained
+from wmr_replay.gap.search import select
 from wmr_replay.gap.search.eliminate import margin_for, same_tyres, with_tyres_of_payload
-from wmr_replay.gap.search.select import confirm, first_tested, forward_selection, remainder
+from wmr_replay.gap.search.select import (
+    confirm,
+    first_tested,
+    forward_selection,
+    remainder,
+    rest_as_likely,
+)
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import ModeTrack
 
@@ -204,6 +211,46 @@ def test_a_drag_explains_more_than_placebo_logs_and_nothing_does_not(dragged):
     assert placebo_p(problem, with_it, beside, "payload") > 0.2
 
 
+def test_a_limit_far_from_the_first_order_explains_what_its_fit_does():
+    """Torques asked for that are five times a limit: the robot would spin, and its slopes say nothing."""
+    log = made_log(2)
+    largest = np.max(np.abs([log.torque.left_nm, log.torque.right_nm]), axis=0)
+    limit_nm = float(np.quantile(largest, 0.97))
+    held = np.clip([log.torque.left_nm, log.torque.right_nm], -limit_nm, limit_nm)
+    asked = np.where(largest > limit_nm, 5.0 * held, held)
+    problem = problem_of(replace(log, torque=replace(log.torque, left_nm=asked[0], right_nm=asked[1])))
+    without = fit_model(problem, Extension(BASE))
+    limited = without.extension.with_effect("torque_saturation", {"limit_nm": limit_nm})
+    with_it = fit_model(problem, limited)
+    assert with_it.deviance < without.deviance - 100
+    assert placebo_p(problem, without, with_it, "torque_saturation") == pytest.approx(0.01)
+
+
+# Rivals that are rests
+
+
+@pytest.mark.parametrize(
+    ("worse", "rests", "open_to"),
+    [
+        (5.0, {"yaw_damping"}, {"com_offset"}),
+        (7.0, {"yaw_damping"}, set()),
+        (5.0, {"scrub_torque"}, set()),
+        (5.0, {"com_offset"}, set()),
+    ],
+)
+def test_an_effect_is_open_where_a_rest_of_the_base_model_is_about_as_likely(
+    drive, monkeypatch, worse, rests, open_to
+):
+    monkeypatch.setattr(select, "may_be_a_rest", lambda problem, fit, base, name, *, beside: name in rests)
+    found = replace(candidate("com_offset", 90.0), alternatives=(("yaw_damping", worse),))
+    stages = ((found, candidate("yaw_damping", 85.0), candidate("scrub_torque", 20.0)),)
+    base = made_fit(drive, Extension(BASE), np.zeros((len(drive.binned), 3)))
+    said = rest_as_likely(drive, base, [found], stages)
+    assert said.keys() == open_to
+    assert all("so would yaw_damping" in why for why in said.values())
+    assert rest_as_likely(drive, base, [found, found], stages) == {}
+
+
 # What nothing explains
 
 
@@ -280,14 +327,16 @@ def test_an_effect_must_be_seen_in_manoeuvres_unless_no_torque_shows_it(drive, n
 # The selection as a whole
 
 
-@pytest.mark.parametrize(("times", "turning", "least"), [(2.9, 1.0, 2.9), (3.1, 1.0, 3.1), (3.1, 0.9, 2.79)])
-def test_the_width_of_a_dead_zone_counts_in_units_of_the_disturbance(drive, times, turning, least):
+@pytest.mark.parametrize(
+    ("times", "turning", "both"), [(2.9, 1.0, (2.9, 2.9)), (3.1, 0.9, (2.79, 3.1)), (3.1, 1.1, (3.1, 3.41))]
+)
+def test_the_width_of_a_dead_zone_counts_in_units_of_the_disturbance(drive, times, turning, both):
     """The zone's ends ask for ``times`` the disturbance ahead, and ``turning`` times as much in yaw."""
     base = BASE._replace(alpha_yaw=turning * BASE.alpha)
     size = {"threshold_nm": times * 0.05 / (2 * base.alpha)}
     fit = made_fit(drive, Extension(base, {"torque_deadzone": size}), np.zeros((len(drive.binned), 3)))
     fit = replace(fit, noise=Diffusion(0.05, 0.4, 0.05, 0.4, 0.01, 0.2))
-    assert times_the_disturbance(drive, fit) == pytest.approx(least)
+    assert times_the_disturbance(fit) == pytest.approx(both)
 
 
 @pytest.mark.parametrize(

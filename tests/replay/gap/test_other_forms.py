@@ -20,7 +20,7 @@ from wmr_replay.gap.scan.misfit import (
 from wmr_replay.gap.scan.other_forms import speeds_of, with_other_forms
 from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search import fit_candidates
-from wmr_replay.gap.search.rests import leaves_no_more, without_formula
+from wmr_replay.gap.search.rests import describes_rests, leaving_more, without_formula
 from wmr_replay.gap.search.select import Selection, with_gain_as_inertia
 from wmr_replay.gap.settings import GateSettings
 from wmr_replay.gap.settings.scan import MisfitSettings
@@ -157,16 +157,45 @@ def chosen(noise, *names):
     return Selection(base, SimpleNamespace(noise=noise), found, ())
 
 
-def test_no_formula_is_looked_for_where_the_base_leaves_no_more_than_on_its_own_log():
-    own_log = NoiseModel(disturbance_longitudinal_mps2_rthz=0.05, disturbance_yaw_mps2_rthz=0.03)
-    calm = Diffusion(0.04, 0.5, 0.03, 0.5, 0.001, 0.2)  # .04 and .03 m/s²/√Hz
-    term = chosen(calm, "unnamed:longitudinal:effort_sum")
-    assert leaves_no_more(term, own_log, OWN)
-    assert not leaves_no_more(chosen(calm._replace(yaw_sd_mps2=0.05)), own_log, OWN)
-    assert not leaves_no_more(term, NoiseModel(), OWN)
+OWN_LOG = NoiseModel(disturbance_longitudinal_mps2_rthz=0.05, disturbance_yaw_mps2_rthz=0.03)
+CALM = Diffusion(0.04, 0.5, 0.03, 0.5, 0.001, 0.2)
+"""Leaves .04 and .03 m/s²/√Hz."""
+
+
+@pytest.mark.parametrize(
+    ("noise", "own_log", "leaving"),
+    [
+        (CALM, OWN_LOG, set()),
+        (CALM._replace(yaw_sd_mps2=0.037), OWN_LOG, set()),
+        (CALM._replace(yaw_sd_mps2=0.038), OWN_LOG, {"yaw"}),
+        (CALM._replace(long_sd_mps2=0.063), OWN_LOG, {"longitudinal"}),
+        (CALM, NoiseModel(), {"longitudinal", "yaw"}),
+    ],
+)
+def test_channels_on_which_a_base_leaves_more_than_on_its_own_log(noise, own_log, leaving):
+    """A quarter more is the same; where the own log's disturbance is not known, every channel may."""
+    assert leaving_more(chosen(noise), own_log, OWN) == leaving
+
+
+def test_what_casters_do_while_they_swing_counts_as_left():
+    """.04 beside .12 is .126; .08 beside it makes .144, and .11 .163, 1.29 times as much."""
+    swinging = NoiseModel(0.01, 0.01, 0.04, 0.0, 0.04, 0.12, 0.12)
+    known = CALM._replace(swing_long_mps2_rthz=0.12, swing_yaw_mps2_rthz=0.12, long_sd_mps2=0.08)
+    assert not leaving_more(chosen(known), swinging, OWN)
+    assert leaving_more(chosen(known._replace(yaw_sd_mps2=0.11)), swinging, OWN) == {"yaw"}
+
+
+def test_a_formula_on_channels_that_leave_no_more_is_no_finding():
+    term = chosen(CALM, "unnamed:longitudinal:effort_sum")
+    assert describes_rests(term, frozenset({"yaw"}))
+    assert not describes_rests(term, frozenset({"longitudinal"}))
+    both = chosen(CALM, "unnamed:longitudinal:effort_sum", "unnamed:yaw:effort_diff")
+    assert not describes_rests(both, frozenset({"yaw"}))
+    assert not describes_rests(chosen(CALM, "viscous_drag"), frozenset())
+    assert not describes_rests(chosen(CALM), frozenset())
     plain = without_formula(term)
     assert (plain.found, plain.fit) == ((), term.base)
-    named = chosen(calm, "viscous_drag")
+    named = chosen(CALM, "viscous_drag")
     assert without_formula(named) is named
 
 

@@ -19,7 +19,7 @@ from wmr_replay.gap.formula.modes import rolling_starts
 from wmr_replay.gap.model.binned_log import bin_log
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.result.undecided import as_said
-from wmr_replay.gap.search.labellings import same_place
+from wmr_replay.gap.search.labellings import one_limit, same_place
 from wmr_replay.gap.search.preliminary import doubted_slip, lasting_or_alone, no_slip
 from wmr_replay.gap.search.slip_doubts import (
     Doubt,
@@ -322,3 +322,28 @@ def test_a_short_slip_in_the_place_of_a_doubtful_one_may_be_the_same_patch(again
     assert [bool(np.any(one.problem.binned.slips)) for one in found] == (
         [False] if again_s[0] == 30.0 else []
     )
+
+
+@pytest.mark.parametrize(("share", "tried"), [(0.02, True), (0.06, True), (0.15, False)])
+def test_slipping_of_the_largest_torques_alone_may_be_a_limit(share, tried):
+    """Half of the rows above a torque slip, ``share`` of all."""
+    problem = problem_of(made_log(3, seconds=80.0)).all_fitted()
+    extension, binned = Extension(BASE), problem.binned
+    largest = np.max(np.abs(extension.mean_torques(binned)), axis=0)
+    hardest = largest > np.quantile(largest, 1 - 2 * share)
+    slips = hardest & (np.cumsum(hardest) <= np.sum(hardest) / 2)
+    slipping = problem.relabelled(with_mode_at(binned, slips, ContactMode.SLIPPING))
+    found = list(one_limit(slipping, extension))
+    assert len(found) == tried
+    for one in found:
+        assert not np.any(one.problem.binned.slips)
+        ((name, start),) = one.hints
+        least_nm = largest[slipping.binned.slips].min()
+        assert (name, start["limit_nm"]) == ("torque_saturation", pytest.approx(least_nm))
+
+
+def test_no_limit_is_looked_for_where_nothing_slips_or_everything_does():
+    problem = problem_of(made_log(3)).all_fitted()
+    all_rows = np.ones(len(problem.binned), bool)
+    slipping = problem.relabelled(with_mode_at(problem.binned, all_rows, ContactMode.SLIPPING))
+    assert list(one_limit(problem, Extension(BASE))) == list(one_limit(slipping, Extension(BASE))) == []

@@ -111,16 +111,17 @@ def channel_of(*names: str) -> str:
     return channels.pop() if len(channels) == 1 else BOTH
 
 
-def times_the_disturbance(problem: Problem, fit: Fit) -> float:
+def times_the_disturbance(fit: Fit) -> tuple[float, float]:
     """What the width of a dead zone of the model ``fit`` asks for, in standard deviations of the disturbance,
-    ahead or in turning, whichever is less.
+    ahead and in turning, the lesser one first.
 
     A controller compensates a disturbance by efforts of its size. They move nothing, and so a dead zone of
     that size seems to hold them back.
     """
     base, noise, width_nm = fit.extension.base, fit.noise, fit.extension.effects[DEAD_ZONE]["threshold_nm"]
     ahead, turning = 2 * base.alpha * width_nm, 2 * base.alpha_yaw * width_nm
-    return min(ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2)
+    times = ahead / noise.long_sd_mps2, turning / noise.yaw_sd_mps2
+    return min(times), max(times)
 
 
 def large_ones_lose_nothing(problem: Problem, fit: Fit, margin: float) -> bool:

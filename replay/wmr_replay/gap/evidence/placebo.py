@@ -2,8 +2,12 @@
 
 Such logs are the base model's with the fitted disturbance. Their innovations are those that remain with the
 effect in the model, in blocks of 2 s with random signs, which keeps their colour (the wild bootstrap of Liu,
-1988, by blocks). To first order the scores of a log are s = Ψᵀe, so no log is filtered again.
+1988, by blocks). To first order the scores of a log are s = Ψᵀe, so no log is filtered again. A limit or a
+dead zone that takes away most of a log's torques is far from the first order: of the log itself it explains
+what its fit does.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,7 +18,7 @@ from wmr_replay.gap.scan.library import LibraryColumns
 from wmr_replay.gap.scan.score import NormalEquations, penalised_gain, projected
 from wmr_replay.gap.scan.terms import TermColumns
 from wmr_schemas.arrays import F64
-from wmr_schemas.effects import UNNAMED_PREFIX
+from wmr_schemas.effects import UNNAMED_PREFIX, WITHHOLDING
 
 
 def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 0) -> float:
@@ -33,8 +37,10 @@ def placebo_p(problem: Problem, rest: Fit, current: Fit, name: str, seed: int = 
     G = psi.T @ psi
     e = clipped(output.innovations[train], settings.refit)
     observed = columns.scores(NormalEquations(psi.T @ e.ravel(), G))
-    own = [penalised_gain(one, settings.scan) for one in observed if one.name == name]
-    observed_gain = max(own, default=-np.inf)
+    own = [one for one in observed if one.name == name]
+    if name in WITHHOLDING:
+        own += [replace(one, gain=here.deviance - current.deviance) for one in own]
+    observed_gain = max((penalised_gain(one, settings.scan) for one in own), default=-np.inf)
     scores = block_scores(problem, psi, clipped(current.innovations[train], settings.refit))
     draws = settings.placebo.draws
     signs = np.random.default_rng(seed).choice((-1.0, 1.0), (draws, len(scores)))

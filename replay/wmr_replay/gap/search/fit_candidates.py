@@ -339,15 +339,16 @@ def is_at_an_end(problem: Problem, fit: Fit, name: str) -> bool:
 
 def only_answers(problem: Problem, fit: Fit, name: str) -> bool:
     """Whether a dead zone holds back no efforts but those that answer the disturbance, as any dead zone of a
-    controlled robot seems to: nothing that is missing hides behind it. One as narrow as the answers does; one
-    that is not much wider does unless large efforts clearly lose as much.
+    controlled robot seems to: nothing that is missing hides behind it. One as narrow as the answers does, but
+    for one that is far wider than those ahead, or in turning; one that is not much wider does unless large
+    efforts clearly lose as much.
     """
     if name != DEAD_ZONE:
         return False
-    own, times = problem.settings.excitation, times_the_disturbance(problem, fit)
-    if times < own.narrow * own.least_ratio:
+    own, (least, most) = problem.settings.excitation, times_the_disturbance(fit)
+    if least < own.narrow * own.least_ratio and most < own.far_wider * own.least_ratio:
         return True
-    return large_ones_lose_nothing(problem, fit, own.clear_answers if times < own.least_ratio else 0.0)
+    return large_ones_lose_nothing(problem, fit, own.clear_answers if least < own.least_ratio else 0.0)
 
 
 def with_candidate(current: Fit, scored: ScoredCandidate) -> Extension:

@@ -13,7 +13,7 @@ from wmr_replay.gap.model.extension import Extension, weight
 from wmr_replay.gap.search.fit_candidates import Hints
 from wmr_replay.gap.search.selections import Selections
 from wmr_replay.gap.search.slip_doubts import Doubt, as_losses, in_place_of_slipping, unlike_slipping
-from wmr_replay.gap.search.slip_test import missed_slipping
+from wmr_replay.gap.search.slip_test import SATURATION, missed_slipping
 from wmr_schemas.modes import ContactMode
 from wmr_schemas.signals import Log
 
@@ -76,6 +76,21 @@ def one_loss(problem: Problem, extension: Extension) -> Iterator[Labelling]:
     for rows, hints in in_place_of_slipping(problem, fit)[: problem.settings.slip.most_doubts]:
         track = with_mode_at(problem.binned, rows, ContactMode.IDEAL)
         yield Labelling(problem.relabelled(track), hints=hints, further=True)
+
+
+def one_limit(problem: Problem, extension: Extension) -> Iterator[Labelling]:
+    """Slipping replaced by ideal where it is said of the largest torques alone: a robot that is driven beyond
+    what its motors give seems to lose traction.
+    """
+    binned = problem.binned
+    if not np.any(binned.slips) or np.all(binned.slips):
+        return
+    largest = np.max(np.abs(extension.mean_torques(binned)), axis=0)
+    least = float(np.min(largest[binned.slips]))
+    if np.mean(largest[~binned.slips] > least) < problem.settings.slip.hardest:
+        rolling = with_mode_at(binned, binned.slips, ContactMode.IDEAL)
+        limit = ((SATURATION, {"limit_nm": least}),)
+        yield Labelling(problem.relabelled(rolling), hints=limit, further=True)
 
 
 def more_slip(problem: Problem, selections: Selections) -> Iterator[Labelling]:

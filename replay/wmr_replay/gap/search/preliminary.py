@@ -26,6 +26,7 @@ from wmr_replay.gap.search.labellings import (
     less_slip,
     more_slip,
     no_slip,
+    one_limit,
     one_loss,
 )
 from wmr_replay.gap.search.select import Selection
@@ -61,6 +62,7 @@ def preliminary_models(log: Log, first: Problem, selections: Selections) -> Prel
         less_slip(first, selections.extension),
         [Labelling(first)],
         one_loss(first, selections.extension),
+        one_limit(first, selections.extension),
         more_slip(first, selections),
         no_slip(first),
     )

@@ -5,7 +5,10 @@ channel in their own form, so that nothing else makes up for them. What a calibr
 as it is; a finding is what another log shows beyond it.
 """
 
+from collections.abc import Set
 from dataclasses import replace
+
+import numpy as np
 
 from wmr_replay.gap.estimation.calibrate import (
     Calibration,
@@ -23,8 +26,9 @@ from wmr_replay.gap.search.select import Selection, forward_selection
 from wmr_replay.gap.settings.scan import MisfitSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 from wmr_schemas.model_file import Effect, Model, NoiseModel
-from wmr_schemas.terms import parse_term
+from wmr_schemas.terms import TermChannel, parse_term
 
+FORMULA_CHANNELS: tuple[TermChannel, ...] = ("longitudinal", "yaw")
 OF_THE_PLACE = ("slope",)
 """Effects that belong to where a log was taken, not to the robot."""
 
@@ -58,18 +62,23 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
     return calibration._replace(model=model, fit=beside, start=robot)
 
 
-def leaves_no_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> bool:
-    """Whether the base model leaves no more on this log, in either channel, than ``noise``: what it leaves on
-    its own calibration log. Never where that is not known.
+def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> frozenset[TermChannel]:
+    """The channels on which the base model leaves more on this log than ``noise``: what it leaves on its own
+    calibration log, what casters do while they swing included. Every one where that is not known.
 
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
-    before = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
-    now = selection.base.noise.densities_mps2_rthz
-    return all(
-        left is not None and more <= own.same_disturbance * left
-        for more, left in zip(now, before, strict=True)
+    now = selection.base.noise
+    left = (
+        (noise.disturbance_longitudinal_mps2_rthz, noise.swing_longitudinal_mps2_rthz),
+        (noise.disturbance_yaw_mps2_rthz, noise.swing_yaw_mps2_rthz),
+    )
+    leaves = zip(FORMULA_CHANNELS, left, now.densities_mps2_rthz, now.swings_mps2_rthz, strict=True)
+    return frozenset(
+        channel
+        for channel, (before, swing), after, swing_now in leaves
+        if before is None or np.hypot(after, swing_now) > own.same_disturbance * np.hypot(before, swing or 0)
     )
 
 
@@ -78,6 +87,16 @@ def without_formula(selection: Selection) -> Selection:
     if any(not effect.name.startswith(UNNAMED_PREFIX) for effect in selection.found):
         return selection
     return replace(selection, fit=selection.base, found=())
+
+
+def describes_rests(selection: Selection, leaving: Set[TermChannel]) -> bool:
+    """Whether the selection found nothing but a formula, on none of the channels ``leaving`` more than the
+    calibration log does.
+    """
+    names = [effect.name for effect in selection.found]
+    if not names or not all(name.startswith(UNNAMED_PREFIX) for name in names):
+        return False
+    return not leaving & {parse_term(name).channel for name in names}
 
 
 def may_be_held(name: str) -> bool:

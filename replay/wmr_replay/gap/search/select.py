@@ -19,7 +19,13 @@ from wmr_replay.gap.options import GapOptions
 from wmr_replay.gap.scan.misfit import gain_as_inertia, gain_is_rest, is_rest, negligible
 from wmr_replay.gap.search.begun import Begun, fitted_on_the_whole
 from wmr_replay.gap.search.between_forms import with_forms_between
-from wmr_replay.gap.search.eliminate import eliminate, exchange_rivals, fit_without
+from wmr_replay.gap.search.eliminate import (
+    Stages,
+    eliminate,
+    exchange_rivals,
+    fit_without,
+    may_be_a_rest,
+)
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, Hints, fit_candidates, price_of
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.search.two_as_one import two_as_one
@@ -144,6 +150,7 @@ def confirm(problem: Problem, selection: Selection, options: GapOptions) -> Sele
     while found:
         fit, kept = eliminate(problem, base, current, found, options, dropped)
         open_ones = {f.name: reason for f in kept if (reason := left_open(f.name, problem, fit))}
+        open_ones = open_ones or rest_as_likely(problem, base, kept, stages)
         if kept and not open_ones:
             fit, both = with_both_forms(problem, fit, tuple(kept))
             both = tuple(beyond_answers(problem, fit, effect) for effect in both)
@@ -168,6 +175,28 @@ def left_open(name: str, problem: Problem, fit: Fit) -> str:
             "and the form of the effect leave that much open"
         )
     return ""
+
+
+def rest_as_likely(
+    problem: Problem, base: Fit, kept: list[FittedCandidate], stages: Stages
+) -> dict[str, str]:
+    """By name of an effect that is found alone, why it may be another one that is about as likely, and that
+    is no more than the base model leaves; empty where there is none.
+    """
+    if len(kept) != 1 or not stages:
+        return {}
+    (found,) = kept
+    near = {name for name, worse in found.alternatives if worse < problem.settings.selection.strong}
+    rests = (
+        one.name
+        for one in stages[0]
+        if one.name in near and may_be_a_rest(problem, one.fit, base, one.name, beside=set())
+    )
+    rest = next(rests, "")
+    said = (
+        f"{found.name} would explain part of it, but so would {rest}, of which the base model leaves as much"
+    )
+    return {found.name: said} if rest else {}
 
 
 def beyond_answers(problem: Problem, fit: Fit, effect: FittedCandidate) -> FittedCandidate:

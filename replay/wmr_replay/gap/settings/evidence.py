@@ -132,6 +132,10 @@ class ExcitationSettings:
     """Share of ``least_ratio`` up to which a dead zone is as narrow as the answers. Judgement: half as many
     standard deviations as what a log must ask for."""
 
+    far_wider: float = 2.0
+    """Multiple of ``least_ratio`` from which a dead zone is far wider than the answers. Judgement: as much
+    above what a log must ask for as ``narrow`` is below."""
+
     clear_answers: float = 100.0
     """How much likelier than large efforts that lose nothing a zone between the two must be, in −2 log
     likelihood. Benchmark worlds, develop part, and so a Judgement: 122 to 660 where there is one."""

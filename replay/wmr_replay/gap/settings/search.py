@@ -57,6 +57,10 @@ class SelectionSettings:
     """Share of a found effect's gain that the wrong form of it may leave for a correlated one. Patrol
     benchmark, in which effects are hidden in other forms than their candidates."""
 
+    strong: float = 6.0
+    """Of two effects whose scores differ by less, the better one may be the other. Statistics: "strong"
+    evidence after Kass and Raftery (1995)."""
+
     slight: float = 0.5
     """Share of the size that matters in practice, below which an effect beside a far larger one is what the
     wrong form of that leaves, correlated or not. Judgement."""
@@ -297,6 +301,10 @@ class SlipSettings:
     most_doubts: int = 2
     """Most intervals called slipping that are taken for a loss, one at a time. Numerics: each costs a
     selection."""
+
+    hardest: float = 0.1
+    """Slipping above this share of the largest torques alone may be a limit of the torques. Judgement: at
+    most one row in ten that rolls is driven as hard as the least driven one that slips."""
 
     close_s: float = 0.6
     """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
