@@ -116,16 +116,21 @@ def test_what_other_effects_explain_is_no_gain():
 
 
 def test_a_size_is_a_finding_from_where_its_interval_leaves_what_the_base_leaves():
+    """What a calibration leaves of a yaw inertia, and twice what the log's own torques hide."""
     problem, fit = with_lag(log_of((LAG_S, LAG_S)))
     fit = fit_model(problem, fit.extension.with_effect("yaw_inertia", {"ratio": 0.05}), fit.noise)
-    fit = replace(fit, extension=fit.extension.with_effect("yaw_inertia", {"ratio": 0.6}))
-    sd = (0.6 - least_size(problem, fit, "yaw_inertia", 2.0)) / 2
+    loud, share = replace(fit, noise=fit.noise._replace(yaw_sd_mps2=0.3)), 0.05
+    hidden = 1 / excitation_ratios(problem, loud.extension, loud.noise)[1] ** 2
+    least = share + 2 * hidden
+    assert least > 3 * share
+    at_least = replace(fit, extension=fit.extension.with_effect("yaw_inertia", {"ratio": least}))
+    sd = (least - least_size(problem, at_least, "yaw_inertia", 2.0)) / 2
     assert sd > 0
-    hidden = 1 / excitation_ratios(problem, fit.extension, fit.noise)[1] ** 2
-    for left, rest in ((0.6 - hidden - 1.9 * sd, True), (0.6 - hidden - 2.1 * sd, False)):
-        share = left / problem.settings.misfit.other_drives
-        known = replace(fit, extension=replace(fit.extension, misfit={"yaw_inertia": share}))
-        assert may_be_a_rest(problem, known, fit, "yaw_inertia", beside=set()) is rest
+    for in_sd, rest in ((1.7, True), (2.3, False)):
+        seen = fit.extension.with_effect("yaw_inertia", {"ratio": least + in_sd * sd})
+        known = replace(fit, extension=replace(seen, misfit={"yaw_inertia": share}))
+        assert not is_rest("yaw_inertia", known.extension, problem.settings.misfit)
+        assert may_be_a_rest(problem, known, loud, "yaw_inertia", beside=set()) is rest
 
 
 @pytest.mark.parametrize(("beside", "rest"), [({"viscous_drag"}, True), (set(), False)])

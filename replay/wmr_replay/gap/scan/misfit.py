@@ -10,7 +10,7 @@ better than four fifths of what is negligible in practice. Beside an effect that
 negligible is a rest: a mechanism of the world acts on more channels than its effect does, and not quite in
 its form. How a pose is mounted is no part of such a mechanism.
 What turns the robot beside its torques, such as swivel casters and pads that drag, may turn it by far more
-than is negligible, and brake it twice as much on another drive.
+than is negligible, and twice as much on another drive.
 """
 
 from collections.abc import Mapping
@@ -31,8 +31,8 @@ from wmr_schemas.terms import COEFFICIENT, parse_term
 
 IN_PARAMETERS = ("payload", "yaw_inertia", "drive_gain")
 """What a calibration takes into α and α_yaw."""
-BRAKES_TURNS = "yaw_damping"
-"""A base model may leave much of it, and more on another drive."""
+IN_TURNING = ("yaw_inertia", "yaw_damping")
+"""How a robot answers a turning torque, and what brakes its turns: a base model may leave much of both."""
 TURNING_TORQUE = "torque_bias_differential"
 """A torque that turns the robot: α_yaw says what it accelerates."""
 
@@ -154,7 +154,7 @@ def floor_of(name: str, extension: Extension, own: MisfitSettings) -> float:
     if declaration.extent != "always" or not declaration.zero_is_absent:
         return 0.0
     small, left = negligible(name, extension, own), extension.misfit.get(name, 0.0)
-    if name == BRAKES_TURNS:
+    if name in IN_TURNING:
         left *= own.other_drives
     if not finds_what_matters(extension, own, but=name):
         return max(left, own.least_share * small)
@@ -179,12 +179,14 @@ def misfit_beside(extension: Extension, misfit: Mapping[str, float], own: Misfit
 
 def surely_left(name: str, extension: Extension, own: MisfitSettings) -> float:
     """Size that an effect must exceed by its standard deviations: what the base model leaves on other drives;
-    of one that its calibration log does not measure, as its floor.
+    of one that its calibration log does not measure, as its floor. Of a yaw inertia, what it left on its own:
+    more of that is what the torques of another drive hide (:func:`hidden_by_answer`).
     """
     floor = floor_of(name, extension, own)
     if name not in extension.misfit:
         return floor
-    return min(floor, own.other_drives * extension.misfit[name])
+    times = 1.0 if name == "yaw_inertia" else own.other_drives
+    return min(floor, times * extension.misfit[name])
 
 
 def negligible(name: str, extension: Extension, own: MisfitSettings) -> float:
