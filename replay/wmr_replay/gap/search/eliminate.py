@@ -10,6 +10,7 @@ from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, fit_model
 from wmr_replay.gap.estimation.sideslip import most_compliance
 from wmr_replay.gap.evidence.answer import answer_p
+from wmr_replay.gap.evidence.beside_rests import beside_rests
 from wmr_replay.gap.evidence.channels import seen_in_one_channel
 from wmr_replay.gap.evidence.excitation import excitation_ratios
 from wmr_replay.gap.evidence.holdout import path_change, prove
@@ -25,6 +26,7 @@ from wmr_replay.gap.scan.misfit import (
     hidden_by_answer,
     is_rest,
     is_slight_term,
+    may_be_rest,
     surely_left,
     withholds_a_rest,
 )
@@ -40,6 +42,7 @@ from wmr_replay.gap.search.slip_test import may_be_slipping
 from wmr_replay.gap.settings.search import SelectionSettings
 from wmr_schemas.effects import UNNAMED_PREFIX
 
+REST = "no more than the base model leaves"
 Stages = tuple[tuple[FittedCandidate, ...], ...]
 
 
@@ -170,8 +173,10 @@ def other_cause(
     problem: Problem, current: Fit, effect: FittedCandidate, rest: Fit, others: list[FittedCandidate]
 ) -> str:
     """What an effect may be in place of one that is missing; empty where it is none of these."""
-    if may_be_a_rest(problem, current, rest, effect.name, beside=stronger(effect, others)):
-        return "no more than the base model leaves"
+    beside = stronger(effect, others)
+    one = may_be_a_rest(problem, current, rest, effect.name, beside=beside)
+    if one or may_be_rests(problem, current, effect.name, alone=not beside):
+        return REST
     if is_remainder(problem, current, effect, others):
         return "a remainder of the others"
     without = current.extension.without(effect.name)
@@ -226,6 +231,19 @@ def may_be_a_rest(problem: Problem, current: Fit, rest: Fit, name: str, *, besid
         return True
     in_doubt = terms_in_doubt(extension, problem.binned, [name])
     return in_doubt or is_slight_term(name, extension, problem.binned, own)
+
+
+def may_be_rests(problem: Problem, current: Fit, name: str, *, alone: bool) -> bool:
+    """Whether rests of a calibrated base model at their likeliest sizes explain most of an effect, and may
+    explain all of it. Of one that is not ``alone``, since others explain more, more must be left than a rest.
+    """
+    own, extension = problem.settings.misfit, current.extension
+    if not extension.misfit or name.startswith(UNNAMED_PREFIX) or not may_be_rest(name):
+        return False
+    left = beside_rests(problem, current, name)
+    if alone:
+        return left.share < own.least_beside_rests and left.least <= 0
+    return left.least <= surely_left(name, extension, own)
 
 
 def is_remainder(

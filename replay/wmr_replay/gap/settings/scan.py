@@ -69,6 +69,10 @@ class MisfitSettings:
     measures. Judgement: of ten second effects of the engine that were none (its twelfth report), five were
     formulas or slips, four up to one and a half times what is negligible, one larger."""
 
+    least_beside_rests: float = 0.5
+    """Least share of an effect's size that is its own where the base model's rests are fitted beside it.
+    Judgement: where less is left, rests at their likeliest sizes explain most of what it does."""
+
     most_rests: int = 3
     """Most effects that a calibration takes into the base model beside its parameters. Judgement: one a
     channel."""
