@@ -11,10 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wmr_replay.gap.estimation.covariance import inverse_information, sandwich, time_blocks
 from wmr_replay.gap.estimation.problem import Problem
 from wmr_replay.gap.estimation.refit import Fit, sensitivities
-from wmr_replay.gap.evidence.significance import size_columns
+from wmr_replay.gap.evidence.significance import beside, size_columns
 from wmr_replay.gap.model.candidates import LIBRARY
 from wmr_replay.gap.model.extension import Extension
 from wmr_replay.gap.scan.misfit import floor_of, may_be_rest
@@ -41,37 +40,25 @@ class Rest(NamedTuple):
 
 def beside_rests(problem: Problem, fit: Fit, name: str) -> Beside:
     """The effect ``name`` of the model ``fit`` beside the rests of its base model."""
-    values, V = parameters_beside_rests(problem, fit)
+    moved, V = step_beside_rests(problem, fit)
     own = size_columns(fit, name)
     before = fit.values[own]
     size = max(float(np.hypot.reduce(before.tolist())), 1e-12)
     along = before / size
-    left, sd = (
-        float(along @ values[own]),
-        float(np.sqrt(max(float(along @ V[np.ix_(own, own)] @ along), 0.0))),
-    )
-    return Beside(left / size, left - problem.settings.misfit.in_sd * sd)
+    left = float(along @ (before + moved[own]))
+    variance = max(float(along @ V[np.ix_(own, own)] @ along), 0.0)
+    return Beside(left / size, left - problem.settings.misfit.in_sd * float(np.sqrt(variance)))
 
 
-def parameters_beside_rests(problem: Problem, fit: Fit) -> tuple[F64, F64]:
-    """The model's parameters (q,) beside the rests, and their covariance (q, q)."""
-    settings, train, q = problem.settings, problem.train, len(fit.keys)
-    rests = rests_of(fit.extension, settings.misfit)
-    extension = fit.extension
+def step_beside_rests(problem: Problem, fit: Fit) -> tuple[F64, F64]:
+    """How far the model's parameters (q,) move beside the rests, and their covariance (q, q)."""
+    own, extension = problem.settings.misfit, fit.extension
+    rests = rests_of(extension, own)
     for name in dict.fromkeys(rest.name for rest in rests):
         extension = extension.with_effect(name, {one.key: 0.0 for one in rests if one.name == name})
     keys = tuple((rest.name, rest.key) for rest in rests)
     slopes = sensitivities(problem, extension, fit.noise, keys, fit.innovations)
-    known = np.zeros((len(rests), 3, q + len(rests)))
-    known[:, 0, q:] = np.diag([settings.misfit.in_sd / rest.floor for rest in rests])
-    psi = np.concatenate([np.concatenate([fit.psi, slopes], axis=2)[train], known])
-    clip_sd = settings.significance.clip_sd
-    e = np.clip(fit.innovations[train], -clip_sd, clip_sd)
-    e = np.concatenate([e, np.zeros((len(rests), 3))])
-    block = time_blocks(problem, settings.significance.block_s)
-    block = np.append(block, block.max() + 1 + np.arange(len(rests)))
-    step = inverse_information(psi) @ np.einsum("ijk,ij->k", psi, e)
-    return fit.values + step[:q], sandwich(psi, e - psi @ step, block)[:q, :q]
+    return beside(problem, fit, slopes, np.array([rest.floor / own.in_sd for rest in rests]))
 
 
 def rests_of(extension: Extension, own: MisfitSettings) -> tuple[Rest, ...]:

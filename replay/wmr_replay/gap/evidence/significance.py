@@ -67,18 +67,25 @@ def beside_sideslip(problem: Problem, fit: Fit) -> tuple[F64, F64]:
     Both move the pose sideways in a turn, by x·yaw_rate and by −compliance·v·yaw_rate. A compliance is known
     to half the largest one that is a sideslip; beyond that an arm is an arm at any speed.
     """
-    train, own = problem.train, problem.settings.significance
     slope = creep_slope(problem, fit.extension, fit.noise)[:, :, None]
-    psi = np.concatenate([fit.psi, slope], axis=2)[train]
-    known = np.zeros((1, *psi.shape[1:]))
-    known[0, 0, -1] = 2 / most_compliance(problem, fit.extension)
-    psi = np.concatenate([psi, known])
+    return beside(problem, fit, slope, np.array([most_compliance(problem, fit.extension) / 2]))
+
+
+def beside(problem: Problem, fit: Fit, slopes: F64, known_to: F64) -> tuple[F64, F64]:
+    """How far the parameters move (q,) in one step beside k unknowns besides, of the sensitivities ``slopes``
+    (n, 3, k), and their covariance (q, q), robust over blocks. Each unknown is 0 to the standard deviations
+    ``known_to`` (k,): one row more says so.
+    """
+    train, own, (q, k) = problem.train, problem.settings.significance, (len(fit.keys), len(known_to))
+    known = np.zeros((k, 3, q + k))
+    known[:, 0, q:] = np.diag(1 / known_to)
+    psi = np.concatenate([np.concatenate([fit.psi, slopes], axis=2)[train], known])
     e = np.clip(fit.innovations[train], -own.clip_sd, own.clip_sd)
-    e = np.concatenate([e, np.zeros((1, 3))])
+    e = np.concatenate([e, np.zeros((k, 3))])
     block = time_blocks(problem, own.block_s)
-    block = np.append(block, block.max() + 1)
+    block = np.append(block, block.max() + 1 + np.arange(k))
     step = inverse_information(psi) @ np.einsum("ijk,ij->k", psi, e)
-    return step[:-1], sandwich(psi, e - psi @ step, block)[:-1, :-1]
+    return step[:q], sandwich(psi, e - psi @ step, block)[:q, :q]
 
 
 def least_size(problem: Problem, fit: Fit, name: str, in_sd: float) -> float:
