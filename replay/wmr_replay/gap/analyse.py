@@ -24,6 +24,7 @@ from wmr_replay.gap.scan.other_forms import with_other_forms
 from wmr_replay.gap.scan.turning_in_doubt import with_turning_in_doubt
 from wmr_replay.gap.search.modes_and_effects import Progress, find_effects
 from wmr_replay.gap.search.rests import describes_rests, leaving_more, with_rests, without_formula
+from wmr_replay.gap.search.seen_slipping import slipping_left, with_seen_slipping
 from wmr_replay.gap.search.select import Selection
 from wmr_replay.gap.settings import GateSettings
 from wmr_schemas.model_file import Model
@@ -51,7 +52,10 @@ def analyse(
     extension = with_other_drive(model.extension, log, options.gates)
     problem, selection = find_effects(log, extension, options, tell)
     options = replace(options, gates=problem.settings)
-    problem, selection = with_or_without_formula(log, problem, selection, extension, model, options)
+    if (slipping := with_seen_slipping(problem, selection)) is not None:
+        problem, selection = slipping
+    else:
+        problem, selection = with_or_without_formula(log, problem, selection, extension, model, options)
     tell("proving", 0.8)
     result = assemble(problem, selection, model, options)
     return replace(result, notes=(*result.notes, *filter(None, (note, what_was_left_out(work)))))
@@ -153,4 +157,5 @@ def calibrate(log: Log, robot: RobotParameters, options: GapOptions | None = Non
     model, problem, fit, _ = with_rests(found, replace(options, gates=found.problem.settings))
     ratios = excitation_ratios(problem, fit.extension, with_swings_in(problem, fit))
     own = problem.settings.misfit
-    return replace(model, misfit=with_parameters(misfit_of(problem, fit), model, ratios, own))
+    misfit = with_parameters(misfit_of(problem, fit), model, ratios, own)
+    return replace(model, misfit=misfit | slipping_left(problem, fit))

@@ -32,13 +32,15 @@ def likely_modes(
 
     Every skid is doubted; slipping where the robot is said to slip most of the time. With
     ``nothing_missing``, as on a calibration log, all slipping is: no effect makes rolling less likely then.
+    So is that of a calibrated robot of unknown masses, of which nobody knows what its slipping loses.
     ``noise`` is where the diffusion starts (default: the prior's median).
     """
     track = identified_modes(log, extension, settings)
     seen = Problem.of(bin_identified(log, track, settings)).all_fitted()
     seen = without_unlikely(seen, seen.relabelled(without_skid(track)), seen.binned.skids, extension, noise)
     slips = seen.binned.slips
-    if nothing_missing or np.mean(slips) > settings.modes.most_slip:
+    unknown = bool(extension.misfit) and log.robot.slip_shares is None
+    if nothing_missing or unknown or np.mean(slips) > settings.modes.most_slip:
         rolling = seen.relabelled(with_mode_at(seen.binned, slips, ContactMode.IDEAL))
         seen = without_unlikely(seen, rolling, slips, extension, noise)
     return track if seen.binned.track is None else seen.binned.track

@@ -46,6 +46,8 @@ def found_effects(problem: Problem, selection: Selection) -> tuple[FoundEffect, 
             if name == SLIPS_IN_TIME:
                 wide = over_slips(problem.binned, wide, own.slip_hole_s)
             ci95 = within_the_log(problem.binned, key, float(value), wide)
+        elif key == "loss":
+            ci95 = max(ci95[0], min(0.0, float(value))), min(ci95[1], max(1.0, float(value)))
         estimates[name][key] = Estimate(float(value), ci95, declaration_of(name).units[key])
     return tuple(
         reported(effect, estimates[effect.name], confound_class(names, effect.name), own)

@@ -64,22 +64,24 @@ def with_rests(calibration: Calibration, options: GapOptions) -> Calibration:
 
 def leaving_more(selection: Selection, noise: NoiseModel, own: MisfitSettings) -> frozenset[TermChannel]:
     """The channels on which the base model leaves more on this log than ``noise``: what it leaves on its own
-    calibration log, what casters do while they swing included. Every one where that is not known.
+    calibration log, what casters do while they swing included. Every one where that is not known; none where
+    both together leave no more, since what casters and pads leave ahead on one drive, they leave in turning
+    on another.
 
     What makes the disturbance on the calibration log, such as a caster that swings round, has a form: another
     one on each drive. A formula of it is no finding.
     """
     now = selection.base.noise
-    left = (
-        (noise.disturbance_longitudinal_mps2_rthz, noise.swing_longitudinal_mps2_rthz),
-        (noise.disturbance_yaw_mps2_rthz, noise.swing_yaw_mps2_rthz),
-    )
-    leaves = zip(FORMULA_CHANNELS, left, now.densities_mps2_rthz, now.swings_mps2_rthz, strict=True)
-    return frozenset(
-        channel
-        for channel, (before, swing), after, swing_now in leaves
-        if before is None or np.hypot(after, swing_now) > own.same_disturbance * np.hypot(before, swing or 0)
-    )
+    left = noise.disturbance_longitudinal_mps2_rthz, noise.disturbance_yaw_mps2_rthz
+    if None in left:
+        return frozenset(FORMULA_CHANNELS)
+    swings = noise.swing_longitudinal_mps2_rthz or 0.0, noise.swing_yaw_mps2_rthz or 0.0
+    before = np.hypot(np.array(left, np.float64), swings)
+    after = np.hypot(now.densities_mps2_rthz, now.swings_mps2_rthz)
+    if np.hypot(*after) <= own.same_disturbance * np.hypot(*before):
+        return frozenset()
+    more = after > own.same_disturbance * before
+    return frozenset(channel for channel, is_more in zip(FORMULA_CHANNELS, more, strict=True) if is_more)
 
 
 def without_formula(selection: Selection) -> Selection:

@@ -42,16 +42,18 @@ def may_be_slipping(problem: Problem, fit: Fit, name: str) -> bool:
 
     It may unless it is clearly likelier than slipping in the likeliest history, also with unknown modes near
     it (:func:`gain_unlabelled`), and no shorter than an interval that is looked for. Where a robot's masses
-    are unknown, so is what its slipping loses, and only a small loss is none. A limit of the torques may be
-    slipping, too: a wheel that slips is driven harder by a controller, on a calm drive harder than ever while
-    it rolls. Always false for other effects, and for modes that are given.
+    are unknown, so is what its slipping loses, and only a small loss is none; none is of a calibrated robot,
+    whose slipping is a finding by itself (:mod:`.seen_slipping`). A limit of the torques may be slipping,
+    too: a wheel that slips is driven harder by a controller, on a calm drive harder than ever while it rolls.
+    Always false for other effects, and for modes that are given.
     """
     if name not in (*LOCAL, SATURATION) or not problem.binned.identified:
         return False
     if name == SATURATION:
         return slipping_rival(problem, fit, name).excess < least_excess(problem, fit, name)
     if problem.binned.log.robot.slip_shares is None:
-        return fit.extension.effects[name]["loss"] > problem.settings.slip.least_of_unknown
+        least = problem.settings.slip.least_of_unknown
+        return bool(fit.extension.misfit) or fit.extension.effects[name]["loss"] > least
     loss, alone = fit.extension.effects[name]["loss"], len(fit.extension.effects) == 1
     if slips_alike(fit.extension.base, loss, problem.settings.slip, alone=alone):
         return True
