@@ -25,7 +25,7 @@ from wmr_replay.gap.scan.score import ScoredCandidate
 from wmr_replay.gap.search.fit_candidates import FittedCandidate, price_of
 from wmr_replay.gap.search.same_loss import with_both_forms
 from wmr_replay.gap.search.select import Selection
-from wmr_schemas.arrays import Bool
+from wmr_replay.gap.search.slip_doubts import joined_runs
 from wmr_schemas.modes import ContactMode
 
 SLIP, PATCH = "slip_interval", "low_friction_patch"
@@ -36,8 +36,9 @@ Slip = tuple[int, int, float]
 
 
 def with_seen_slipping(problem: Problem, selection: Selection) -> tuple[Problem, Selection] | None:
-    """The selection with the loss of traction that the modes show, where it names nothing else. None without
-    one, and where the robot is not calibrated, its masses are known, or it slipped on its calibration log.
+    """The selection with the loss of traction that the modes show, where no other effect explains more. None
+    without one, and where the robot is not calibrated, its masses are known, or it slipped on its calibration
+    log.
     """
     misfit = selection.base.extension.misfit
     known = problem.binned.log.robot.slip_shares is not None
@@ -59,8 +60,8 @@ def by_gain(slips: list[Slip]) -> list[Slip]:
 
 
 def with_modes_of_base(problem: Problem, extension: Extension) -> Problem:
-    """The problem with the base model's modes, where its own slip or skid: another model, with which nothing
-    was proven, may hide a slip.
+    """The problem with the base model's modes where it has a slip or skid: the modes of another model, with
+    which nothing was proven, may hide a slip.
     """
     binned = problem.binned
     if not binned.identified or not np.any(binned.slips | binned.skids):
@@ -90,22 +91,11 @@ def seen_slips(problem: Problem, extension: Extension, noise: Diffusion | None =
     slipping, noise = deviances(problem.all_fitted(), extension, noise)
     excess = deviances(rolling.all_fitted(), extension, noise)[0] - slipping
     found = []
-    for first, last in runs(binned, rows):
+    for first, last in joined_runs(binned, rows):
         gain = float(excess[max(first - binned.margin, 0) : last + binned.margin].sum())
         if gain > own.seen_gain and binned.t_s[last - 1] - binned.t_s[first] > own.shortest_inside_s:
             found.append((first, last, gain))
     return found
-
-
-def runs(binned: BinnedLog, rows: Bool) -> list[tuple[int, int]]:
-    """The runs [first, last) of ``rows`` (n,), close ones joined."""
-    joined: list[tuple[int, int]] = []
-    for first, last in np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2).tolist():
-        if joined and binned.t_s[first] - binned.t_s[joined[-1][1] - 1] < binned.settings.slip.close_s:
-            joined[-1] = joined[-1][0], last
-        else:
-            joined.append((first, last))
-    return joined
 
 
 def with_loss(

@@ -132,15 +132,21 @@ def slips_as_modelled(problem: Problem, fit: Fit) -> bool:
 def slipping_runs(binned: BinnedLog) -> list[tuple[int, int]]:
     """Rows [a, b) of each slipping interval that is long enough to have an inside, close ones joined."""
     own = binned.settings.slip
-    edges = np.flatnonzero(np.diff(binned.slips, prepend=False, append=False)).reshape(-1, 2)
+    least_s = 2 * own.edge_s + own.shortest_inside_s
+    return [
+        (a, b) for a, b in joined_runs(binned, binned.slips) if binned.t_s[b - 1] - binned.t_s[a] > least_s
+    ]
+
+
+def joined_runs(binned: BinnedLog, rows: Bool) -> list[tuple[int, int]]:
+    """The runs [a, b) of ``rows`` (n,), close ones joined."""
     joined: list[tuple[int, int]] = []
-    for a, b in edges.tolist():
-        if joined and binned.t_s[a] - binned.t_s[joined[-1][1] - 1] < own.close_s:
+    for a, b in np.flatnonzero(np.diff(rows, prepend=False, append=False)).reshape(-1, 2).tolist():
+        if joined and binned.t_s[a] - binned.t_s[joined[-1][1] - 1] < binned.settings.slip.close_s:
             joined[-1] = joined[-1][0], b
         else:
             joined.append((a, b))
-    least_s = 2 * own.edge_s + own.shortest_inside_s
-    return [(a, b) for a, b in joined if binned.t_s[b - 1] - binned.t_s[a] > least_s]
+    return joined
 
 
 def further_losses(problem: Problem, fit: Fit, runs: list[tuple[int, int]]) -> tuple[F64, F64]:

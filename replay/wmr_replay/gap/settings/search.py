@@ -306,10 +306,10 @@ class SlipSettings:
     """Slipping above this share of the largest torques alone may be a limit of the torques. Judgement: at
     most one row in ten that rolls is driven as hard as the least driven one that slips."""
 
-    seen_gain: float = 200.0
+    seen_gain: float = 500.0
     """By how much slipping of a calibrated robot must be likelier than rolling, in −2 log likelihood, to be a
-    loss of traction. Statistics: "very strong" after Kass and Raftery (1995) twenty times over, for tails
-    that are no Gaussian's; of logs of a contact engine with nothing hidden none has a slip beyond 113."""
+    loss of traction. Statistics: "very strong" after Kass and Raftery (1995) fifty times over, for tails that
+    are no Gaussian's; of logs of a contact engine with nothing hidden the largest is 434, of .4 s."""
 
     close_s: float = 0.6
     """Doubtful intervals nearer to each other than this are one, s. Statistics: twice the identifier's
